@@ -1,0 +1,30 @@
+"""Array types and the one rule by which NumPy and JAX share code: ask the array for its namespace."""
+
+from types import ModuleType
+from typing import Any
+
+import jax
+import numpy as np
+
+Array = np.ndarray | jax.Array
+
+
+def namespace(array: Any) -> ModuleType:
+    """The array API namespace of ``array``: ``numpy`` for a NumPy array, ``jax.numpy`` for a JAX one (traced or not)."""
+    return array.__array_namespace__()
+
+
+def dot(a: Any, b: Any) -> Any:
+    """Inner product over the last axis (3), spelled out.
+
+    A matrix product may round differently for other batch shapes; this does not, so a point has one value wherever it
+    is computed. The exact count rests on that.
+    """
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+
+
+def root(square: Any) -> Any:
+    """Square root with value 0 and gradient 0 at (and below) 0: the dangerous input is replaced before the root."""
+    xp = namespace(square)
+    positive = square > 0
+    return xp.where(positive, xp.sqrt(xp.where(positive, square, 1.0)), 0.0)

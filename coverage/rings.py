@@ -1,0 +1,129 @@
+"""Rings of sensors, setups of rings, and the cones they see."""
+
+import math
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from .arrays import Array, dot, namespace
+from .chain import forward
+from .robots import Robot
+from .sensors import PAPER_SENSOR, Sensor
+from .solids import Cones
+
+RING_RADIUS = 0.08  # m, of the paper's setups
+
+
+@dataclass(frozen=True)
+class Ring:
+    """Sensors evenly spaced around a link.
+
+    link: a mount of the robot. position: 0 proximal ... 1 distal along the mount axis. count: sensors. tilt: of each
+    sensor's axis out of the ring's plane, positive towards distal, rad. phase: of the first sensor about the mount axis,
+    right-handed from proximal to distal, rad. radius: of the circle of sensors, m.
+    """
+
+    link: str
+    position: float
+    count: int
+    tilt: float = 0.0
+    phase: float = 0.0
+    radius: float = RING_RADIUS
+    sensor: Sensor = field(default=PAPER_SENSOR)
+
+
+@dataclass(frozen=True)
+class Setup:
+    """All rings on one robot."""
+
+    rings: tuple[Ring, ...]
+
+    @property
+    def sensors(self) -> int:
+        """Number of sensors of all rings together."""
+        return sum(ring.count for ring in self.rings)
+
+
+_NAME = re.compile(r"n([123])_([1-9]\d{0,3})_(-?\d{1,2}(?:\.\d+)?)")
+
+
+def named_setup(name: str) -> Setup:
+    """The paper's setup n{i}_{j}_{theta}: i rings on upper arm and forearm each, j sensors a ring, tilt theta degrees, and
+    one ring of j sensors at tilt 0 on the tool.
+
+    i = 1: at the middle, tilted by +theta. i = 2: at both ends, tilted towards each other by theta. i = 3: the two ends
+    tilted by theta and the middle at 0.
+
+    Raises:
+        ValueError: if the name is not of this form.
+    """
+    match = _NAME.fullmatch(name)
+    if match is None:
+        raise ValueError(f"{name!r} is not a setup's name; names are n{{1,2,3}}_{{sensors per ring}}_{{tilt}}, like n2_16_25")
+    rings_per_link, count, tilt = int(match[1]), int(match[2]), math.radians(float(match[3]))
+    places = {1: [(0.5, tilt)], 2: [(0.0, tilt), (1.0, -tilt)], 3: [(0.0, tilt), (0.5, 0.0), (1.0, -tilt)]}[rings_per_link]
+    rings = [Ring(link, position, count, t) for link in ("upper_arm", "forearm") for position, t in places]
+    return Setup((*rings, Ring("tool", 0.0, count)))
+
+
+@dataclass(frozen=True)
+class RingValues:
+    """What moves in a setup: position (R,), tilt (R,) rad and phase (R,) rad of each ring."""
+
+    position: Float[Array, " R"]
+    tilt: Float[Array, " R"]
+    phase: Float[Array, " R"]
+
+
+def ring_values(setup: Setup) -> RingValues:
+    """The movable values of a setup's rings, as 64-bit NumPy arrays."""
+    return RingValues(*(np.array([getattr(r, key) for r in setup.rings], float) for key in ("position", "tilt", "phase")))
+
+
+def sensor_axes(
+    robot: Robot, setup: Setup, values: RingValues, frames: Float[Array, "*batch F 4 4"]
+) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
+    """Apexes (..., K, 3) m and unit axes (..., K, 3) of all sensors in the base frame, ring by ring.
+
+    Args:
+        robot: whose mounts carry the rings.
+        setup: gives links, counts and radii; its positions, tilts and phases are not used.
+        values: positions, tilts and phases; NumPy or JAX, differentiable in the latter.
+        frames: T_base_frame (..., F, 4, 4) from ``forward``.
+    """
+    xp = namespace(values.position)
+    dtype = values.position.dtype
+    ring = np.repeat(np.arange(len(setup.rings)), [r.count for r in setup.rings])
+    turn = np.concatenate([np.arange(r.count) * (2 * np.pi / r.count) for r in setup.rings])
+    mounts = [robot.mount(r.link) for r in setup.rings]
+
+    def constant(rows: Any) -> Any:
+        return xp.asarray(np.array(rows)[ring], dtype=dtype)
+
+    start, axis, zero, side = (constant([getattr(m, key) for m in mounts]) for key in ("start", "axis", "zero", "side"))
+    length, radius = constant([m.length for m in mounts]), constant([r.radius for r in setup.rings])
+    angle = values.phase[ring] + xp.asarray(turn, dtype=dtype)
+    radial = xp.cos(angle)[:, None] * zero + xp.sin(angle)[:, None] * side
+    tilt = values.tilt[ring][:, None]
+    apex = start + (values.position[ring] * length)[:, None] * axis + radius[:, None] * radial
+    look = xp.cos(tilt) * radial + xp.sin(tilt) * axis
+    T = frames[..., np.array([m.frame for m in mounts])[ring], :, :]
+    rotation, origin = T[..., :3, :3], T[..., :3, 3]
+    return origin + dot(rotation, apex[:, None, :]), dot(rotation, look[:, None, :])
+
+
+def sensor_optics(setup: Setup) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
+    """Half angle (K,) rad and range (K,) m of all sensors, ring by ring."""
+    return (
+        np.concatenate([np.full(r.count, r.sensor.fov / 2) for r in setup.rings]),
+        np.concatenate([np.full(r.count, r.sensor.range_m) for r in setup.rings]),
+    )
+
+
+def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cones:
+    """V_FOV at pose ``q`` (J,) rad: one cone for each sensor, ring by ring, in the base frame (64-bit NumPy)."""
+    apex, axis = sensor_axes(robot, setup, ring_values(setup), forward(robot.chain, q))
+    return Cones(apex, axis, *sensor_optics(setup))

@@ -1,0 +1,188 @@
+"""Solids as implicit functions: negative inside, positive outside, 1-Lipschitz, in metres.
+
+A leaf of the tree is a union of many *parts* of one kind (``Cones``, ``Spheres``, a ``Tube``), so that the octree can
+hand each cell only the parts that still matter to it. Inner nodes combine: union is min, intersection is max,
+``A minus B`` is ``max(a, -b)``; each of these keeps the Lipschitz constant 1.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float
+
+from .arrays import Array, dot, namespace, root
+
+
+@runtime_checkable
+class Solid(Protocol):
+    """Anything with an implicit function and a box around it."""
+
+    def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
+        """Implicit function at ``points`` (N, 3) m: (N,) m, at most 0 inside, 1-Lipschitz."""
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        """Lower and upper corner (2, 3) m of an axis-aligned box that holds the solid."""
+
+
+@runtime_checkable
+class Parts(Solid, Protocol):
+    """A union of ``len(self)`` parts of one kind."""
+
+    def __len__(self) -> int: ...
+
+    def part(self, points: Any, index: Any) -> Any:
+        """Implicit function of part ``index[k]`` at ``points[k]``: (P, 3), (P,) -> (P,); shapes broadcast."""
+
+
+def cone(points: Any, apex: Any, axis: Any, half_angle: Any, range_m: Any) -> Any:
+    """Implicit function of a right circular cone with a flat base; all arguments broadcast.
+
+    The region {0 <= d <= range, rho <= d tan(half_angle)} with d along the unit axis and rho the distance from it is the
+    intersection of an infinite cone, ``rho cos a - d sin a``, and a half-space, ``d - range``. Each has a gradient of
+    length 1 in the (d, rho) half-plane, so their maximum is 1-Lipschitz. On the axis the gradient of rho is taken as 0.
+
+    Args:
+        points: (..., 3) m.
+        apex: (..., 3) m.
+        axis: (..., 3), unit vectors.
+        half_angle: (...), half of the field of view, radians, in (0, pi/2).
+        range_m: (...), height of the cone, m.
+
+    Returns:
+        (...) m.
+    """
+    xp = namespace(points)
+    v = points - apex
+    d = dot(v, axis)
+    across = v - d[..., None] * axis
+    rho = root(dot(across, across))
+    return xp.maximum(rho * xp.cos(half_angle) - d * xp.sin(half_angle), d - range_m)
+
+
+def _least(solid: Parts, points: Any) -> Any:
+    """Implicit function of a union: the least over its parts, one part at a time so that memory stays (N,)."""
+    if len(solid) == 0:
+        return namespace(points).full(points.shape[:1], float("inf"), dtype=points.dtype)
+    return reduce(namespace(points).minimum, (solid.part(points, i) for i in range(len(solid))))
+
+
+@dataclass(frozen=True)
+class Cones:
+    """A union of cones with flat bases: the field of view of K sensors.
+
+    apex (K, 3) m, axis (K, 3) unit, half_angle (K,) rad in (0, pi/2), range_m (K,) m.
+    """
+
+    apex: Float[Array, "K 3"]
+    axis: Float[Array, "K 3"]
+    half_angle: Float[Array, " K"]
+    range_m: Float[Array, " K"]
+
+    def __len__(self) -> int:
+        return self.apex.shape[0]
+
+    def part(self, points: Any, index: Any) -> Any:
+        return cone(points, self.apex[index], self.axis[index], self.half_angle[index], self.range_m[index])
+
+    def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
+        return _least(self, points)
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        """Box of each cone: its apex and the disc of its base, whose extent along e is radius * sqrt(1 - axis_e^2)."""
+        apex, axis = np.asarray(self.apex), np.asarray(self.axis)
+        base = apex + axis * np.asarray(self.range_m)[:, None]
+        radius = np.asarray(self.range_m * np.tan(self.half_angle))[:, None]
+        extent = radius * np.sqrt(np.clip(1 - axis * axis, 0, None))
+        lower, upper = np.minimum(apex, base - extent), np.maximum(apex, base + extent)
+        return np.stack([lower.min(axis=0), upper.max(axis=0)])
+
+
+@dataclass(frozen=True)
+class Spheres:
+    """A union of balls: centre (K, 3) m, radius (K,) m. ``|p - c| - r`` is a signed distance, hence 1-Lipschitz."""
+
+    centre: Float[Array, "K 3"]
+    radius: Float[Array, " K"]
+
+    def __len__(self) -> int:
+        return self.centre.shape[0]
+
+    def part(self, points: Any, index: Any) -> Any:
+        v = points - self.centre[index]
+        return root(dot(v, v)) - self.radius[index]
+
+    def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
+        return _least(self, points)
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        centre, radius = np.asarray(self.centre), np.asarray(self.radius)[:, None]
+        return np.stack([(centre - radius).min(axis=0), (centre + radius).max(axis=0)])
+
+
+def sphere(centre: Any, radius: float) -> Spheres:
+    """One ball: ``centre`` (3,) m, ``radius`` m."""
+    return Spheres(np.asarray(centre, dtype=float)[None], np.array([float(radius)]))
+
+
+@dataclass(frozen=True)
+class _Combination:
+    """Two solids joined by a rule on their values; subclasses name the rule and the box."""
+
+    a: Solid
+    b: Solid
+
+    def combine(self, a: Any, b: Any) -> Any:
+        raise TypeError(f"{type(self).__name__} has no rule of combination")
+
+    def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
+        return self.combine(self.a(points), self.b(points))
+
+
+class Union(_Combination):
+    """Points in ``a`` or in ``b``: min."""
+
+    def combine(self, a: Any, b: Any) -> Any:
+        return namespace(a).minimum(a, b)
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        a, b = self.a.bounds(), self.b.bounds()
+        return np.stack([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
+
+
+class Intersection(_Combination):
+    """Points in ``a`` and in ``b``: max."""
+
+    def combine(self, a: Any, b: Any) -> Any:
+        return namespace(a).maximum(a, b)
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        a, b = self.a.bounds(), self.b.bounds()
+        lower = np.maximum(a[0], b[0])
+        return np.stack([lower, np.maximum(lower, np.minimum(a[1], b[1]))])
+
+
+class Difference(_Combination):
+    """Points in ``a`` and not inside ``b``: max(a, -b). The surface of ``b`` belongs to the difference."""
+
+    def combine(self, a: Any, b: Any) -> Any:
+        return namespace(a).maximum(a, -b)
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        return self.a.bounds()
+
+
+def fold(solid: Solid, leaf: Callable[[Parts], Any]) -> Any:
+    """Combine ``leaf(parts)`` over the tree of ``solid`` by its own rules of min and max.
+
+    ``leaf`` may return implicit values or verdicts (-1 inside, 0 undecided, 1 outside): both obey the same algebra.
+    """
+    if isinstance(solid, _Combination):
+        return solid.combine(fold(solid.a, leaf), fold(solid.b, leaf))
+    if not isinstance(solid, Parts):
+        raise TypeError(f"{type(solid).__name__} is neither a union of parts nor a combination of solids")
+    return leaf(solid)
+
+

@@ -1,0 +1,81 @@
+"""Target volumes: what the sensors should see."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from .chain import forward, joint_origins
+from .curve import PoseCurve, pose_curve
+from .robots import Robot
+from .solids import Difference, Solid, Union, sphere
+
+NAMES = ("V_O", "V_T", "V_OT", "V_S")
+ROBOT_RADIUS = 0.15  # m, of V_R: the widest link of a UR10 (the paper)
+TCP_RANGE = 1.5  # m, radius of V_T: one sensor range (the paper)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """How target volumes are made from a pose: blend of the pose curve, interpolation points per bend, V_R's radius m,
+    V_T's radius m."""
+
+    blend: float = 0.5
+    points_per_bend: int = 20
+    robot_radius: float = ROBOT_RADIUS
+    tcp_range: float = TCP_RANGE
+
+
+@dataclass(frozen=True)
+class Target:
+    """A target volume by name: V_O, V_T, V_OT, or V_S with a radius in m.
+
+    Raises:
+        ValueError: for an unknown name, a radius where none belongs, or none where one does.
+    """
+
+    name: str
+    radius: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.name not in NAMES:
+            raise ValueError(f"unknown target {self.name!r}; known: {', '.join(NAMES)}")
+        if (self.radius is None) == (self.name == "V_S"):
+            need = "needs a radius in metres" if self.name == "V_S" else "takes no radius"
+            raise ValueError(f"target {self.name} {need}")
+        if self.radius is not None and not (np.isfinite(self.radius) and self.radius > 0):
+            raise ValueError(f"radius {self.radius} of target {self.name} is not a positive number of metres")
+
+    def __str__(self) -> str:
+        return self.name if self.radius is None else f"{self.name}({self.radius:g})"
+
+
+def robot_curve(robot: Robot, q: Float[np.ndarray, " J"], shape: Shape) -> PoseCurve:
+    """The pose curve from base to TCP at joint angles ``q`` (J,) rad."""
+    return pose_curve(joint_origins(robot.chain, q), shape.blend)
+
+
+def target_solid(target: Target, robot: Robot, q: Float[np.ndarray, " J"], shape: Shape | None = None) -> Difference:
+    """The target at pose ``q`` (J,) rad in the base frame: the outer solid less V_R.
+
+    Raises:
+        ValueError: if the shell's radius is not larger than V_R's, so that nothing is left.
+    """
+    shape = shape or Shape()
+    curve = robot_curve(robot, q, shape)
+    if target.radius is not None and target.radius <= shape.robot_radius:
+        raise ValueError(
+            f"radius {target.radius:g} of target V_S is inside the robot's own volume V_R; allowed: above {shape.robot_radius:g}"
+        )
+    body = curve.tube(shape.robot_radius, shape.points_per_bend)
+    tcp = forward(robot.chain, q)[-1, :3, 3]
+    outer: Solid
+    if target.radius is not None:
+        outer = curve.tube(target.radius, shape.points_per_bend)
+    elif target.name == "V_O":
+        outer = sphere(np.zeros(3), robot.reach)
+    elif target.name == "V_T":
+        outer = sphere(tcp, shape.tcp_range)
+    else:
+        outer = Union(sphere(np.zeros(3), robot.reach), sphere(tcp, shape.tcp_range))
+    return Difference(outer, body)
