@@ -26,5 +26,15 @@ def dot(a: Any, b: Any) -> Any:
 def root(square: Any) -> Any:
     """Square root with value 0 and gradient 0 at (and below) 0: the dangerous input is replaced before the root."""
     xp = namespace(square)
+    if xp is np:
+        return np.sqrt(np.maximum(square, 0.0))
     positive = square > 0
     return xp.where(positive, xp.sqrt(xp.where(positive, square, 1.0)), 0.0)
+
+
+def rows(array: Any, index: Any) -> Any:
+    """``array[index]`` for ``array`` (K, 3), laid out so that each component lies contiguous in memory.
+
+    Arithmetic on single components then runs through memory once, which is most of the octree's time.
+    """
+    return array[index] if np.ndim(index) == 0 else namespace(array).take(array.T, index, axis=1).T

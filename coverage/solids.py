@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from functools import reduce
 from typing import Any, Protocol, runtime_checkable
 
+import jax
 import numpy as np
 from jaxtyping import Float
 
-from .arrays import Array, dot, namespace, root
+from .arrays import Array, dot, namespace, root, rows
 
 
 @runtime_checkable
@@ -37,38 +38,45 @@ class Parts(Solid, Protocol):
         """Implicit function of part ``index[k]`` at ``points[k]``: (P, 3), (P,) -> (P,); shapes broadcast."""
 
 
-def cone(points: Any, apex: Any, axis: Any, half_angle: Any, range_m: Any) -> Any:
+def cone(points: Any, apex: Any, axis: Any, cosine: Any, sine: Any, range_m: Any) -> Any:
     """Implicit function of a right circular cone with a flat base; all arguments broadcast.
 
-    The region {0 <= d <= range, rho <= d tan(half_angle)} with d along the unit axis and rho the distance from it is the
-    intersection of an infinite cone, ``rho cos a - d sin a``, and a half-space, ``d - range``. Each has a gradient of
-    length 1 in the (d, rho) half-plane, so their maximum is 1-Lipschitz. On the axis the gradient of rho is taken as 0.
+    The region {0 <= d <= range, rho <= d tan a} with d along the unit axis, rho the distance from it and a the half angle
+    is the intersection of an infinite cone, ``rho cos a - d sin a``, and a half-space, ``d - range``. Each has a gradient
+    of length 1 in the (d, rho) half-plane, so their maximum is 1-Lipschitz. On the axis the gradient of rho is taken as 0.
 
     Args:
         points: (..., 3) m.
         apex: (..., 3) m.
         axis: (..., 3), unit vectors.
-        half_angle: (...), half of the field of view, radians, in (0, pi/2).
+        cosine, sine: (...), of half the field of view, which lies in (0, pi/2).
         range_m: (...), height of the cone, m.
 
     Returns:
         (...) m.
     """
-    xp = namespace(points)
-    v = points - apex
-    d = dot(v, axis)
-    across = v - d[..., None] * axis
-    rho = root(dot(across, across))
-    return xp.maximum(rho * xp.cos(half_angle) - d * xp.sin(half_angle), d - range_m)
+    x, y, z = (points[..., i] - apex[..., i] for i in range(3))
+    a, b, c = (axis[..., i] for i in range(3))
+    d = x * a + y * b + z * c
+    x, y, z = x - d * a, y - d * b, z - d * c
+    rho = root(x * x + y * y + z * z)
+    return namespace(points).maximum(rho * cosine - d * sine, d - range_m)
 
 
 def _least(solid: Parts, points: Any) -> Any:
-    """Implicit function of a union: the least over its parts, one part at a time so that memory stays (N,)."""
+    """Implicit function of a union: the least over its parts.
+
+    NumPy takes one part at a time, so that memory stays (N,); JAX sees them at once and fuses the minimum.
+    """
+    xp = namespace(points)
     if len(solid) == 0:
-        return namespace(points).full(points.shape[:1], float("inf"), dtype=points.dtype)
-    return reduce(namespace(points).minimum, (solid.part(points, i) for i in range(len(solid))))
+        return xp.full(points.shape[:1], float("inf"), dtype=points.dtype)
+    if xp is not np:
+        return solid.part(points[:, None, :], np.arange(len(solid))).min(axis=1)
+    return reduce(np.minimum, (solid.part(points, i) for i in range(len(solid))))
 
 
+@jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Cones:
     """A union of cones with flat bases: the field of view of K sensors.
@@ -85,7 +93,9 @@ class Cones:
         return self.apex.shape[0]
 
     def part(self, points: Any, index: Any) -> Any:
-        return cone(points, self.apex[index], self.axis[index], self.half_angle[index], self.range_m[index])
+        xp = namespace(self.half_angle)
+        cosine, sine = xp.cos(self.half_angle)[index], xp.sin(self.half_angle)[index]
+        return cone(points, rows(self.apex, index), rows(self.axis, index), cosine, sine, self.range_m[index])
 
     def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
         return _least(self, points)
@@ -100,6 +110,7 @@ class Cones:
         return np.stack([lower.min(axis=0), upper.max(axis=0)])
 
 
+@jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Spheres:
     """A union of balls: centre (K, 3) m, radius (K,) m. ``|p - c| - r`` is a signed distance, hence 1-Lipschitz."""
@@ -111,7 +122,7 @@ class Spheres:
         return self.centre.shape[0]
 
     def part(self, points: Any, index: Any) -> Any:
-        v = points - self.centre[index]
+        v = points - rows(self.centre, index)
         return root(dot(v, v)) - self.radius[index]
 
     def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
@@ -127,6 +138,7 @@ def sphere(centre: Any, radius: float) -> Spheres:
     return Spheres(np.asarray(centre, dtype=float)[None], np.array([float(radius)]))
 
 
+@jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class _Combination:
     """Two solids joined by a rule on their values; subclasses name the rule and the box."""
@@ -141,6 +153,8 @@ class _Combination:
         return self.combine(self.a(points), self.b(points))
 
 
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
 class Union(_Combination):
     """Points in ``a`` or in ``b``: min."""
 
@@ -152,6 +166,8 @@ class Union(_Combination):
         return np.stack([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
 
 
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
 class Intersection(_Combination):
     """Points in ``a`` and in ``b``: max."""
 
@@ -164,6 +180,8 @@ class Intersection(_Combination):
         return np.stack([lower, np.maximum(lower, np.minimum(a[1], b[1]))])
 
 
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
 class Difference(_Combination):
     """Points in ``a`` and not inside ``b``: max(a, -b). The surface of ``b`` belongs to the difference."""
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
@@ -10,6 +11,7 @@ from .arrays import Array, dot, namespace, root
 from .solids import _least
 
 
+@jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Tube:
     """Slabs between neighbouring discs: the points where the two plane functions differ in sign, within ``radius`` of
@@ -25,7 +27,7 @@ class Tube:
 
     centre: Float[np.ndarray, "D 3"]
     normal: Float[np.ndarray, "D 3"]
-    radius: float
+    radius: Any
     first: Int[np.ndarray, " S"]
 
     def __len__(self) -> int:

@@ -1,0 +1,237 @@
+"""The octree: which voxels a solid holds, found by splitting only the cells that its surface may cross.
+
+A cell with centre c and half-diagonal h lies wholly inside a solid when f(c) < -h and wholly outside when f(c) > h, as
+f is 1-Lipschitz. Each cell carries, for every union of parts in the solid's tree, the parts that still matter to it: a
+part outside the cell is outside all its children.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from .solids import Parts, Solid, fold
+from .tube import Tube
+from .voxelset import BITS, OFFSET, VoxelSet, centre, encode
+
+Rule = Literal["centre", "touch"]
+PROBES = 4  # `touch` probes a voxel at every quarter of its side, faces included: 5^3 points, its centre among them
+CHUNK = 1 << 13  # pairs of cell and part worked on at once: their arrays stay in cache and out of the kernel's hands
+SLACK = 1e-9  # rounding of an implicit function, relative to 1 m or the scene's size if larger
+_FIRST_CELLS = 64  # aim for the first level
+_CHILD = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1).reshape(-1, 3)[:, ::-1].astype(np.int64)
+
+Pairs = tuple[Int[np.ndarray, " P"], Int[np.ndarray, " P"]]  # cell and part of each pair, ascending by cell, then part
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Cells of one level that await a verdict: numbers (M, 3) at that level, first keys (M,), whether all their voxels
+    are wanted (M,), and for each union of parts in the solid's tree the pairs that matter."""
+
+    level: int
+    numbers: Int[np.ndarray, "M 3"]
+    key: Int[np.ndarray, " M"]
+    full: Bool[np.ndarray, " M"]
+    pairs: tuple[Pairs, ...]
+
+    def __len__(self) -> int:
+        return len(self.key)
+
+    def slices(self) -> Iterator["Cells"]:
+        """The same cells in runs of at most about CHUNK pairs."""
+        load = sum(np.bincount(cell, minlength=len(self)) for cell, _ in self.pairs) + np.ones(len(self), int)
+        bin_of = np.cumsum(load) // CHUNK
+        edges = np.flatnonzero(np.diff(bin_of)) + 1
+        for low, high in zip([0, *edges], [*edges, len(self)], strict=True):
+            cut = [np.searchsorted(cell, [low, high]) for cell, _ in self.pairs]
+            pairs = tuple((cell[a:b] - low, part[a:b]) for (cell, part), (a, b) in zip(self.pairs, cut, strict=True))
+            yield Cells(self.level, self.numbers[low:high], self.key[low:high], self.full[low:high], pairs)
+
+    def only(self, keep: Bool[np.ndarray, " M"]) -> "Cells":
+        """The cells that are kept."""
+        if keep.all():
+            return self
+        new = np.cumsum(keep) - 1
+        pairs = tuple((new[cell[kept]], part[kept]) for cell, part in self.pairs for kept in [keep[cell]])
+        return Cells(self.level, self.numbers[keep], self.key[keep], self.full[keep], pairs)
+
+    def children(self) -> "Cells":
+        """The eight children of each cell, with its pairs."""
+        numbers = (2 * self.numbers[:, None, :] + _CHILD).reshape(-1, 3)
+        key = (self.key[:, None] + np.arange(8) * (1 << 3 * (self.level - 1))).reshape(-1)
+        pairs = tuple(_pass_on(cell, part, len(self)) for cell, part in self.pairs)
+        return Cells(self.level - 1, numbers, key, np.repeat(self.full, 8), pairs)
+
+
+def _pass_on(cell: np.ndarray, part: np.ndarray, cells: int) -> Pairs:
+    """Pairs of the children: every cell's list of parts eight times over, in the children's order."""
+    count = np.bincount(cell, minlength=cells)
+    start = np.repeat(np.cumsum(count) - count, 8)
+    count = np.repeat(count, 8)
+    child = np.repeat(np.arange(len(count)), count)
+    before = np.cumsum(count) - count
+    return child, part[np.arange(len(child)) + (start - before)[child]]
+
+
+def _leaves(solid: Solid) -> list[Parts]:
+    """The unions of parts in the solid's tree, left to right."""
+    found: list[Parts] = []
+
+    def note(parts: Parts) -> Float[np.ndarray, " 1"]:
+        found.append(parts)
+        return np.zeros(1)
+
+    fold(solid, note)
+    return found
+
+
+def _first_cells(leaves: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float, full: bool) -> Cells:
+    """Aligned cells that cover ``box``, each paired with all parts."""
+    low, high = np.floor(box[0] / voxel).astype(int) + OFFSET - 1, np.floor(box[1] / voxel).astype(int) + OFFSET + 1
+    if low.min() < 0 or high.max() >= 1 << BITS:
+        raise ValueError(f"voxels of {voxel:g} m are too small for a solid of {np.ptp(box, axis=0).max():.3g} m: 2^{BITS} a side")
+    level = 0
+    while np.prod((high >> level) - (low >> level) + 1) > _FIRST_CELLS:
+        level += 1
+    axes = [np.arange(a >> level, (b >> level) + 1) for a, b in zip(low, high, strict=True)]
+    numbers = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3).astype(np.int64)
+    n = len(numbers)
+    pairs = tuple((np.repeat(np.arange(n), len(p)), np.tile(np.arange(len(p)), n)) for p in leaves)
+    return Cells(level, numbers, encode(numbers << level), np.full(n, full), pairs)
+
+
+def _values(solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...]) -> Float[np.ndarray, " M"]:
+    """Implicit function at one point of each cell, parts that do not matter left out."""
+    turn = iter(pairs)
+
+    def least(parts: Parts) -> Float[np.ndarray, " M"]:
+        cell, index = next(turn)
+        value = np.full(len(points), np.inf)
+        np.minimum.at(value, cell, parts.part(points[cell], index))
+        return value
+
+    return fold(solid, least)
+
+
+def _verdicts(
+    solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], reach: float
+) -> tuple[Int[np.ndarray, " M"], tuple[Pairs, ...]]:
+    """-1 where the ball of radius ``reach`` m about a point lies inside the solid, 1 outside, 0 undecided; and the pairs
+    that still matter."""
+    turn = iter(pairs)
+    left: list[Pairs] = []
+
+    def verdict(parts: Parts) -> Int[np.ndarray, " M"]:
+        cell, index = next(turn)
+        value = parts.part(points[cell], index)
+        state = np.ones(len(points), np.int8)
+        state[cell[value <= reach]] = 0
+        state[cell[value < -reach]] = -1
+        keep = value <= reach
+        cell, index = cell[keep], index[keep]
+        if isinstance(parts, Tube):
+            state[cell[parts.swallowed(points[cell], reach, cell, index)]] = -1
+        left.append((cell, index))
+        return state
+
+    return fold(solid, verdict), tuple(left)
+
+
+def _touched(
+    solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], voxel: float
+) -> Bool[np.ndarray, " M"]:
+    """Voxels of which a probed point is inside the solid; centres first, as they decide most."""
+    steps = np.arange(PROBES + 1) / PROBES - 0.5
+    offsets = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3)
+    offsets = offsets[np.argsort(np.abs(offsets).max(axis=1), kind="stable")]
+    touched = np.zeros(len(points), bool)
+    for offset in offsets:
+        todo = ~touched
+        new = np.cumsum(todo) - 1
+        rest = tuple((new[cell[todo[cell]]], part[todo[cell]]) for cell, part in pairs)
+        touched[todo] = _values(solid, points[todo] + offset * voxel, rest) <= 0
+    return touched
+
+
+@dataclass(frozen=True)
+class Found:
+    """Octree cells inside a solid: first keys (C,), the keys of each, and whether all their voxels are wanted (C,)."""
+
+    key: Int[np.ndarray, " C"]
+    size: int
+    full: Bool[np.ndarray, " C"]
+
+
+def descend(solid: Solid, voxel: float, rule: Rule, within: VoxelSet | None = None) -> Iterator[Found]:
+    """Octree cells that the solid holds, as they are found.
+
+    Args:
+        solid: what is counted.
+        voxel: side l of a voxel, m.
+        rule: ``centre``: a voxel counts when f(centre) <= 0. ``touch``: when f <= 0 at any point of a grid of a quarter
+            of the side, its corners included.
+        within: the voxels that are wanted; cells without one of them are not looked into. None: all.
+
+    Raises:
+        ValueError: if the voxels are so small that the solid does not fit the lattice's 2^21 voxels a side.
+    """
+    box = solid.bounds()
+    slack = SLACK * max(1.0, float(np.abs(box).max()))
+    stack = [_first_cells(_leaves(solid), box, voxel, within is None)]
+    while stack:
+        for cells in stack.pop().slices():
+            if within is not None:
+                cells = _wanted(cells, within)
+            if len(cells) == 0:
+                continue
+            size = 1 << 3 * cells.level
+            points = centre(cells.numbers, cells.level, voxel)
+            if cells.level == 0 and rule == "centre":
+                inside = _values(solid, points, cells.pairs) <= 0
+                yield Found(cells.key[inside], size, cells.full[inside])
+                continue
+            reach = math.sqrt(3) / 2 * voxel * (1 << cells.level) + slack
+            state, pairs = _verdicts(solid, points, cells.pairs, reach)
+            inside, undecided = state < 0, state == 0
+            yield Found(cells.key[inside], size, cells.full[inside])
+            rest = Cells(cells.level, cells.numbers, cells.key, cells.full, pairs).only(undecided)
+            if cells.level > 0:
+                stack.append(rest.children())
+            else:
+                touched = _touched(solid, points[undecided], rest.pairs, voxel)
+                yield Found(rest.key[touched], size, rest.full[touched])
+
+
+def _wanted(cells: Cells, within: VoxelSet) -> Cells:
+    """The cells with a wanted voxel, those with nothing else marked full."""
+    partial = ~cells.full
+    if not partial.any():
+        return cells
+    size = 1 << 3 * cells.level
+    wanted = np.full(len(cells), size)
+    wanted[partial] = within.count_in(cells.key[partial], size)
+    return Cells(cells.level, cells.numbers, cells.key, wanted == size, cells.pairs).only(wanted > 0)
+
+
+def voxels(solid: Solid, voxel: float, rule: Rule = "centre", within: VoxelSet | None = None) -> VoxelSet:
+    """Omega(solid): the set of its voxels, or of those that also lie in ``within``. See ``descend``."""
+    found = list(descend(solid, voxel, rule, within))
+    if not found:
+        return VoxelSet.empty(voxel)
+    key, size = np.concatenate([f.key for f in found]), np.repeat([f.size for f in found], [len(f.key) for f in found])
+    whole = VoxelSet.of_cells(voxel, key, size)
+    return whole if within is None else whole & within
+
+
+def count(solid: Solid, voxel: float, rule: Rule = "centre", within: VoxelSet | None = None) -> int:
+    """Number of voxels of Omega(solid), or of those that also lie in ``within``, without storing them."""
+    total = 0
+    for found in descend(solid, voxel, rule, within):
+        total += int(found.full.sum()) * found.size
+        if within is not None and not found.full.all():
+            total += int(within.count_in(found.key[~found.full], found.size).sum())
+    return total

@@ -1,0 +1,51 @@
+"""Quasi-random points, uniform in a solid: where the soft estimator asks."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+from scipy.stats import qmc
+
+from .solids import Solid
+
+_BATCH = 1 << 15  # candidates tested at once
+_MAX_BATCHES = 1000
+_BLOCK = 1 << 10  # candidates in memory against all parts at once
+
+
+class EmptySolid(ValueError):
+    """A solid in which no point was found."""
+
+
+@jax.jit
+def _inside(solid: Solid, points: Float[jax.Array, "N 3"]) -> jax.Array:
+    blocks = points.reshape(-1, _BLOCK, 3)
+    return jax.lax.map(lambda block: solid(block) <= 0, blocks).reshape(-1)
+
+
+def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
+    """The first ``count`` points of a scrambled Sobol sequence over the solid's box that lie inside it.
+
+    Args:
+        solid: where the points shall lie; its tree of parts is evaluated by JAX.
+        count: N, how many.
+        seed: of the scrambling; the same seed gives the same points.
+
+    Returns:
+        (N, 3) m.
+
+    Raises:
+        EmptySolid: if hardly any candidate is inside.
+    """
+    low, high = solid.bounds()
+    sequence = qmc.Sobol(3, seed=seed)
+    found: list[np.ndarray] = []
+    total = 0
+    for _ in range(_MAX_BATCHES):
+        candidates = low + (high - low) * sequence.random(_BATCH)
+        hits = candidates[np.asarray(_inside(solid, jnp.asarray(candidates)))]
+        found.append(hits)
+        total += len(hits)
+        if total >= count:
+            return np.concatenate(found)[:count]
+    raise EmptySolid(f"only {total} of {_MAX_BATCHES * _BATCH} points tried lie inside the target: it is empty or too thin")
