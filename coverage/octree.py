@@ -13,14 +13,15 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from .arrays import rows
 from .solids import Parts, Solid, fold
-from .tube import Tube
 from .voxelset import BITS, OFFSET, VoxelSet, centre, encode
 
 Rule = Literal["centre", "touch"]
 PROBES = 4  # `touch` probes a voxel at every quarter of its side, faces included: 5^3 points, its centre among them
 CHUNK = 1 << 13  # pairs of cell and part worked on at once: their arrays stay in cache and out of the kernel's hands
 SLACK = 1e-9  # rounding of an implicit function, relative to 1 m or the scene's size if larger
+_FULL = 1  # mark of cells all of whose voxels are wanted
 _FIRST_CELLS = 64  # aim for the first level
 _CHILD = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1).reshape(-1, 3)[:, ::-1].astype(np.int64)
 
@@ -29,13 +30,13 @@ Pairs = tuple[Int[np.ndarray, " P"], Int[np.ndarray, " P"]]  # cell and part of 
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells of one level that await a verdict: numbers (M, 3) at that level, first keys (M,), whether all their voxels
-    are wanted (M,), and for each union of parts in the solid's tree the pairs that matter."""
+    """Cells of one level that await a verdict: numbers (M, 3) at that level, first keys (M,), a mark (M,) that children
+    inherit, and for each union of parts in the solid's tree the pairs that matter."""
 
     level: int
     numbers: Int[np.ndarray, "M 3"]
     key: Int[np.ndarray, " M"]
-    full: Bool[np.ndarray, " M"]
+    mark: Int[np.ndarray, " M"]
     pairs: tuple[Pairs, ...]
 
     def __len__(self) -> int:
@@ -49,7 +50,7 @@ class Cells:
         for low, high in zip([0, *edges], [*edges, len(self)], strict=True):
             cut = [np.searchsorted(cell, [low, high]) for cell, _ in self.pairs]
             pairs = tuple((cell[a:b] - low, part[a:b]) for (cell, part), (a, b) in zip(self.pairs, cut, strict=True))
-            yield Cells(self.level, self.numbers[low:high], self.key[low:high], self.full[low:high], pairs)
+            yield Cells(self.level, self.numbers[low:high], self.key[low:high], self.mark[low:high], pairs)
 
     def only(self, keep: Bool[np.ndarray, " M"]) -> "Cells":
         """The cells that are kept."""
@@ -57,14 +58,14 @@ class Cells:
             return self
         new = np.cumsum(keep) - 1
         pairs = tuple((new[cell[kept]], part[kept]) for cell, part in self.pairs for kept in [keep[cell]])
-        return Cells(self.level, self.numbers[keep], self.key[keep], self.full[keep], pairs)
+        return Cells(self.level, self.numbers[keep], self.key[keep], self.mark[keep], pairs)
 
     def children(self) -> "Cells":
         """The eight children of each cell, with its pairs."""
         numbers = (2 * self.numbers[:, None, :] + _CHILD).reshape(-1, 3)
         key = (self.key[:, None] + np.arange(8) * (1 << 3 * (self.level - 1))).reshape(-1)
         pairs = tuple(_pass_on(cell, part, len(self)) for cell, part in self.pairs)
-        return Cells(self.level - 1, numbers, key, np.repeat(self.full, 8), pairs)
+        return Cells(self.level - 1, numbers, key, np.repeat(self.mark, 8), pairs)
 
 
 def _pass_on(cell: np.ndarray, part: np.ndarray, cells: int) -> Pairs:
@@ -89,7 +90,7 @@ def _leaves(solid: Solid) -> list[Parts]:
     return found
 
 
-def _first_cells(leaves: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float, full: bool) -> Cells:
+def _first_cells(leaves: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float, mark: int) -> Cells:
     """Aligned cells that cover ``box``, each paired with all parts."""
     low, high = np.floor(box[0] / voxel).astype(int) + OFFSET - 1, np.floor(box[1] / voxel).astype(int) + OFFSET + 1
     if low.min() < 0 or high.max() >= 1 << BITS:
@@ -101,7 +102,7 @@ def _first_cells(leaves: list[Parts], box: Float[np.ndarray, "2 3"], voxel: floa
     numbers = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3).astype(np.int64)
     n = len(numbers)
     pairs = tuple((np.repeat(np.arange(n), len(p)), np.tile(np.arange(len(p)), n)) for p in leaves)
-    return Cells(level, numbers, encode(numbers << level), np.full(n, full), pairs)
+    return Cells(level, numbers, encode(numbers << level), np.full(n, mark, np.int8), pairs)
 
 
 def _values(solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...]) -> Float[np.ndarray, " M"]:
@@ -111,7 +112,7 @@ def _values(solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, 
     def least(parts: Parts) -> Float[np.ndarray, " M"]:
         cell, index = next(turn)
         value = np.full(len(points), np.inf)
-        np.minimum.at(value, cell, parts.part(points[cell], index))
+        np.minimum.at(value, cell, parts.part(rows(points, cell), index))
         return value
 
     return fold(solid, least)
@@ -127,15 +128,11 @@ def _verdicts(
 
     def verdict(parts: Parts) -> Int[np.ndarray, " M"]:
         cell, index = next(turn)
-        value = parts.part(points[cell], index)
+        matters, inside = parts.decide(rows(points, cell), cell, index, reach)
         state = np.ones(len(points), np.int8)
-        state[cell[value <= reach]] = 0
-        state[cell[value < -reach]] = -1
-        keep = value <= reach
-        cell, index = cell[keep], index[keep]
-        if isinstance(parts, Tube):
-            state[cell[parts.swallowed(points[cell], reach, cell, index)]] = -1
-        left.append((cell, index))
+        state[cell[matters]] = 0
+        state[cell[inside]] = -1
+        left.append((cell[matters], index[matters]))
         return state
 
     return fold(solid, verdict), tuple(left)
@@ -181,7 +178,7 @@ def descend(solid: Solid, voxel: float, rule: Rule, within: VoxelSet | None = No
     """
     box = solid.bounds()
     slack = SLACK * max(1.0, float(np.abs(box).max()))
-    stack = [_first_cells(_leaves(solid), box, voxel, within is None)]
+    stack = [_first_cells(_leaves(solid), box, voxel, _FULL if within is None else 0)]
     while stack:
         for cells in stack.pop().slices():
             if within is not None:
@@ -192,29 +189,29 @@ def descend(solid: Solid, voxel: float, rule: Rule, within: VoxelSet | None = No
             points = centre(cells.numbers, cells.level, voxel)
             if cells.level == 0 and rule == "centre":
                 inside = _values(solid, points, cells.pairs) <= 0
-                yield Found(cells.key[inside], size, cells.full[inside])
+                yield Found(cells.key[inside], size, cells.mark[inside] == _FULL)
                 continue
             reach = math.sqrt(3) / 2 * voxel * (1 << cells.level) + slack
             state, pairs = _verdicts(solid, points, cells.pairs, reach)
             inside, undecided = state < 0, state == 0
-            yield Found(cells.key[inside], size, cells.full[inside])
-            rest = Cells(cells.level, cells.numbers, cells.key, cells.full, pairs).only(undecided)
+            yield Found(cells.key[inside], size, cells.mark[inside] == _FULL)
+            rest = Cells(cells.level, cells.numbers, cells.key, cells.mark, pairs).only(undecided)
             if cells.level > 0:
                 stack.append(rest.children())
             else:
                 touched = _touched(solid, points[undecided], rest.pairs, voxel)
-                yield Found(rest.key[touched], size, rest.full[touched])
+                yield Found(rest.key[touched], size, rest.mark[touched] == _FULL)
 
 
 def _wanted(cells: Cells, within: VoxelSet) -> Cells:
     """The cells with a wanted voxel, those with nothing else marked full."""
-    partial = ~cells.full
+    partial = cells.mark != _FULL
     if not partial.any():
         return cells
     size = 1 << 3 * cells.level
     wanted = np.full(len(cells), size)
     wanted[partial] = within.count_in(cells.key[partial], size)
-    return Cells(cells.level, cells.numbers, cells.key, wanted == size, cells.pairs).only(wanted > 0)
+    return Cells(cells.level, cells.numbers, cells.key, np.where(wanted == size, _FULL, 0).astype(np.int8), cells.pairs).only(wanted > 0)
 
 
 def voxels(solid: Solid, voxel: float, rule: Rule = "centre", within: VoxelSet | None = None) -> VoxelSet:

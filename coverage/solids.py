@@ -5,6 +5,7 @@ hand each cell only the parts that still matter to it. Inner nodes combine: unio
 ``A minus B`` is ``max(a, -b)``; each of these keeps the Lipschitz constant 1.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
@@ -12,7 +13,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 
 from .arrays import Array, dot, namespace, root, rows
 
@@ -28,14 +29,45 @@ class Solid(Protocol):
         """Lower and upper corner (2, 3) m of an axis-aligned box that holds the solid."""
 
 
-@runtime_checkable
-class Parts(Solid, Protocol):
-    """A union of ``len(self)`` parts of one kind."""
+class Parts(ABC):
+    """A union of ``len(self)`` parts of one kind: the leaves of a solid's tree."""
 
+    @abstractmethod
     def __len__(self) -> int: ...
 
+    @abstractmethod
     def part(self, points: Any, index: Any) -> Any:
         """Implicit function of part ``index[k]`` at ``points[k]``: (P, 3), (P,) -> (P,); shapes broadcast."""
+
+    @abstractmethod
+    def bounds(self) -> Float[np.ndarray, "2 3"]: ...
+
+    def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
+        """The least over the parts. NumPy takes one part at a time, so that memory stays (N,); JAX fuses them all."""
+        xp = namespace(points)
+        if len(self) == 0:
+            return xp.full(points.shape[:1], float("inf"), dtype=points.dtype)
+        if xp is not np:
+            return self.part(points[:, None, :], np.arange(len(self))).min(axis=1)
+        return reduce(np.minimum, (self.part(points, i) for i in range(len(self))))
+
+    def decide(
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        reach: float,
+    ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
+        """For pairs of a ball and a part: does the part matter to the ball, and is the ball wholly inside the union?
+
+        Args:
+            points: centre of each pair's ball, m.
+            cell: number of the ball, ascending.
+            index: part of each pair, ascending within a ball; parts known not to matter may be absent.
+            reach: radius of every ball, m.
+        """
+        value = self.part(points, index)
+        return value <= reach, value < -reach
 
 
 def cone(points: Any, apex: Any, axis: Any, cosine: Any, sine: Any, range_m: Any) -> Any:
@@ -63,22 +95,9 @@ def cone(points: Any, apex: Any, axis: Any, cosine: Any, sine: Any, range_m: Any
     return namespace(points).maximum(rho * cosine - d * sine, d - range_m)
 
 
-def _least(solid: Parts, points: Any) -> Any:
-    """Implicit function of a union: the least over its parts.
-
-    NumPy takes one part at a time, so that memory stays (N,); JAX sees them at once and fuses the minimum.
-    """
-    xp = namespace(points)
-    if len(solid) == 0:
-        return xp.full(points.shape[:1], float("inf"), dtype=points.dtype)
-    if xp is not np:
-        return solid.part(points[:, None, :], np.arange(len(solid))).min(axis=1)
-    return reduce(np.minimum, (solid.part(points, i) for i in range(len(solid))))
-
-
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Cones:
+class Cones(Parts):
     """A union of cones with flat bases: the field of view of K sensors.
 
     apex (K, 3) m, axis (K, 3) unit, half_angle (K,) rad in (0, pi/2), range_m (K,) m.
@@ -97,9 +116,6 @@ class Cones:
         cosine, sine = xp.cos(self.half_angle)[index], xp.sin(self.half_angle)[index]
         return cone(points, rows(self.apex, index), rows(self.axis, index), cosine, sine, self.range_m[index])
 
-    def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
-        return _least(self, points)
-
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Box of each cone: its apex and the disc of its base, whose extent along e is radius * sqrt(1 - axis_e^2)."""
         apex, axis = np.asarray(self.apex), np.asarray(self.axis)
@@ -112,7 +128,7 @@ class Cones:
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Spheres:
+class Spheres(Parts):
     """A union of balls: centre (K, 3) m, radius (K,) m. ``|p - c| - r`` is a signed distance, hence 1-Lipschitz."""
 
     centre: Float[Array, "K 3"]
@@ -124,9 +140,6 @@ class Spheres:
     def part(self, points: Any, index: Any) -> Any:
         v = points - rows(self.centre, index)
         return root(dot(v, v)) - self.radius[index]
-
-    def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
-        return _least(self, points)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         centre, radius = np.asarray(self.centre), np.asarray(self.radius)[:, None]
@@ -199,8 +212,8 @@ def fold(solid: Solid, leaf: Callable[[Parts], Any]) -> Any:
     """
     if isinstance(solid, _Combination):
         return solid.combine(fold(solid.a, leaf), fold(solid.b, leaf))
-    if not isinstance(solid, Parts):
-        raise TypeError(f"{type(solid).__name__} is neither a union of parts nor a combination of solids")
-    return leaf(solid)
+    if isinstance(solid, Parts):
+        return leaf(solid)
+    raise TypeError(f"{type(solid).__name__} is neither a union of parts nor a combination of solids")
 
 

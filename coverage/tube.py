@@ -7,13 +7,13 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from .arrays import Array, dot, namespace, root
-from .solids import _least
+from .arrays import dot, namespace, root, rows
+from .solids import Parts
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Tube:
+class Tube(Parts):
     """Slabs between neighbouring discs: the points where the two plane functions differ in sign, within ``radius`` of
     the segment between the discs' centres.
 
@@ -33,66 +33,53 @@ class Tube:
     def __len__(self) -> int:
         return len(self.first)
 
-    def planes(self, points: Any, index: Any) -> tuple[Any, Any]:
-        """Signed distances (P,), (P,) of ``points`` (P, 3) m from the first and second disc's plane of slab ``index``."""
-        i = self.first[index]
-        before = dot(points - self.centre[i], self.normal[i])
-        after = dot(points - self.centre[i + 1], self.normal[i + 1])
-        return before, after
-
-    def distance(self, points: Any, index: Any) -> Any:
-        """Distance (P,) m of ``points`` (P, 3) from the segment of slab ``index`` (P,)."""
+    def _slab(self, points: Any, index: Any) -> tuple[Any, Any, Any]:
+        """Signed distances of ``points`` from the first and second disc's plane of slab ``index``, and the distance from
+        the segment between the discs' centres, m."""
         xp = namespace(points)
         i = self.first[index]
-        start = self.centre[i]
-        along = self.centre[i + 1] - start
+        start, end = rows(self.centre, i), rows(self.centre, i + 1)
+        v, along = points - start, end - start
+        before = dot(v, rows(self.normal, i))
+        after = dot(points - end, rows(self.normal, i + 1))
         length2 = dot(along, along)
-        v = points - start
         t = xp.clip(dot(v, along) / xp.where(length2 > 0, length2, 1.0), 0.0, 1.0)
         across = v - t[..., None] * along
-        return root(dot(across, across))
+        return before, after, root(dot(across, across))
 
     def part(self, points: Any, index: Any) -> Any:
-        before, after = self.planes(points, index)
+        before, after, distance = self._slab(points, index)
         xp = namespace(points)
         crossing = xp.minimum(xp.maximum(-before, after), xp.maximum(before, -after))
-        return xp.maximum(crossing, self.distance(points, index) - self.radius)
-
-    def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
-        return _least(self, points)
+        return xp.maximum(crossing, distance - self.radius)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         return np.stack([self.centre.min(axis=0) - self.radius, self.centre.max(axis=0) + self.radius])
 
-    def swallowed(
+    def decide(
         self,
-        centres: Float[np.ndarray, "P 3"],
-        reach: float,
+        points: Float[np.ndarray, "P 3"],
         cell: Int[np.ndarray, " P"],
         index: Int[np.ndarray, " P"],
-    ) -> Bool[np.ndarray, " P"]:
-        """Pairs whose cell lies wholly inside the tube, though perhaps in no single slab.
+        reach: float,
+    ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
+        """See ``Parts.decide``; a ball may be wholly inside the tube though in no single slab.
 
-        On the face between two neighbouring slabs the minimum over slabs is 0, deep inside the tube. So look along a run
-        of consecutive slabs whose segments are all nearer than ``radius - reach`` to the centre: if one disc of the run
-        has the whole cell on its positive side and another has it on its negative side, then along the run every point
-        of the cell changes sign between some two neighbours, and is within ``radius`` of the segment between them.
-
-        Args:
-            centres: cell centre of each pair, m.
-            reach: half-diagonal of a cell (slack included), m.
-            cell: cell of each pair, ascending.
-            index: slab of each pair, ascending within a cell. Slabs that miss the cell may be absent: they have both
-                discs on the same side of it, or lie too far, and neither can complete a run.
+        On the face between two neighbouring slabs the least over slabs is 0, deep inside the tube. So look along a run of
+        consecutive slabs whose segments are all nearer than ``radius - reach`` to the centre: if one disc of the run has
+        the whole ball on its positive side and another has it on its negative side, then along the run every point of the
+        ball changes sign between some two neighbours, and is within ``radius`` of the segment between them. A slab that is
+        absent has both discs on the same side of the ball, or lies too far: neither can complete a run.
         """
-        before, after = self.planes(centres, index)
-        near = self.distance(centres, index) < self.radius - reach
-        joined = np.zeros(len(cell), bool)
+        before, after, distance = self._slab(points, index)
+        crossing = np.minimum(np.maximum(-before, after), np.maximum(before, -after))
+        near = distance < self.radius - reach
         disc = self.first[index]
+        joined = np.zeros(len(cell), bool)
         joined[1:] = (cell[1:] == cell[:-1]) & (disc[1:] == disc[:-1] + 1) & near[1:] & near[:-1]
-        run = np.cumsum(~joined) - 1
-        runs = run[-1] + 1 if len(run) else 0
-        positive, negative = np.zeros(runs, bool), np.zeros(runs, bool)
+        run = np.cumsum(~joined)
+        positive, negative = np.zeros((2, len(cell) + 1), bool)
         positive[run[near & ((before > reach) | (after > reach))]] = True
         negative[run[near & ((before < -reach) | (after < -reach))]] = True
-        return (positive & negative)[run]
+        matters = np.maximum(crossing, distance - self.radius) <= reach
+        return matters, (positive & negative)[run] & near
