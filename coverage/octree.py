@@ -7,7 +7,7 @@ part outside the cell is outside all its children.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -52,6 +52,10 @@ class Cells:
             pairs = tuple((cell[a:b] - low, part[a:b]) for (cell, part), (a, b) in zip(self.pairs, cut, strict=True))
             yield Cells(self.level, self.numbers[low:high], self.key[low:high], self.mark[low:high], pairs)
 
+    def left(self, pairs: tuple[Pairs, ...], mark: Int[np.ndarray, " M"]) -> "Cells":
+        """The same cells with the pairs and marks that a look at them left."""
+        return replace(self, pairs=pairs, mark=mark)
+
     def only(self, keep: Bool[np.ndarray, " M"]) -> "Cells":
         """The cells that are kept."""
         if keep.all():
@@ -78,7 +82,7 @@ def _pass_on(cell: np.ndarray, part: np.ndarray, cells: int) -> Pairs:
     return child, part[np.arange(len(child)) + (start - before)[child]]
 
 
-def _leaves(solid: Solid) -> list[Parts]:
+def leaves(solid: Solid) -> list[Parts]:
     """The unions of parts in the solid's tree, left to right."""
     found: list[Parts] = []
 
@@ -90,7 +94,7 @@ def _leaves(solid: Solid) -> list[Parts]:
     return found
 
 
-def _first_cells(leaves: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float, mark: int) -> Cells:
+def first_cells(unions: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float, mark: int) -> Cells:
     """Aligned cells that cover ``box``, each paired with all parts."""
     low, high = np.floor(box[0] / voxel).astype(int) + OFFSET - 1, np.floor(box[1] / voxel).astype(int) + OFFSET + 1
     if low.min() < 0 or high.max() >= 1 << BITS:
@@ -101,7 +105,7 @@ def _first_cells(leaves: list[Parts], box: Float[np.ndarray, "2 3"], voxel: floa
     axes = [np.arange(a >> level, (b >> level) + 1) for a, b in zip(low, high, strict=True)]
     numbers = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3).astype(np.int64)
     n = len(numbers)
-    pairs = tuple((np.repeat(np.arange(n), len(p)), np.tile(np.arange(len(p)), n)) for p in leaves)
+    pairs = tuple((np.repeat(np.arange(n), len(p)), np.tile(np.arange(len(p)), n)) for p in unions)
     return Cells(level, numbers, encode(numbers << level), np.full(n, mark, np.int8), pairs)
 
 
@@ -118,7 +122,7 @@ def _values(solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, 
     return fold(solid, least)
 
 
-def _verdicts(
+def verdicts(
     solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], reach: float
 ) -> tuple[Int[np.ndarray, " M"], tuple[Pairs, ...]]:
     """-1 where the ball of radius ``reach`` m about a point lies inside the solid, 1 outside, 0 undecided; and the pairs
@@ -178,7 +182,7 @@ def descend(solid: Solid, voxel: float, rule: Rule, within: VoxelSet | None = No
     """
     box = solid.bounds()
     slack = SLACK * max(1.0, float(np.abs(box).max()))
-    stack = [_first_cells(_leaves(solid), box, voxel, _FULL if within is None else 0)]
+    stack = [first_cells(leaves(solid), box, voxel, _FULL if within is None else 0)]
     while stack:
         for cells in stack.pop().slices():
             if within is not None:
@@ -192,10 +196,10 @@ def descend(solid: Solid, voxel: float, rule: Rule, within: VoxelSet | None = No
                 yield Found(cells.key[inside], size, cells.mark[inside] == _FULL)
                 continue
             reach = math.sqrt(3) / 2 * voxel * (1 << cells.level) + slack
-            state, pairs = _verdicts(solid, points, cells.pairs, reach)
+            state, pairs = verdicts(solid, points, cells.pairs, reach)
             inside, undecided = state < 0, state == 0
             yield Found(cells.key[inside], size, cells.mark[inside] == _FULL)
-            rest = Cells(cells.level, cells.numbers, cells.key, cells.mark, pairs).only(undecided)
+            rest = cells.left(pairs, cells.mark).only(undecided)
             if cells.level > 0:
                 stack.append(rest.children())
             else:

@@ -1,0 +1,135 @@
+"""Exact zeta of a setup in a scene: the verifier that every answer passes through."""
+
+import math
+import time
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import psutil
+
+from ..coverage.certified import bracket
+from ..coverage.octree import count, voxels
+from ..coverage.rings import Setup, sensor_cones
+from ..coverage.solids import Difference
+from ..coverage.targets import Target, target_solid
+from ..coverage.voxelset import VoxelSet
+from .scene import Scene
+
+Rule = Literal["centre", "touch", "certified"]
+RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
+_BYTES = 100  # for each voxel on the surface of a target: its key, its interval and the sorting of both
+
+
+class TooFine(ValueError):
+    """Voxels so small that their sets would not fit into memory."""
+
+
+@dataclass(frozen=True)
+class PoseZeta:
+    """Zeta in [0, 1] at one pose; low and high equal it unless the rule is certified, then it is their middle. Counts of
+    voxels are None when certified."""
+
+    weight: float
+    zeta: float
+    low: float
+    high: float
+    target_voxels: int | None
+    covered_voxels: int | None
+
+
+@dataclass(frozen=True)
+class Verified:
+    """Zeta in [0, 1] of one target: the weighted mean over poses, and each pose beside it."""
+
+    target: Target
+    rule: Rule
+    voxel: float
+    zeta: float
+    low: float
+    high: float
+    poses: tuple[PoseZeta, ...]
+    seconds: float
+
+    @property
+    def target_voxels(self) -> int | None:
+        """Voxels of the target, all poses together."""
+        return None if self.rule == "certified" else sum(p.target_voxels or 0 for p in self.poses)
+
+    @property
+    def covered_voxels(self) -> int | None:
+        """Covered voxels of the target, all poses together."""
+        return None if self.rule == "certified" else sum(p.covered_voxels or 0 for p in self.poses)
+
+
+def target_voxels(solid: Difference, voxel: float, rule: Literal["centre", "touch"]) -> VoxelSet:
+    """Omega(V_max): under ``touch``, as in the paper, the voxels touched by the outer solid less those touched by V_R."""
+    if rule == "centre":
+        return voxels(solid, voxel)
+    return voxels(solid.a, voxel, "touch") - voxels(solid.b, voxel, "touch")
+
+
+def check_voxel(solid: Difference, voxel: float) -> None:
+    """Refuse a voxel size whose sets would not fit into memory, before it is tried.
+
+    The surface of a solid has at most a few times the area of its box, and it is the voxels there that are stored.
+
+    Raises:
+        TooFine: if more than half of the memory that is free would be needed.
+    """
+    if not (math.isfinite(voxel) and voxel > 0):
+        raise ValueError(f"voxel {voxel} is not a positive number of metres")
+    x, y, z = np.ptp(solid.bounds(), axis=0)
+    area = 4 * (x * y + y * z + z * x)
+    free = psutil.virtual_memory().available / 2
+    if area / voxel**2 * _BYTES > free:
+        least = math.sqrt(area * _BYTES / free)
+        raise TooFine(
+            f"voxel {voxel:g} m would need about {area / voxel**2 * _BYTES / 1e9:.3g} GB of memory,"
+            f" {free / 1e9:.3g} GB may be used; allowed: {least:.1g} m and more"
+        )
+
+
+class Verifier:
+    """Counts zeta of setups in one scene and keeps the voxels of its targets, which no setup changes."""
+
+    def __init__(self, scene: Scene, voxel: float = 0.01, rule: Rule = "centre") -> None:
+        self.scene, self.voxel, self.rule = scene, voxel, rule
+        self._targets: dict[tuple[Target, int], VoxelSet] = {}
+
+    def _target(self, target: Target, pose: int, solid: Difference) -> VoxelSet:
+        if (target, pose) not in self._targets:
+            self._targets[target, pose] = target_voxels(solid, self.voxel, "touch" if self.rule == "touch" else "centre")
+        return self._targets[target, pose]
+
+    def _at_pose(self, setup: Setup, target: Target, pose: int) -> PoseZeta:
+        scene, weight = self.scene, float(self.scene.pose_weights[pose])
+        q = scene.poses[pose].q
+        solid, cones = target_solid(target, scene.robot, q, scene.shape), sensor_cones(scene.robot, setup, q)
+        check_voxel(solid, self.voxel)
+        if self.rule == "certified":
+            b = bracket(solid, cones, self.voxel)
+            return PoseZeta(weight, (b.low + b.high) / 2, b.low, b.high, None, None)
+        wanted = self._target(target, pose, solid)
+        total = len(wanted)
+        if total == 0:
+            raise ValueError(f"target {target} holds no voxel of {self.voxel:g} m: it is empty or the voxel too large")
+        covered = count(cones, self.voxel, self.rule, wanted)
+        return PoseZeta(weight, covered / total, covered / total, covered / total, total, covered)
+
+    def verify(self, setup: Setup, target: Target) -> Verified:
+        """Zeta of ``setup`` for ``target`` over the scene's poses.
+
+        Raises:
+            ValueError: for an empty target, or one whose radius lies within V_R.
+            TooFine: if the voxels would not fit into memory.
+        """
+        start = time.perf_counter()
+        poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))
+        zeta, low, high = (math.fsum(p.weight * getattr(p, key) for p in poses) for key in ("zeta", "low", "high"))
+        return Verified(target, self.rule, self.voxel, zeta, low, high, poses, time.perf_counter() - start)
+
+    def objective(self, setup: Setup) -> float:
+        """Weighted mean in [0, 1] of zeta over the scene's goals."""
+        parts = zip(self.scene.goal_weights, self.scene.goals, strict=True)
+        return math.fsum(float(w) * self.verify(setup, goal.target).zeta for w, goal in parts)
