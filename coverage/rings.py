@@ -50,12 +50,14 @@ class Setup:
 _NAME = re.compile(r"n([123])_([1-9]\d{0,3})_(-?\d{1,2}(?:\.\d+)?)")
 
 
-def named_setup(name: str) -> Setup:
+def named_setup(name: str, sensor: Sensor = PAPER_SENSOR, radius: float = RING_RADIUS) -> Setup:
     """The paper's setup n{i}_{j}_{theta}: i rings on upper arm and forearm each, j sensors a ring, tilt theta degrees, and
     one ring of j sensors at tilt 0 on the tool.
 
     i = 1: at the middle, tilted by +theta. i = 2: at both ends, tilted towards each other by theta. i = 3: the two ends
     tilted by theta and the middle at 0.
+
+    ``sensor`` and ``radius`` (m) are the paper's unless given.
 
     Raises:
         ValueError: if the name is not of this form.
@@ -65,8 +67,8 @@ def named_setup(name: str) -> Setup:
         raise ValueError(f"{name!r} is not a setup's name; names are n{{1,2,3}}_{{sensors per ring}}_{{tilt}}, like n2_16_25")
     rings_per_link, count, tilt = int(match[1]), int(match[2]), math.radians(float(match[3]))
     places = {1: [(0.5, tilt)], 2: [(0.0, tilt), (1.0, -tilt)], 3: [(0.0, tilt), (0.5, 0.0), (1.0, -tilt)]}[rings_per_link]
-    rings = [Ring(link, position, count, t) for link in ("upper_arm", "forearm") for position, t in places]
-    return Setup((*rings, Ring("tool", 0.0, count)))
+    rings = [Ring(link, position, count, t, 0.0, radius, sensor) for link in ("upper_arm", "forearm") for position, t in places]
+    return Setup((*rings, Ring("tool", 0.0, count, 0.0, 0.0, radius, sensor)))
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,10 @@ from ..coverage.rings import Setup
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
+from .convert import rounded
 from .variables import bounds, place, starts
+
+FINALISTS = 3  # climbs that the exact count compares, beside the best start
 
 Values = Float[np.ndarray, "3 R"]
 
@@ -176,16 +179,11 @@ def search(
     points = TargetPoints(scene, max(sizes), seed)
     objective = CoverageObjective(scene, layout, points)
     box = bounds(scene, layout)
-    pool = [_Climb(x, 0.0, 0.0, 0) for x in starts(scene, layout, schedule.starts, seed)]
+    begin = starts(scene, layout, schedule.starts, seed)
+    pool = [_Climb(x, 0.0, 0.0, 0) for x in begin]
     widest, evaluations, progress = points.clouds(max(sizes)), 0, Progress(stages=len(schedule.stages))
-    with ThreadPoolExecutor(max(1, os.cpu_count() or 1)) as threads:
-        try:
-            first = max(pool, key=lambda c: objective.hard(c.values, widest))
-            finalists = pool = pool[:1]
-        except KeyboardInterrupt:
-            brake.pulled.set()
-        pool = [_Climb(x, 0.0, 0.0, 0) for x in starts(scene, layout, schedule.starts, seed)]
-        finalists = [first]
+    finalists = [max(begin, key=lambda x: objective.hard(x, widest))]
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
         for number, (stage, size) in enumerate(zip(schedule.stages, sizes, strict=True)):
             clouds = points.clouds(size)
             jobs = [threads.submit(_climb, objective, box, c.values, stage, clouds, brake) for c in pool]
@@ -196,13 +194,13 @@ def search(
             pool = sorted(climbs, key=lambda c: -c.hard)[: stage.keep]
             if brake.on():
                 break
-        finalists += pool[:3]
+    finalists += [c.values for c in pool[:FINALISTS]]
     verifier = Verifier(scene, voxel)
     last = schedule.stages[progress.stage - 1].width
-    setups = [place(layout, c.values) for c in finalists]
+    setups = [rounded(place(layout, x)) for x in finalists]
     exact = [verifier.objective(setup) for setup in setups]
     chosen = int(np.argmax(exact))
-    soft = objective.soft(finalists[chosen].values, last, widest)[0]
+    soft = objective.soft(finalists[chosen], last, widest)[0]
     outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
     spent = Statistics(schedule.starts, evaluations, time.monotonic() - began, last)
     return SearchResult(setups[chosen], soft, exact[chosen], outcome, spent)

@@ -34,20 +34,9 @@ def bounds(scene: Scene, setup: Setup) -> tuple[Float[np.ndarray, "3 R"], Float[
 
 
 def place(setup: Setup, values: Float[np.ndarray, "3 R"]) -> Setup:
-    """``setup`` with its rings at ``values`` (positions, tilts, phases), each phase brought into [0, spacing), as a
-    proposal's file will say it: positions to a millionth, angles to a ten-thousandth of a degree."""
-    rings = []
-    for ring, position, tilt, phase in zip(setup.rings, *values, strict=True):
-        turn = math.degrees(phase) % (360 / ring.count)
-        rings.append(
-            replace(
-                ring,
-                position=round(float(position), 6),
-                tilt=math.radians(round(math.degrees(tilt), 4)),
-                phase=math.radians(round(turn, 4)),
-            )
-        )
-    return Setup(tuple(rings))
+    """``setup`` with its rings at ``values`` (positions, tilts, phases), each phase brought into [0, spacing)."""
+    rings = zip(setup.rings, *values.tolist(), strict=True)
+    return Setup(tuple(replace(r, position=p, tilt=t, phase=f % (2 * math.pi / r.count)) for r, p, t, f in rings))
 
 
 def starts(scene: Scene, setup: Setup, count: int, seed: int) -> list[Float[np.ndarray, "3 R"]]:

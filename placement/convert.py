@@ -1,0 +1,114 @@
+"""Between the models of files and what they stand for in code."""
+
+import math
+
+import numpy as np
+
+from ..coverage.rings import Ring, Setup
+from ..coverage.robots import robot
+from ..coverage.sensors import Sensor
+from ..coverage.targets import Shape, Target
+from ..objectives.exact import PoseZeta, Verified
+from ..objectives.scene import Goal, Limits, Pose, Scene
+from .models import CurveModel, MountModel, PoseModel, PoseZetaModel, RingModel, SceneFile, SensorModel, TargetModel, VerifyResult
+
+DIGITS_DEG = 4  # decimals of an angle in a file
+DIGITS_POSITION = 6  # decimals of a ring's position in a file
+
+
+def _degrees(angle: float) -> float:
+    return round(math.degrees(angle), 9)
+
+
+def sensor_of(model: SensorModel) -> Sensor:
+    return Sensor(math.radians(model.fov_deg), model.range_m)
+
+
+def sensor_model(sensor: Sensor) -> SensorModel:
+    return SensorModel(fov_deg=_degrees(sensor.fov), range_m=sensor.range_m)
+
+
+def scene_of(model: SceneFile) -> Scene:
+    """The scene that a file describes."""
+    return Scene(
+        robot=robot(model.robot),
+        poses=tuple(Pose(np.radians(p.q_deg), p.weight) for p in model.poses),
+        goals=tuple(Goal(Target(t.name, t.radius), t.weight) for t in model.targets),
+        sensor=sensor_of(model.sensor),
+        ring_radius=model.ring_radius,
+        shape=Shape(**model.curve.model_dump()),
+        limits={
+            link: Limits((m.position[0], m.position[1]), (math.radians(m.tilt_deg[0]), math.radians(m.tilt_deg[1])))
+            for link, m in model.mounts.items()
+        },
+    )
+
+
+def scene_model(scene: Scene) -> SceneFile:
+    """The file that describes a scene."""
+    return SceneFile(
+        robot=scene.robot.name,
+        ring_radius=scene.ring_radius,
+        sensor=sensor_model(scene.sensor),
+        curve=CurveModel(**vars(scene.shape)),
+        mounts={
+            link: MountModel(position=list(m.position), tilt_deg=[_degrees(t) for t in m.tilt])
+            for link, m in scene.limits.items()
+        },
+        poses=[PoseModel(q_deg=[_degrees(a) for a in p.q], weight=p.weight) for p in scene.poses],
+        targets=[TargetModel(name=g.target.name, radius=g.target.radius, weight=g.weight) for g in scene.goals],  # type: ignore[arg-type]
+    )
+
+
+def setup_of(rings: list[RingModel]) -> Setup:
+    """The setup that a proposal's rings make."""
+    return Setup(
+        tuple(
+            Ring(r.link, r.position, r.count, math.radians(r.tilt_deg), math.radians(r.phase_deg), r.radius, sensor_of(r.sensor))
+            for r in rings
+        )
+    )
+
+
+def ring_models(setup: Setup) -> list[RingModel]:
+    """The rings of a setup as a proposal lists them, rounded as files are."""
+    return [
+        RingModel(
+            link=r.link,
+            position=round(r.position, DIGITS_POSITION),
+            count=r.count,
+            tilt_deg=round(math.degrees(r.tilt), DIGITS_DEG),
+            phase_deg=round(math.degrees(r.phase), DIGITS_DEG),
+            radius=r.radius,
+            sensor=sensor_model(r.sensor),
+        )
+        for r in setup.rings
+    ]
+
+
+def rounded(setup: Setup) -> Setup:
+    """The setup as it reads back from a proposal's file; what is verified is what is written."""
+    return setup_of(ring_models(setup))
+
+
+def verify_result(name: str, verified: Verified) -> VerifyResult:
+    """The record of a verified zeta, in percent, of the setup called ``name``."""
+
+    def percents(z: Verified | PoseZeta) -> dict[str, float]:
+        return {f"{key}_percent": min(100.0, 100 * getattr(z, key)) for key in ("zeta", "low", "high")}
+
+    return VerifyResult(
+        setup=name,
+        target=verified.target.name,
+        radius=verified.target.radius,
+        rule=verified.rule,
+        voxel=verified.voxel,
+        **percents(verified),
+        target_voxels=verified.target_voxels,
+        covered_voxels=verified.covered_voxels,
+        poses=[
+            PoseZetaModel(weight=p.weight, **percents(p), target_voxels=p.target_voxels, covered_voxels=p.covered_voxels)
+            for p in verified.poses
+        ],
+        seconds=verified.seconds,
+    )

@@ -1,0 +1,127 @@
+"""Errors that a user sees: one line that names the file, the key, what was found and what is allowed."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+_LONGEST = 60  # characters shown of a text that was found
+
+
+class UserError(Exception):
+    """Something that the user gave cannot be used. Its text is one printable line: the caller prints it and exits with 2."""
+
+    def __init__(self, line: str) -> None:
+        super().__init__("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
+
+
+def shown(value: Any) -> str:
+    """How a value that was found is shown: short, on one line, in the words of TOML."""
+    match value:
+        case None:
+            return "nothing"
+        case bool():
+            return str(value).lower()
+        case int() if value.bit_length() > 64:
+            return f"an integer of {value.bit_length()} bits"
+        case int() | float():
+            return str(value)
+        case str():
+            text = value if len(value) <= _LONGEST else value[:_LONGEST] + "…"
+            return '"' + text.replace('"', '\\"') + '"'
+        case Mapping():
+            return "a table"
+        case list() | tuple():
+            return f"a list of {len(value)}"
+        case _:
+            return f"a {type(value).__name__}"
+
+
+def explain(file: str, error: ValidationError, model: type[BaseModel]) -> UserError:
+    """The first of ``error``'s complaints about ``file`` as one line, and how many more there are.
+
+    What is allowed is read off the JSON Schema of ``model``, so that limits stand in one place. A rule that a schema
+    cannot say (pydantic's error type "rule") brings its own text.
+    """
+    faults = error.errors(include_url=False)
+    first, schema = faults[0], model.model_json_schema()
+    where = _key(first["loc"])
+    node, rest = _descend(schema, first["loc"][:-1] if first["type"] == "extra_forbidden" else first["loc"])
+    if first["type"] == "rule":
+        text = first["msg"]
+    elif first["type"] == "extra_forbidden":
+        text = f"found an unknown key, allowed: {', '.join(node.get('properties', rest))}"
+    else:
+        found = "nothing" if first["type"] == "missing" else shown(first["input"])
+        text = f"found {found}, allowed: {_allowed(node, schema)}"
+    more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
+    return UserError(f"{file}: {where + ': ' if where else ''}{text}{more}")
+
+
+def _key(loc: tuple[int | str, ...]) -> str:
+    """The path of a key as in ``poses[0].q_deg``; a part that is no bare key of TOML stands in quotes."""
+    text = ""
+    for part in loc:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            bare = part.replace("_", "").replace("-", "").isalnum() and part.isascii() and len(part) <= _LONGEST
+            text += "." * bool(text) + (part if bare else shown(part))
+    return text
+
+
+def _resolve(node: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str, Any]:
+    """``node`` with its reference followed, and without the null that an optional key allows."""
+    for option in node.get("anyOf", ()):
+        if option.get("type") != "null":
+            node = {**option, **{key: node[key] for key in ("description",) if key in node}}
+    if "$ref" in node:
+        node = schema["$defs"][node["$ref"].rpartition("/")[2]]
+    return node
+
+
+def _descend(schema: Mapping[str, Any], loc: tuple[int | str, ...]) -> tuple[Mapping[str, Any], tuple[int | str, ...]]:
+    """The part of ``schema`` that a location leads to, and what is left of the location where the schema ends."""
+    node = _resolve(schema, schema)
+    for i, part in enumerate(loc):
+        inner: Any
+        if isinstance(part, int):
+            pair = node.get("prefixItems", ())
+            inner = pair[part] if part < len(pair) else node.get("items")
+        else:
+            inner = node.get("properties", {}).get(part, node.get("additionalProperties"))
+        if not isinstance(inner, Mapping):
+            return node, loc[i:]
+        node = _resolve(inner, schema)
+    return node, ()
+
+
+def _allowed(node: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
+    """What a part of a JSON Schema allows, in words."""
+    if "enum" in node:
+        return ", ".join(node["enum"])
+    if "const" in node:
+        return str(node["const"])
+    kind = node.get("type")
+    if kind == "object":
+        return "a table" + (f" with keys among {', '.join(node['properties'])}" if "properties" in node else "")
+    if kind == "array":
+        low, high = node.get("minItems", 0), node.get("maxItems")
+        items = _resolve(node["items"] if "items" in node else node["prefixItems"][0], schema)
+        size = f"{low}" if low == high else f"{low} or more" if high is None else f"{low} to {high}"
+        each = "table" if items.get("type") == "object" else _allowed(items, schema)
+        return f"a list of {size}, each {'a ' * (each == 'table')}{each}"
+    words = {"number": "a number", "integer": "an integer", "string": "a text", "boolean": "true or false"}
+    limits = [
+        f"{word} {node[key]}"
+        for key, word in (
+            ("minimum", "at least"),
+            ("exclusiveMinimum", "above"),
+            ("maximum", "at most"),
+            ("exclusiveMaximum", "below"),
+            ("maxLength", "no longer than"),
+        )
+        if key in node
+    ]
+    unit = f" ({node['description']})" if "description" in node else ""
+    return f"{words.get(str(kind), 'something else')} {' and '.join(limits)}".rstrip() + unit

@@ -1,0 +1,125 @@
+"""The one module that reads what a user gave, and writes files so that a kill leaves the old or the new, never half."""
+
+import os
+import re
+import tempfile
+import tomllib
+from pathlib import Path
+from typing import Any, TypeVar
+
+import tomli_w
+from pydantic import BaseModel, ValidationError
+
+from ..coverage.rings import Setup, named_setup
+from ..objectives.scene import Scene
+from .convert import scene_of, setup_of
+from .errors import UserError, explain, shown
+from .models import ProposalFile, SceneFile
+
+_LARGEST = 16 * 2**20  # bytes of a file that is read
+_LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
+_Model = TypeVar("_Model", bound=BaseModel)
+
+
+def _read(path: Path, model: type[_Model]) -> _Model:
+    """The TOML file at ``path`` as ``model``; UserError in one line otherwise."""
+    name = str(path)
+    try:
+        if path.is_dir():
+            raise UserError(f"{name}: found a folder, allowed: a TOML file")
+        with path.open("rb") as file:
+            data = file.read(_LARGEST + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UserError(f"{name}: cannot be read: {reason}") from error
+    if len(data) > _LARGEST:
+        raise UserError(f"{name}: found more than {_LARGEST // 2**20} MB, allowed: less")
+    try:
+        return model.model_validate(tomllib.loads(data.decode()))
+    except UnicodeDecodeError as error:
+        raise UserError(f"{name}: byte {error.start} is not UTF-8, allowed: TOML in UTF-8") from error
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise UserError(f"{name}: not TOML: {error}") from error
+    except ValidationError as error:
+        raise explain(name, error, model) from error
+
+
+def read_scene(path: Path) -> Scene:
+    """The scene in a TOML file; UserError if it cannot be read or breaks a rule."""
+    return scene_of(_read(path, SceneFile))
+
+
+def read_proposal(path: Path) -> tuple[Setup, Scene, ProposalFile]:
+    """The setup and the scene of a proposal, and the whole file; UserError if it cannot be read or breaks a rule."""
+    file = _read(path, ProposalFile)
+    return setup_of(file.rings), scene_of(file.scene), file
+
+
+def resolve(name_or_path: str, scene: Scene | None) -> tuple[Setup, Scene]:
+    """A setup and its scene: the paper's setup of that name in ``scene``, or else a proposal's file.
+
+    A proposal brings its own scene unless ``scene`` is given.
+
+    Raises:
+        UserError: if it is neither, or if the scene's robot lacks a link of the setup.
+    """
+    path = Path(name_or_path)
+    if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path) and not path.exists():
+        scene = scene or Scene()
+        try:
+            setup = named_setup(name_or_path, scene.sensor, scene.ring_radius)
+        except ValueError as error:
+            raise UserError(f"setup: {error}") from error
+    else:
+        setup, own, _ = read_proposal(path)
+        scene = scene or own
+    for i, ring in enumerate(setup.rings):
+        if ring.link not in scene.robot.links:
+            allowed = f"a link of {scene.robot.name}: {', '.join(scene.robot.links)}"
+            raise UserError(f"{name_or_path}: rings[{i}].link: found {shown(ring.link)}, allowed: {allowed}")
+    return setup, scene
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write ``text`` to ``path`` at once: a temporary file beside it, flushed to the disk, then renamed over it.
+
+    Raises:
+        UserError: if the file cannot be written; an old one stays as it was.
+    """
+    temporary = None
+    try:
+        with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+            temporary = Path(file.name)
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.chmod(0o644)
+        temporary.replace(path)
+        temporary = None
+    except OSError as error:
+        raise UserError(f"{path}: cannot be written: {error.strerror}") from error
+    finally:
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+
+
+def to_toml(model: BaseModel, heading: str = "") -> str:
+    """A model as TOML under comment lines; keys without a value are left out, as TOML has no null."""
+    comment = "".join(f"# {line}\n" for line in heading.splitlines())
+    return comment + tomli_w.dumps(_drop_none(model.model_dump(mode="json")))
+
+
+def _drop_none(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _drop_none(v) for key, v in value.items() if v is not None}
+    return [_drop_none(v) for v in value] if isinstance(value, list) else value
+
+
+def output_folder(path: Path) -> Path:
+    """Make the folder ``path`` if need be and make sure that files can be written there; UserError otherwise."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            return path
+    except OSError as error:
+        raise UserError(f"--out {path}: cannot be written: {error.strerror}; allowed: a folder that can be") from error

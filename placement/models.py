@@ -1,0 +1,201 @@
+"""The models of every file and of ``--json``. Degrees in files, radians in code.
+
+A file is judged here and nowhere else: each key's limits and description also make the JSON Schema and the words of an
+error. What a model stands for in code is made in ``convert``.
+"""
+
+from collections.abc import Iterable
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from ..coverage.rings import RING_RADIUS
+from ..coverage.robots import ROBOTS
+from ..coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
+from ..objectives.scene import REFERENCE_POSE_DEG
+from .errors import shown
+
+Weight = Annotated[float, Field(gt=0, le=1e6, description="relative weight")]
+Metres = Annotated[float, Field(gt=0, le=100, description="metres")]
+Percent = Annotated[float, Field(ge=0, le=100, description="percent")]
+Tilt = Annotated[float, Field(gt=-90, lt=90, description="degrees, positive towards distal")]
+Position = Annotated[float, Field(ge=0, le=1, description="0 proximal to 1 distal")]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+def _fault(found: Any, allowed: str) -> PydanticCustomError:
+    return PydanticCustomError("rule", "found {found}, allowed: {allowed}", {"found": shown(found), "allowed": allowed})
+
+
+def _refuse(faults: Iterable[tuple[tuple[int | str, ...], Any, str]]) -> None:
+    """Raise one error with all faults (key, what was found there, what is allowed), if there are any."""
+    details = [InitErrorDetails(type=_fault(found, allowed), loc=loc, input=None) for loc, found, allowed in faults]
+    if details:
+        raise ValidationError.from_exception_data("file", details)
+
+
+class PoseModel(_Model):
+    q_deg: list[Annotated[float, Field(ge=-720, le=720, description="degrees")]] = Field(min_length=1, max_length=20)
+    weight: Weight = 1.0
+
+
+class TargetModel(_Model):
+    name: Literal["V_O", "V_T", "V_OT", "V_S"]
+    radius: Metres | None = Field(default=None, validate_default=True, description="metres, of V_S only")
+    weight: Weight = 1.0
+
+    @field_validator("radius")
+    @classmethod
+    def _where_it_belongs(cls, radius: float | None, info: ValidationInfo) -> float | None:
+        name = info.data.get("name")
+        if name == "V_S" and radius is None:
+            raise _fault(None, "a radius in metres, as the target is V_S")
+        if name in NAMES and name != "V_S" and radius is not None:
+            raise _fault(radius, f"no radius, as the target is {name}")
+        return radius
+
+
+class SensorModel(_Model):
+    fov_deg: float = Field(default=25.0, gt=0, lt=180, description="degrees, the full angle")
+    range_m: Metres = 1.5
+
+
+class CurveModel(_Model):
+    blend: float = Field(default=0.5, gt=0, le=1, description="share of a segment that its two bends take")
+    points_per_bend: int = Field(default=20, ge=2, le=1000, description="interpolation points")
+    robot_radius: Metres = ROBOT_RADIUS
+    tcp_range: Metres = TCP_RANGE
+
+
+class MountModel(_Model):
+    position: list[Position] = Field(default=[0.0, 1.0], min_length=2, max_length=2)
+    tilt_deg: list[Tilt] = Field(default=[-70.0, 70.0], min_length=2, max_length=2)
+
+    @field_validator("position", "tilt_deg")
+    @classmethod
+    def _ascending(cls, pair: list[float]) -> list[float]:
+        if pair[0] > pair[1]:
+            raise _fault(f"{pair}", "the lower value first")
+        return pair
+
+
+class SceneFile(_Model):
+    """A scene (TOML). Every key has a default: the empty file is the reference scene."""
+
+    robot: str = "ur10"
+    occlusion: Literal["ignore"] = "ignore"
+    ring_radius: Metres = RING_RADIUS
+    sensor: SensorModel = SensorModel()
+    curve: CurveModel = CurveModel()
+    mounts: dict[str, MountModel] = {}
+    poses: list[PoseModel] = Field(default=[PoseModel(q_deg=list(REFERENCE_POSE_DEG))], min_length=1, max_length=10_000)
+    targets: list[TargetModel] = Field(default=[TargetModel(name="V_S", radius=0.5)], min_length=1, max_length=100)
+
+    @field_validator("robot")
+    @classmethod
+    def _known(cls, name: str) -> str:
+        if name not in ROBOTS:
+            raise _fault(name, ", ".join(ROBOTS))
+        return name
+
+    @model_validator(mode="after")
+    def _agreeing(self) -> Self:
+        robot = ROBOTS[self.robot]
+        joints, links, inner = len(robot.chain), robot.links, self.curve.robot_radius
+        faults: list[tuple[tuple[int | str, ...], Any, str]] = []
+        for i, pose in enumerate(self.poses):
+            if len(pose.q_deg) != joints:
+                faults.append((("poses", i, "q_deg"), len(pose.q_deg), f"{joints} angles, one for each joint of {self.robot}"))
+        for i, target in enumerate(self.targets):
+            if target.radius is not None and target.radius <= inner:
+                faults.append((("targets", i, "radius"), target.radius, f"above {inner:g}, the radius of the robot's own V_R"))
+        faults += [(("mounts", link), link, f"a link of {self.robot}: {', '.join(links)}") for link in self.mounts if link not in links]
+        _refuse(faults)
+        return self
+
+
+class RingModel(_Model):
+    link: Annotated[str, Field(max_length=100)]
+    position: Position = 0.0
+    count: int = Field(ge=1, le=1000, description="sensors")
+    tilt_deg: Tilt = 0.0
+    phase_deg: float = Field(default=0.0, ge=-360, le=360, description="degrees")
+    radius: Metres = RING_RADIUS
+    sensor: SensorModel = SensorModel()
+
+
+class PoseZetaModel(_Model):
+    weight: float
+    zeta_percent: Percent
+    low_percent: Percent
+    high_percent: Percent
+    target_voxels: int | None = None
+    covered_voxels: int | None = None
+
+
+class VerifyResult(_Model):
+    """What ``verify --json`` prints for each target."""
+
+    setup: str
+    target: str
+    radius: float | None = None
+    rule: Literal["centre", "touch", "certified"]
+    voxel: Metres
+    zeta_percent: Percent
+    low_percent: Percent
+    high_percent: Percent
+    target_voxels: int | None = None
+    covered_voxels: int | None = None
+    poses: list[PoseZetaModel]
+    seconds: float = Field(ge=0)
+
+
+class FoundModel(_Model):
+    """How a proposal was found."""
+
+    outcome: str
+    seed: int
+    soft_percent: float
+    exact_percent: Percent
+    width: float
+    starts: int
+    evaluations: int
+    seconds: float
+    command: str
+    created: str
+    versions: dict[str, str]
+
+
+class ProposalFile(_Model):
+    """A proposal (TOML): the setup first, then the scene it is for, its verified zeta, and how it was found."""
+
+    rings: list[RingModel] = Field(min_length=1, max_length=1000)
+    scene: SceneFile = SceneFile()
+    zeta: list[VerifyResult] = []
+    found: FoundModel | None = None
+
+    @model_validator(mode="after")
+    def _on_the_robot(self) -> Self:
+        links = ROBOTS[self.scene.robot].links
+        _refuse(
+            (("rings", i, "link"), ring.link, f"a link of {self.scene.robot}: {', '.join(links)}")
+            for i, ring in enumerate(self.rings)
+            if ring.link not in links
+        )
+        return self
+
+
+class SearchFile(_Model):
+    """``result.json`` of a search: the proposal, and its zeta beside the paper's setups by the same verifier."""
+
+    proposal: ProposalFile
+    soft_minus_exact_percent: float
+    comparison: list[VerifyResult]
+    files: dict[str, str]
+
+
+MODELS: dict[str, type[_Model]] = {"scene": SceneFile, "proposal": ProposalFile, "verify": VerifyResult, "result": SearchFile}
