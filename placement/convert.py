@@ -60,18 +60,26 @@ def scene_model(scene: Scene) -> SceneFile:
     )
 
 
-def setup_of(rings: list[RingModel]) -> Setup:
-    """The setup that a proposal's rings make."""
+def setup_of(rings: list[RingModel], sensor: Sensor) -> Setup:
+    """The setup that a proposal's rings make; a ring that names no sensor has the scene's ``sensor``."""
     return Setup(
         tuple(
-            Ring(r.link, r.position, r.count, math.radians(r.tilt_deg), math.radians(r.phase_deg), r.radius, sensor_of(r.sensor))
+            Ring(
+                link=r.link,
+                position=r.position,
+                count=r.count,
+                tilt=math.radians(r.tilt_deg),
+                phase=math.radians(r.phase_deg),
+                radius=r.radius,
+                sensor=sensor_of(r.sensor) if r.sensor else sensor,
+            )
             for r in rings
         )
     )
 
 
-def ring_models(setup: Setup) -> list[RingModel]:
-    """The rings of a setup as a proposal lists them, rounded as files are."""
+def ring_models(setup: Setup, sensor: Sensor) -> list[RingModel]:
+    """The rings of a setup as a proposal lists them, rounded as files are; ``sensor`` is the scene's."""
     return [
         RingModel(
             link=r.link,
@@ -80,15 +88,15 @@ def ring_models(setup: Setup) -> list[RingModel]:
             tilt_deg=round(math.degrees(r.tilt), DIGITS_DEG),
             phase_deg=round(math.degrees(r.phase), DIGITS_DEG),
             radius=r.radius,
-            sensor=sensor_model(r.sensor),
+            sensor=None if r.sensor == sensor else sensor_model(r.sensor),
         )
         for r in setup.rings
     ]
 
 
-def rounded(setup: Setup) -> Setup:
+def rounded(setup: Setup, sensor: Sensor) -> Setup:
     """The setup as it reads back from a proposal's file; what is verified is what is written."""
-    return setup_of(ring_models(setup))
+    return setup_of(ring_models(setup, sensor), sensor)
 
 
 def verify_result(name: str, verified: Verified) -> VerifyResult:

@@ -52,7 +52,8 @@ def read_scene(path: Path) -> Scene:
 def read_proposal(path: Path) -> tuple[Setup, Scene, ProposalFile]:
     """The setup and the scene of a proposal, and the whole file; UserError if it cannot be read or breaks a rule."""
     file = _read(path, ProposalFile)
-    return setup_of(file.rings), scene_of(file.scene), file
+    scene = scene_of(file.scene)
+    return setup_of(file.rings, scene.sensor), scene, file
 
 
 def resolve(name_or_path: str, scene: Scene | None) -> tuple[Setup, Scene]:
@@ -111,7 +112,7 @@ def to_toml(model: BaseModel, heading: str = "") -> str:
 
 def _drop_none(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: _drop_none(v) for key, v in value.items() if v is not None}
+        return {key: _drop_none(v) for key, v in value.items() if v is not None and v != {} and v != []}
     return [_drop_none(v) for v in value] if isinstance(value, list) else value
 
 

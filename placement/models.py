@@ -125,7 +125,7 @@ class RingModel(_Model):
     tilt_deg: Tilt = 0.0
     phase_deg: float = Field(default=0.0, ge=-360, le=360, description="degrees")
     radius: Metres = RING_RADIUS
-    sensor: SensorModel = SensorModel()
+    sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
 
 
 class PoseZetaModel(_Model):

@@ -197,7 +197,7 @@ def search(
     finalists += [c.values for c in pool[:FINALISTS]]
     verifier = Verifier(scene, voxel)
     last = schedule.stages[progress.stage - 1].width
-    setups = [rounded(place(layout, x)) for x in finalists]
+    setups = [rounded(place(layout, x), scene.sensor) for x in finalists]
     exact = [verifier.objective(setup) for setup in setups]
     chosen = int(np.argmax(exact))
     soft = objective.soft(finalists[chosen], last, widest)[0]

@@ -1,0 +1,77 @@
+"""What the commands' options mean: targets, scenes, numbers in range."""
+
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+from ..coverage.robots import robot as built_in
+from ..coverage.targets import Target
+from ..objectives.scene import Goal, Scene
+from ..placement.errors import UserError, shown
+from ..placement.loader import read_scene
+
+_TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
+_MOST_WEIGHT = 1e6
+
+
+def positive(option: str, text: str) -> float:
+    """``text`` as a positive finite number; UserError names the option."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and 0 < value <= _MOST_WEIGHT):
+        raise UserError(f"{option}: found {shown(text)}, allowed: a positive number")
+    return value
+
+
+def parse_goal(text: str, radius: float | None) -> Goal:
+    """NAME[:RADIUS][=WEIGHT] as a goal, for instance ``V_S:0.5=0.6``; ``radius`` is that of a V_S without its own."""
+    match = _TARGET.fullmatch(text)
+    if match is None:
+        raise UserError(f"--target: found {shown(text)}, allowed: NAME[:RADIUS][=WEIGHT], like V_S:0.5=0.6")
+    weight = positive(f"--target {text}, weight", match["weight"]) if match["weight"] else 1.0
+    own = positive(f"--target {text}, radius", match["radius"]) if match["radius"] else None
+    if own is None and match["name"] == "V_S":
+        own = radius
+    try:
+        return Goal(Target(match["name"], own), weight)
+    except ValueError as error:
+        raise UserError(f"--target: found {shown(text)}, but {error}") from error
+
+
+def parse_goals(targets: list[str], radius: float | None) -> tuple[Goal, ...]:
+    """All goals of the options ``--target`` and ``--radius``; none where no target was given."""
+    if radius is not None and not (math.isfinite(radius) and radius > 0):
+        raise UserError(f"--radius: found {radius:g}, allowed: a positive number of metres")
+    goals = tuple(parse_goal(text, radius) for text in targets)
+    used = any(g.target.name == "V_S" and ":" not in text for g, text in zip(goals, targets, strict=True))
+    if radius is not None and not used:
+        raise UserError(f"--radius: found {radius:g}, allowed: only with a --target V_S that has no radius of its own")
+    return goals
+
+
+def resolve_scene(scene: Path | None, robot: str | None, targets: list[str], radius: float | None) -> Scene | None:
+    """The scene that the options describe; None where they leave it to a proposal.
+
+    Raises:
+        UserError: for an unknown robot or target, or a shell that lies within the robot's own volume.
+    """
+    goals = parse_goals(targets, radius)
+    asked = read_scene(scene) if scene else None
+    if robot is not None:
+        try:
+            asked = replace(asked or Scene(), robot=built_in(robot))
+        except ValueError as error:
+            raise UserError(f"--robot: {error}") from error
+    return with_goals(asked, goals) if asked is not None else None
+
+
+def with_goals(scene: Scene, goals: tuple[Goal, ...]) -> Scene:
+    """``scene`` with these goals in place of its own, if there are any."""
+    for goal in goals:
+        inner = scene.shape.robot_radius
+        if goal.target.radius is not None and goal.target.radius <= inner:
+            raise UserError(f"--radius: found {goal.target.radius:g}, allowed: above {inner:g}, the radius of the robot's own V_R")
+    return replace(scene, goals=goals) if goals else scene

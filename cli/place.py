@@ -1,0 +1,149 @@
+"""The default command: search, verify, compare, show."""
+
+import shlex
+import sys
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from ..coverage.rings import Setup, named_setup
+from ..coverage.targets import Target, target_solid
+from ..objectives.exact import Verifier, check_voxel
+from ..objectives.scene import Scene
+from ..placement import search as searching
+from ..placement.convert import ring_models, scene_model, verify_result
+from ..placement.errors import UserError
+from ..placement.loader import output_folder, to_toml, write_text
+from ..placement.models import FoundModel, ProposalFile, SearchFile, VerifyResult
+from ..placement.variables import ring_layout
+from .picture import placement_picture
+from .tables import ring_table, zeta_table
+
+PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
+PAPER_TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 0.5), Target("V_S", 1.5))
+_FEW_POSES = 4  # up to here all of the paper's targets are compared, beyond only those that were asked for
+_PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
+
+
+def check_scene(scene: Scene, voxel: float) -> None:
+    """Refuse what cannot be counted before anything is tried: UserError in one line."""
+    for goal in scene.goals:
+        try:
+            check_voxel(target_solid(goal.target, scene.robot, scene.poses[0].q, scene.shape), voxel)
+        except ValueError as error:
+            raise UserError(f"--voxel: {error}") from error
+
+
+def find(
+    scene: Scene, layout: Setup, seed: int, time_cap: float, voxel: float, console: Console
+) -> searching.SearchResult:
+    """Run the search with a progress bar on ``console``."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("drawing points", total=None, best="")
+
+        def tell(p: searching.Progress) -> None:
+            total, done = p.stages, p.stage - 1 + p.done / p.climbs
+            what = "counting the finalists" if done == total else f"stage {p.stage} of {p.stages}"
+            bar.update(task, description=what, total=total, completed=done, best=f"best so far {100 * p.best:.1f} %")
+
+        return searching.search(scene, layout, seed, time_cap, voxel=voxel, tell=tell)
+
+
+def compare(scene: Scene, setup: Setup, voxel: float, console: Console) -> list[VerifyResult]:
+    """Zeta of the proposal and of the paper's setups for all targets, by one verifier."""
+    setups = {"proposal": setup} | {name: named_setup(name, scene.sensor, scene.ring_radius) for name in PAPER_SETUPS}
+    goals = [g.target for g in scene.goals]
+    common = [t for t in PAPER_TARGETS if t.radius is None or t.radius > scene.shape.robot_radius]
+    targets = list(dict.fromkeys(common + goals if len(scene.poses) <= _FEW_POSES else goals))
+    results = []
+    with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
+        task = bar.add_task("verifying", total=len(targets) * len(setups))
+        for target in targets:
+            verifier = Verifier(scene, voxel)
+            for name, one in setups.items():
+                results.append(verify_result(name, verifier.verify(one, target)))
+                bar.advance(task)
+    return results
+
+
+def place(
+    scene: Scene,
+    rings_per_link: int,
+    sensors_per_ring: int,
+    seed: int,
+    time_cap: float,
+    voxel: float,
+    out: Path,
+    as_json: bool,
+) -> None:
+    """Search a placement for ``scene``, verify it beside the paper's setups, write proposal, picture and result."""
+    console, log = Console(), Console(stderr=True)
+    check_scene(scene, voxel)
+    folder = output_folder(out)
+    layout = ring_layout(scene, rings_per_link, sensors_per_ring)
+    result = find(scene, layout, seed, time_cap, voxel, log)
+    comparison = compare(scene, result.setup, voxel, log)
+    goals = {(g.target.name, g.target.radius) for g in scene.goals}
+    mine = [r for r in comparison if r.setup == "proposal" and (r.target, r.radius) in goals]
+    files = {key: folder / name for key, name in _FILES.items()}
+    proposal = ProposalFile(
+        rings=ring_models(result.setup, scene.sensor),
+        scene=scene_model(scene),
+        zeta=mine,
+        found=_found(result, seed),
+    )
+    placement_picture(files["picture"], scene, result.setup, [f"{_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine])
+    record = SearchFile(
+        proposal=proposal,
+        soft_minus_exact_percent=100 * (result.soft - result.exact),
+        comparison=comparison,
+        files={key: str(path) for key, path in files.items()},
+    )
+    write_text(files["result"], record.model_dump_json(indent=2) + "\n")
+    write_text(files["proposal"], to_toml(proposal, _HEADING))
+    if as_json:
+        print(record.model_dump_json(indent=2))
+        return
+    console.print(ring_table(result.setup, scene.robot))
+    sensors = {"proposal": result.setup.sensors} | {n: named_setup(n).sensors for n in PAPER_SETUPS}
+    title = f"ζ in percent, rule centre, voxels of {voxel:g} m, robot {scene.robot.name}, {len(scene.poses)} pose(s)"
+    console.print(zeta_table(comparison, sensors, title))
+    spent = result.statistics
+    console.print(
+        f"Found: exact {100 * result.exact:.2f} %, soft {100 * result.soft:.2f} % (width {1000 * spent.width:g} mm,"
+        f" difference {100 * (result.soft - result.exact):+.2f}); {spent.starts} starts, {spent.evaluations} evaluations,"
+        f" {spent.seconds:.0f} s; {result.outcome.value}."
+    )
+    for path in files.values():
+        console.print(f"  {path}", highlight=False, soft_wrap=True)
+
+
+_FILES = {"proposal": "proposal.toml", "picture": "placement.png", "result": "result.json"}
+_HEADING = """A placement of sensor rings, found by place-rings. Edit it freely, then check it again:
+  place-rings verify proposal.toml
+Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive towards distal."""
+
+
+def _label(result: VerifyResult) -> str:
+    return result.target if result.radius is None else f"{result.target}({result.radius:g})"
+
+
+def _found(result: searching.SearchResult, seed: int) -> FoundModel:
+    spent = result.statistics
+    return FoundModel(
+        outcome=result.outcome.value,
+        seed=seed,
+        soft_percent=100 * result.soft,
+        exact_percent=100 * result.exact,
+        width=spent.width,
+        starts=spent.starts,
+        evaluations=spent.evaluations,
+        seconds=round(spent.seconds, 1),
+        command=shlex.join(["place-rings", *sys.argv[1:]]),
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        versions={name: version(name) for name in _PACKAGES} | {"python": sys.version.split()[0]},
+    )

@@ -1,0 +1,48 @@
+"""Tables for the terminal."""
+
+import math
+
+from rich.table import Table
+
+from ..coverage.rings import Setup
+from ..coverage.robots import Robot
+from ..placement.models import VerifyResult
+
+
+def ring_table(setup: Setup, robot: Robot) -> Table:
+    """Where every ring goes: link, place along it, sensors, tilt, phase."""
+    table = Table(title=f"{len(setup.rings)} rings, {setup.sensors} sensors", title_justify="left")
+    for name in ("ring", "link", "position", "mm from proximal end", "sensors", "tilt °", "phase °"):
+        table.add_column(name, justify="left" if name == "link" else "right")
+    for i, r in enumerate(setup.rings):
+        length = robot.mount(r.link).length
+        place = (f"{r.position:.3f}", f"{1000 * r.position * length:.0f}") if length > 0 else ("flange", "–")
+        table.add_row(str(i), r.link, *place, str(r.count), f"{math.degrees(r.tilt):+.1f}", f"{math.degrees(r.phase):.1f}")
+    return table
+
+
+def target_label(result: VerifyResult) -> str:
+    """``V_S(0.5)`` or ``V_OT``."""
+    return result.target if result.radius is None else f"{result.target}({result.radius:g})"
+
+
+def percent(result: VerifyResult) -> str:
+    """Zeta in percent, or its interval where it is certified."""
+    if result.rule == "certified":
+        return f"{result.low_percent:.2f} … {result.high_percent:.2f}"
+    return f"{result.zeta_percent:.2f}"
+
+
+def zeta_table(results: list[VerifyResult], sensors: dict[str, int], title: str) -> Table:
+    """Setups down, targets across, zeta in percent."""
+    labels = list(dict.fromkeys(target_label(r) for r in results))
+    table = Table(title=title, title_justify="left")
+    table.add_column("setup")
+    table.add_column("sensors", justify="right")
+    for label in labels:
+        table.add_column(label, justify="right")
+    for name in dict.fromkeys(r.setup for r in results):
+        cells = {target_label(r): percent(r) for r in results if r.setup == name}
+        style = "bold" if name == "proposal" else None
+        table.add_row(name, str(sensors[name]), *(cells.get(label, "") for label in labels), style=style)
+    return table
