@@ -1,13 +1,15 @@
 """The picture of a placement: robot, rings, what the sensors see and what stays unseen, from two sides.
 
 matplotlib's 3D axes do not sort by depth across artists. So every view is painted by hand: solids become polygons, a
-camera projects them, and one collection draws them from far to near.
+camera projects them, and collections draw them from far to near.
 """
 
 import os
 import tempfile
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.path import Path as Outline
+from PIL import Image
 from scipy.spatial import ConvexHull
 
 from ..coverage.chain import forward
@@ -30,104 +34,102 @@ from ..coverage.solids import Cones, Solid, Spheres, Union
 from ..coverage.targets import target_solid
 from ..coverage.tube import Tube
 from ..objectives.scene import Scene
+from ..placement.errors import UserError
 
-# Okabe and Ito's colours, told apart by every kind of colour vision.
-LINK_COLOURS = ("#0072B2", "#009E73", "#E69F00", "#56B4E9", "#CC79A7", "#F0E442")
+# Okabe and Ito's colours, told apart by every kind of colour vision: cool ones see, the hot one is unseen.
+LINK_COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#F0E442")
 UNSEEN_COLOUR = "#D55E00"
-PAPER_NAMES = {"upper_arm": "shoulder", "forearm": "elbow"}
-VIEWS = ((-58.0, 22.0), (122.0, 22.0))  # azimuth and elevation of the eye, degrees
+# Caption, azimuth and elevation of the eye in degrees, and its distance in diagonals of the box.
+VIEWS = (("oblique", -58.0, 22.0, 4.0), ("from above", -90.0, 89.99, 1000.0))
 
-_INK, _GRID, _TARGET, _BODY = "#2b2f33", "#dcdfe3", "#f4f1ec", "#aeb6bf"
+_INK, _GREY, _GRID = "#23272b", "#666d75", "#d9dde1"
+_TARGET, _TARGET_EDGE, _LINK, _JOINT = "#f4f4f3", "#8f8a80", "#b4bbc3", "#7d8791"
 _SAMPLES, _MOST_DOTS = 20_000, 2_500
-_LINK_RADIUS, _JOINT_RADIUS, _DOT = 0.048, 0.062, 0.011  # m
-_TURN = np.linspace(0, 2 * np.pi, 28, endpoint=False)
+_LINK_RADIUS, _JOINT_RADIUS, _BASE_RADIUS, _RING_HALF_HEIGHT, _SENSOR = 0.048, 0.062, 0.095, 0.02, 0.0085  # m
+_TURN = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+_DISC = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
+_UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
 class Camera:
-    """An eye at ``distance`` m from ``centre`` (3,) m; rows of ``rotation`` (3, 3): right, up, towards the eye."""
+    """An eye ``distance`` m away from the middle of ``box`` (2, 3) m; rows of rotation: right, up, towards the eye."""
 
     rotation: Float[np.ndarray, "3 3"]
-    centre: Float[np.ndarray, " 3"]
+    box: Float[np.ndarray, "2 3"]
     distance: float
 
     @classmethod
-    def at(cls, azimuth_deg: float, elevation_deg: float, centre: Any, distance: float) -> "Camera":
-        """Camera that looks at ``centre`` from the given direction, z up."""
+    def at(cls, azimuth_deg: float, elevation_deg: float, box: Any, diagonals: float) -> "Camera":
+        """Camera that looks at the middle of ``box`` from the given direction, z up."""
         a, e = np.radians([azimuth_deg, elevation_deg])
         right = np.array([-np.sin(a), np.cos(a), 0])
         toward = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
-        return cls(np.stack([right, np.cross(toward, right), toward]), centre, distance)
+        return cls(np.stack([right, np.cross(toward, right), toward]), box, diagonals * np.linalg.norm(box[1] - box[0]))
 
     def project(self, points: Any) -> tuple[Any, Any]:
-        """Picture coordinates (..., 2), m at the centre's depth, and depths (...), larger is nearer, of points (..., 3)."""
-        seen = (points - self.centre) @ self.rotation.T
+        """Picture coordinates (..., 2), m at the box's middle, and depths (...), larger is nearer, of points (..., 3)."""
+        seen = (points - self.box.mean(axis=0)) @ self.rotation.T
         return seen[..., :2] * (self.distance / (self.distance - seen[..., 2:])), seen[..., 2]
 
 
 @dataclass
 class Sheet:
-    """Polygons of one view, each with a depth, to be painted from far to near."""
+    """Polygons of one view, each with depth, face, edge and its width, to be painted from far to near."""
 
     camera: Camera
     outlines: list[Any] = field(default_factory=list)
     looks: list[tuple[float, Any, Any, float]] = field(default_factory=list)
 
-    def add(self, polygon: Any, depth: float, face: Any, edge: Any = (0, 0, 0, 0), width: float = 0.0) -> None:
+    def add(self, outline: Any, depth: float, face: Any, edge: Any = (0, 0, 0, 0), width: float = 0.0) -> None:
         """Add a polygon (M, 2) already projected."""
-        self.outlines.append(polygon)
+        self.outlines.append(outline)
         self.looks.append((float(depth), face, edge, width))
 
-    def surface(self, quads: Float[np.ndarray, "N M 3"], colour: str, lift: float = 0.0) -> None:
-        """Add flat faces, lit from the upper left of the eye."""
-        normal = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
+    def surface(self, faces: Float[np.ndarray, "N M 3"], colour: str) -> None:
+        """Add opaque flat faces, lit from the upper left behind the eye."""
+        normal = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
         facing = normal @ self.camera.rotation.T
-        facing *= np.where(facing[:, 2:] < 0, -1, 1)
-        light = np.clip(facing @ (np.array([-0.45, 0.6, 0.66])), 0, 1)
-        rgb = np.array(to_rgb(colour)) * (0.5 + 0.5 * light)[:, None] + 0.28 * light[:, None] ** 6
-        xy, depth = self.camera.project(quads)
-        for outline, d, c in zip(xy, depth.mean(axis=1) + lift, np.clip(rgb, 0, 1), strict=True):
+        light = np.clip(np.where(facing[:, 2] < 0, -1, 1) * (facing @ [-0.45, 0.6, 0.66]), 0, 1)[:, None]
+        rgb = np.clip(np.array(to_rgb(colour)) * (0.5 + 0.5 * light) + 0.25 * light**6, 0, 1)
+        outlines, depth = self.camera.project(faces)
+        for outline, d, c in zip(outlines, depth.mean(axis=1), rgb, strict=True):
             self.add(outline, d, (*c, 1.0), (*c, 1.0), 0.4)
 
-    def paint(self, ax: Axes) -> None:
+    def paint(self, ax: Axes) -> PolyCollection:
         """Draw all polygons on ``ax``."""
         order = np.argsort([look[0] for look in self.looks], kind="stable")
         _, faces, edges, widths = zip(*(self.looks[i] for i in order), strict=True)
-        ax.add_collection(
-            PolyCollection([self.outlines[i] for i in order], facecolors=faces, edgecolors=edges, linewidths=widths)
-        )
-
-
-def _across(axis: Any) -> tuple[Any, Any]:
-    """Two unit vectors that with the unit ``axis`` (3,) form a right-handed frame."""
-    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    u /= np.linalg.norm(u)
-    return u, np.cross(axis, u)
+        outlines = [self.outlines[i] for i in order]
+        painted = PolyCollection(outlines, facecolors=faces, edgecolors=edges, linewidths=widths, zorder=2)
+        ax.add_collection(painted)
+        return painted
 
 
 def _circle(centre: Any, axis: Any, radius: float) -> Any:
-    """Points (28, 3) m of a circle about the unit ``axis``."""
-    u, v = _across(axis)
-    return centre + radius * (np.cos(_TURN)[:, None] * u + np.sin(_TURN)[:, None] * v)
+    """Points (T, 3) m of a circle about the unit ``axis``."""
+    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    u /= np.linalg.norm(u)
+    return centre + radius * (_DISC @ np.stack([u, np.cross(axis, u)]))
 
 
 def _loft(circles: Any) -> Any:
-    """Faces (N, 4, 3) m between neighbouring circles (C, 28, 3)."""
-    following = np.roll(circles, -1, axis=1)
-    return np.stack([circles[:-1], following[:-1], following[1:], circles[1:]], axis=2).reshape(-1, 4, 3)
+    """Faces (N, 4, 3) m between neighbouring circles (C, T, 3)."""
+    turned = np.roll(circles, -1, axis=1)
+    return np.stack([circles[:-1], turned[:-1], turned[1:], circles[1:]], axis=2).reshape(-1, 4, 3)
 
 
-def _ball(centre: Any, radius: float) -> Any:
-    latitude = np.linspace(-np.pi / 2, np.pi / 2, 13)
-    z = np.array([0.0, 0.0, 1.0])
-    return _loft(np.array([_circle(centre + radius * np.sin(b) * z, z, radius * np.cos(b)) for b in latitude]))
+def _ball(centre: Any, radius: float, circles: int) -> Any:
+    """Circles of latitude (C, T, 3) m."""
+    latitude = np.linspace(-np.pi / 2, np.pi / 2, circles)
+    return np.array([_circle(centre + radius * np.sin(b) * _UP, _UP, radius * np.cos(b)) for b in latitude])
 
 
 def _rod(a: Any, b: Any, radius: float) -> Any:
-    axis = (b - a) / np.linalg.norm(b - a)
-    steps = np.linspace(0, 1, max(2, int(np.linalg.norm(b - a) / 0.03)))
-    return _loft(np.array([_circle(a + t * (b - a), axis, radius) for t in steps]))
+    """Circles (C, T, 3) m from ``a`` to ``b``, close enough together to be sorted by depth."""
+    length = np.linalg.norm(b - a)
+    return np.array([_circle(a + t * (b - a), (b - a) / length, radius) for t in np.linspace(0, 1, 2 + int(length / 0.03))])
 
 
 def _body(robot: Robot, frames: Any) -> Any:
@@ -135,9 +137,8 @@ def _body(robot: Robot, frames: Any) -> Any:
     points = [np.zeros(3)]
     for j, T in enumerate(frames):
         points.append(T[:3, 3])
-        for m in robot.mounts:
-            if m.frame == j and m.length > 0:
-                points += [T[:3, :3] @ (m.start + t * m.axis) + T[:3, 3] for t in (0.0, m.length)]
+        axes = [m for m in robot.mounts if m.frame == j and m.length > 0]
+        points += [T[:3, :3] @ (m.start + t * m.axis) + T[:3, 3] for m in axes for t in (0.0, m.length)]
     line = np.array(points)
     return line[np.r_[True, np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-6]]
 
@@ -150,111 +151,103 @@ def _lengths(cones: Cones, outer: Solid) -> Any:
     return np.where(inside, share, 0.1).max(axis=1) * cones.range_m
 
 
-def _convex_pieces(outer: Solid) -> list[Any]:
-    """Point sets whose convex hulls together make the target's outer solid."""
+def _convex_pieces(outer: Any) -> list[Any]:
+    """Point sets (_, 3) m whose convex hulls together make the target's outer solid."""
     if isinstance(outer, Union):
         return _convex_pieces(outer.a) + _convex_pieces(outer.b)
     if isinstance(outer, Spheres):
-        return [_ball(c, r).reshape(-1, 3) for c, r in zip(outer.centre, outer.radius, strict=True)]
-    assert isinstance(outer, Tube)
+        return [_ball(c, r, 41).reshape(-1, 3) for c, r in zip(outer.centre, outer.radius, strict=True)]
+    if not isinstance(outer, Tube):
+        raise TypeError(f"no outline is known for a {type(outer).__name__}")
     discs = [_circle(c, n, outer.radius) for c, n in zip(outer.centre, outer.normal, strict=True)]
     return [np.concatenate([discs[i], discs[i + 1]]) for i in outer.first]
 
 
-def _hull(xy: Any) -> Any:
-    return xy[ConvexHull(xy).vertices]
+def _hull(points: Any) -> Any:
+    return points[ConvexHull(points).vertices]
 
 
-def _room(ax: Axes, camera: Camera, low: Any, high: Any) -> None:
-    """Floor and the two far walls of the box, ruled every half metre, with the base frame's metres along the edges."""
+def _draw_room(ax: Axes, camera: Camera) -> None:
+    """Floor and far walls of the box, ruled in metres of the base frame; from above the floor alone."""
+    low, high = camera.box
+    walls = camera.rotation[2, 2] < 0.99
     far = np.where(camera.rotation[2] > 0, low, high)
-    near = low + high - far
-    lines = []
-    ticks = [np.arange(low[i], high[i] + 1e-9, 0.5) for i in range(3)]
-    for i, j, k in ((0, 1, 2), (1, 0, 2), (0, 2, 1), (2, 0, 1), (1, 2, 0), (2, 1, 0)):
-        for t in ticks[i]:
-            a, b = np.zeros((2, 3))
-            a[i] = b[i] = t
-            a[k] = b[k] = low[2] if k == 2 else far[k]
-            a[j], b[j] = low[j], high[j]
-            lines.append(camera.project(np.stack([a, b]))[0])
-    ax.add_collection(LineCollection(lines, colors=_GRID, linewidths=0.7))
-    middle = camera.project((low + high) / 2)[0]
-    for i, edge in ((0, (0, near[1], low[2])), (1, (near[0], 0, low[2]))):
-        _scale(ax, camera, i, np.array(edge, float), ticks[i], middle)
-    # z stands on the wall edge that lies farther left or right
-    ends = [np.array([far[0], near[1], 0.0]), np.array([near[0], far[1], 0.0])]
-    _scale(ax, camera, 2, min(ends, key=lambda e: camera.project(e)[0][0]), ticks[2], middle)
+    near, edges = low + high - far, []
+    step = 0.5 if (high - low).max() < 2.8 else 1.0
+    ticks = [step * np.arange(np.ceil(low[i] / step), np.floor(high[i] / step) + 1) + 0.0 for i in range(3)]
+    for i, j, k in ((0, 1, 2), (1, 0, 2), *(((0, 2, 1), (2, 0, 1), (1, 2, 0), (2, 1, 0)) if walls else ())):
+        for t in (low[i], *ticks[i], high[i]):
+            ends = np.zeros((2, 3))
+            ends[:, i], ends[:, k], ends[:, j] = t, far[k], (low[j], high[j])
+            edges.append(camera.project(ends)[0])
+    ax.add_collection(LineCollection(edges, colors=_GRID, linewidths=0.8, zorder=0))
+    corners = [np.array([far[0], near[1], 0]), np.array([near[0], far[1], 0])]
+    left = min(corners, key=lambda c: camera.project(c)[0][0])
+    starts = [np.array([0, near[1], low[2]]), np.array([near[0], 0, low[2]]), left]
+    unit = 0.035 * np.linalg.norm(high - low)
+    for i in range(3 if walls else 2):
+        points = np.repeat(starts[i][None], len(ticks[i]) + 2, axis=0)
+        points[:, i] = (low[i], *ticks[i], high[i])
+        xy = camera.project(points)[0]
+        along = (xy[-1] - xy[0]) / np.linalg.norm(xy[-1] - xy[0])
+        out = np.array([along[1], -along[0]])
+        out *= np.sign((xy[0] - camera.project(camera.box.mean(axis=0))[0]) @ out)
+        centred = {"ha": "center", "va": "center"}
+        for p, t in zip(xy[1:-1] + unit * out, ticks[i], strict=True):
+            if i == 2 or abs(t - near[i]) > 0.12 * step:  # two axes meet at the near corner
+                ax.text(*p, f"{t:g}", color=_GREY, fontsize=9, **centred)
+        name = xy[[0, -1]].mean(axis=0) + 2.2 * unit * out
+        angle = (np.degrees(np.arctan2(along[1], along[0])) + 80) % 180 - 80
+        ax.text(*name, f"{'xyz'[i]} (m)", color=_INK, fontsize=10, rotation=angle, **centred)
+        ax.update_datalim([name + 0.6 * unit * out])
 
 
-def _scale(ax: Axes, camera: Camera, i: int, edge: Any, ticks: Any, middle: Any) -> None:
-    points = np.repeat(edge[None], len(ticks), axis=0)
-    points[:, i] = ticks
-    xy = camera.project(points)[0]
-    along = (xy[-1] - xy[0]) / np.linalg.norm(xy[-1] - xy[0])
-    out = np.array([along[1], -along[0]])
-    out *= np.sign((xy.mean(axis=0) - middle) @ out)
-    for p, t in zip(xy + 0.07 * out, ticks, strict=True):
-        ax.text(*p, f"{t:g}", color="#6b7178", fontsize=7, ha="center", va="center")
-    ax.text(*(xy.mean(axis=0) + 0.2 * out), f"{'xyz'[i]} (m)", color=_INK, fontsize=8.5, ha="center", va="center")
-
-
-def _view(ax: Axes, camera: Camera, scene: Scene, setup: Setup, cones: Cones, unseen: Any, outer: Solid, box: Any) -> None:
-    _room(ax, camera, *box)
+def _draw_view(ax: Axes, camera: Camera, scene: Scene, setup: Setup, cones: Cones, unseen: Any, outer: Solid) -> None:
+    """Paint one view: room, target, cones within its outline, and over them robot, rings and unseen points."""
+    _draw_room(ax, camera)
     hulls = [_hull(camera.project(piece)[0]) for piece in _convex_pieces(outer)]
-    ax.add_collection(PolyCollection(hulls, facecolors="none", edgecolors="#a39c90", linewidths=1.6))
-    ax.add_collection(PolyCollection(hulls, facecolors=_TARGET, edgecolors=_TARGET, linewidths=0.3))
-    sheet = Sheet(camera)
+    for face, edge, width in (("none", _TARGET_EDGE, 2.2), (_TARGET, _TARGET, 0.3)):  # of the edges the outline stays
+        ax.add_collection(PolyCollection(hulls, facecolors=face, edgecolors=edge, linewidths=width, zorder=1))
     links = scene.robot.links
-    colours = np.array([to_rgb(LINK_COLOURS[links.index(r.link)]) for r in setup.rings for _ in range(r.count)])
-    length = _lengths(cones, outer)
-    for k in range(len(cones)):
-        base = cones.apex[k] + length[k] * cones.axis[k]
-        rim = _circle(base, cones.axis[k], length[k] * np.tan(cones.half_angle[k]))
-        xy, _ = camera.project(np.vstack([cones.apex[k], rim]))
-        depth = camera.project((cones.apex[k] + base) / 2)[1]
-        sheet.add(_hull(xy), depth, (*colours[k], 0.07), (*colours[k], 0.22), 0.4)
-        sheet.add(xy[1:], depth, (*colours[k], 0.05), (*colours[k], 0.25), 0.4)
+    cone_sheet, sheet = Sheet(camera), Sheet(camera)
+    colours = [to_rgb(LINK_COLOURS[links.index(r.link) % len(LINK_COLOURS)]) for r in setup.rings for _ in range(r.count)]
+    veil = min(0.16, 5 / len(cones))
+    for apex, axis, angle, length, colour in zip(
+        cones.apex, cones.axis, cones.half_angle, _lengths(cones, outer), colours, strict=True
+    ):
+        rim = _circle(apex + length * axis, axis, length * np.tan(angle))
+        xy, _ = camera.project(np.vstack([apex, rim]))
+        depth = camera.project(apex + length / 2 * axis)[1]
+        cone_sheet.add(_hull(xy), depth, (*colour, veil), (*colour, max(0.12, 2 * veil)), 0.4)
+        cone_sheet.add(xy[1:], depth, (*colour, veil), (*colour, max(0.25, 4 * veil)), 0.5)
+    shape = Outline.make_compound_path(*(Outline(hull) for hull in hulls))
+    cone_sheet.paint(ax).set_clip_path(shape, ax.transData)
     frames = forward(scene.robot.chain, scene.poses[0].q)
     line = _body(scene.robot, frames)
     for a, b in zip(line[:-1], line[1:], strict=True):
-        sheet.surface(_rod(a, b, _LINK_RADIUS), _BODY)
+        sheet.surface(_loft(_rod(a, b, _LINK_RADIUS)), _LINK)
     for p in line[1:-1]:
-        sheet.surface(_ball(p, _JOINT_RADIUS), "#7d8791")
-    sheet.surface(_rod(line[0], line[0] + [0, 0, 0.03], 0.095), "#7d8791")
+        sheet.surface(_loft(_ball(p, _JOINT_RADIUS, 13)), _JOINT)
+    foot = _rod(line[0], line[0] + 0.03 * _UP, _BASE_RADIUS)
+    sheet.surface(_loft(foot), _JOINT)
+    sheet.surface(foot[-1:], _JOINT)
     for ring in setup.rings:
         m = scene.robot.mount(ring.link)
         T = frames[m.frame]
         axis = T[:3, :3] @ m.axis
         centre = T[:3, :3] @ (m.start + ring.position * m.length * m.axis) + T[:3, 3]
-        band = np.array([_circle(centre + t * axis, axis, ring.radius) for t in (-0.012, 0.012)])
-        sheet.surface(_loft(band), LINK_COLOURS[links.index(ring.link)])
-    disc = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
-    xy, depth = camera.project(cones.apex)
-    for p, d in zip(xy, depth, strict=True):
-        sheet.add(p + _DOT * disc, d + 0.02, (1, 1, 1, 1), (*to_rgb(_INK), 1), 0.5)
-    xy, depth = camera.project(unseen)
-    for p, d in zip(xy, depth, strict=True):
-        sheet.add(p + 0.008 * disc[::3], d + 9, (*to_rgb(UNSEEN_COLOUR), 0.9), (1, 1, 1, 0.5), 0.2)
+        band = np.array([_circle(centre + t * axis, axis, ring.radius) for t in (-_RING_HALF_HEIGHT, _RING_HALF_HEIGHT)])
+        sheet.surface(_loft(band), LINK_COLOURS[links.index(ring.link) % len(LINK_COLOURS)])
+    for p, depth in zip(*camera.project(cones.apex), strict=True):
+        sheet.add(p + _SENSOR * _DISC, depth + 0.02, (1, 1, 1, 1), (*to_rgb(_INK), 1), 0.5)
+    dot = 0.0026 * np.linalg.norm(camera.box[1] - camera.box[0]) * _DISC[::4]
+    xy, depths = camera.project(unseen)
+    nearest, span = depths.max(initial=-np.inf), np.ptp(np.r_[depths, 0])
+    for p, depth in zip(xy, depths, strict=True):
+        pale = 0.5 * (nearest - depth) / span
+        sheet.add(p + dot, depth, (*(np.array(to_rgb(UNSEEN_COLOUR)) * (1 - pale) + pale), 1.0))
     sheet.paint(ax)
     ax.set_aspect("equal")
     ax.axis("off")
+    ax.margins(0.01)
     ax.autoscale_view()
-
-
-def placement_picture(path: Path, scene: Scene, setup: Setup, zeta_lines: Sequence[str], seed: int = 0) -> None:
-    q = scene.poses[0].q
-    target = scene.goals[0].target
-    solid = target_solid(target, scene.robot, q, scene.shape)
-    cones = sensor_cones(scene.robot, setup, q)
-    points = sample(solid, _SAMPLES, seed)
-    unseen = points[cones(points) > 0][:_MOST_DOTS]
-    low, high = solid.bounds()
-    box = np.floor(low / 0.5) * 0.5, np.ceil(high / 0.5) * 0.5
-    figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
-    for i, (azimuth, elevation) in enumerate(VIEWS):
-        ax = figure.add_axes((0.01 + 0.5 * i, 0.09, 0.48, 0.8))
-        camera = Camera.at(azimuth, elevation, (box[0] + box[1]) / 2, 4 * float(np.linalg.norm(box[1] - box[0])))
-        _view(ax, camera, scene, setup, cones, unseen, solid.a, box)
-    figure.text(0.5, 0.95, "   ".join(zeta_lines), ha="center", fontsize=14, color=_INK)
-    FigureCanvasAgg(figure).print_png(path)

@@ -37,4 +37,5 @@ def rows(array: Any, index: Any) -> Any:
 
     Arithmetic on single components then runs through memory once, which is most of the octree's time.
     """
-    return array[index] if np.ndim(index) == 0 else namespace(array).take(array.T, index, axis=1).T
+    xp = namespace(array)
+    return array[index] if np.ndim(index) == 0 else xp.moveaxis(xp.take(array.T, index, axis=1), 0, -1)

@@ -54,10 +54,10 @@ def _rotation(axis: Any, angle: Any) -> Any:
     x, y, z = (float(v) for v in axis)
     K = np.zeros((4, 4))
     K[:3, :3] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
-    K = xp.asarray(K, dtype=angle.dtype)
-    K2 = xp.asarray(np.asarray(K) @ np.asarray(K), dtype=angle.dtype)
+    batch = (1,) * angle.ndim
+    one, K, K2 = (xp.asarray(m.reshape(*batch, 4, 4), dtype=angle.dtype) for m in (np.eye(4), K, K @ K))
     s, c = xp.sin(angle)[..., None, None], xp.cos(angle)[..., None, None]
-    return xp.eye(4, dtype=angle.dtype) + s * K + (1 - c) * K2
+    return one + s * K + (1 - c) * K2
 
 
 def forward(chain: Chain, q: Float[Array, "*batch J"]) -> Float[Array, "*batch F 4 4"]:

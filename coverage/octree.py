@@ -25,7 +25,7 @@ _FULL = 1  # mark of cells all of whose voxels are wanted
 _FIRST_CELLS = 64  # aim for the first level
 _CHILD = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1).reshape(-1, 3)[:, ::-1].astype(np.int64)
 
-Pairs = tuple[Int[np.ndarray, " P"], Int[np.ndarray, " P"]]  # cell and part of each pair, ascending by cell, then part
+Pairs = tuple[Int[np.ndarray, " _"], Int[np.ndarray, " _"]]  # cell and part of each pair, ascending by cell, then part
 
 
 @dataclass(frozen=True)

@@ -114,7 +114,9 @@ def sensor_axes(
     look = xp.cos(tilt) * radial + xp.sin(tilt) * axis
     T = frames[..., np.array([m.frame for m in mounts])[ring], :, :]
     rotation, origin = T[..., :3, :3], T[..., :3, 3]
-    return origin + dot(rotation, apex[:, None, :]), dot(rotation, look[:, None, :])
+    batch = (1,) * (T.ndim - 3)
+    apex, look = (v.reshape(*batch, -1, 1, 3) for v in (apex, look))
+    return origin + dot(rotation, apex), dot(rotation, look)
 
 
 def sensor_optics(setup: Setup) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:

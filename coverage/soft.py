@@ -70,12 +70,12 @@ def _group(
 ) -> tuple[Any, Any, Any, Any]:
     """Sum of prod(1 - p) over a group of g blocks, its gradient by apexes and axes, and the cones needed at most."""
     cosine, sine = jnp.cos(cones.half_angle), jnp.sin(cones.half_angle)
-    gap = cone(centre[:, None, :], cones.apex, cones.axis, cosine, sine, cones.range_m) - radius[:, None]
+    gap = cone(centre[:, None], *(a[None] for a in (cones.apex, cones.axis, cosine, sine, cones.range_m))) - radius[:, None]
     needed = jnp.where(weight[:, 0] > 0, (gap < CUT * width).sum(axis=1), 0).max().astype(jnp.int32)
     if near < len(cones):
         _, index = jax.lax.top_k(-gap, near)
     else:
-        index = jnp.broadcast_to(jnp.arange(near), gap.shape)
+        index = jnp.broadcast_to(jnp.arange(near)[None], gap.shape)
     apex, axis = cones.apex[index], cones.axis[index]
     cosine, sine, range_m = (a[index][:, :, None] for a in (cosine, sine, cones.range_m))
     x, y, z = (points[:, None, :, i] - apex[:, :, i, None] for i in range(3))

@@ -48,7 +48,7 @@ class Parts(ABC):
         if len(self) == 0:
             return xp.full(points.shape[:1], float("inf"), dtype=points.dtype)
         if xp is not np:
-            return self.part(points[:, None, :], np.arange(len(self))).min(axis=1)
+            return self.part(points[:, None, :], np.arange(len(self))[None]).min(axis=1)
         return reduce(np.minimum, (self.part(points, i) for i in range(len(self))))
 
     def decide(

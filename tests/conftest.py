@@ -1,0 +1,28 @@
+"""Strictness for all tests: shapes checked, 64 bit where numbers are compared, no silent rank promotion."""
+
+import sys
+from types import ModuleType
+
+import jax
+import numpy as np
+import pytest
+from beartype import BeartypeConf, beartype
+from hypothesis import settings
+from jaxtyping import install_import_hook
+
+# An int is a float where a float is asked for, as PEP 484 says. The hook wants its checker by an importable name.
+_checker = ModuleType("place_rings_checker")
+_checker.check = beartype(conf=BeartypeConf(is_pep484_tower=True))
+sys.modules[_checker.__name__] = _checker
+install_import_hook(["place_rings.coverage", "place_rings.objectives", "place_rings.placement.search"], f"{_checker.__name__}.check")
+
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_numpy_rank_promotion", "raise")
+settings.register_profile("laws", deadline=None, print_blob=True, max_examples=50)
+settings.load_profile("laws")
+
+
+@pytest.fixture
+def reference_pose() -> np.ndarray:
+    """Joint angles of the reference scene, rad."""
+    return np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])

@@ -1,0 +1,46 @@
+"""Drawn things: unit vectors, cones, poses, setups, targets."""
+
+import math
+
+import numpy as np
+from hypothesis import strategies as st
+from place_rings.coverage.rings import Ring, Setup
+from place_rings.coverage.sensors import Sensor
+from place_rings.coverage.solids import Cones
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def unit(rng: np.random.Generator, n: int) -> np.ndarray:
+    """Unit vectors (n, 3), uniform on the sphere."""
+    v = rng.normal(size=(n, 3))
+    return v / np.linalg.norm(v, axis=1, keepdims=True)
+
+
+def cones(rng: np.random.Generator, n: int, spread: float = 0.5) -> Cones:
+    """Cones of any width and reach, narrow and wide ones among them."""
+    half = rng.uniform(math.radians(0.5), math.radians(80), n)
+    return Cones(rng.uniform(-spread, spread, (n, 3)), unit(rng, n), half, rng.uniform(0.1, 1.5, n))
+
+
+def pose(rng: np.random.Generator) -> np.ndarray:
+    """Joint angles of a six-jointed arm, rad."""
+    return rng.uniform(-math.pi, math.pi, 6)
+
+
+def setup(rng: np.random.Generator, most_sensors: int = 8) -> Setup:
+    """One to four rings anywhere on a UR10."""
+    rings = []
+    for _ in range(rng.integers(1, 5)):
+        rings.append(
+            Ring(
+                link=str(rng.choice(["upper_arm", "forearm", "tool"])),
+                position=float(rng.uniform(0, 1)),
+                count=int(rng.integers(1, most_sensors + 1)),
+                tilt=float(rng.uniform(-1.4, 1.4)),
+                phase=float(rng.uniform(0, 6)),
+                radius=float(rng.uniform(0.03, 0.15)),
+                sensor=Sensor(float(rng.uniform(0.05, 2.0)), float(rng.uniform(0.2, 1.6))),
+            )
+        )
+    return Setup(tuple(rings))

@@ -1,0 +1,154 @@
+"""The commands as a user runs them: what they print, what they refuse, what they leave behind."""
+
+import csv
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from place_rings.cli import main as command_line
+from place_rings.coverage.rings import named_setup, sensor_cones
+from place_rings.coverage.robots import UR10
+from place_rings.placement import search as searching
+from place_rings.placement.loader import read_proposal
+from place_rings.placement.models import SearchFile, VerifyResult
+from place_rings.placement.search import Schedule, Stage
+
+
+@pytest.fixture
+def run(monkeypatch, capsys, tmp_path):
+    """Run the command line in an empty folder: (exit code, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*args):
+        monkeypatch.setattr(sys, "argv", ["place-rings", *map(str, args)])
+        monkeypatch.setattr(signal, "signal", lambda *_: None)
+        code = 0
+        try:
+            command_line.main()
+        except SystemExit as stop:
+            code = stop.code or 0
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return call
+
+
+REFUSED = {
+    "unknown target": ["--target", "V_X"],
+    "unknown robot": ["--target", "V_S", "--radius", "0.5", "--robot", "r2d2"],
+    "negative radius": ["--target", "V_S", "--radius", "-0.5"],
+    "radius not a number": ["--target", "V_S", "--radius", "nan"],
+    "radius inside V_R": ["--target", "V_S", "--radius", "0.15"],
+    "radius inside V_R, long form": ["--target", "V_S:0.1"],
+    "radius missing": ["--target", "V_S"],
+    "radius without use": ["--radius", "0.5"],
+    "weight of zero": ["--target", "V_S:0.5=0"],
+    "malformed target": ["--target", "V_S:0.5:3"],
+    "no sensors": ["--sensors-per-ring", "0"],
+    "no rings": ["--rings-per-link", "0"],
+    "unknown option": ["--tagret", "V_S"],
+    "time of zero": ["--time", "0"],
+    "voxel too fine": ["--voxel", "1e-6"],
+    "voxel negative": ["--voxel", "-1"],
+    "folder that cannot be": ["--out", "/proc/nowhere"],
+    "scene that is not there": ["--scene", "absent.toml"],
+    "unknown setup": ["verify", "n7_1_1", "--target", "V_O"],
+    "unknown rule": ["verify", "n2_16_25", "--rule", "guess"],
+    "verify too fine": ["verify", "n2_16_25", "--voxel", "1e-7"],
+    "unknown schema": ["schema", "soul"],
+}
+
+
+@pytest.mark.parametrize("args", REFUSED.values(), ids=REFUSED.keys())
+def test_bad_input_is_one_line_and_exit_code_2(run, tmp_path, args):
+    code, out, err = run(*args)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("place-rings: ")
+    assert err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_verify_prints_one_object(run):
+    code, out, _ = run("verify", "n3_16_55", "--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--json")
+    assert code == 0
+    result = VerifyResult.model_validate_json(out)
+    assert (result.setup, result.target, result.radius, result.rule, result.voxel) == ("n3_16_55", "V_S", 0.5, "centre", 0.05)
+    assert result.low_percent == result.zeta_percent == result.high_percent
+    assert result.zeta_percent == pytest.approx(100 * result.covered_voxels / result.target_voxels)
+
+
+def test_verify_prints_a_list_for_several_targets_and_brackets_when_certified(run):
+    _, out, _ = run("verify", "n2_16_25", "--target", "V_O", "--target", "V_T", "--voxel", "0.1", "--rule", "certified", "--json")
+    results = [VerifyResult.model_validate(r) for r in json.loads(out)]
+    assert [r.target for r in results] == ["V_O", "V_T"]
+    for r in results:
+        assert r.low_percent < r.zeta_percent < r.high_percent
+        assert r.target_voxels is None
+
+
+def test_touch_at_ten_centimetres_prints_a_table(run):
+    code, out, _ = run("verify", "n3_16_55", "--target", "V_S", "--radius", "0.5", "--voxel", "0.1", "--rule", "touch")
+    assert code == 0
+    assert "98.69" in out
+
+
+def test_cones_are_those_of_the_geometry(run, reference_pose):
+    _, out, _ = run("cones", "n2_16_25")
+    rows = list(csv.DictReader(io.StringIO(out)))
+    expected = sensor_cones(UR10, named_setup("n2_16_25"), reference_pose)
+    assert len(rows) == 80
+    assert list(rows[0]) == "pose,ring,sensor,apex_x,apex_y,apex_z,axis_x,axis_y,axis_z,fov_deg,range_m".split(",")
+    for part, array in (("apex", expected.apex), ("axis", expected.axis)):
+        assert np.allclose([[float(r[f"{part}_{a}"]) for a in "xyz"] for r in rows], array, atol=1e-8)
+    assert {(r["fov_deg"], r["range_m"]) for r in rows} == {("25.0", "1.5")}
+
+
+def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
+    monkeypatch.setattr(searching, "Schedule", lambda: Schedule(4, (Stage(0.1, 512, 4, 2),)))
+    code, out, _ = run("--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--out", "found")
+    assert code == 0
+    for word in ("n3_16_55", "V_OT", "proposal.toml", "soft", "exact"):
+        assert word in out
+    setup, _, file = read_proposal(tmp_path / "found" / "proposal.toml")
+    result = SearchFile.model_validate_json((tmp_path / "found" / "result.json").read_text())
+    assert result.proposal == file
+    assert setup.sensors == 80
+    assert (tmp_path / "found" / "placement.png").read_bytes().startswith(b"\x89PNG")
+    code, out, _ = run("verify", "found/proposal.toml", "--voxel", "0.05", "--json")
+    assert VerifyResult.model_validate_json(out).covered_voxels == file.zeta[0].covered_voxels
+
+
+def test_schemas_are_json(run):
+    for name in ("scene", "proposal", "verify", "result"):
+        code, out, _ = run("schema", name)
+        assert code == 0
+        assert json.loads(out)["additionalProperties"] is False
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_ctrl_c_keeps_the_best_so_far(tmp_path):
+    program = Path(sys.executable).parent / "place-rings"
+    process = subprocess.Popen(
+        [program, "--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--out", str(tmp_path / "out")],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+    )
+    time.sleep(9)  # long enough for the first climbs, short of the schedule
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=120)
+    assert process.returncode in (0, 130), err
+    if process.returncode == 0:
+        assert "interrupted" in out
+        assert (tmp_path / "out" / "proposal.toml").exists()
+    else:
+        assert "interrupted before" in err

@@ -1,0 +1,144 @@
+"""Files: what is written reads back, what is wrong is one line, what is killed leaves the old file."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from place_rings.coverage.rings import named_setup
+from place_rings.coverage.robots import ROBOTS
+from place_rings.coverage.targets import Shape, Target
+from place_rings.objectives.scene import Goal, Limits, Pose, Scene
+from place_rings.placement import loader
+from place_rings.placement.convert import ring_models, rounded, scene_model, scene_of
+from place_rings.placement.errors import UserError
+from place_rings.placement.loader import read_proposal, read_scene, resolve, to_toml, write_text
+from place_rings.placement.models import ProposalFile, SceneFile
+
+from . import drawing
+
+RING = "[[rings]]\nlink = 'tool'\ncount = 8\n"
+BAD_SCENES = {
+    "robto = 'ur10'": "robto: found an unknown key",
+    "robot = 'ur11'": 'robot: found "ur11", allowed: ur10, ur10_dh',
+    "robot = 10": "robot: found 10",
+    "ring_radius = nan": "ring_radius: found nan",
+    "ring_radius = inf": "ring_radius: found inf",
+    "ring_radius = -0.1": "ring_radius: found -0.1",
+    "ring_radius = '8 cm'": 'ring_radius: found "8 cm", allowed: a number',
+    "ring_radius = true": "ring_radius: found true",
+    "occlusion = 'magic'": "occlusion: found",
+    "poses = []": "poses: found a list of 0",
+    "[[poses]]\nq_deg = [0, 1]": "poses[0].q_deg: found 2, allowed: 6 angles",
+    "[[poses]]\nq_deg = [0, 0, 0, 0, 0, nan]": "poses[0].q_deg[5]: found nan",
+    "[[poses]]\nweight = 2": "poses[0].q_deg: found nothing",
+    "[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]\nweight = 0": "poses[0].weight: found 0",
+    "[[targets]]\nname = 'V_X'": 'targets[0].name: found "V_X", allowed: V_O, V_T, V_OT, V_S',
+    "[[targets]]\nname = 'V_S'": "targets[0].radius: found nothing",
+    "[[targets]]\nname = 'V_S'\nradius = -1": "targets[0].radius: found -1",
+    "[[targets]]\nname = 'V_S'\nradius = 0.15": "targets[0].radius: found 0.15, allowed: above 0.15",
+    "[[targets]]\nname = 'V_O'\nradius = 0.5": "targets[0].radius: found 0.5, allowed: no radius",
+    "[sensor]\nfov_deg = 180": "sensor.fov_deg: found 180",
+    "[sensor]\nrange = 1.5": "sensor.range: found an unknown key, allowed: fov_deg, range_m",
+    "[curve]\nblend = 0": "curve.blend: found 0",
+    "[curve]\npoints_per_bend = 2.5": "curve.points_per_bend: found 2.5",
+    "[mounts.tail]": "mounts.tail: found",
+    "[mounts.tool]\ntilt_deg = [5, -5]": "mounts.tool.tilt_deg: found",
+    "[mounts.tool]\nposition = [0, 1.5]": "mounts.tool.position[1]: found 1.5",
+    "a = [": "not TOML",
+}
+BAD_PROPOSALS = {
+    "": "rings: found nothing",
+    "[[rings]]\nlink = 'tail'\ncount = 8": 'rings[0].link: found "tail", allowed: a link of ur10',
+    "[[rings]]\nlink = 'tool'\ncount = 0": "rings[0].count: found 0, allowed: an integer at least 1",
+    "[[rings]]\nlink = 'tool'\ncount = -3": "rings[0].count: found -3",
+    "[[rings]]\nlink = 'tool'": "rings[0].count: found nothing",
+    RING + "tilt_deg = 90": "rings[0].tilt_deg: found 90",
+    RING + "tilt = 1": "rings[0].tilt: found an unknown key",
+    RING + "position = 1.1": "rings[0].position: found 1.1",
+    RING + "[scene]\nrobot = 'x'": "scene.robot: found",
+}
+
+
+@pytest.mark.parametrize(("text", "line"), BAD_SCENES.items())
+def test_a_bad_scene_is_one_line(tmp_path, text, line):
+    path = tmp_path / "scene.toml"
+    path.write_text(text)
+    with pytest.raises(UserError) as caught:
+        read_scene(path)
+    assert line in str(caught.value)
+    assert "scene.toml" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("text", "line"), BAD_PROPOSALS.items())
+def test_a_bad_proposal_is_one_line(tmp_path, text, line):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(UserError) as caught:
+        read_proposal(path)
+    assert line in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_no_file_is_one_line(tmp_path):
+    (tmp_path / "latin.toml").write_bytes(b"robot = '\xff'")
+    (tmp_path / "large.toml").write_bytes(b"#" * (17 * 2**20))
+    (tmp_path / "deep.toml").write_text("a = " + "[" * 100_000)
+    for name in ("absent.toml", ".", "latin.toml", "large.toml", "deep.toml", "a\0b"):
+        with pytest.raises(UserError):
+            read_scene(tmp_path / name)
+
+
+def test_the_empty_scene_is_the_reference_scene(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text("")
+    assert scene_model(read_scene(path)) == scene_model(Scene()) == SceneFile()
+
+
+def drawn_scene(rng):
+    goals = (Goal(Target("V_S", float(rng.uniform(0.2, 2))), float(rng.uniform(0.1, 2))), Goal(Target("V_T")))
+    poses = tuple(Pose(np.radians(rng.uniform(-180, 180, 6).round(3)), float(rng.uniform(0.1, 2))) for _ in range(3))
+    limits = {"forearm": Limits((0.25, 0.75), (math.radians(-20), math.radians(30)))}
+    return Scene(ROBOTS["ur10_dh"], poses, goals, ring_radius=0.1, shape=Shape(blend=0.3), limits=limits)
+
+
+@settings(max_examples=30)
+@given(drawing.seeds)
+def test_what_is_written_reads_back(tmp_path_factory, seed):
+    rng = np.random.default_rng(seed)
+    scene, setup = drawn_scene(rng), drawing.setup(rng)
+    file = ProposalFile(rings=ring_models(setup, scene.sensor), scene=scene_model(scene))
+    path = tmp_path_factory.mktemp("files") / "proposal.toml"
+    write_text(path, to_toml(file, "two\nlines"))
+    again, its_scene, read = read_proposal(path)
+    assert read == file
+    assert again == rounded(setup, scene.sensor) == rounded(again, scene.sensor)
+    assert scene_model(its_scene) == scene_model(scene) == scene_model(scene_of(scene_model(scene)))
+    assert path.read_text().startswith("# two\n# lines\n[[rings]]\n")
+
+
+def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "proposal.toml"
+    write_text(path, "old")
+
+    def full(_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(loader.os, "fsync", full)
+    with pytest.raises(UserError, match="No space left"):
+        write_text(path, "new")
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["proposal.toml"]
+
+
+def test_names_and_files_resolve(tmp_path):
+    setup, scene = resolve("n2_16_25", None)
+    assert setup == named_setup("n2_16_25")
+    assert scene_model(scene) == SceneFile()
+    path = tmp_path / "mine.toml"
+    path.write_text(RING)
+    assert resolve(str(path), None)[0].sensors == 8
+    for name, line in (("n9_1_1", "not a setup's name"), ("nothing", "cannot be read"), ("../nothing.toml", "cannot be read")):
+        with pytest.raises(UserError, match=line):
+            resolve(name, None)

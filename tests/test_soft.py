@@ -1,0 +1,140 @@
+"""The soft estimator: against the plain formula, against differences, in the limit, at singular points, in memory."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.cloud import cloud
+from place_rings.coverage.points import EmptySolid, sample
+from place_rings.coverage.soft import point_zeta, soft_zeta
+from place_rings.coverage.solids import Cones, Difference, sphere
+
+from . import drawing
+
+estimate = jax.jit(soft_zeta, static_argnames="near")
+
+
+def on_device(tree):
+    return jax.tree.map(jnp.asarray, tree)
+
+
+def drawn(seed, cones=12, points=300):
+    rng = np.random.default_rng(seed)
+    return drawing.cones(rng, cones), rng.uniform(-1, 1, (points, 3))
+
+
+def plain(apex, axis, cones, points, width):
+    """1 - prod(1 - sigmoid(-f / width)), averaged: the definition, spelled out in NumPy."""
+    f = np.stack([Cones(apex, axis, cones.half_angle, cones.range_m).part(points, k) for k in range(len(apex))])
+    with np.errstate(over="ignore"):
+        return float(np.mean(1 - np.prod(1 - 1 / (1 + np.exp(f / width)), axis=0)))
+
+
+@given(drawing.seeds, st.sampled_from([0.3, 0.1, 0.03, 0.01]))
+def test_value_is_the_definition(seed, width):
+    cones, points = drawn(seed)
+    soft = estimate(on_device(cones), on_device(cloud(points, dtype=np.float64)), width)
+    assert float(soft.zeta) == pytest.approx(plain(cones.apex, cones.axis, cones, points, width), abs=1e-12)
+
+
+def smooth(cones, points):
+    """Points away from the rim, where side and base meet, and from the axis."""
+    v = points[:, None] - cones.apex
+    d = (v * cones.axis).sum(axis=2)
+    rho = np.linalg.norm(v - d[..., None] * cones.axis, axis=2)
+    side = rho * np.cos(cones.half_angle) - d * np.sin(cones.half_angle)
+    return ((np.abs(side - (d - cones.range_m)) > 1e-3) & (rho > 1e-2)).all(axis=1)
+
+
+@given(drawing.seeds, st.sampled_from([0.3, 0.1, 0.05]))
+def test_gradient_is_the_central_difference(seed, width):
+    """The axis is varied as a free vector about its unit length, as the gradient is."""
+    cones, points = drawn(seed, 4, 100)
+    points = points[smooth(cones, points)]
+    soft = estimate(on_device(cones), on_device(cloud(points, dtype=np.float64)), width)
+    rng, step = np.random.default_rng(seed), 1e-5
+    for _ in range(4):
+        da, dx = rng.normal(size=(2, 4, 3))
+        up, down = (plain(cones.apex + s * da, cones.axis + s * dx, cones, points, width) for s in (step, -step))
+        slope = float((soft.by_apex * da).sum() + (soft.by_axis * dx).sum())
+        assert slope == pytest.approx((up - down) / (2 * step), abs=1e-6)
+
+
+@given(drawing.seeds, st.sampled_from([0.05, 0.01, 0.002]))
+def test_cones_left_out_do_not_matter(seed, width):
+    cones, points = drawn(seed, 24, 500)
+    c, p = on_device(cones), on_device(cloud(points, 32, np.float64))
+    whole = estimate(c, p, width)
+    fewer = estimate(c, p, width, near=int(whole.near))
+    assert float(abs(whole.zeta - fewer.zeta)) < 1e-5
+    assert float(abs(whole.by_apex - fewer.by_apex).max()) < 1e-5 / width
+    assert int(fewer.near) == int(whole.near)
+
+
+@given(drawing.seeds)
+def test_tends_to_the_share_of_points(seed):
+    cones, points = drawn(seed)
+    c, p = on_device(cones), on_device(cloud(points, dtype=np.float64))
+    exact = float((cones(points) <= 0).mean())
+    assert float(point_zeta(c, p)) == pytest.approx(exact)
+    margin = float(np.abs(np.stack([cones.part(points, k) for k in range(len(cones))])).min())
+    assert float(estimate(c, p, margin / 40).zeta) == pytest.approx(exact, abs=1e-9)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("width", [0.1, 1e-3, 1e-6])
+def test_gradients_are_finite_everywhere(dtype, width):
+    """At the apex, on the axis, on the rim, at the base's centre, behind, and far away."""
+    cones = Cones(np.zeros((2, 3)), np.array([[0.0, 0, 1], [1.0, 0, 0]]), np.array([0.2, 0.2]), np.array([1.5, 1.5]))
+    rim = 1.5 * np.tan(0.2)
+    points = np.array([[0, 0, 0], [0, 0, 0.5], [0, 0, 1.5], [rim, 0, 1.5], [0, 0, -1], [1e6, 0, 0], [0, 1e6, 1e6]], float)
+    as_type = lambda tree: jax.tree.map(lambda a: jnp.asarray(a, dtype), tree)  # noqa: E731
+    soft = estimate(as_type(cones), as_type(cloud(points, 4, dtype)), dtype(width))
+    assert all(bool(jnp.isfinite(part).all()) for part in soft)
+
+
+def test_single_precision_is_enough_for_a_search():
+    cones, points = drawn(3, 64, 4096)
+    double = estimate(on_device(cones), on_device(cloud(points, dtype=np.float64)), 0.02)
+    single = estimate(
+        jax.tree.map(lambda a: jnp.asarray(a, jnp.float32), cones), on_device(cloud(points)), np.float32(0.02)
+    )
+    assert float(abs(double.zeta - single.zeta)) < 1e-5
+    assert float(abs(double.by_apex - single.by_apex).max()) < 1e-4 * float(abs(double.by_apex).max())
+
+
+def test_memory_does_not_grow_with_pairs():
+    """1000 cones and a million points: all pairs would take 4 GB."""
+    cones, points = drawn(0, 1000, 64)
+    c = jax.tree.map(lambda a: jnp.asarray(a, jnp.float32), cones)
+    p = jax.tree.map(lambda a: np.zeros((15625, *a.shape[1:]), np.float32), cloud(points))
+    compiled = jax.jit(soft_zeta).lower(c, p, jnp.float32(0.01)).compile()
+    assert compiled.memory_analysis().temp_size_in_bytes < 100e6
+
+
+@settings(max_examples=20)
+@given(drawing.seeds, st.integers(1, 400), st.sampled_from([1, 7, 64]))
+def test_clouds_keep_every_point_once(seed, n, block):
+    points = np.random.default_rng(seed).uniform(-1, 1, (n, 3))
+    c = cloud(points, block, np.float64)
+    kept = c.points.reshape(-1, 3)[c.weight.reshape(-1) > 0]
+    assert np.array_equal(kept[np.lexsort(kept.T)], points[np.lexsort(points.T)])
+    assert np.all(np.linalg.norm(c.points - c.centre[:, None], axis=2) <= c.radius[:, None] + 1e-12)
+
+
+def test_sampled_points_are_inside_uniform_and_repeatable():
+    shell = Difference(sphere([0.0, 0, 0], 1.0), sphere([0.0, 0, 0], 0.5))
+    p = sample(shell, 20_000, 7)
+    assert np.all(shell(p) <= 0)
+    assert np.array_equal(p, sample(shell, 20_000, 7))
+    assert not np.array_equal(p, sample(shell, 20_000, 8))
+    assert np.abs(p.mean(axis=0)).max() < 0.01
+    inner = (np.linalg.norm(p, axis=1) < 0.75).mean()
+    assert inner == pytest.approx((0.75**3 - 0.5**3) / (1 - 0.5**3), abs=0.01)
+
+
+def test_an_empty_solid_has_no_points():
+    with pytest.raises(EmptySolid, match="empty"):
+        sample(Difference(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 2.0)), 10, 0)

@@ -1,0 +1,92 @@
+"""Laws of implicit functions: sign, Lipschitz constant, box, gradients, NumPy against JAX."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+from place_rings.coverage.chain import joint_origins
+from place_rings.coverage.curve import pose_curve
+from place_rings.coverage.robots import UR10
+from place_rings.coverage.solids import Cones, Difference, Intersection, Spheres, Union, cone, sphere
+
+from . import drawing
+
+
+def solids(rng):
+    """One solid of each kind, drawn."""
+    tube = pose_curve(joint_origins(UR10.chain, drawing.pose(rng)), rng.uniform(0.1, 1)).tube(rng.uniform(0.1, 0.8), 5)
+    balls = Spheres(rng.uniform(-1, 1, (3, 3)), rng.uniform(0.1, 1, 3))
+    cones = drawing.cones(rng, 4)
+    return [cones, balls, tube, Union(cones, balls), Intersection(balls, tube), Difference(tube, cones)]
+
+
+@given(drawing.seeds)
+def test_never_changes_faster_than_distance(seed):
+    rng = np.random.default_rng(seed)
+    for solid in solids(rng):
+        a = rng.uniform(-2, 2, (200, 3))
+        b = a + drawing.unit(rng, 200) * 10.0 ** rng.uniform(-6, 0.5, (200, 1))
+        distance = np.linalg.norm(a - b, axis=1)
+        assert np.all(np.abs(solid(a) - solid(b)) <= distance + 1e-12)
+
+
+@given(drawing.seeds)
+def test_box_holds_the_solid(seed):
+    rng = np.random.default_rng(seed)
+    for solid in solids(rng):
+        low, high = solid.bounds()
+        p = rng.uniform(low - 1, high + 1, (2000, 3))
+        outside = np.any((p < low - 1e-12) | (p > high + 1e-12), axis=1)
+        assert np.all(solid(p[outside]) >= -1e-12)
+
+
+@given(drawing.seeds)
+def test_numpy_and_jax_agree(seed):
+    rng = np.random.default_rng(seed)
+    p = rng.uniform(-2, 2, (300, 3))
+    for solid in solids(rng):
+        assert np.allclose(solid(p), np.asarray(solid(jnp.asarray(p))), atol=1e-12)
+
+
+@given(drawing.seeds)
+def test_cone_holds_what_an_angle_and_a_depth_say(seed):
+    rng = np.random.default_rng(seed)
+    c = drawing.cones(rng, 1)
+    p = c.apex[0] + rng.uniform(-2, 2, (3000, 3))
+    v = p - c.apex[0]
+    depth = v @ c.axis[0]
+    angle = np.arccos(np.clip(depth / np.linalg.norm(v, axis=1), -1, 1))
+    clear = (np.abs(angle - c.half_angle[0]) > 1e-9) & (np.abs(depth - c.range_m[0]) > 1e-9)
+    assert np.array_equal((c(p) <= 0)[clear], ((angle <= c.half_angle[0]) & (depth <= c.range_m[0]))[clear])
+
+
+def test_empty_union_is_outside_everywhere():
+    nothing = Cones(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+    assert np.all(nothing(np.zeros((5, 3))) == np.inf)
+
+
+def test_combinations_are_set_operations():
+    rng = np.random.default_rng(1)
+    p = rng.uniform(-2, 2, (5000, 3))
+    a, b = sphere([0.0, 0, 0], 1.0), sphere([0.7, 0, 0], 1.0)
+    in_a, in_b = a(p) <= 0, b(p) <= 0
+    assert np.array_equal(Union(a, b)(p) <= 0, in_a | in_b)
+    assert np.array_equal(Intersection(a, b)(p) <= 0, in_a & in_b)
+    assert np.array_equal(Difference(a, b)(p) <= 0, in_a & ~in_b)
+
+
+@pytest.mark.parametrize(
+    "point",
+    [(0, 0, 0), (0, 0, 0.5), (0, 0, -0.5), (0, 0, 1.5), (1.5 * math.tan(0.2), 0, 1.5), (1e6, 0, 0), (0, 0, 1e6)],
+    ids=["apex", "axis", "behind", "base centre", "rim", "far across", "far along"],
+)
+def test_gradients_are_finite_where_cones_are_singular(point):
+    def f(p, apex, axis):
+        return cone(p, apex, axis, jnp.cos(0.2), jnp.sin(0.2), jnp.asarray(1.5))
+
+    slopes = jax.grad(f, argnums=(0, 1, 2))(jnp.asarray(point, float), jnp.zeros(3), jnp.array([0.0, 0, 1]))
+    assert all(bool(jnp.isfinite(s).all()) for s in slopes)
+    assert float(jnp.linalg.norm(slopes[0])) <= 1 + 1e-12
