@@ -13,21 +13,15 @@ from ..placement.convert import verify_result
 from .place import check_scene
 from .tables import zeta_table
 
-CONE_COLUMNS = (
-    ("pose", "ring", "sensor")
-    + tuple(f"{part}_{axis}" for part in ("apex", "axis") for axis in "xyz")
-    + ("fov_deg", "range_m")
-)
+CONE_COLUMNS = "pose,ring,sensor,apex_x,apex_y,apex_z,axis_x,axis_y,axis_z,fov_deg,range_m".split(",")  # noqa: SIM905
 
 
 def verify(name: str, setup: Setup, scene: Scene, voxel: float, rule: Rule, as_json: bool) -> None:
     """Print the exact zeta of ``setup`` for the scene's goals."""
     check_scene(scene, voxel)
     verifier = Verifier(scene, voxel, rule)
-    results = []
     with Console(stderr=True).status("counting"):
-        for goal in scene.goals:
-            results.append(verify_result(name, verifier.verify(setup, goal.target)))
+        results = [verify_result(name, verifier.verify(setup, goal.target)) for goal in scene.goals]
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
         print(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")

@@ -20,12 +20,16 @@ from .options import parse_goals, resolve_scene, with_goals
 
 app = App(
     name="place-rings",
-    help="Find where rings of Time-of-Flight sensors belong on a robot arm, and prove how much they see.",
+    help="""Find where rings of Time-of-Flight sensors belong on a robot arm, and prove how much they see.
+
+Examples: ``place-rings --target V_S --radius 0.5`` near the robot,
+``place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4 --rings-per-link 3`` near and far,
+``place-rings verify n2_16_25 --target V_O`` for a setup that is already there.""",
     version=lambda: version("place-rings"),
 )
 
 Targets = Annotated[
-    list[str],
+    tuple[str, ...],
     Parameter(name="--target", negative=(), help="V_O, V_T, V_OT, V_S; with radius and weight: V_S:0.5=0.6. Repeatable."),
 ]
 Radius = Annotated[float | None, Parameter(help="Radius of a --target V_S that has none of its own, m.")]
@@ -40,7 +44,7 @@ Count = Annotated[int, Parameter(validator=Number(gte=1, lte=200))]
 @app.default
 def place(
     *,
-    target: Targets = [],  # noqa: B006 (read only)
+    target: Targets = (),
     radius: Radius = None,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
@@ -49,7 +53,9 @@ def place(
     seed: Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")] = 0,
     time: Annotated[float | None, Parameter(help="Cap on the search, s; it ends by its own schedule otherwise.")] = None,
     voxel: Voxel = 0.01,
-    out: Annotated[Path, Parameter(help="Folder for proposal.toml, placement.png and result.json.")] = Path("place-rings-out"),
+    out: Annotated[Path, Parameter(help="Folder for proposal.toml, placement.png and result.json.")] = Path(
+        "place-rings-out"
+    ),
     as_json: Json = False,
 ) -> None:
     """Search a placement, verify it, and show it beside the paper's.
@@ -79,7 +85,7 @@ def verify(
     subject: Subject,
     /,
     *,
-    target: Targets = [],  # noqa: B006
+    target: Targets = (),
     radius: Radius = None,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
@@ -105,7 +111,7 @@ def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOpt
     """
     from .inspect import cones as run
 
-    run(*resolve(subject, resolve_scene(scene, robot, [], None)))
+    run(*resolve(subject, resolve_scene(scene, robot)))
 
 
 @app.command
@@ -122,11 +128,8 @@ def main() -> None:
     if hasattr(signal, "SIGPIPE"):
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     try:
-        app(exit_on_error=False, print_error=False)
-    except (UserError, CycloptsError) as error:
-        print(f"place-rings: {' '.join(str(error).split())}", file=sys.stderr)
-        sys.exit(2)
-    except ValueError as error:
+        app(sys.argv[1:], exit_on_error=False, print_error=False)
+    except (UserError, CycloptsError, ValueError) as error:
         print(f"place-rings: {' '.join(str(error).split())}", file=sys.stderr)
         sys.exit(2)
     except KeyboardInterrupt:

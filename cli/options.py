@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -41,7 +42,7 @@ def parse_goal(text: str, radius: float | None) -> Goal:
         raise UserError(f"--target: found {shown(text)}, but {error}") from error
 
 
-def parse_goals(targets: list[str], radius: float | None) -> tuple[Goal, ...]:
+def parse_goals(targets: Sequence[str], radius: float | None) -> tuple[Goal, ...]:
     """All goals of the options ``--target`` and ``--radius``; none where no target was given."""
     if radius is not None and not (math.isfinite(radius) and radius > 0):
         raise UserError(f"--radius: found {radius:g}, allowed: a positive number of metres")
@@ -52,7 +53,9 @@ def parse_goals(targets: list[str], radius: float | None) -> tuple[Goal, ...]:
     return goals
 
 
-def resolve_scene(scene: Path | None, robot: str | None, targets: list[str], radius: float | None) -> Scene | None:
+def resolve_scene(
+    scene: Path | None, robot: str | None, targets: Sequence[str] = (), radius: float | None = None
+) -> Scene | None:
     """The scene that the options describe; None where they leave it to a proposal.
 
     Raises:
@@ -73,5 +76,7 @@ def with_goals(scene: Scene, goals: tuple[Goal, ...]) -> Scene:
     for goal in goals:
         inner = scene.shape.robot_radius
         if goal.target.radius is not None and goal.target.radius <= inner:
-            raise UserError(f"--radius: found {goal.target.radius:g}, allowed: above {inner:g}, the radius of the robot's own V_R")
+            raise UserError(
+                f"--radius: found {goal.target.radius:g}, allowed: above {inner:g}, the radius of the robot's own V_R"
+            )
     return replace(scene, goals=goals) if goals else scene

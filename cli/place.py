@@ -37,9 +37,7 @@ def check_scene(scene: Scene, voxel: float) -> None:
             raise UserError(f"--voxel: {error}") from error
 
 
-def find(
-    scene: Scene, layout: Setup, seed: int, time_cap: float, voxel: float, console: Console
-) -> searching.SearchResult:
+def find(scene: Scene, layout: Setup, seed: int, time_cap: float, voxel: float, console: Console) -> searching.SearchResult:
     """Run the search with a progress bar on ``console``."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:

@@ -45,4 +45,5 @@ def cloud(points: Float[np.ndarray, "N 3"], block: int = BLOCK, dtype: type = np
     weight = np.concatenate([np.ones(n), np.zeros(padding)]).reshape(len(groups), block)
     centre = (grouped.min(axis=1) + grouped.max(axis=1)) / 2
     radius = np.linalg.norm(grouped - centre[:, None], axis=2).max(axis=1)
-    return Cloud(*(a.astype(dtype) for a in (grouped, weight, centre, radius)), size=n)
+    points, weight, centre, radius = (a.astype(dtype) for a in (grouped, weight, centre, radius))
+    return Cloud(points, weight, centre, radius, n)

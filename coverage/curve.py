@@ -121,7 +121,7 @@ def pose_curve(points: Float[np.ndarray, "P 3"], blend: float = 0.5) -> PoseCurv
 
 
 def pappus_volume(curve: PoseCurve, outer: float, inner: float = 0.0) -> float:
-    """Volume pi (outer^2 - inner^2) * arc length, m^3 (the paper's Pappus form); true where the tube does not meet itself."""
+    """Volume pi (outer^2 - inner^2) * arc length, m^3 (the paper's Pappus form); true if the tube never meets itself."""
     return math.pi * (outer**2 - inner**2) * curve.arc_length()
 
 

@@ -98,7 +98,9 @@ def first_cells(unions: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float
     """Aligned cells that cover ``box``, each paired with all parts."""
     low, high = np.floor(box[0] / voxel).astype(int) + OFFSET - 1, np.floor(box[1] / voxel).astype(int) + OFFSET + 1
     if low.min() < 0 or high.max() >= 1 << BITS:
-        raise ValueError(f"voxels of {voxel:g} m are too small for a solid of {np.ptp(box, axis=0).max():.3g} m: 2^{BITS} a side")
+        raise ValueError(
+            f"voxels of {voxel:g} m are too small for a solid of {np.ptp(box, axis=0).max():.3g} m: 2^{BITS} a side"
+        )
     level = 0
     while np.prod((high >> level) - (low >> level) + 1) > _FIRST_CELLS:
         level += 1
@@ -109,14 +111,19 @@ def first_cells(unions: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float
     return Cells(level, numbers, encode(numbers << level), np.full(n, mark, np.int8), pairs)
 
 
-def _values(solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...]) -> Float[np.ndarray, " M"]:
-    """Implicit function at one point of each cell, parts that do not matter left out."""
+def _values(
+    solid: Solid, points: Float[np.ndarray, "*batch M 3"], pairs: tuple[Pairs, ...]
+) -> Float[np.ndarray, "*batch M"]:
+    """Implicit function at points of each cell, one or a batch of them; parts that do not matter are left out."""
     turn = iter(pairs)
 
-    def least(parts: Parts) -> Float[np.ndarray, " M"]:
+    def least(parts: Parts) -> Float[np.ndarray, "*batch M"]:
         cell, index = next(turn)
-        value = np.full(len(points), np.inf)
-        np.minimum.at(value, cell, parts.part(rows(points, cell), index))
+        value = np.full(points.shape[:-1], np.inf)
+        if len(cell):
+            first = np.flatnonzero(np.diff(cell, prepend=-1))
+            each = parts.part(rows(points, cell) if points.ndim == 2 else points[..., cell, :], index)
+            value[..., cell[first]] = np.minimum.reduceat(each, first, axis=-1)
         return value
 
     return fold(solid, least)
@@ -145,16 +152,18 @@ def verdicts(
 def _touched(
     solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], voxel: float
 ) -> Bool[np.ndarray, " M"]:
-    """Voxels of which a probed point is inside the solid; centres first, as they decide most."""
+    """Voxels of which a probed point is inside the solid. Probes near the centre go first, as they decide most; they go in
+    batches, and each batch is for the voxels that none before it decided."""
     steps = np.arange(PROBES + 1) / PROBES - 0.5
     offsets = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3)
     offsets = offsets[np.argsort(np.abs(offsets).max(axis=1), kind="stable")]
     touched = np.zeros(len(points), bool)
-    for offset in offsets:
+    for batch in np.split(offsets, [1, 14, 27, 52, 77, 102]):
         todo = ~touched
         new = np.cumsum(todo) - 1
         rest = tuple((new[cell[todo[cell]]], part[todo[cell]]) for cell, part in pairs)
-        touched[todo] = _values(solid, points[todo] + offset * voxel, rest) <= 0
+        probes = points[todo] + (batch * voxel)[:, None]
+        touched[todo] = (_values(solid, probes, rest) <= 0).any(axis=0)
     return touched
 
 
@@ -215,7 +224,9 @@ def _wanted(cells: Cells, within: VoxelSet) -> Cells:
     size = 1 << 3 * cells.level
     wanted = np.full(len(cells), size)
     wanted[partial] = within.count_in(cells.key[partial], size)
-    return Cells(cells.level, cells.numbers, cells.key, np.where(wanted == size, _FULL, 0).astype(np.int8), cells.pairs).only(wanted > 0)
+    return Cells(
+        cells.level, cells.numbers, cells.key, np.where(wanted == size, _FULL, 0).astype(np.int8), cells.pairs
+    ).only(wanted > 0)
 
 
 def voxels(solid: Solid, voxel: float, rule: Rule = "centre", within: VoxelSet | None = None) -> VoxelSet:

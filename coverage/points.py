@@ -13,7 +13,7 @@ _MAX_BATCHES = 1000
 _BLOCK = 1 << 10  # candidates in memory against all parts at once
 
 
-class EmptySolid(ValueError):
+class EmptySolidError(ValueError):
     """A solid in which no point was found."""
 
 
@@ -35,7 +35,7 @@ def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
         (N, 3) m.
 
     Raises:
-        EmptySolid: if hardly any candidate is inside.
+        EmptySolidError: if hardly any candidate is inside.
     """
     low, high = solid.bounds()
     sequence = qmc.Sobol(3, seed=seed)
@@ -48,4 +48,6 @@ def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
         total += len(hits)
         if total >= count:
             return np.concatenate(found)[:count]
-    raise EmptySolid(f"only {total} of {_MAX_BATCHES * _BATCH} points tried lie inside the target: it is empty or too thin")
+    raise EmptySolidError(
+        f"only {total} of {_MAX_BATCHES * _BATCH} points tried lie inside the target: it is empty or too thin"
+    )

@@ -64,10 +64,14 @@ def named_setup(name: str, sensor: Sensor = PAPER_SENSOR, radius: float = RING_R
     """
     match = _NAME.fullmatch(name)
     if match is None:
-        raise ValueError(f"{name!r} is not a setup's name; names are n{{1,2,3}}_{{sensors per ring}}_{{tilt}}, like n2_16_25")
+        raise ValueError(
+            f"{name!r} is not a setup's name; names are n{{1,2,3}}_{{sensors per ring}}_{{tilt}}, like n2_16_25"
+        )
     rings_per_link, count, tilt = int(match[1]), int(match[2]), math.radians(float(match[3]))
     places = {1: [(0.5, tilt)], 2: [(0.0, tilt), (1.0, -tilt)], 3: [(0.0, tilt), (0.5, 0.0), (1.0, -tilt)]}[rings_per_link]
-    rings = [Ring(link, position, count, t, 0.0, radius, sensor) for link in ("upper_arm", "forearm") for position, t in places]
+    rings = [
+        Ring(link, position, count, t, 0.0, radius, sensor) for link in ("upper_arm", "forearm") for position, t in places
+    ]
     return Setup((*rings, Ring("tool", 0.0, count, 0.0, 0.0, radius, sensor)))
 
 

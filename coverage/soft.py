@@ -55,7 +55,7 @@ def soft_zeta(cones: Cones, cloud: Cloud, width: Float[jax.Array, ""] | float, n
         return filled.reshape(-1, group, *a.shape[1:])
 
     def add(total: Any, blocks: Any) -> tuple[Any, None]:
-        unseen, by_apex, by_axis, needed = _group(cones, *blocks, width, near)
+        unseen, by_apex, by_axis, needed = _group(cones, blocks, width, near)
         return (total[0] + unseen, total[1] + by_apex, total[2] + by_axis, jnp.maximum(total[3], needed)), None
 
     dtype = cloud.points.dtype
@@ -65,10 +65,9 @@ def soft_zeta(cones: Cones, cloud: Cloud, width: Float[jax.Array, ""] | float, n
     return Soft(1 - unseen / cloud.size, -by_apex / cloud.size, -by_axis / cloud.size, needed)
 
 
-def _group(
-    cones: Cones, points: Any, weight: Any, centre: Any, radius: Any, width: Any, near: int
-) -> tuple[Any, Any, Any, Any]:
+def _group(cones: Cones, blocks: Any, width: Any, near: int) -> tuple[Any, Any, Any, Any]:
     """Sum of prod(1 - p) over a group of g blocks, its gradient by apexes and axes, and the cones needed at most."""
+    points, weight, centre, radius = blocks
     cosine, sine = jnp.cos(cones.half_angle), jnp.sin(cones.half_angle)
     gap = cone(centre[:, None], *(a[None] for a in (cones.apex, cones.axis, cosine, sine, cones.range_m))) - radius[:, None]
     needed = jnp.where(weight[:, 0] > 0, (gap < CUT * width).sum(axis=1), 0).max().astype(jnp.int32)
@@ -92,7 +91,9 @@ def _group(
     on_side = side >= base
     across = jnp.where(on_side, pull * cosine * inverse, 0)
     along = jnp.where(on_side, -pull * sine, pull)
-    sums = jnp.concatenate([across, across * d, along], axis=1) @ jnp.concatenate([points, jnp.ones_like(points[..., :1])], 2)
+    sums = jnp.concatenate([across, across * d, along], axis=1) @ jnp.concatenate(
+        [points, jnp.ones_like(points[..., :1])], 2
+    )
     # With v = p - apex and u = v less its part along the axis, f grows by across u + along axis per step of p.
     v1, v2, v3 = (s[..., :3] - s[..., 3:] * apex for s in jnp.split(sums, 3, axis=1))
     total = jnp.split(sums[..., 3:], 3, axis=1)[2]

@@ -215,5 +215,3 @@ def fold(solid: Solid, leaf: Callable[[Parts], Any]) -> Any:
     if isinstance(solid, Parts):
         return leaf(solid)
     raise TypeError(f"{type(solid).__name__} is neither a union of parts nor a combination of solids")
-
-

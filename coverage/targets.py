@@ -63,10 +63,9 @@ def target_solid(target: Target, robot: Robot, q: Float[np.ndarray, " J"], shape
     """
     shape = shape or Shape()
     curve = robot_curve(robot, q, shape)
-    if target.radius is not None and target.radius <= shape.robot_radius:
-        raise ValueError(
-            f"radius {target.radius:g} of target V_S is inside the robot's own volume V_R; allowed: above {shape.robot_radius:g}"
-        )
+    inner = shape.robot_radius
+    if target.radius is not None and target.radius <= inner:
+        raise ValueError(f"radius {target.radius:g} of target V_S is inside the robot's own V_R; allowed: above {inner:g}")
     body = curve.tube(shape.robot_radius, shape.points_per_bend)
     tcp = forward(robot.chain, q)[-1, :3, 3]
     outer: Solid

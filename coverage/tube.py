@@ -7,7 +7,7 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from .arrays import dot, namespace, root, rows
+from .arrays import Array, dot, namespace, root, rows
 from .solids import Parts
 
 
@@ -25,10 +25,10 @@ class Tube(Parts):
     first[k] and first[k] + 1.
     """
 
-    centre: Float[np.ndarray, "D 3"]
-    normal: Float[np.ndarray, "D 3"]
+    centre: Float[Array, "D 3"]
+    normal: Float[Array, "D 3"]
     radius: Any
-    first: Int[np.ndarray, " S"]
+    first: Int[Array, " S"]
 
     def __len__(self) -> int:
         return len(self.first)
@@ -54,7 +54,8 @@ class Tube(Parts):
         return xp.maximum(crossing, distance - self.radius)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        return np.stack([self.centre.min(axis=0) - self.radius, self.centre.max(axis=0) + self.radius])
+        centre = np.asarray(self.centre)
+        return np.stack([centre.min(axis=0) - self.radius, centre.max(axis=0) + self.radius])
 
     def decide(
         self,

@@ -17,7 +17,13 @@ from jaxtyping import Float, Int
 BITS = 21  # of each lattice number in a 63-bit key
 OFFSET = 1 << (BITS - 1)  # lattice numbers run from -OFFSET to OFFSET - 1
 
-_SPREAD = ((32, 0x1F00000000FFFF), (16, 0x1F0000FF0000FF), (8, 0x100F00F00F00F00F), (4, 0x10C30C30C30C30C3), (2, 0x1249249249249249))
+_SPREAD = (
+    (32, 0x1F00000000FFFF),
+    (16, 0x1F0000FF0000FF),
+    (8, 0x100F00F00F00F00F),
+    (4, 0x10C30C30C30C30C3),
+    (2, 0x1249249249249249),
+)
 
 
 def encode(numbers: Int[np.ndarray, "N 3"]) -> Int[np.ndarray, " N"]:
@@ -36,7 +42,9 @@ def decode(keys: Int[np.ndarray, " N"]) -> Int[np.ndarray, "N 3"]:
     numbers = np.empty((len(keys), 3), np.int64)
     for axis in range(3):
         v = (keys >> axis) & _SPREAD[-1][1]
-        for (shift, _), mask in zip(reversed(_SPREAD), [m for _, m in reversed(_SPREAD[:-1])] + [(1 << BITS) - 1], strict=True):
+        for (shift, _), mask in zip(
+            reversed(_SPREAD), [m for _, m in reversed(_SPREAD[:-1])] + [(1 << BITS) - 1], strict=True
+        ):
             v = (v | (v >> shift)) & mask
         numbers[:, axis] = v
     return numbers

@@ -21,7 +21,7 @@ RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
 _BYTES = 100  # for each voxel on the surface of a target: its key, its interval and the sorting of both
 
 
-class TooFine(ValueError):
+class TooFineError(ValueError):
     """Voxels so small that their sets would not fit into memory."""
 
 
@@ -75,7 +75,7 @@ def check_voxel(solid: Difference, voxel: float) -> None:
     The surface of a solid has at most a few times the area of its box, and it is the voxels there that are stored.
 
     Raises:
-        TooFine: if more than half of the memory that is free would be needed.
+        TooFineError: if more than half of the memory that is free would be needed.
     """
     if not (math.isfinite(voxel) and voxel > 0):
         raise ValueError(f"voxel {voxel} is not a positive number of metres")
@@ -84,7 +84,7 @@ def check_voxel(solid: Difference, voxel: float) -> None:
     free = psutil.virtual_memory().available / 2
     if area / voxel**2 * _BYTES > free:
         least = math.sqrt(area * _BYTES / free)
-        raise TooFine(
+        raise TooFineError(
             f"voxel {voxel:g} m would need about {area / voxel**2 * _BYTES / 1e9:.3g} GB of memory,"
             f" {free / 1e9:.3g} GB may be used; allowed: {least:.1g} m and more"
         )
@@ -122,7 +122,7 @@ class Verifier:
 
         Raises:
             ValueError: for an empty target, or one whose radius lies within V_R.
-            TooFine: if the voxels would not fit into memory.
+            TooFineError: if the voxels would not fit into memory.
         """
         start = time.perf_counter()
         poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.robots import UR10, Robot
 from ..coverage.rings import RING_RADIUS
+from ..coverage.robots import UR10, Robot
 from ..coverage.sensors import PAPER_SENSOR, Sensor
 from ..coverage.targets import Shape, Target
 

@@ -10,7 +10,17 @@ from ..coverage.sensors import Sensor
 from ..coverage.targets import Shape, Target
 from ..objectives.exact import PoseZeta, Verified
 from ..objectives.scene import Goal, Limits, Pose, Scene
-from .models import CurveModel, MountModel, PoseModel, PoseZetaModel, RingModel, SceneFile, SensorModel, TargetModel, VerifyResult
+from .models import (
+    CurveModel,
+    MountModel,
+    PoseModel,
+    PoseZetaModel,
+    RingModel,
+    SceneFile,
+    SensorModel,
+    TargetModel,
+    VerifyResult,
+)
 
 DIGITS_DEG = 4  # decimals of an angle in a file
 DIGITS_POSITION = 6  # decimals of a ring's position in a file

@@ -109,11 +109,19 @@ class SceneFile(_Model):
         faults: list[tuple[tuple[int | str, ...], Any, str]] = []
         for i, pose in enumerate(self.poses):
             if len(pose.q_deg) != joints:
-                faults.append((("poses", i, "q_deg"), len(pose.q_deg), f"{joints} angles, one for each joint of {self.robot}"))
+                faults.append(
+                    (("poses", i, "q_deg"), len(pose.q_deg), f"{joints} angles, one for each joint of {self.robot}")
+                )
         for i, target in enumerate(self.targets):
             if target.radius is not None and target.radius <= inner:
-                faults.append((("targets", i, "radius"), target.radius, f"above {inner:g}, the radius of the robot's own V_R"))
-        faults += [(("mounts", link), link, f"a link of {self.robot}: {', '.join(links)}") for link in self.mounts if link not in links]
+                faults.append(
+                    (("targets", i, "radius"), target.radius, f"above {inner:g}, the radius of the robot's own V_R")
+                )
+        faults += [
+            (("mounts", link), link, f"a link of {self.robot}: {', '.join(links)}")
+            for link in self.mounts
+            if link not in links
+        ]
         _refuse(faults)
         return self
 
@@ -198,4 +206,9 @@ class SearchFile(_Model):
     files: dict[str, str]
 
 
-MODELS: dict[str, type[_Model]] = {"scene": SceneFile, "proposal": ProposalFile, "verify": VerifyResult, "result": SearchFile}
+MODELS: dict[str, type[_Model]] = {
+    "scene": SceneFile,
+    "proposal": ProposalFile,
+    "verify": VerifyResult,
+    "result": SearchFile,
+}

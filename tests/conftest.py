@@ -14,7 +14,9 @@ from jaxtyping import install_import_hook
 _checker = ModuleType("place_rings_checker")
 _checker.check = beartype(conf=BeartypeConf(is_pep484_tower=True))
 sys.modules[_checker.__name__] = _checker
-install_import_hook(["place_rings.coverage", "place_rings.objectives", "place_rings.placement.search"], f"{_checker.__name__}.check")
+install_import_hook(
+    ["place_rings.coverage", "place_rings.objectives", "place_rings.placement.search"], f"{_checker.__name__}.check"
+)
 
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_rank_promotion", "raise")

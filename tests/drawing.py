@@ -30,17 +30,16 @@ def pose(rng: np.random.Generator) -> np.ndarray:
 
 def setup(rng: np.random.Generator, most_sensors: int = 8) -> Setup:
     """One to four rings anywhere on a UR10."""
-    rings = []
-    for _ in range(rng.integers(1, 5)):
-        rings.append(
-            Ring(
-                link=str(rng.choice(["upper_arm", "forearm", "tool"])),
-                position=float(rng.uniform(0, 1)),
-                count=int(rng.integers(1, most_sensors + 1)),
-                tilt=float(rng.uniform(-1.4, 1.4)),
-                phase=float(rng.uniform(0, 6)),
-                radius=float(rng.uniform(0.03, 0.15)),
-                sensor=Sensor(float(rng.uniform(0.05, 2.0)), float(rng.uniform(0.2, 1.6))),
-            )
+
+    def ring() -> Ring:
+        return Ring(
+            link=str(rng.choice(["upper_arm", "forearm", "tool"])),
+            position=float(rng.uniform(0, 1)),
+            count=int(rng.integers(1, most_sensors + 1)),
+            tilt=float(rng.uniform(-1.4, 1.4)),
+            phase=float(rng.uniform(0, 6)),
+            radius=float(rng.uniform(0.03, 0.15)),
+            sensor=Sensor(float(rng.uniform(0.05, 2.0)), float(rng.uniform(0.2, 1.6))),
         )
-    return Setup(tuple(rings))
+
+    return Setup(tuple(ring() for _ in range(rng.integers(1, 5))))

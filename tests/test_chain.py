@@ -20,7 +20,12 @@ def dh_product(q):
     """The table's frames P_1 ... P_6 by textbook matrices."""
     T, points = np.eye(4), [np.zeros(3)]
     for theta, (d, a, alpha_deg) in zip(q, CB3, strict=True):
-        ct, st, ca, sa = math.cos(theta), math.sin(theta), math.cos(math.radians(alpha_deg)), math.sin(math.radians(alpha_deg))
+        ct, st, ca, sa = (
+            math.cos(theta),
+            math.sin(theta),
+            math.cos(math.radians(alpha_deg)),
+            math.sin(math.radians(alpha_deg)),
+        )
         T = T @ np.array([[ct, -st * ca, st * sa, a * ct], [st, ct * ca, -ct * sa, a * st], [0, sa, ca, d], [0, 0, 0, 1]])
         points.append(T[:3, 3])
     return T, np.array(points)
@@ -99,5 +104,7 @@ def test_agrees_with_the_public_urdf():
         q = drawing.pose(rng)
         urdf.update_cfg(q)
         frames = forward(UR10.chain, q)
-        for j, link in enumerate(["shoulder_link", "upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link", "wrist_3_link"]):
+        for j, link in enumerate(
+            ["shoulder_link", "upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link", "wrist_3_link"]
+        ):
             assert np.allclose(frames[j], urdf.get_transform(link, "base_link"), atol=1e-9)

@@ -80,13 +80,21 @@ def test_verify_prints_one_object(run):
     code, out, _ = run("verify", "n3_16_55", "--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--json")
     assert code == 0
     result = VerifyResult.model_validate_json(out)
-    assert (result.setup, result.target, result.radius, result.rule, result.voxel) == ("n3_16_55", "V_S", 0.5, "centre", 0.05)
+    assert (result.setup, result.target, result.radius, result.rule, result.voxel) == (
+        "n3_16_55",
+        "V_S",
+        0.5,
+        "centre",
+        0.05,
+    )
     assert result.low_percent == result.zeta_percent == result.high_percent
     assert result.zeta_percent == pytest.approx(100 * result.covered_voxels / result.target_voxels)
 
 
 def test_verify_prints_a_list_for_several_targets_and_brackets_when_certified(run):
-    _, out, _ = run("verify", "n2_16_25", "--target", "V_O", "--target", "V_T", "--voxel", "0.1", "--rule", "certified", "--json")
+    _, out, _ = run(
+        "verify", "n2_16_25", "--target", "V_O", "--target", "V_T", "--voxel", "0.1", "--rule", "certified", "--json"
+    )
     results = [VerifyResult.model_validate(r) for r in json.loads(out)]
     assert [r.target for r in results] == ["V_O", "V_T"]
     for r in results:
@@ -105,7 +113,7 @@ def test_cones_are_those_of_the_geometry(run, reference_pose):
     rows = list(csv.DictReader(io.StringIO(out)))
     expected = sensor_cones(UR10, named_setup("n2_16_25"), reference_pose)
     assert len(rows) == 80
-    assert list(rows[0]) == "pose,ring,sensor,apex_x,apex_y,apex_z,axis_x,axis_y,axis_z,fov_deg,range_m".split(",")
+    assert list(rows[0]) == "pose,ring,sensor,apex_x,apex_y,apex_z,axis_x,axis_y,axis_z,fov_deg,range_m".split(",")  # noqa: SIM905
     for part, array in (("apex", expected.apex), ("axis", expected.axis)):
         assert np.allclose([[float(r[f"{part}_{a}"]) for a in "xyz"] for r in rows], array, atol=1e-8)
     assert {(r["fov_deg"], r["range_m"]) for r in rows} == {("25.0", "1.5")}

@@ -1,5 +1,6 @@
 """The pose curve and the tube it sweeps: lengths, volumes in closed form, what the shell holds."""
 
+import itertools
 import math
 
 import numpy as np
@@ -31,7 +32,7 @@ def test_arc_length_is_that_of_many_chords(seed, blend):
     ends = [(piece.point(np.array([0.0]))[0], piece.point(np.array([1.0]))[0]) for piece in curve.pieces]
     assert np.allclose(ends[0][0], points[0])
     assert np.allclose(ends[-1][1], points[-1])
-    assert all(np.allclose(a[1], b[0]) for a, b in zip(ends, ends[1:], strict=False))
+    assert all(np.allclose(a[1], b[0]) for a, b in itertools.pairwise(ends))
 
 
 def test_without_blend_the_curve_is_the_polyline():
@@ -44,7 +45,9 @@ def test_without_blend_the_curve_is_the_polyline():
 @given(st.floats(0.2, 1), st.floats(0.01, 0.19))
 def test_washers_and_pappus_agree(outer, inner):
     curve = pose_curve(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0.5]]))
-    assert washer_volume(curve, lambda s: outer, lambda s: inner) == pytest.approx(pappus_volume(curve, outer, inner), rel=1e-6)
+    assert washer_volume(curve, lambda s: outer, lambda s: inner) == pytest.approx(
+        pappus_volume(curve, outer, inner), rel=1e-6
+    )
 
 
 def test_washers_of_a_growing_disc_make_a_cone():

@@ -139,6 +139,10 @@ def test_names_and_files_resolve(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(RING)
     assert resolve(str(path), None)[0].sensors == 8
-    for name, line in (("n9_1_1", "not a setup's name"), ("nothing", "cannot be read"), ("../nothing.toml", "cannot be read")):
+    for name, line in (
+        ("n9_1_1", "not a setup's name"),
+        ("nothing", "cannot be read"),
+        ("../nothing.toml", "cannot be read"),
+    ):
         with pytest.raises(UserError, match=line):
             resolve(name, None)

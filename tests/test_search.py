@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from place_rings.coverage.rings import RingValues, named_setup, ring_values
 from place_rings.coverage.targets import Target
 from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
-from place_rings.objectives.exact import TooFine, Verifier
+from place_rings.objectives.exact import TooFineError, Verifier
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
 from place_rings.placement import search as searching
 from place_rings.placement.search import Outcome, Schedule, Stage, search
@@ -126,7 +126,7 @@ def test_the_first_start_is_the_papers():
 
 
 def test_too_fine_a_voxel_is_refused_before_it_is_tried():
-    with pytest.raises(TooFine, match="GB of memory"):
+    with pytest.raises(TooFineError, match="GB of memory"):
         Verifier(Scene(), 1e-5).verify(named_setup("n1_8_0"), Target("V_S", 0.5))
 
 
