@@ -39,7 +39,7 @@ UNSEEN_COLOUR = "#D55E00"
 VIEWS = (("oblique view", -58.0, 22.0, 4.0), ("from above", -90.0, 89.99, 1000.0))
 
 _INK, _GREY, _GRID = "#23272b", "#666d75", "#d9dde1"
-_TARGET, _TARGET_EDGE, _LINK, _JOINT = "#f5f5f4", "#8f8a80", "#b4bbc3", "#7d8791"
+_TARGET, _TARGET_EDGE, _LINK, _JOINT = "#f5f5f5", "#8f8a80", "#b4bbc3", "#7d8791"
 _SAMPLES = 5_000  # points in the target, of which the unseen become dots
 _LINK_RADIUS, _JOINT_RADIUS, _FOOT, _RING_WIDTH, _SENSOR_RADIUS = 0.048, 0.062, 0.095, 0.04, 0.0085  # m
 _UP, _DISC = np.eye(3)[2], np.array([(np.cos(t), np.sin(t)) for t in np.linspace(0, 2 * np.pi, 48, endpoint=False)])
@@ -53,7 +53,8 @@ class Sheet:
         (sa, ca), (se, ce) = ((np.sin(np.radians(v)), np.cos(np.radians(v))) for v in (azimuth_deg, elevation_deg))
         right, up, towards_eye = (-sa, ca, 0.0), (-se * ca, -se * sa, ce), (ce * ca, ce * sa, se)
         self.ax, self.box, self.rotation = ax, box, np.array([right, up, towards_eye])
-        self.size, self.distance = np.linalg.norm(box[1] - box[0]), diagonals * np.linalg.norm(box[1] - box[0])
+        self.size = float(np.linalg.norm(box[1] - box[0]))
+        self.distance = diagonals * self.size
         self.polygons: list[tuple[float, Any, Any, Any, float]] = []  # depth, outline (M, 2), colour, edge's, edge's width
 
     def project(self, points: Any) -> tuple[Any, Any]:
@@ -187,10 +188,10 @@ def _draw_robot(sheet: Sheet, scene: Scene, setup: Setup, cones: Cones, colour: 
         sheet.surface(_loft(band), colour[ring.link])
     for xy, depth in zip(*sheet.project(cones.apex), strict=True):  # a little nearer than the ring they sit on
         sheet.polygons.append((depth + 0.02, xy + _SENSOR_RADIUS * _DISC, (1, 1, 1), to_rgb(_INK), 1.4 / sheet.size))
+    dot, rgb = (0.0022 if len(unseen) > _SAMPLES / 4 else 0.003) * sheet.size * _DISC[::4], np.array(to_rgb(UNSEEN_COLOUR))
     for xy, depth in zip(*sheet.project(unseen), strict=True):
         pale = np.clip(0.2 - 0.8 * depth / sheet.size, 0, 0.6)  # with distance
-        rgb = tuple((1 - pale) * np.array(to_rgb(UNSEEN_COLOUR)) + pale)
-        sheet.polygons.append((depth, xy + 0.0028 * sheet.size * _DISC[::4], rgb, rgb, 0.0))
+        sheet.polygons.append((depth, xy + dot, (*((1 - pale) * rgb + pale),), (0, 0, 0, 0), 0.0))
     sheet.paint()
 
 
@@ -198,7 +199,7 @@ def _write(path: Path, figure: Figure) -> None:
     """Write the figure as a PNG beside ``path`` and rename it: the old file or the new, never half."""
     canvas, temporary = FigureCanvasAgg(figure), path.with_name(f".{path.name}.{os.getpid()}")
     canvas.draw()
-    pixels = (5 * np.round(np.asarray(canvas.buffer_rgba())[..., :3] / 5)).astype(np.uint8)  # halves the file
+    pixels = np.asarray(canvas.buffer_rgba())[..., :3] // 5 * 5  # 52 steps of a channel, half the file; white stays white
     try:
         with temporary.open("wb", buffering=0) as file:
             Image.fromarray(pixels).save(file, "png", optimize=True)
@@ -237,8 +238,9 @@ def placement_picture(path: Path, scene: Scene, setup: Setup, zeta_lines: Sequen
         sheet.ax.text(0, 1.01, caption, transform=sheet.ax.transAxes, fontsize=11, color=_GREY, style="italic")
     title, rings = "   ·   ".join(zeta_lines), Counter(ring.link for ring in setup.rings)
     figure.text(0.5, 0.945, title, ha="center", fontsize=min(18, 1300 / max(1, len(title))), color=_INK, weight="bold")
-    placed = ", ".join(f"{n} ring{'s' * (n > 1)} on the {link.replace('_', ' ')}" for link, n in rings.items())
-    figure.text(0.5, 0.9, f"{robot.name}, {setup.sensors} sensors: {placed}", ha="center", fontsize=11, color=_GREY)
+    parts = [robot.name, *([f"pose 0 of {len(scene.poses)}"] * (len(scene.poses) > 1)), f"{setup.sensors} sensors"]
+    parts += [f"{n} ring{'s' * (n > 1)} on the {link.replace('_', ' ')}" for link, n in rings.items()]
+    figure.text(0.5, 0.9, "  ·  ".join(parts), ha="center", fontsize=11, color=_GREY)
     key = [
         *(Patch(fc=(*to_rgb(colour[k]), 0.4), ec=colour[k], label=f"seen from the {k.replace('_', ' ')}") for k in rings),
         Line2D([], [], linestyle="", marker="o", markersize=5, color=UNSEEN_COLOUR, label=f"unseen part of {target}"),

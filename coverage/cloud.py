@@ -15,12 +15,12 @@ BLOCK = 64  # points a block
 @dataclass(frozen=True)
 class Cloud:
     """N points in n blocks of B: points (n, B, 3) m, weight (n, B): 1 for a point and 0 for padding; centre (n, 3) m and
-    radius (n,) m of a ball around each block. size: N."""
+    radius (n,) m of a ball around each block. size: N. Clouds of one size stack along leading axes."""
 
-    points: Float[Array, "n B 3"]
-    weight: Float[Array, "n B"]
-    centre: Float[Array, "n 3"]
-    radius: Float[Array, " n"]
+    points: Float[Array, "*batch n B 3"]
+    weight: Float[Array, "*batch n B"]
+    centre: Float[Array, "*batch n 3"]
+    radius: Float[Array, "*batch n"]
     size: int = field(metadata={"static": True})
 
 

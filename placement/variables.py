@@ -34,9 +34,14 @@ def bounds(scene: Scene, setup: Setup) -> tuple[Float[np.ndarray, "3 R"], Float[
 
 
 def place(setup: Setup, values: Float[np.ndarray, "3 R"]) -> Setup:
-    """``setup`` with its rings at ``values`` (positions, tilts, phases), each phase brought into [0, spacing)."""
-    rings = zip(setup.rings, *values.tolist(), strict=True)
-    return Setup(tuple(replace(r, position=p, tilt=t, phase=f % (2 * math.pi / r.count)) for r, p, t, f in rings))
+    """``setup`` with its rings at ``values`` (positions, tilts, phases), each phase brought into [0, spacing) and the rings of
+    a link from proximal to distal."""
+    rings = [
+        replace(ring, position=position, tilt=tilt, phase=phase % (2 * math.pi / ring.count))
+        for ring, position, tilt, phase in zip(setup.rings, *values.tolist(), strict=True)
+    ]
+    links = list(dict.fromkeys(ring.link for ring in rings))
+    return Setup(tuple(sorted(rings, key=lambda ring: (links.index(ring.link), ring.position))))
 
 
 def starts(scene: Scene, setup: Setup, count: int, seed: int) -> list[Float[np.ndarray, "3 R"]]:
