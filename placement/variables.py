@@ -34,7 +34,7 @@ def bounds(scene: Scene, setup: Setup) -> tuple[Float[np.ndarray, "3 R"], Float[
 
 
 def place(setup: Setup, values: Float[np.ndarray, "3 R"]) -> Setup:
-    """``setup`` with its rings at ``values`` (positions, tilts, phases), each phase brought into [0, spacing) and the rings of
+    """``setup`` with its rings at ``values`` (positions, tilts, phases): each phase in [0, spacing), the rings of
     a link from proximal to distal."""
     rings = [
         replace(ring, position=position, tilt=tilt, phase=phase % (2 * math.pi / ring.count))
