@@ -33,9 +33,12 @@ def root(square: Any) -> Any:
 
 
 def rows(array: Any, index: Any) -> Any:
-    """``array[index]`` for ``array`` (K, 3), laid out so that each component lies contiguous in memory.
+    """``array[..., index, :]`` for ``array`` (..., K, 3), laid out so that each component lies contiguous in memory.
 
     Arithmetic on single components then runs through memory once, which is most of the octree's time.
     """
+    if np.ndim(index) == 0:
+        return array[..., index, :]
     xp = namespace(array)
-    return array[index] if np.ndim(index) == 0 else xp.moveaxis(xp.take(array.T, index, axis=1), 0, -1)
+    taken = xp.take(array.transpose(array.ndim - 1, *range(array.ndim - 1)), index, axis=-1)
+    return taken.transpose(*range(1, taken.ndim), 0)

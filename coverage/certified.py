@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .octree import SLACK, first_cells, leaves, verdicts
+from .octree import CHUNK, SLACK, first_cells, leaves, verdicts
 from .solids import Solid
 from .voxelset import centre
 
@@ -38,7 +38,7 @@ def bracket(target: Solid, seen: Solid, voxel: float) -> Bracket:
     stack = [first_cells(in_target + in_seen, box, voxel, 0)]
     volume = dict.fromkeys(("c", "u", "e", "pc", "pu", "pe"), 0)
     while stack:
-        for cells in stack.pop().slices():
+        for cells in stack.pop().slices(CHUNK):
             points = centre(cells.numbers, cells.level, voxel)
             reach = math.sqrt(3) / 2 * voxel * (1 << cells.level) + slack
             n = len(in_target)

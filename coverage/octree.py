@@ -6,9 +6,11 @@ part outside the cell is outside all its children.
 """
 
 import math
-from collections.abc import Iterator
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -19,10 +21,10 @@ from .voxelset import BITS, OFFSET, VoxelSet, centre, encode
 
 Rule = Literal["centre", "touch"]
 PROBES = 4  # `touch` probes a voxel at every quarter of its side, faces included: 5^3 points, its centre among them
-CHUNK = 1 << 13  # pairs of cell and part worked on at once: their arrays stay in cache and out of the kernel's hands
+CHUNK = 1 << 15  # pairs of cell and part worked on at once
 SLACK = 1e-9  # rounding of an implicit function, relative to 1 m or the scene's size if larger
 _FULL = 1  # mark of cells all of whose voxels are wanted
-_FIRST_CELLS = 64  # aim for the first level
+_FIRST_CELLS = 200  # aim for the first level
 _CHILD = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1).reshape(-1, 3)[:, ::-1].astype(np.int64)
 
 Pairs = tuple[Int[np.ndarray, " _"], Int[np.ndarray, " _"]]  # cell and part of each pair, ascending by cell, then part
@@ -42,10 +44,10 @@ class Cells:
     def __len__(self) -> int:
         return len(self.key)
 
-    def slices(self) -> Iterator["Cells"]:
-        """The same cells in runs of at most about CHUNK pairs."""
+    def slices(self, chunk: int) -> Iterator["Cells"]:
+        """The same cells in runs of at most about ``chunk`` pairs."""
         load = sum(np.bincount(cell, minlength=len(self)) for cell, _ in self.pairs) + np.ones(len(self), int)
-        bin_of = np.cumsum(load) // CHUNK
+        bin_of = np.cumsum(load) // chunk
         edges = np.flatnonzero(np.diff(bin_of)) + 1
         for low, high in zip([0, *edges], [*edges, len(self)], strict=True):
             cut = [np.searchsorted(cell, [low, high]) for cell, _ in self.pairs]
@@ -122,7 +124,7 @@ def _values(
         value = np.full(points.shape[:-1], np.inf)
         if len(cell):
             first = np.flatnonzero(np.diff(cell, prepend=-1))
-            each = parts.part(rows(points, cell) if points.ndim == 2 else points[..., cell, :], index)
+            each = parts.part(rows(points, cell), index)
             value[..., cell[first]] = np.minimum.reduceat(each, first, axis=-1)
         return value
 
@@ -175,45 +177,70 @@ class Found:
     size: int
     full: Bool[np.ndarray, " C"]
 
+    def wanted(self, within: VoxelSet | None) -> int:
+        """How many of their voxels are wanted."""
+        full = int(np.count_nonzero(self.full))
+        if within is None or full == len(self.key):
+            return full * self.size
+        return full * self.size + int(within.count_in(self.key[~self.full], self.size).sum())
 
-def descend(solid: Solid, voxel: float, rule: Rule, within: VoxelSet | None = None) -> Iterator[Found]:
-    """Octree cells that the solid holds, as they are found.
 
-    Args:
-        solid: what is counted.
-        voxel: side l of a voxel, m.
-        rule: ``centre``: a voxel counts when f(centre) <= 0. ``touch``: when f <= 0 at any point of a grid of a quarter
-            of the side, its corners included.
-        within: the voxels that are wanted; cells without one of them are not looked into. None: all.
-
-    Raises:
-        ValueError: if the voxels are so small that the solid does not fit the lattice's 2^21 voxels a side.
-    """
+def descend(solid: Solid, voxel: float, rule: Rule, within: VoxelSet | None, start: Cells) -> Iterator[Found]:
+    """Octree cells that the solid holds, as they are found below the cells ``start``."""
     box = solid.bounds()
     slack = SLACK * max(1.0, float(np.abs(box).max()))
-    stack = [first_cells(leaves(solid), box, voxel, _FULL if within is None else 0)]
+    stack = [start]
     while stack:
-        for cells in stack.pop().slices():
+        for cells in stack.pop().slices(CHUNK):
             if within is not None:
                 cells = _wanted(cells, within)
             if len(cells) == 0:
                 continue
-            size = 1 << 3 * cells.level
             points = centre(cells.numbers, cells.level, voxel)
-            if cells.level == 0 and rule == "centre":
-                inside = _values(solid, points, cells.pairs) <= 0
-                yield Found(cells.key[inside], size, cells.mark[inside] == _FULL)
-                continue
             reach = math.sqrt(3) / 2 * voxel * (1 << cells.level) + slack
             state, pairs = verdicts(solid, points, cells.pairs, reach)
             inside, undecided = state < 0, state == 0
-            yield Found(cells.key[inside], size, cells.mark[inside] == _FULL)
+            yield Found(cells.key[inside], 1 << 3 * cells.level, cells.mark[inside] == _FULL)
             rest = cells.left(pairs, cells.mark).only(undecided)
-            if cells.level > 0:
+            if cells.level > 1 or (cells.level == 1 and rule == "touch"):
                 stack.append(rest.children())
+            elif cells.level == 1:
+                yield from _octets(solid, rest, voxel)
             else:
-                touched = _touched(solid, points[undecided], rest.pairs, voxel)
-                yield Found(rest.key[touched], size, rest.mark[touched] == _FULL)
+                decide = _touched if rule == "touch" else _centred
+                held = decide(solid, points[undecided], rest.pairs, voxel)
+                yield Found(rest.key[held], 1, rest.mark[held] == _FULL)
+
+
+def _centred(
+    solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], voxel: float
+) -> Bool[np.ndarray, " M"]:
+    """Voxels of which the centre is inside the solid."""
+    return _values(solid, points, pairs) <= 0
+
+
+def _octets(solid: Solid, cells: Cells, voxel: float) -> Iterator[Found]:
+    """The voxels, of cells of two voxels a side, whose centre is inside the solid: all eight of a cell at once."""
+    for run in cells.slices(CHUNK // 8):
+        numbers = 2 * run.numbers.T[:, None, :] + _CHILD.T[:, :, None]
+        inside = _values(solid, centre(numbers.transpose(1, 2, 0), 0, voxel), run.pairs) <= 0
+        child, cell = np.nonzero(inside)
+        yield Found(run.key[cell] + child, 1, run.mark[cell] == _FULL)
+
+
+T = TypeVar("T")
+
+
+def _each(
+    solid: Solid, voxel: float, rule: Rule, within: VoxelSet | None, gather: Callable[[Iterator[Found]], T]
+) -> list[T]:
+    """``gather`` over what is found, once for each processor: NumPy lets go of the interpreter while it computes."""
+    start = first_cells(leaves(solid), solid.bounds(), voxel, _FULL if within is None else 0)
+    workers = os.cpu_count() or 1
+    share = np.arange(len(start)) % workers
+    parts = [start.only(share == i) for i in range(workers)]
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(lambda part: gather(descend(solid, voxel, rule, within, part)), parts))
 
 
 def _wanted(cells: Cells, within: VoxelSet) -> Cells:
@@ -230,8 +257,19 @@ def _wanted(cells: Cells, within: VoxelSet) -> Cells:
 
 
 def voxels(solid: Solid, voxel: float, rule: Rule = "centre", within: VoxelSet | None = None) -> VoxelSet:
-    """Omega(solid): the set of its voxels, or of those that also lie in ``within``. See ``descend``."""
-    found = list(descend(solid, voxel, rule, within))
+    """Omega(solid): the set of its voxels.
+
+    Args:
+        solid: what is counted.
+        voxel: side l of a voxel, m.
+        rule: ``centre``: a voxel counts when f(centre) <= 0. ``touch``: when f <= 0 at any point of a grid of a quarter
+            of the side, its corners included.
+        within: only voxels of this set are wanted; None: all.
+
+    Raises:
+        ValueError: if the voxels are so small that the solid does not fit the lattice's 2^21 voxels a side.
+    """
+    found = [f for part in _each(solid, voxel, rule, within, list) for f in part]
     if not found:
         return VoxelSet.empty(voxel)
     key, size = np.concatenate([f.key for f in found]), np.repeat([f.size for f in found], [len(f.key) for f in found])
@@ -240,10 +278,9 @@ def voxels(solid: Solid, voxel: float, rule: Rule = "centre", within: VoxelSet |
 
 
 def count(solid: Solid, voxel: float, rule: Rule = "centre", within: VoxelSet | None = None) -> int:
-    """Number of voxels of Omega(solid), or of those that also lie in ``within``, without storing them."""
-    total = 0
-    for found in descend(solid, voxel, rule, within):
-        total += int(found.full.sum()) * found.size
-        if within is not None and not found.full.all():
-            total += int(within.count_in(found.key[~found.full], found.size).sum())
-    return total
+    """Number of voxels of Omega(solid), or of those that also lie in ``within``, without storing them. See ``voxels``."""
+
+    def total(found: Iterator[Found]) -> int:
+        return sum(f.wanted(within) for f in found)
+
+    return sum(_each(solid, voxel, rule, within, total))

@@ -138,7 +138,7 @@ class VoxelSet:
         return centre(decode(np.repeat(self.start, length) + within), 0, self.voxel)
 
 
-def centre(numbers: Int[np.ndarray, "N 3"], level: int, voxel: float) -> Float[np.ndarray, "N 3"]:
-    """Centres (N, 3) m of cells of side 2^level voxels, given their non-negative numbers at that level."""
+def centre(numbers: Int[np.ndarray, "*batch 3"], level: int, voxel: float) -> Float[np.ndarray, "*batch 3"]:
+    """Centres (..., 3) m of cells of side 2^level voxels, given their non-negative numbers at that level."""
     side = 1 << level
     return (numbers * side - OFFSET + side / 2) * voxel
