@@ -39,13 +39,13 @@ def dense(cones: Cones, voxel: float) -> tuple[int, int]:
     n = math.ceil(BALL / voxel)
     line = (np.arange(-n, n) + 0.5) * voxel
     p = np.stack(np.meshgrid(line, line, line, indexing="ij"), -1).reshape(-1, 3)
-    p = p[np.einsum("ij,ij->i", p, p) <= BALL**2]
+    p = p[(p * p).sum(axis=1) <= BALL**2]
     seen = np.zeros(len(p), bool)
     slope = math.cos(HALF_ANGLE) ** 2
     for apex, axis in zip(cones.apex, cones.axis, strict=True):
         v = p - apex
         depth = v @ axis
-        seen |= (depth >= 0) & (depth <= RANGE) & (depth * depth >= slope * np.einsum("ij,ij->i", v, v))
+        seen |= (depth >= 0) & (depth <= RANGE) & (depth * depth >= slope * (v * v).sum(axis=1))
     return len(p), int(seen.sum())
 
 

@@ -24,6 +24,7 @@ PROBES = 4  # `touch` probes a voxel at every quarter of its side, faces include
 CHUNK = 1 << 15  # pairs of cell and part worked on at once
 SLACK = 1e-9  # rounding of an implicit function, relative to 1 m or the scene's size if larger
 _FULL = 1  # mark of cells all of whose voxels are wanted
+_MUCH = 50_000  # voxels on three sides of the box, from where on a second processor pays
 _FIRST_CELLS = 200  # aim for the first level
 _CHILD = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1).reshape(-1, 3)[:, ::-1].astype(np.int64)
 
@@ -234,12 +235,17 @@ T = TypeVar("T")
 def _each(
     solid: Solid, voxel: float, rule: Rule, within: VoxelSet | None, gather: Callable[[Iterator[Found]], T]
 ) -> list[T]:
-    """``gather`` over what is found, once for each processor: NumPy lets go of the interpreter while it computes."""
-    start = first_cells(leaves(solid), solid.bounds(), voxel, _FULL if within is None else 0)
-    workers = os.cpu_count() or 1
+    """``gather`` over what is found: at once where it is little, else once for each processor, as NumPy lets go of the
+    interpreter while it computes."""
+    box = solid.bounds()
+    start = first_cells(leaves(solid), box, voxel, _FULL if within is None else 0)
+    x, y, z = np.ptp(box, axis=0) / voxel
+    workers = (os.cpu_count() or 1) if x * y + y * z + z * x > _MUCH else 1
+    if workers == 1:
+        return [gather(descend(solid, voxel, rule, within, start))]
     share = np.arange(len(start)) % workers
-    parts = [start.only(share == i) for i in range(workers)]
     with ThreadPoolExecutor(workers) as pool:
+        parts = [start.only(share == i) for i in range(workers)]
         return list(pool.map(lambda part: gather(descend(solid, voxel, rule, within, part)), parts))
 
 
