@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ..coverage.rings import Ring, Setup
+from ..coverage.rings import RING_RADIUS, Ring, Setup
 from ..coverage.robots import robot
 from ..coverage.sensors import Sensor
 from ..coverage.targets import Shape, Target
@@ -28,6 +28,19 @@ DIGITS_POSITION = 6  # decimals of a ring's position in a file
 
 def _degrees(angle: float) -> float:
     return round(math.degrees(angle), 9)
+
+
+def _tilt_deg(tilt: float) -> float:
+    """A tilt as a file holds it: one just short of 90 degrees is not rounded up to it. Adding 0 makes -0.0 plain 0.0."""
+    angle, most = math.degrees(tilt), 90 - 10.0**-DIGITS_DEG
+    short = round(angle, DIGITS_DEG)
+    return round(math.copysign(most, angle), DIGITS_DEG) if abs(angle) < 90 <= abs(short) else short + 0.0
+
+
+def _phase_deg(phase: float) -> float:
+    """A phase as a file holds it: beyond a full turn it is wound back."""
+    angle = math.degrees(phase)
+    return round(angle if abs(angle) <= 360 else math.remainder(angle, 360), DIGITS_DEG) + 0.0
 
 
 def sensor_of(model: SensorModel) -> Sensor:
@@ -70,8 +83,8 @@ def scene_model(scene: Scene) -> SceneFile:
     )
 
 
-def setup_of(rings: list[RingModel], sensor: Sensor) -> Setup:
-    """The setup that a proposal's rings make; a ring that names no sensor has the scene's ``sensor``."""
+def setup_of(rings: list[RingModel], sensor: Sensor, radius: float = RING_RADIUS) -> Setup:
+    """The setup that a proposal's rings make; a ring that names no sensor or radius has the scene's."""
     return Setup(
         tuple(
             Ring(
@@ -80,7 +93,7 @@ def setup_of(rings: list[RingModel], sensor: Sensor) -> Setup:
                 count=r.count,
                 tilt=math.radians(r.tilt_deg),
                 phase=math.radians(r.phase_deg),
-                radius=r.radius,
+                radius=radius if r.radius is None else r.radius,
                 sensor=sensor_of(r.sensor) if r.sensor else sensor,
             )
             for r in rings
@@ -93,10 +106,10 @@ def ring_models(setup: Setup, sensor: Sensor) -> list[RingModel]:
     return [
         RingModel(
             link=r.link,
-            position=round(r.position, DIGITS_POSITION),
+            position=round(r.position, DIGITS_POSITION) + 0.0,
             count=r.count,
-            tilt_deg=round(math.degrees(r.tilt), DIGITS_DEG),
-            phase_deg=round(math.degrees(r.phase), DIGITS_DEG),
+            tilt_deg=_tilt_deg(r.tilt),
+            phase_deg=_phase_deg(r.phase),
             radius=r.radius,
             sensor=None if r.sensor == sensor else sensor_model(r.sensor),
         )

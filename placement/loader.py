@@ -1,5 +1,6 @@
 """The one module that reads what a user gave, and writes files so that a kill leaves the old or the new, never half."""
 
+import contextlib
 import os
 import re
 import tempfile
@@ -12,9 +13,9 @@ from pydantic import BaseModel, ValidationError
 
 from ..coverage.rings import Setup, named_setup
 from ..objectives.scene import Scene
-from .convert import scene_of, setup_of
+from .convert import ring_models, scene_of, setup_of
 from .errors import UserError, explain, shown
-from .models import ProposalFile, SceneFile
+from .models import ProposalFile, RingModel, SceneFile
 
 _LARGEST = 16 * 2**20  # bytes of a file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
@@ -35,13 +36,13 @@ def _read(path: Path, model: type[_Model]) -> _Model:
     if len(data) > _LARGEST:
         raise UserError(f"{name}: found more than {_LARGEST // 2**20} MB, allowed: less")
     try:
-        return model.model_validate(tomllib.loads(data.decode()))
+        return model.model_validate(tomllib.loads(data.decode("utf-8-sig")))
     except UnicodeDecodeError as error:
         raise UserError(f"{name}: byte {error.start} is not UTF-8, allowed: TOML in UTF-8") from error
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise UserError(f"{name}: not TOML: {error}") from error
     except ValidationError as error:
         raise explain(name, error, model) from error
+    except (ValueError, RecursionError) as error:  # tomllib's own, and int()'s for thousands of digits
+        raise UserError(f"{name}: not TOML: {error}") from error
 
 
 def read_scene(path: Path) -> Scene:
@@ -53,7 +54,7 @@ def read_proposal(path: Path) -> tuple[Setup, Scene, ProposalFile]:
     """The setup and the scene of a proposal, and the whole file; UserError if it cannot be read or breaks a rule."""
     file = _read(path, ProposalFile)
     scene = scene_of(file.scene)
-    return setup_of(file.rings, scene.sensor), scene, file
+    return setup_of(file.rings, scene.sensor, scene.ring_radius), scene, file
 
 
 def resolve(name_or_path: str, scene: Scene | None) -> tuple[Setup, Scene]:
@@ -65,10 +66,13 @@ def resolve(name_or_path: str, scene: Scene | None) -> tuple[Setup, Scene]:
         UserError: if it is neither, or if the scene's robot lacks a link of the setup.
     """
     path = Path(name_or_path)
-    if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path) and not path.exists():
+    if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path):
         scene = scene or Scene()
         try:
             setup = named_setup(name_or_path, scene.sensor, scene.ring_radius)
+            ring_models(setup, scene.sensor)  # a name keeps the limits of a file
+        except ValidationError as error:
+            raise explain(name_or_path, error, RingModel) from error
         except ValueError as error:
             raise UserError(f"setup: {error}") from error
     else:
@@ -88,22 +92,43 @@ def write_text(path: Path, text: str) -> None:
         UserError: if the file cannot be written; an old one stays as it was.
     """
     temporary = None
+    target = Path(os.path.realpath(path))  # a link stays a link
     try:
         with tempfile.NamedTemporaryFile(
-            "w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False
+            "w", encoding="utf-8", errors="replace", dir=target.parent, prefix=".place-rings-", delete=False
         ) as file:
             temporary = Path(file.name)
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
-        temporary.chmod(0o644)
-        temporary.replace(path)
+        if target.exists():
+            temporary.chmod(target.stat().st_mode & 0o777)
+        else:
+            temporary.chmod(0o666 & ~_umask())
+        temporary.replace(target)
         temporary = None
+        _sync_folder(target.parent)
     except OSError as error:
         raise UserError(f"{path}: cannot be written: {error.strerror}") from error
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask
+
+
+def _sync_folder(path: Path) -> None:
+    """Make a rename in the folder last; a file system that cannot is left alone, as old or new is whole either way."""
+    with contextlib.suppress(OSError):
+        folder = os.open(path, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
 
 
 def to_toml(model: BaseModel, heading: str = "") -> str:

@@ -132,7 +132,7 @@ class RingModel(_Model):
     count: int = Field(ge=1, le=1000, description="sensors")
     tilt_deg: Tilt = 0.0
     phase_deg: float = Field(default=0.0, ge=-360, le=360, description="degrees")
-    radius: Metres = RING_RADIUS
+    radius: Metres | None = Field(default=None, description="metres; the scene's, if none is given")
     sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
 
 

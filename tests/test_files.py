@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.rings import named_setup
+from place_rings.coverage.rings import Ring, Setup, named_setup
 from place_rings.coverage.robots import ROBOTS
 from place_rings.coverage.targets import Shape, Target
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
@@ -46,6 +46,7 @@ BAD_SCENES = {
     "[mounts.tool]\ntilt_deg = [5, -5]": "mounts.tool.tilt_deg: found",
     "[mounts.tool]\nposition = [0, 1.5]": "mounts.tool.position[1]: found 1.5",
     "a = [": "not TOML",
+    "ring_radius = " + "9" * 6000: "not TOML",
 }
 BAD_PROPOSALS = {
     "": "rings: found nothing",
@@ -132,6 +133,34 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
     assert [p.name for p in tmp_path.iterdir()] == ["proposal.toml"]
 
 
+@pytest.mark.parametrize("tilt", [89.99996, -89.99996])
+def test_a_tilt_just_short_of_90_degrees_stays_so(tilt):
+    sensor = Scene().sensor
+    once = rounded(Setup((Ring("tool", 0.0, 8, math.radians(tilt), math.radians(400)),)), sensor)
+    assert math.degrees(once.rings[0].tilt) == pytest.approx(math.copysign(89.9999, tilt), abs=1e-9)
+    assert once == rounded(once, sensor)
+
+
+def test_a_rewritten_file_keeps_its_mode_and_its_link(tmp_path):
+    real, link = tmp_path / "real.toml", tmp_path / "link.toml"
+    write_text(real, "old")
+    real.chmod(0o600)
+    link.symlink_to(real)
+    write_text(link, "new \udcff")
+    assert link.is_symlink()
+    assert real.read_text() == "new ?"
+    assert real.stat().st_mode & 0o777 == 0o600
+
+
+def test_a_name_keeps_the_limits_of_a_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "n2_16_25").mkdir()
+    assert resolve("n2_16_25", None)[0] == named_setup("n2_16_25")
+    for name, key in (("n2_16_90", "tilt_deg"), ("n2_5000_25", "count")):
+        with pytest.raises(UserError, match=f"{name}: {key}: found .*, allowed: "):
+            resolve(name, None)
+
+
 def test_names_and_files_resolve(tmp_path):
     setup, scene = resolve("n2_16_25", None)
     assert setup == named_setup("n2_16_25")
@@ -139,6 +168,9 @@ def test_names_and_files_resolve(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(RING)
     assert resolve(str(path), None)[0].sensors == 8
+    path.write_text(RING + "[scene]\nring_radius = 0.2\n[scene.sensor]\nrange_m = 1.1\n")
+    ring = resolve(str(path), None)[0].rings[0]
+    assert (ring.radius, ring.sensor.range_m) == (0.2, 1.1)
     for name, line in (
         ("n9_1_1", "not a setup's name"),
         ("nothing", "cannot be read"),
