@@ -11,7 +11,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..coverage.rings import Setup, named_setup
 from ..coverage.targets import Target, target_solid
-from ..objectives.exact import Verifier, check_voxel
+from ..objectives.exact import Verifier, check_voxel, target_voxels
 from ..objectives.scene import Scene
 from ..placement import search as searching
 from ..placement.convert import ring_models, scene_model, verify_result
@@ -20,10 +20,11 @@ from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.models import FoundModel, ProposalFile, SearchFile, VerifyResult
 from ..placement.variables import ring_layout
 from .picture import placement_picture
-from .tables import ring_table, zeta_table
+from .tables import ring_table, target_label, zeta_table
 
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
 PAPER_TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 0.5), Target("V_S", 1.5))
+_COARSE = 0.1  # m: from here on it is quick to see whether a target holds a voxel at all
 _FEW_POSES = 4  # up to here all of the paper's targets are compared, beyond only those that were asked for
 _PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
 
@@ -32,7 +33,10 @@ def check_scene(scene: Scene, voxel: float) -> None:
     """Refuse what cannot be counted before anything is tried: UserError in one line."""
     for goal in scene.goals:
         try:
-            check_voxel(target_solid(goal.target, scene.robot, scene.poses[0].q, scene.shape), voxel)
+            solid = target_solid(goal.target, scene.robot, scene.poses[0].q, scene.shape)
+            check_voxel(solid, voxel)
+            if voxel > _COARSE and len(target_voxels(solid, voxel, "centre")) == 0:
+                raise ValueError(f"voxel {voxel:g} m is larger than target {goal.target}; allowed: smaller")
         except ValueError as error:
             raise UserError(f"--voxel: {error}") from error
 
@@ -56,15 +60,18 @@ def compare(scene: Scene, setup: Setup, voxel: float, console: Console) -> list[
     setups = {"proposal": setup} | {name: named_setup(name, scene.sensor, scene.ring_radius) for name in PAPER_SETUPS}
     goals = [g.target for g in scene.goals]
     common = [t for t in PAPER_TARGETS if t.radius is None or t.radius > scene.shape.robot_radius]
-    targets = list(dict.fromkeys(common + goals if len(scene.poses) <= _FEW_POSES else goals))
-    results = []
+    targets = list(dict.fromkeys([*goals, *common] if len(scene.poses) <= _FEW_POSES else goals))
+    results: list[VerifyResult] = []
     with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
         task = bar.add_task("verifying", total=len(targets) * len(setups))
-        for target in targets:
-            verifier = Verifier(scene, voxel)
-            for name, one in setups.items():
-                results.append(verify_result(name, verifier.verify(one, target)))
-                bar.advance(task)
+        try:
+            for target in targets:
+                verifier = Verifier(scene, voxel)
+                for name, one in setups.items():
+                    results.append(verify_result(name, verifier.verify(one, target)))
+                    bar.advance(task)
+        except KeyboardInterrupt:
+            console.print("interrupted: the comparison ends here, the proposal is kept")
     return results
 
 
@@ -94,7 +101,8 @@ def place(
         zeta=mine,
         found=_found(result, seed),
     )
-    placement_picture(files["picture"], scene, result.setup, [f"{_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine])
+    lines = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
+    placement_picture(files["picture"], scene, result.setup, lines or ["interrupted before it was verified"])
     record = SearchFile(
         proposal=proposal,
         soft_minus_exact_percent=100 * (result.soft - result.exact),
@@ -109,7 +117,8 @@ def place(
     console.print(ring_table(result.setup, scene.robot))
     sensors = {"proposal": result.setup.sensors} | {n: named_setup(n).sensors for n in PAPER_SETUPS}
     title = f"ζ in percent, rule centre, voxels of {voxel:g} m, robot {scene.robot.name}, {len(scene.poses)} pose(s)"
-    console.print(zeta_table(comparison, sensors, title))
+    order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
+    console.print(zeta_table(sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)), sensors, title))
     spent = result.statistics
     console.print(
         f"Found: exact {100 * result.exact:.2f} %, soft {100 * result.soft:.2f} % (width {1000 * spent.width:g} mm,"
@@ -124,10 +133,6 @@ _FILES = {"proposal": "proposal.toml", "picture": "placement.png", "result": "re
 _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely, then check it again:
   place-rings verify proposal.toml
 Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive towards distal."""
-
-
-def _label(result: VerifyResult) -> str:
-    return result.target if result.radius is None else f"{result.target}({result.radius:g})"
 
 
 def _found(result: searching.SearchResult, seed: int) -> FoundModel:

@@ -198,12 +198,24 @@ def search(
     verifier = Verifier(scene, voxel)
     last = schedule.stages[progress.stage - 1].width
     setups = [rounded(place(layout, x), scene.sensor) for x in finalists]
-    exact = [verifier.objective(setup) for setup in setups]
+    exact = _count(verifier, setups, brake)
     chosen = int(np.argmax(exact))
     soft = objective.soft(finalists[chosen], last, widest)[0]
     outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
     spent = Statistics(schedule.starts, evaluations, time.monotonic() - began, last)
     return SearchResult(setups[chosen], soft, exact[chosen], outcome, spent)
+
+
+def _count(verifier: Verifier, setups: list[Setup], brake: _Brake) -> list[float]:
+    """Exact values of the first setups: of all, unless Ctrl-C comes; of one at least."""
+    exact: list[float] = []
+    for setup in setups:
+        try:
+            exact.append(verifier.objective(setup))
+        except KeyboardInterrupt:
+            brake.pulled.set()
+            return exact or [verifier.objective(setup)]
+    return exact
 
 
 def _watch(jobs: Iterable[Future[_Climb]], brake: _Brake, progress: Progress, tell: Callable[[Progress], None]) -> None:

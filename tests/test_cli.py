@@ -15,6 +15,7 @@ import pytest
 from place_rings.cli import main as command_line
 from place_rings.coverage.rings import named_setup, sensor_cones
 from place_rings.coverage.robots import UR10
+from place_rings.objectives.exact import Verifier
 from place_rings.placement import search as searching
 from place_rings.placement.loader import read_proposal
 from place_rings.placement.models import SearchFile, VerifyResult
@@ -56,6 +57,7 @@ REFUSED = {
     "unknown option": ["--tagret", "V_S"],
     "time of zero": ["--time", "0"],
     "voxel too fine": ["--voxel", "1e-6"],
+    "voxel larger than the target": ["--voxel", "10"],
     "voxel negative": ["--voxel", "-1"],
     "folder that cannot be": ["--out", "/proc/nowhere"],
     "scene that is not there": ["--scene", "absent.toml"],
@@ -132,6 +134,23 @@ def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
     assert (tmp_path / "found" / "placement.png").read_bytes().startswith(b"\x89PNG")
     code, out, _ = run("verify", "found/proposal.toml", "--voxel", "0.05", "--json")
     assert VerifyResult.model_validate_json(out).covered_voxels == file.zeta[0].covered_voxels
+
+
+def test_an_interrupt_while_comparing_keeps_the_proposal(run, monkeypatch, tmp_path):
+    monkeypatch.setattr(searching, "Schedule", lambda: Schedule(4, (Stage(0.1, 512, 4, 2),)))
+    real, calls = Verifier.verify, []
+
+    def interrupted(self, setup, target):
+        calls.append(1)
+        if len(calls) == 8:
+            raise KeyboardInterrupt
+        return real(self, setup, target)
+
+    monkeypatch.setattr(Verifier, "verify", interrupted)
+    code, _, err = run("--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--out", "found")
+    assert code == 0
+    assert "the proposal is kept" in err
+    assert read_proposal(tmp_path / "found" / "proposal.toml")[0].sensors == 80
 
 
 def test_schemas_are_json(run):

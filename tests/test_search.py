@@ -86,6 +86,22 @@ def test_an_interrupt_keeps_the_best_so_far(scene, monkeypatch):
     assert 0 < stopped.exact < 1
 
 
+def test_an_interrupt_while_counting_keeps_one_count(scene, monkeypatch):
+    real, calls = Verifier.objective, []
+
+    def interrupted(self, setup):
+        calls.append(setup)
+        if len(calls) in (1, 3):
+            raise KeyboardInterrupt
+        return real(self, setup)
+
+    monkeypatch.setattr(Verifier, "objective", interrupted)
+    stopped = search(scene, ring_layout(scene, 2, 6), schedule=SHORT, voxel=0.1)
+    assert stopped.outcome is Outcome.INTERRUPTED
+    assert stopped.setup == calls[1]
+    assert stopped.exact == real(Verifier(scene, 0.1), stopped.setup)
+
+
 @pytest.fixture(scope="module")
 def near_and_far():
     scene = Scene(goals=NEAR_AND_FAR)
