@@ -2,6 +2,8 @@
 
 import importlib.util
 import math
+import sysconfig
+from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -13,6 +15,8 @@ from place_rings.coverage.robots import ROBOTS, UR10, UR10_DH, robot
 
 from . import drawing
 
+ROBOTS_FOLDER = Path(sysconfig.get_paths()["purelib"], "cmeel.prefix/share/example-robot-data/robots")
+URDF = ROBOTS_FOLDER / "ur_description/urdf/ur10_robot.urdf"
 CB3 = [(0.1273, 0, 90), (0, -0.612, 0), (0, -0.5723, 0), (0.163941, 0, 90), (0.1157, 0, -90), (0.0922, 0, 0)]
 
 
@@ -87,24 +91,17 @@ def test_wrong_number_of_angles_and_unknown_names_are_refused(reference_pose):
         UR10.mount("tail")
 
 
-@pytest.mark.skipif(
-    not (importlib.util.find_spec("yourdfpy") and importlib.util.find_spec("example_robot_data")),
-    reason="needs the [robots] extra",
-)
+@pytest.mark.skipif(not (URDF.exists() and importlib.util.find_spec("yourdfpy")), reason="needs the [robots] extra")
 @pytest.mark.filterwarnings("ignore")
 def test_agrees_with_the_public_urdf():
-    import example_robot_data
     import yourdfpy
 
-    folder = next(p for p in map(str, [example_robot_data.robots_loader.getModelPath("ur_description")]))
-    path = f"{folder}/ur_description/urdf/ur10_robot.urdf"
-    urdf = yourdfpy.URDF.load(path, load_meshes=False, build_scene_graph=True)
+    urdf = yourdfpy.URDF.load(str(URDF), load_meshes=False, build_scene_graph=True)
     rng = np.random.default_rng(0)
+    links = ["shoulder_link", "upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link", "wrist_3_link"]
     for _ in range(20):
         q = drawing.pose(rng)
         urdf.update_cfg(q)
         frames = forward(UR10.chain, q)
-        for j, link in enumerate(
-            ["shoulder_link", "upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link", "wrist_3_link"]
-        ):
-            assert np.allclose(frames[j], urdf.get_transform(link, "base_link"), atol=1e-9)
+        for j, link in enumerate(links):
+            assert np.allclose(frames[j], urdf.get_transform(link, "base_link"), atol=1e-9), link
