@@ -1,7 +1,6 @@
 """The command line: place-rings, and its sub-commands."""
 
 import json
-import os
 import signal
 import sys
 from importlib.metadata import version
@@ -26,6 +25,7 @@ Examples: ``place-rings --target V_S --radius 0.5`` near the robot,
 ``place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4 --rings-per-link 3`` near and far,
 ``place-rings verify n2_16_25 --target V_O`` for a setup that is already there.""",
     version=lambda: version("place-rings"),
+    suppress_keyboard_interrupt=False,
 )
 
 Targets = Annotated[
@@ -132,6 +132,3 @@ def main() -> None:
     except (UserError, CycloptsError, ValueError) as error:
         print(f"place-rings: {' '.join(str(error).split())}", file=sys.stderr)
         sys.exit(2)
-    except KeyboardInterrupt:
-        print("place-rings: interrupted before there was anything to keep", file=sys.stderr)
-        os._exit(130)
