@@ -6,33 +6,47 @@ import sys
 import numpy as np
 from rich.console import Console
 
+from ..coverage.certified import Bracket
 from ..coverage.rings import Setup, sensor_cones
-from ..objectives.exact import Rule, Verifier
+from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..placement.convert import verify_result
+from .options import Counting
 from .place import check_scene
-from .tables import zeta_table
+from .tables import percent, proof_line, target_label, zeta_table
 
 CONE_COLUMNS = "pose,ring,sensor,apex_x,apex_y,apex_z,axis_x,axis_y,axis_z,fov_deg,range_m".split(",")  # noqa: SIM905
 
 
-def verify(name: str, setup: Setup, scene: Scene, voxel: float, rule: Rule, as_json: bool) -> None:
+def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: bool) -> None:
     """Print the exact zeta of ``setup`` for the scene's goals."""
-    check_scene(scene, voxel)
-    verifier = Verifier(scene, voxel, rule)
-    with Console(stderr=True).status("counting"):
+    if counting.rule != "certified" and counting.voxel is not None:
+        check_scene(scene, counting.voxel)
+    with Console(stderr=True).status("counting") as status:
+
+        def tell(b: Bracket) -> None:
+            status.update(f"pass {b.passes}: {100 * b.low:.3f} … {100 * b.high:.3f} %, {b.cells:,} cells")
+
+        verifier = Verifier(scene, counting.voxel, counting.rule, counting.width, tell)
         results = [verify_result(name, verifier.verify(setup, goal.target)) for goal in scene.goals]
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
         print(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
         return
-    title = f"ζ in percent, rule {rule}, voxels of {voxel:g} m, robot {scene.robot.name}"
     console = Console()
-    console.print(zeta_table(results, {name: setup.sensors}, title))
-    if len(scene.poses) > 1:
-        for r in results:
-            each = ", ".join(f"{p.zeta_percent:.2f}" for p in r.poses)
-            console.print(f"{r.target}: pose by pose {each}")
+    console.print(zeta_table(results, {name: setup.sensors}, f"ζ in percent, {how(counting)}, robot {scene.robot.name}"))
+    for r in results:
+        if r.proof is not None:
+            console.print(proof_line(r, r.proof), soft_wrap=True)
+        if len(scene.poses) > 1:
+            each = ", ".join(percent(p, r.rule) for p in r.poses)
+            console.print(f"{target_label(r)}: pose by pose {each}")
+
+
+def how(counting: Counting) -> str:
+    """Rule and size of voxels in words."""
+    size = "" if counting.voxel is None else f", voxels of {counting.voxel:g} m"
+    return f"rule {counting.rule}{size}"
 
 
 def cones(setup: Setup, scene: Scene) -> None:

@@ -15,7 +15,7 @@ from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import resolve
 from ..placement.models import MODELS
-from .options import parse_goals, resolve_scene, with_goals
+from .options import parse_goals, resolve_counting, resolve_scene, with_goals
 
 app = App(
     name="place-rings",
@@ -89,18 +89,26 @@ def verify(
     radius: Radius = None,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
-    voxel: Voxel = 0.01,
+    voxel: Annotated[
+        float | None, Parameter(help="Side of a voxel, m: 0.01. With --rule certified: cells of this one size.")
+    ] = None,
     rule: Annotated[Rule, Parameter(help="How a voxel is counted.")] = "centre",
+    width: Annotated[
+        float | None, Parameter(help="With --rule certified: width of the guaranteed interval, in points: 0.1.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
-    """Count the exact coverage of a setup.
+    """Count the exact coverage of a setup, or prove an interval that holds it.
 
     Example: place-rings verify n2_16_25 --target V_S --radius 0.5
+
+    Example: place-rings verify n3_16_55 --target V_S --radius 0.5 --rule certified --width 0.01
     """
     from .inspect import verify as run
 
+    counting = resolve_counting(rule, voxel, width)
     setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
-    run(subject, setup, with_goals(found, parse_goals(target, radius)), voxel, rule, as_json)
+    run(subject, setup, with_goals(found, parse_goals(target, radius)), counting, as_json)
 
 
 @app.command

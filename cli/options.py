@@ -3,17 +3,19 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..coverage.robots import robot as built_in
 from ..coverage.targets import Target
+from ..objectives.exact import VOXEL, Rule
 from ..objectives.scene import Goal, Scene
 from ..placement.errors import UserError, shown
 from ..placement.loader import read_scene
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6
+WIDTH = 0.1  # points, of a guaranteed interval where none is asked for
 
 
 def positive(option: str, text: str) -> float:
@@ -80,3 +82,27 @@ def with_goals(scene: Scene, goals: tuple[Goal, ...]) -> Scene:
                 f"--radius: found {goal.target.radius:g}, allowed: above {inner:g}, the radius of the robot's own V_R"
             )
     return replace(scene, goals=goals) if goals else scene
+
+
+@dataclass(frozen=True)
+class Counting:
+    """How to count: rule, side of a voxel in m, and, when certified, the width of the interval in [0, 1]; 0: none."""
+
+    rule: Rule
+    voxel: float | None
+    width: float = 0.0
+
+
+def resolve_counting(rule: Rule, voxel: float | None, width: float | None) -> Counting:
+    """What ``--rule``, ``--voxel`` and ``--width`` (points) mean together."""
+    if voxel is not None and not (math.isfinite(voxel) and voxel > 0):
+        raise UserError(f"--voxel: found {voxel:g}, allowed: a positive number of metres")
+    if rule != "certified":
+        if width is not None:
+            raise UserError(f"--width: found {width:g}, allowed: only with --rule certified")
+        return Counting(rule, VOXEL if voxel is None else voxel)
+    if width is not None and not 0 < width <= 100:
+        raise UserError(f"--width: found {width:g}, allowed: points, above 0 and at most 100")
+    if width is None:
+        width = WIDTH if voxel is None else 0.0
+    return Counting(rule, voxel, width / 100)

@@ -6,7 +6,7 @@ from rich.table import Table
 
 from ..coverage.rings import Setup
 from ..coverage.robots import Robot
-from ..placement.models import VerifyResult
+from ..placement.models import PoseZetaModel, ProofModel, VerifyResult
 
 
 def ring_table(setup: Setup, robot: Robot) -> Table:
@@ -26,11 +26,29 @@ def target_label(result: VerifyResult) -> str:
     return result.target if result.radius is None else f"{result.target}({result.radius:g})"
 
 
-def percent(result: VerifyResult) -> str:
-    """Zeta in percent, or its interval where it is certified."""
-    if result.rule == "certified":
-        return f"{result.low_percent:.2f} … {result.high_percent:.2f}"
+def percent(result: VerifyResult | PoseZetaModel, rule: str) -> str:
+    """Zeta in percent, or its interval where it is certified, rounded outward."""
+    if rule == "certified":
+        decimals = min(max(2, 1 - math.floor(math.log10(max(result.high_percent - result.low_percent, 1e-9)))), 8)
+        low, high = (
+            math.floor(result.low_percent * 10**decimals) / 10**decimals,
+            math.ceil(result.high_percent * 10**decimals) / 10**decimals,
+        )
+        return f"{low:.{decimals}f} … {high:.{decimals}f}"
     return f"{result.zeta_percent:.2f}"
+
+
+def proof_line(result: VerifyResult, proof: ProofModel) -> str:
+    """How a certified interval was reached, in a line."""
+    width = result.high_percent - result.low_percent
+    if proof.reached or proof.width_percent == 0:
+        verdict = f"guaranteed: width {width:.2g} points"
+    else:
+        verdict = f"guaranteed, but {width:.2g} points wide, not the {proof.width_percent:g} asked for"
+    return (
+        f"{target_label(result)} {verdict}; {proof.passes} passes, {proof.cells:,} cells down to"
+        f" {1000 * proof.smallest:.3g} mm, {result.seconds:.1f} s"
+    )
 
 
 def zeta_table(results: list[VerifyResult], sensors: dict[str, int], title: str) -> Table:
@@ -42,7 +60,7 @@ def zeta_table(results: list[VerifyResult], sensors: dict[str, int], title: str)
     for label in labels:
         table.add_column(label, justify="right")
     for name in dict.fromkeys(r.setup for r in results):
-        cells = {target_label(r): percent(r) for r in results if r.setup == name}
+        cells = {target_label(r): percent(r, r.rule) for r in results if r.setup == name}
         style = "bold" if name == "proposal" else None
         table.add_row(name, str(sensors[name]), *(cells.get(label, "") for label in labels), style=style)
     return table

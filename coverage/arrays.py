@@ -1,6 +1,5 @@
 """Array types and the one rule by which NumPy and JAX share code: ask the array for its namespace."""
 
-from types import ModuleType
 from typing import Any
 
 import jax
@@ -9,7 +8,7 @@ import numpy as np
 Array = np.ndarray | jax.Array
 
 
-def namespace(array: Any) -> ModuleType:
+def namespace(array: Any) -> Any:
     """The array API namespace of ``array``: ``numpy`` for a NumPy array, ``jax.numpy`` for a JAX one (traced or not)."""
     return array.__array_namespace__()
 

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .arrays import Array, dot, namespace, root, rows
+from .share import Share, Tangent, curvature, distance_tangent, either
 
 
 @runtime_checkable
@@ -69,6 +70,27 @@ class Parts(ABC):
         value = self.part(points, index)
         return value <= reach, value < -reach
 
+    @abstractmethod
+    def shares(
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
+    ) -> Share:
+        """Bounds of the share of each of ``cubes`` cubes in the union, second order where one smooth surface cuts a cube.
+
+        Args:
+            points: centre of each pair's cube, m.
+            cell: number of the cube, ascending.
+            index: part of each pair, ascending within a cube; parts that miss a cube may be absent.
+            cubes: how many cubes there are.
+            side: of the cubes, m.
+            slack: rounding of an implicit function, m.
+        """
+
 
 def cone(points: Any, apex: Any, axis: Any, cosine: Any, sine: Any, range_m: Any) -> Any:
     """Implicit function of a right circular cone with a flat base; all arguments broadcast.
@@ -116,6 +138,29 @@ class Cones(Parts):
         cosine, sine = xp.cos(self.half_angle)[index], xp.sin(self.half_angle)[index]
         return cone(points, rows(self.apex, index), rows(self.axis, index), cosine, sine, self.range_m[index])
 
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
+        """See ``Parts.shares``. The side, rho cos a - d sin a, is convex and curves in one direction only, around the axis,
+        by at most cos a / rho: with xi the step away from the axis and eta the one around it,
+        hypot(rho + xi, eta) <= rho + xi + eta^2 / (2 (rho + xi)). The base is a plane."""
+        axis, v = rows(self.axis, index), points - rows(self.apex, index)
+        cosine, sine = np.cos(self.half_angle)[index], np.sin(self.half_angle)[index]
+        d = dot(v, axis)
+        across = v - d[:, None] * axis
+        rho = root(dot(across, across))
+        radial = across / np.where(rho > 0, rho, 1.0)[:, None]
+        around = np.cross(axis, radial)
+        bend = curvature(rho - np.abs(radial).sum(axis=1) * side / 2) * cosine
+        normal = cosine[:, None] * radial - sine[:, None] * axis
+        mantle = Tangent(rho * cosine - d * sine, normal, bend, around)
+        share = mantle.share(side, slack)
+        depth = d - self.range_m[index]
+        cut = depth > -np.abs(axis).sum(axis=1) * side / 2 - slack
+        if cut.any():
+            base = Tangent(depth[cut], axis[cut], np.zeros(np.count_nonzero(cut))).share(side, slack)
+            both = share.only(cut) & base
+            share.low[cut], share.high[cut] = both.low, both.high
+        return either(cell, cubes, share, mantle.value, normal, side, slack)
+
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Box of each cone: its apex and the disc of its base, whose extent along e is radius * sqrt(1 - axis_e^2)."""
         apex, axis = np.asarray(self.apex), np.asarray(self.axis)
@@ -140,6 +185,11 @@ class Spheres(Parts):
     def part(self, points: Any, index: Any) -> Any:
         v = points - rows(self.centre, index)
         return root(dot(v, v)) - self.radius[index]
+
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
+        """See ``Parts.shares``."""
+        t = distance_tangent(points - rows(self.centre, index), self.radius[index], side)
+        return either(cell, cubes, t.share(side, slack), t.value, t.normal, side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         centre, radius = np.asarray(self.centre), np.asarray(self.radius)[:, None]

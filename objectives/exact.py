@@ -2,13 +2,14 @@
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import psutil
 
-from ..coverage.certified import bracket
+from ..coverage.certified import Bracket, bracket
 from ..coverage.octree import count, voxels
 from ..coverage.rings import Setup, sensor_cones
 from ..coverage.solids import Difference
@@ -17,6 +18,7 @@ from ..coverage.voxelset import VoxelSet
 from .scene import Scene
 
 Rule = Literal["centre", "touch", "certified"]
+VOXEL = 0.01  # m, side of a voxel where none is given
 RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
 _BYTES = 100  # for each voxel on the surface of a target: its key, its interval and the sorting of both
 
@@ -27,8 +29,8 @@ class TooFineError(ValueError):
 
 @dataclass(frozen=True)
 class PoseZeta:
-    """Zeta in [0, 1] at one pose; low and high equal it unless the rule is certified, then it is their middle. Counts of
-    voxels are None when certified."""
+    """Zeta in [0, 1] at one pose; low and high equal it unless the rule is certified, then it is their middle, ``proof``
+    says how they were reached, and there are no counts of voxels."""
 
     weight: float
     zeta: float
@@ -36,20 +38,23 @@ class PoseZeta:
     high: float
     target_voxels: int | None
     covered_voxels: int | None
+    proof: Bracket | None = None
 
 
 @dataclass(frozen=True)
 class Verified:
-    """Zeta in [0, 1] of one target: the weighted mean over poses, and each pose beside it."""
+    """Zeta in [0, 1] of one target: the weighted mean over poses, and each pose beside it; ``width`` is that asked of a
+    certified interval."""
 
     target: Target
     rule: Rule
-    voxel: float
+    voxel: float | None
     zeta: float
     low: float
     high: float
     poses: tuple[PoseZeta, ...]
     seconds: float
+    width: float = 0.0
 
     @property
     def target_voxels(self) -> int | None:
@@ -93,24 +98,42 @@ def check_voxel(solid: Difference, voxel: float) -> None:
 class Verifier:
     """Counts zeta of setups in one scene and keeps the voxels of its targets, which no setup changes."""
 
-    def __init__(self, scene: Scene, voxel: float = 0.01, rule: Rule = "centre") -> None:
-        self.scene, self.voxel, self.rule = scene, voxel, rule
+    def __init__(
+        self,
+        scene: Scene,
+        voxel: float | None = None,
+        rule: Rule = "centre",
+        width: float = 0.0,
+        tell: Callable[[Bracket], None] = lambda bracket: None,
+    ) -> None:
+        """Choose how to count.
+
+        Args:
+            scene: robot, poses, goals.
+            voxel: side of a voxel, m; by default 0.01, and none when certified to a width.
+            rule: how a voxel is counted, or ``certified``.
+            width: in [0, 1], of the interval, when certified; 0: what cells of side ``voxel`` give.
+            tell: is given the interval after each pass, when certified.
+        """
+        certified = rule == "certified" and width > 0
+        self.scene, self.rule, self.width, self.tell = scene, rule, width, tell
+        self.voxel = VOXEL if voxel is None and not certified else voxel
         self._targets: dict[tuple[Target, int], VoxelSet] = {}
 
-    def _target(self, target: Target, pose: int, solid: Difference) -> VoxelSet:
+    def _target(self, target: Target, pose: int, solid: Difference, voxel: float) -> VoxelSet:
         if (target, pose) not in self._targets:
-            self._targets[target, pose] = target_voxels(solid, self.voxel, "touch" if self.rule == "touch" else "centre")
+            self._targets[target, pose] = target_voxels(solid, voxel, "touch" if self.rule == "touch" else "centre")
         return self._targets[target, pose]
 
     def _at_pose(self, setup: Setup, target: Target, pose: int) -> PoseZeta:
         scene, weight = self.scene, float(self.scene.pose_weights[pose])
         q = scene.poses[pose].q
         solid, cones = target_solid(target, scene.robot, q, scene.shape), sensor_cones(scene.robot, setup, q)
+        if self.rule == "certified" or self.voxel is None:
+            b = bracket(solid, cones, self.width, self.voxel, self.tell)
+            return PoseZeta(weight, (b.low + b.high) / 2, b.low, b.high, None, None, b)
         check_voxel(solid, self.voxel)
-        if self.rule == "certified":
-            b = bracket(solid, cones, self.voxel)
-            return PoseZeta(weight, (b.low + b.high) / 2, b.low, b.high, None, None)
-        wanted = self._target(target, pose, solid)
+        wanted = self._target(target, pose, solid, self.voxel)
         total = len(wanted)
         if total == 0:
             raise ValueError(f"target {target} holds no voxel of {self.voxel:g} m: it is empty or the voxel too large")
@@ -127,7 +150,7 @@ class Verifier:
         start = time.perf_counter()
         poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))
         zeta, low, high = (math.fsum(p.weight * getattr(p, key) for p in poses) for key in ("zeta", "low", "high"))
-        return Verified(target, self.rule, self.voxel, zeta, low, high, poses, time.perf_counter() - start)
+        return Verified(target, self.rule, self.voxel, zeta, low, high, poses, time.perf_counter() - start, self.width)
 
     def objective(self, setup: Setup) -> float:
         """Weighted mean in [0, 1] of zeta over the scene's goals."""

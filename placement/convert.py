@@ -15,6 +15,7 @@ from .models import (
     MountModel,
     PoseModel,
     PoseZetaModel,
+    ProofModel,
     RingModel,
     SceneFile,
     SensorModel,
@@ -137,9 +138,23 @@ def verify_result(name: str, verified: Verified) -> VerifyResult:
         **percents(verified),
         target_voxels=verified.target_voxels,
         covered_voxels=verified.covered_voxels,
+        proof=_proof(verified),
         poses=[
             PoseZetaModel(weight=p.weight, **percents(p), target_voxels=p.target_voxels, covered_voxels=p.covered_voxels)
             for p in verified.poses
         ],
         seconds=verified.seconds,
+    )
+
+
+def _proof(verified: Verified) -> ProofModel | None:
+    proofs = [p.proof for p in verified.poses if p.proof is not None]
+    if not proofs:
+        return None
+    return ProofModel(
+        width_percent=100 * verified.width,
+        reached=all(p.reached for p in proofs),
+        passes=max(p.passes for p in proofs),
+        cells=sum(p.cells for p in proofs),
+        smallest=min(p.smallest for p in proofs),
     )

@@ -136,6 +136,18 @@ class RingModel(_Model):
     sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
 
 
+class ProofModel(_Model):
+    """How a certified interval was reached: the width asked for, in points (0: none, cells of one side), whether it was
+    reached, passes, cells of the last pass, and the side of the smallest, m. Over several poses: the most, the sum, the
+    least."""
+
+    width_percent: Percent
+    reached: bool
+    passes: int
+    cells: int
+    smallest: Metres
+
+
 class PoseZetaModel(_Model):
     weight: float
     zeta_percent: Percent
@@ -152,12 +164,13 @@ class VerifyResult(_Model):
     target: str
     radius: float | None = None
     rule: Literal["centre", "touch", "certified"]
-    voxel: Metres
+    voxel: Metres | None = None
     zeta_percent: Percent
     low_percent: Percent
     high_percent: Percent
     target_voxels: int | None = None
     covered_voxels: int | None = None
+    proof: ProofModel | None = None
     poses: list[PoseZetaModel]
     seconds: float = Field(ge=0)
 

@@ -1,18 +1,30 @@
-"""The guaranteed interval: it holds the truth, always, and shrinks."""
+"""The guaranteed interval: it holds the truth, always, and is as narrow as asked."""
 
 import math
+from itertools import pairwise
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from place_rings.coverage.certified import bracket
-from place_rings.coverage.solids import Cones, Difference, sphere
+from place_rings.coverage.curve import pose_curve
+from place_rings.coverage.octree import count, voxels
+from place_rings.coverage.rings import named_setup, sensor_cones
+from place_rings.coverage.robots import UR10
+from place_rings.coverage.solids import Cones, Difference, Spheres, sphere
+from place_rings.coverage.targets import Target, target_solid
 
 from . import drawing
 from .test_octree import drawn_scene
 
 
-@settings(max_examples=12)
+def one_cone(apex, axis, half, range_m):
+    return Cones(np.array([apex], float), np.array([axis], float), np.array([half]), np.array([float(range_m)]))
+
+
+@settings(max_examples=10)
 @given(drawing.seeds)
 def test_holds_the_share_of_many_points(seed):
     """Hoeffding: 2e5 points are off by more than 0.65 points once in 10^7."""
@@ -23,37 +35,159 @@ def test_holds_the_share_of_many_points(seed):
     share = float((cones(p) <= 0).mean())
     noise = math.sqrt(math.log(2e7) / (2 * len(p)))
     box = float(np.prod(high - low))
-    for voxel in (0.2, 0.06):
-        b = bracket(solid, cones, voxel)
+    wide, narrow = bracket(solid, cones, voxel=0.15), bracket(solid, cones, width=0.01)
+    assert narrow.reached
+    assert narrow.width <= 0.01
+    for b in (wide, narrow):
         assert b.low - noise <= share <= b.high + noise
         assert b.volume_low <= len(p) / 200_000 * box + noise * box
         assert b.volume_high >= len(p) / 200_000 * box - noise * box
+    assert max(wide.low, narrow.low) <= min(wide.high, narrow.high)
 
 
-def test_holds_a_closed_form_and_shrinks():
-    """A cone whose apex is the centre of a ball: its share of the ball is (1 - cos a) / 2."""
-    half = 0.4
-    ball = sphere([0.0, 0, 0], 1.0)
-    wide = Cones(np.zeros((1, 3)), np.array([[0.6, 0, 0.8]]), np.array([half]), np.array([2.0]))
-    truth = (1 - math.cos(half)) / 2
-    widths = []
-    for voxel in (0.1, 0.05, 0.025):
-        b = bracket(ball, wide, voxel)
-        assert b.low <= truth <= b.high
-        assert b.volume_low <= 4 / 3 * math.pi <= b.volume_high
-        widths.append(b.high - b.low)
-    assert widths[2] < widths[0] / 3
+def test_holds_the_share_of_a_million_points(reference_pose):
+    """The reference scene, by an independent evaluation of every point against every cone and slab."""
+    target = target_solid(Target("V_S", 0.5), UR10, reference_pose)
+    cones = sensor_cones(UR10, named_setup("n3_16_55"), reference_pose)
+    low, high = target.bounds()
+    points = jax.random.uniform(jax.random.key(0), (1_000_000, 3), float, low, high).reshape(-1, 1000, 3)
+
+    @jax.jit
+    def tally(target, cones, points):
+        def block(p):
+            inside = target(p) <= 0
+            return inside.sum(), (inside & (cones(p) <= 0)).sum()
+
+        return jax.lax.map(block, points)
+
+    inside, seen = (int(v.sum()) for v in tally(target, jax.tree.map(jnp.asarray, cones), points))
+    noise = math.sqrt(math.log(2e7) / (2 * inside))
+    b = bracket(target, cones, width=1e-3)
+    assert b.reached
+    assert b.low - noise <= seen / inside <= b.high + noise
+    ball = voxels(target, 0.01)
+    assert count(cones, 0.01, within=ball) / len(ball) == pytest.approx((b.low + b.high) / 2, abs=2e-3)
+
+
+def closed_forms():
+    half, r = 0.4, 0.7
+    cone = one_cone((0, 0, 0), (0.6, 0, 0.8), half, 2)
+    ball = 4 / 3 * math.pi
+    lens = math.pi / 12 * (1 + r - 0.9) ** 2 * (0.9**2 + 2 * 0.9 * (1 + r) - 3 * (1 - r) ** 2) / 0.9
+    disc = np.array([0.0, 0.6, 0.8])
+    tube = pose_curve(np.array([[0.0, 0, 0], disc])).tube(0.3, 20)
+    narrow = pose_curve(np.array([[0.0, 0, 0], disc])).tube(0.1, 20)
+    return {
+        "a cone from the centre of a ball": (
+            sphere(np.zeros(3), 1.0),
+            cone,
+            (1 - math.cos(half)) / 2,
+            ball,
+        ),
+        "a cone with its base in a ball": (
+            sphere(np.zeros(3), 1.0),
+            one_cone((-0.3, 0, 0), (1, 0, 0), 0.5, 0.6),
+            0.6**3 * math.tan(0.5) ** 2 / 4,
+            ball,
+        ),
+        "two balls": (sphere(np.zeros(3), 1.0), sphere((0, 0.9, 0), r), lens / ball, ball),
+        "a ball in a shell": (
+            Difference(sphere(np.zeros(3), 1.0), sphere(np.zeros(3), 0.5)),
+            sphere(np.zeros(3), 0.8),
+            (0.8**3 - 0.5**3) / (1 - 0.5**3),
+            ball * (1 - 0.5**3),
+        ),
+        "two tubes": (tube, narrow, 1 / 9, math.pi * 0.09),
+        "the same ball twice": (
+            sphere(np.zeros(3), 1.0),
+            Spheres(np.zeros((2, 3)), np.array([0.5, 0.5])),
+            1 / 8,
+            ball,
+        ),
+    }
+
+
+@pytest.mark.parametrize("name", closed_forms())
+def test_holds_closed_forms_to_a_hundredth_of_a_point(name):
+    target, seen, share, volume = closed_forms()[name]
+    for width in (1e-2, 1e-3, 1e-4):
+        b = bracket(target, seen, width)
+        assert b.reached
+        assert b.low <= share <= b.high
+        assert b.high - b.low <= width
+        assert b.volume_low <= volume <= b.volume_high
+
+
+def test_cells_of_one_size_are_second_order():
+    """What cells of side s leave open falls with s^2, and with s^2 only where edges lie."""
+    target, seen, _, _ = closed_forms()["a cone from the centre of a ball"]
+    widths = [bracket(target, seen, voxel=voxel).width for voxel in (0.1, 0.05, 0.025, 0.0125)]
+    assert all(a / b > 3 for a, b in pairwise(widths))
+
+
+def test_meets_the_bracket_of_mesh_booleans():
+    """Polygons within and around cones and ball bound the same share (manifold3d): the intervals share a point."""
+    from manifold3d import Manifold, OpType
+
+    rng = np.random.default_rng(5)
+    cones = Cones(1.4 * (away := drawing.unit(rng, 30)), -away, np.full(30, math.radians(14)), np.full(30, 1.2))
+    sides = 64
+
+    def mesh(grow, ball):
+        """Union of the cones with their radius grown, and ``ball`` (a Manifold)."""
+        each = []
+        for apex, axis in zip(cones.apex, cones.axis, strict=True):
+            across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+            across /= np.linalg.norm(across)
+            frame = np.column_stack([across, np.cross(axis, across), axis, apex])
+            radius = 1.2 * math.tan(math.radians(14)) * grow
+            each.append(Manifold.cylinder(1.2, 0.0, radius, sides).transform(frame))
+        return Manifold.batch_boolean(each, OpType.Add) ^ ball
+
+    inner = Manifold.sphere(1.0, 128)
+    corners = np.asarray(inner.to_mesh().vert_properties)[:, :3][np.asarray(inner.to_mesh().tri_verts)]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).astype(float)
+    inscribed = (corners[:, 0] * normal).sum(axis=1) / np.linalg.norm(normal, axis=1)
+    outer = inner.scale([1 / float(inscribed.min()) + 1e-6] * 3)
+    ball = 4 / 3 * math.pi
+    low = mesh(1.0, inner).volume() / ball
+    high = mesh(1 / math.cos(math.pi / sides), outer).volume() / ball
+    b = bracket(sphere(np.zeros(3), 1.0), cones, width=1e-3)
+    assert low < high
+    assert b.low <= high + 1e-5
+    assert b.high >= low - 1e-5
+    assert b.high - b.low < high - low
 
 
 def test_wholly_seen_and_wholly_unseen():
     ball = sphere([0.0, 0, 0], 0.3)
-    around = Cones(np.array([[0.0, 0, -5]]), np.array([[0.0, 0, 1]]), np.array([0.5]), np.array([10.0]))
-    away = Cones(np.array([[0.0, 0, 5]]), np.array([[0.0, 0, 1]]), np.array([0.5]), np.array([1.0]))
-    assert bracket(ball, around, 0.05).low == bracket(ball, around, 0.05).high == 1
-    assert bracket(ball, away, 0.05).low == bracket(ball, away, 0.05).high == 0
+    around, away = one_cone((0, 0, -5), (0, 0, 1), 0.5, 10), one_cone((0, 0, 5), (0, 0, 1), 0.5, 1)
+    for how in ({"voxel": 0.05}, {"width": 1e-3}):
+        assert bracket(ball, around, **how).low >= 1 - 1e-11
+        assert bracket(ball, around, **how).high == 1
+        assert bracket(ball, away, **how).low == bracket(ball, away, **how).high == 0
 
 
 def test_an_empty_target_is_refused():
     nothing = Difference(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 2.0))
     with pytest.raises(ValueError, match="empty"):
-        bracket(nothing, sphere([0.0, 0, 0], 1.0), 0.1)
+        bracket(nothing, sphere([0.0, 0, 0], 1.0), 0.01)
+    with pytest.raises(ValueError, match="empty"):
+        bracket(Difference(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 0.3)), sphere([0.0, 0, 0], 1.0), 0.01)
+    with pytest.raises(ValueError, match="width"):
+        bracket(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 1.0))
+
+
+def test_ctrl_c_leaves_the_last_interval():
+    target, seen, share, _ = closed_forms()["two balls"]
+    told = []
+
+    def stop_at_the_second(b):
+        told.append(b)
+        if len(told) == 2:
+            raise KeyboardInterrupt
+
+    b = bracket(target, seen, 1e-7, tell=stop_at_the_second)
+    assert b == told[-1]
+    assert not b.reached
+    assert b.low <= share <= b.high
