@@ -18,7 +18,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .arrays import rows
-from .octree import SLACK, Cells, first_cells, leaves, verdicts
+from .cells import Cells, first_cells, leaves
+from .octree import SLACK, verdicts
 from .share import Share
 from .solids import Parts, Solid, fold
 from .voxelset import centre

@@ -9,15 +9,16 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .arrays import rows
+from .cells import CHILD, Cells, Pairs, Region, first_cells, leaves
 from .solids import Parts, Solid, fold
-from .voxelset import BITS, OFFSET, VoxelSet, centre, encode
+from .voxelset import VoxelSet, centre
 
 Rule = Literal["centre", "touch"]
 PROBES = 4  # `touch` probes a voxel at every quarter of its side, faces included: 5^3 points, its centre among them
@@ -25,93 +26,6 @@ CHUNK = 1 << 15  # pairs of cell and part worked on at once
 SLACK = 1e-9  # rounding of an implicit function, relative to 1 m or the scene's size if larger
 _FULL = 1  # mark of cells all of whose voxels are wanted
 _MUCH = 50_000  # voxels on three sides of the box, from where on a second processor pays
-_FIRST_CELLS = 200  # aim for the first level
-_CHILD = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1).reshape(-1, 3)[:, ::-1].astype(np.int64)
-
-Pairs = tuple[Int[np.ndarray, " _"], Int[np.ndarray, " _"]]  # cell and part of each pair, ascending by cell, then part
-
-
-@dataclass(frozen=True)
-class Cells:
-    """Cells of one level that await a verdict: numbers (M, 3) at that level, first keys (M,), a mark (M,) that children
-    inherit, and for each union of parts in the solid's tree the pairs that matter."""
-
-    level: int
-    numbers: Int[np.ndarray, "M 3"]
-    key: Int[np.ndarray, " M"]
-    mark: Int[np.ndarray, " M"]
-    pairs: tuple[Pairs, ...]
-
-    def __len__(self) -> int:
-        return len(self.key)
-
-    def slices(self, chunk: int) -> Iterator["Cells"]:
-        """The same cells in runs of at most about ``chunk`` pairs."""
-        load = sum(np.bincount(cell, minlength=len(self)) for cell, _ in self.pairs) + np.ones(len(self), int)
-        bin_of = np.cumsum(load) // chunk
-        edges = np.flatnonzero(np.diff(bin_of)) + 1
-        for low, high in zip([0, *edges], [*edges, len(self)], strict=True):
-            cut = [np.searchsorted(cell, [low, high]) for cell, _ in self.pairs]
-            pairs = tuple((cell[a:b] - low, part[a:b]) for (cell, part), (a, b) in zip(self.pairs, cut, strict=True))
-            yield Cells(self.level, self.numbers[low:high], self.key[low:high], self.mark[low:high], pairs)
-
-    def left(self, pairs: tuple[Pairs, ...], mark: Int[np.ndarray, " M"]) -> "Cells":
-        """The same cells with the pairs and marks that a look at them left."""
-        return replace(self, pairs=pairs, mark=mark)
-
-    def only(self, keep: Bool[np.ndarray, " M"]) -> "Cells":
-        """The cells that are kept."""
-        if keep.all():
-            return self
-        new = np.cumsum(keep) - 1
-        pairs = tuple((new[cell[kept]], part[kept]) for cell, part in self.pairs for kept in [keep[cell]])
-        return Cells(self.level, self.numbers[keep], self.key[keep], self.mark[keep], pairs)
-
-    def children(self) -> "Cells":
-        """The eight children of each cell, with its pairs."""
-        numbers = (2 * self.numbers[:, None, :] + _CHILD).reshape(-1, 3)
-        key = (self.key[:, None] + np.arange(8) * (1 << 3 * (self.level - 1))).reshape(-1)
-        pairs = tuple(_pass_on(cell, part, len(self)) for cell, part in self.pairs)
-        return Cells(self.level - 1, numbers, key, np.repeat(self.mark, 8), pairs)
-
-
-def _pass_on(cell: np.ndarray, part: np.ndarray, cells: int) -> Pairs:
-    """Pairs of the children: every cell's list of parts eight times over, in the children's order."""
-    count = np.bincount(cell, minlength=cells)
-    start = np.repeat(np.cumsum(count) - count, 8)
-    count = np.repeat(count, 8)
-    child = np.repeat(np.arange(len(count)), count)
-    before = np.cumsum(count) - count
-    return child, part[np.arange(len(child)) + (start - before)[child]]
-
-
-def leaves(solid: Solid) -> list[Parts]:
-    """The unions of parts in the solid's tree, left to right."""
-    found: list[Parts] = []
-
-    def note(parts: Parts) -> Float[np.ndarray, " 1"]:
-        found.append(parts)
-        return np.zeros(1)
-
-    fold(solid, note)
-    return found
-
-
-def first_cells(unions: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float, mark: int) -> Cells:
-    """Aligned cells that cover ``box``, each paired with all parts."""
-    low, high = np.floor(box[0] / voxel).astype(int) + OFFSET - 1, np.floor(box[1] / voxel).astype(int) + OFFSET + 1
-    if low.min() < 0 or high.max() >= 1 << BITS:
-        raise ValueError(
-            f"voxels of {voxel:g} m are too small for a solid of {np.ptp(box, axis=0).max():.3g} m: 2^{BITS} a side"
-        )
-    level = 0
-    while np.prod((high >> level) - (low >> level) + 1) > _FIRST_CELLS:
-        level += 1
-    axes = [np.arange(a >> level, (b >> level) + 1) for a, b in zip(low, high, strict=True)]
-    numbers = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3).astype(np.int64)
-    n = len(numbers)
-    pairs = tuple((np.repeat(np.arange(n), len(p)), np.tile(np.arange(len(p)), n)) for p in unions)
-    return Cells(level, numbers, encode(numbers << level), np.full(n, mark, np.int8), pairs)
 
 
 def _values(
@@ -223,7 +137,7 @@ def _centred(
 def _octets(solid: Solid, cells: Cells, voxel: float) -> Iterator[Found]:
     """The voxels, of cells of two voxels a side, whose centre is inside the solid: all eight of a cell at once."""
     for run in cells.slices(CHUNK // 8):
-        numbers = 2 * run.numbers.T[:, None, :] + _CHILD.T[:, :, None]
+        numbers = 2 * run.numbers.T[:, None, :] + CHILD.T[:, :, None]
         inside = _values(solid, centre(numbers.transpose(1, 2, 0), 0, voxel), run.pairs) <= 0
         child, cell = np.nonzero(inside)
         yield Found(run.key[cell] + child, 1, run.mark[cell] == _FULL)
@@ -233,12 +147,18 @@ T = TypeVar("T")
 
 
 def _each(
-    solid: Solid, voxel: float, rule: Rule, within: VoxelSet | None, gather: Callable[[Iterator[Found]], T]
+    solid: Solid,
+    voxel: float,
+    rule: Rule,
+    within: VoxelSet | None,
+    region: Region | None,
+    gather: Callable[[Iterator[Found]], T],
 ) -> list[T]:
     """``gather`` over what is found: at once where it is little, else once for each processor, as NumPy lets go of the
     interpreter while it computes."""
     box = solid.bounds()
-    start = first_cells(leaves(solid), box, voxel, _FULL if within is None else 0)
+    mark = _FULL if within is None else 0
+    start = region.start(leaves(solid), mark) if region else first_cells(leaves(solid), box, voxel, mark)
     x, y, z = np.ptp(box, axis=0) / voxel
     workers = (os.cpu_count() or 1) if x * y + y * z + z * x > _MUCH else 1
     if workers == 1:
@@ -262,7 +182,13 @@ def _wanted(cells: Cells, within: VoxelSet) -> Cells:
     ).only(wanted > 0)
 
 
-def voxels(solid: Solid, voxel: float, rule: Rule = "centre", within: VoxelSet | None = None) -> VoxelSet:
+def voxels(
+    solid: Solid,
+    voxel: float,
+    rule: Rule = "centre",
+    within: VoxelSet | None = None,
+    region: Region | None = None,
+) -> VoxelSet:
     """Omega(solid): the set of its voxels.
 
     Args:
@@ -271,11 +197,12 @@ def voxels(solid: Solid, voxel: float, rule: Rule = "centre", within: VoxelSet |
         rule: ``centre``: a voxel counts when f(centre) <= 0. ``touch``: when f <= 0 at any point of a grid of a quarter
             of the side, its corners included.
         within: only voxels of this set are wanted; None: all.
+        region: only voxels of this octree cell are wanted; None: all.
 
     Raises:
         ValueError: if the voxels are so small that the solid does not fit the lattice's 2^21 voxels a side.
     """
-    found = [f for part in _each(solid, voxel, rule, within, list) for f in part]
+    found = [f for part in _each(solid, voxel, rule, within, region, list) for f in part]
     if not found:
         return VoxelSet.empty(voxel)
     key, size = np.concatenate([f.key for f in found]), np.repeat([f.size for f in found], [len(f.key) for f in found])
@@ -283,10 +210,16 @@ def voxels(solid: Solid, voxel: float, rule: Rule = "centre", within: VoxelSet |
     return whole if within is None else whole & within
 
 
-def count(solid: Solid, voxel: float, rule: Rule = "centre", within: VoxelSet | None = None) -> int:
+def count(
+    solid: Solid,
+    voxel: float,
+    rule: Rule = "centre",
+    within: VoxelSet | None = None,
+    region: Region | None = None,
+) -> int:
     """Number of voxels of Omega(solid), or of those that also lie in ``within``, without storing them. See ``voxels``."""
 
     def total(found: Iterator[Found]) -> int:
         return sum(f.wanted(within) for f in found)
 
-    return sum(_each(solid, voxel, rule, within, total))
+    return sum(_each(solid, voxel, rule, within, region, total))

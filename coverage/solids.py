@@ -111,10 +111,20 @@ def cone(points: Any, apex: Any, axis: Any, cosine: Any, sine: Any, range_m: Any
     """
     x, y, z = (points[..., i] - apex[..., i] for i in range(3))
     a, b, c = (axis[..., i] for i in range(3))
-    d = x * a + y * b + z * c
-    x, y, z = x - d * a, y - d * b, z - d * c
-    rho = root(x * x + y * y + z * z)
-    return namespace(points).maximum(rho * cosine - d * sine, d - range_m)
+    d = x * a
+    d += y * b  # in place where NumPy runs this: half of the octree's time is spent here
+    d += z * c
+    x -= d * a
+    y -= d * b
+    z -= d * c
+    x *= x
+    x += y * y
+    x += z * z
+    side = root(x)
+    side *= cosine
+    side -= d * sine
+    d -= range_m
+    return namespace(points).maximum(side, d)
 
 
 @jax.tree_util.register_dataclass

@@ -9,10 +9,11 @@ from typing import Literal
 import numpy as np
 import psutil
 
+from ..coverage.cells import Region, regions
 from ..coverage.certified import Bracket, bracket
 from ..coverage.octree import count, voxels
 from ..coverage.rings import Setup, sensor_cones
-from ..coverage.solids import Difference
+from ..coverage.solids import Difference, Solid
 from ..coverage.targets import Target, target_solid
 from ..coverage.voxelset import VoxelSet
 from .scene import Scene
@@ -20,11 +21,13 @@ from .scene import Scene
 Rule = Literal["centre", "touch", "certified"]
 VOXEL = 0.01  # m, side of a voxel where none is given
 RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
+_MOST = 1e10  # voxels on the surface of a target: more would take days
+_SIDES = 24  # voxels on the surface of a target inside a region, for each voxel on one of its faces
 _BYTES = 100  # for each voxel on the surface of a target: its key, its interval and the sorting of both
 
 
 class TooFineError(ValueError):
-    """Voxels so small that their sets would not fit into memory."""
+    """Voxels so small that counting them would take days."""
 
 
 @dataclass(frozen=True)
@@ -67,31 +70,35 @@ class Verified:
         return None if self.rule == "certified" else sum(p.covered_voxels or 0 for p in self.poses)
 
 
-def target_voxels(solid: Difference, voxel: float, rule: Literal["centre", "touch"]) -> VoxelSet:
-    """Omega(V_max): under ``touch``, as in the paper, the voxels touched by the outer solid less those touched by V_R."""
+def target_voxels(
+    solid: Difference, voxel: float, rule: Literal["centre", "touch"], region: Region | None = None
+) -> VoxelSet:
+    """Omega(V_max), of the whole or of one region: under ``touch``, as in the paper, the voxels touched by the outer solid
+    less those touched by V_R."""
     if rule == "centre":
-        return voxels(solid, voxel)
-    return voxels(solid.a, voxel, "touch") - voxels(solid.b, voxel, "touch")
+        return voxels(solid, voxel, region=region)
+    return voxels(solid.a, voxel, "touch", region=region) - voxels(solid.b, voxel, "touch", region=region)
+
+
+def surface_voxels(solid: Difference, voxel: float) -> float:
+    """A generous guess of the voxels on the surface of a solid, a few times those on its box: the ones that are stored."""
+    x, y, z = np.ptp(solid.bounds(), axis=0)
+    return float(4 * (x * y + y * z + z * x) / voxel**2)
 
 
 def check_voxel(solid: Difference, voxel: float) -> None:
-    """Refuse a voxel size whose sets would not fit into memory, before it is tried.
-
-    The surface of a solid has at most a few times the area of its box, and it is the voxels there that are stored.
+    """Refuse a voxel size that would take days, before it is tried.
 
     Raises:
-        TooFineError: if more than half of the memory that is free would be needed.
+        TooFineError: if the surface has more than 10^10 voxels.
     """
     if not (math.isfinite(voxel) and voxel > 0):
         raise ValueError(f"voxel {voxel} is not a positive number of metres")
-    x, y, z = np.ptp(solid.bounds(), axis=0)
-    area = 4 * (x * y + y * z + z * x)
-    free = psutil.virtual_memory().available / 2
-    if area / voxel**2 * _BYTES > free:
-        least = math.sqrt(area * _BYTES / free)
+    surface = surface_voxels(solid, voxel)
+    if surface > _MOST:
         raise TooFineError(
-            f"voxel {voxel:g} m would need about {area / voxel**2 * _BYTES / 1e9:.3g} GB of memory,"
-            f" {free / 1e9:.3g} GB may be used; allowed: {least:.1g} m and more"
+            f"voxel {voxel:g} m would mean about {surface:.1g} voxels on the surface alone, more than {_MOST:.0e};"
+            f" allowed: {voxel * math.sqrt(surface / _MOST):.1g} m and more"
         )
 
 
@@ -105,6 +112,7 @@ class Verifier:
         rule: Rule = "centre",
         width: float = 0.0,
         tell: Callable[[Bracket], None] = lambda bracket: None,
+        memory: float | None = None,
     ) -> None:
         """Choose how to count.
 
@@ -114,7 +122,10 @@ class Verifier:
             rule: how a voxel is counted, or ``certified``.
             width: in [0, 1], of the interval, when certified; 0: what cells of side ``voxel`` give.
             tell: is given the interval after each pass, when certified.
+            memory: bytes that sets of voxels may take; a target that needs more is counted region by region, and not
+                kept. None: half of what is free.
         """
+        self.memory = psutil.virtual_memory().available / 2 if memory is None else memory
         certified = rule == "certified" and width > 0
         self.scene, self.rule, self.width, self.tell = scene, rule, width, tell
         self.voxel = VOXEL if voxel is None and not certified else voxel
@@ -133,19 +144,34 @@ class Verifier:
             b = bracket(solid, cones, self.width, self.voxel, self.tell)
             return PoseZeta(weight, (b.low + b.high) / 2, b.low, b.high, None, None, b)
         check_voxel(solid, self.voxel)
+        if surface_voxels(solid, self.voxel) * _BYTES > self.memory:
+            total, covered = self._stream(solid, cones, self.voxel)
+            return self._counted(weight, target, total, covered)
         wanted = self._target(target, pose, solid, self.voxel)
-        total = len(wanted)
+        return self._counted(weight, target, len(wanted), count(cones, self.voxel, self.rule, wanted))
+
+    def _counted(self, weight: float, target: Target, total: int, covered: int) -> PoseZeta:
         if total == 0:
             raise ValueError(f"target {target} holds no voxel of {self.voxel:g} m: it is empty or the voxel too large")
-        covered = count(cones, self.voxel, self.rule, wanted)
-        return PoseZeta(weight, covered / total, covered / total, covered / total, total, covered)
+        zeta = covered / total
+        return PoseZeta(weight, zeta, zeta, zeta, total, covered)
+
+    def _stream(self, solid: Difference, cones: Solid, voxel: float) -> tuple[int, int]:
+        """Voxels of a target, and those of them covered, region by region."""
+        rule: Literal["centre", "touch"] = "touch" if self.rule == "touch" else "centre"
+        total = covered = 0
+        for region in regions(solid, voxel, int(math.sqrt(self.memory / (_SIDES * _BYTES)))):
+            wanted = target_voxels(solid, voxel, rule, region)
+            total += len(wanted)
+            covered += count(cones, voxel, rule, wanted, region) if len(wanted) else 0
+        return total, covered
 
     def verify(self, setup: Setup, target: Target) -> Verified:
         """Zeta of ``setup`` for ``target`` over the scene's poses.
 
         Raises:
             ValueError: for an empty target, or one whose radius lies within V_R.
-            TooFineError: if the voxels would not fit into memory.
+            TooFineError: if the count would take days.
         """
         start = time.perf_counter()
         poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from place_rings.coverage.cells import regions
 from place_rings.coverage.octree import PROBES, count, voxels
 from place_rings.coverage.rings import sensor_cones
 from place_rings.coverage.robots import ROBOTS, UR10
@@ -129,3 +130,17 @@ def test_nothing_is_found_where_nothing_is(reference_pose):
 def test_voxels_beyond_the_lattice_are_refused():
     with pytest.raises(ValueError, match="too small"):
         count(sphere([0.0, 0, 0], 1.0), 1e-7)
+
+
+@settings(max_examples=10)
+@given(drawing.seeds, st.sampled_from(["centre", "touch"]), st.sampled_from([4, 16]))
+def test_regions_hold_every_voxel_once(seed, rule, most):
+    """What is counted region by region is what is counted at once."""
+    solid, cones, voxel = drawn_scene(seed, "touch")
+    voxel *= 0.5 if rule == "centre" else 1
+    whole = target_voxels(solid, voxel, rule)
+    parts = [(r, target_voxels(solid, voxel, rule, r)) for r in regions(solid, voxel, most)]
+    assert sum(len(part) for _, part in parts) == len(whole)
+    assert sum(len(part & whole) for _, part in parts) == len(whole)
+    seen = sum(count(cones, voxel, rule, part, r) for r, part in parts)
+    assert seen == count(cones, voxel, rule, whole)

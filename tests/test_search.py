@@ -145,7 +145,7 @@ def test_the_first_start_is_the_papers():
 
 
 def test_too_fine_a_voxel_is_refused_before_it_is_tried():
-    with pytest.raises(TooFineError, match="GB of memory"):
+    with pytest.raises(TooFineError, match="on the surface"):
         Verifier(Scene(), 1e-5).verify(named_setup("n1_8_0"), Target("V_S", 0.5))
 
 
