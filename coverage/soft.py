@@ -3,107 +3,150 @@
 Soft occupancy of a cone is p = sigmoid(-f / width); a point is covered to the degree 1 - prod(1 - p) over all cones, and
 zeta is the mean over the points. As the width goes to zero this becomes the share of the points that lie in a cone.
 
-Two things make it fast. A cone further than CUT widths from a whole block of points is left out of that block. And the
-gradient is written down rather than derived: per cone it is three weighted sums over points, which are matrix products.
+Three things make it fast. A cone further than CUT widths from a whole block of points is left out of that block, and loops
+run as far as the blocks need, so that no shape depends on how many cones are left. Each pair costs one exponential, as a
+product of sigmoids needs no logarithm. And the gradient is written down rather than derived: per cone it is three weighted
+sums over points, which are matrix products.
 """
 
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from .arrays import dot
 from .cloud import Cloud
 from .solids import Cones, cone
 
 CUT = 14.0  # widths from its surface beyond which a cone is left out: it would cover by less than 1e-6
-_PAIRS = {"cpu": 1 << 15}  # pairs of point and cone worked on at once: in cache on a CPU,
-_PAIRS_ELSEWHERE = 1 << 24  # many on an accelerator
+SHARP = 1e-6  # m, a width at which soft zeta is the plain share of points, but for points on a surface
+_AT_ONCE = {"cpu": (32, 16)}  # blocks and cones a block worked on at once: in cache on a CPU,
+_AT_ONCE_ELSEWHERE = (1024, 64)  # many on an accelerator
 
 
 class Soft(NamedTuple):
     """Soft zeta in [0, 1]; its gradient by the cones' apexes (K, 3), 1/m, and by their axes (K, 3), as if these were free
-    vectors; and the largest number of cones that any block of points has to look at."""
+    vectors."""
 
     zeta: Float[jax.Array, ""]
     by_apex: Float[jax.Array, "K 3"]
     by_axis: Float[jax.Array, "K 3"]
-    near: Int[jax.Array, ""]
 
 
-def soft_zeta(cones: Cones, cloud: Cloud, width: Float[jax.Array, ""] | float, near: int | None = None) -> Soft:
-    """Soft zeta of ``cloud`` under ``cones`` and its gradient, block by block in bounded memory.
+def soft_zeta(cones: Cones, cloud: Cloud, width: Any, cut: Any = CUT, slopes: Any = True) -> Soft:
+    """Soft zeta of ``cloud`` under ``cones`` and its gradient, group by group of blocks in bounded memory.
+
+    Goes under ``jit`` and ``vmap`` (over cones, clouds, widths), not under ``grad``: the gradient is in the result. The time
+    follows the blocks that hold points and the cones near them; padding is free.
 
     Args:
         cones: K cones, JAX arrays.
-        cloud: points and their blocks.
+        cloud: points and their blocks; the blocks that hold points come first.
         width: of the sigmoid, m, above 0.
-        near: how many cones a block looks at, the nearest first; None: all. The result is right when ``near`` is at least
-            the returned ``near``, and should be asked for again with more otherwise. Static under ``jit``.
+        cut: widths from its surface beyond which a cone is left out of a block. Each cone left out would have covered
+            a point by less than exp(-cut); infinity leaves none out.
+        slopes: False, which may be traced, leaves the gradient at 0 and takes a quarter of the time.
     """
-    k = len(cones)
-    near = k if near is None else min(near, k)
-    n, block = cloud.weight.shape
-    group = max(1, _PAIRS.get(jax.default_backend(), _PAIRS_ELSEWHERE) // (near * block))
-    group = min(group, n)
-    short = -n % group
+    k, (n, _) = len(cones), cloud.weight.shape
+    most, _ = _at_once()
+    group = min(most, n)
 
-    def grouped(a: Any) -> Any:
-        """Blocks in groups; the last group is filled up with blocks of weight 0."""
-        filled = jnp.concatenate([a, jnp.zeros((short, *a.shape[1:]), a.dtype)]) if short else a
-        return filled.reshape(-1, group, *a.shape[1:])
+    def whole_groups(a: Any) -> Any:
+        return jnp.pad(jnp.asarray(a), ((0, -n % group), *((0, 0),) * (a.ndim - 1)))
 
-    def add(total: Any, blocks: Any) -> tuple[Any, None]:
-        unseen, by_apex, by_axis, needed = _group(cones, blocks, width, near)
-        return (total[0] + unseen, total[1] + by_apex, total[2] + by_axis, jnp.maximum(total[3], needed)), None
+    blocks = tuple(whole_groups(a) for a in (cloud.points, cloud.weight, cloud.centre, cloud.radius))
+    apex, axis, *shape = cones.apex, cones.axis, jnp.cos(cones.half_angle), jnp.sin(cones.half_angle), cones.range_m
+    # One more cone that sees nothing: it stands in where a block looks at fewer cones than its neighbours.
+    parts = tuple(
+        jnp.concatenate([a, jnp.full((1, *a.shape[1:]), nothing, a.dtype)])
+        for a, nothing in zip((apex, axis, *shape), (0, 0, 0, 0, -jnp.inf), strict=True)
+    )
+
+    def add(i: Any, total: Any) -> Any:
+        some = tuple(jax.lax.dynamic_slice_in_dim(a, i * group, group) for a in blocks)
+        return _group(parts, some, width, cut, slopes, *total)
 
     dtype = cloud.points.dtype
-    zero = (jnp.zeros((), dtype), jnp.zeros((k, 3), dtype), jnp.zeros((k, 3), dtype), jnp.zeros((), jnp.int32))
-    blocks = tuple(grouped(jnp.asarray(a)) for a in (cloud.points, cloud.weight, cloud.centre, cloud.radius))
-    (unseen, by_apex, by_axis, needed), _ = jax.lax.scan(add, zero, blocks)
-    return Soft(1 - unseen / cloud.size, -by_apex / cloud.size, -by_axis / cloud.size, needed)
+    groups = -(-(cloud.weight[:, 0] > 0).sum() // group)
+    unseen, slope = jax.lax.fori_loop(0, groups, add, (jnp.zeros((), dtype), jnp.zeros((k + 1, 6), dtype)))
+    size = cloud.weight.sum()
+    by_apex, by_axis = jnp.split(-slope[:k] / (size * width), 2, axis=1)
+    return Soft(1 - unseen / size, by_apex, by_axis)
 
 
-def _group(cones: Cones, blocks: Any, width: Any, near: int) -> tuple[Any, Any, Any, Any]:
-    """Sum of prod(1 - p) over a group of g blocks, its gradient by apexes and axes, and the cones needed at most."""
+def _at_once() -> tuple[int, int]:
+    return _AT_ONCE.get(jax.default_backend(), _AT_ONCE_ELSEWHERE)
+
+
+def _group(
+    parts: Any, blocks: Any, width: Any, cut: Any, slopes: Any, unseen_before: Any, slope_before: Any
+) -> tuple[Any, Any]:
+    """Add a group of g blocks: the sum of prod(1 - p), and ``width`` times its gradient (K + 1, 6) by apexes and axes.
+
+    The near cones of each block come first, in pieces of the same length for all blocks; one run over the pieces
+    multiplies, a second one, which knows the product, differentiates. To compute twice is cheaper than to store.
+    """
     points, weight, centre, radius = blocks
-    cosine, sine = jnp.cos(cones.half_angle), jnp.sin(cones.half_angle)
-    gap = cone(centre[:, None], *(a[None] for a in (cones.apex, cones.axis, cosine, sine, cones.range_m))) - radius[:, None]
-    needed = jnp.where(weight[:, 0] > 0, (gap < CUT * width).sum(axis=1), 0).max().astype(jnp.int32)
-    if near < len(cones):
-        _, index = jax.lax.top_k(-gap, near)
-    else:
-        index = jnp.broadcast_to(jnp.arange(near)[None], gap.shape)
-    apex, axis = cones.apex[index], cones.axis[index]
-    cosine, sine, range_m = (a[index][:, :, None] for a in (cosine, sine, cones.range_m))
-    x, y, z = (points[:, None, :, i] - apex[:, :, i, None] for i in range(3))
-    a, b, c = (axis[:, :, i, None] for i in range(3))
+    k = len(parts[0]) - 1
+    piece = min(_at_once()[1], k)
+    gap = cone(centre[:, None], *(a[None, :k] for a in parts)) - radius[:, None]
+    near = (gap < cut * width) & (weight[:, :1] > 0)
+    index = jnp.sort(jnp.where(near, jnp.arange(k, dtype=jnp.int32)[None], k), axis=1)
+    index = jnp.pad(index, ((0, 0), (0, -k % piece)), constant_values=k)
+    pieces = -(-near.sum(axis=1).max() // piece)
+
+    def cones_of(j: Any) -> tuple[Any, tuple[Any, ...]]:
+        chosen = jax.lax.dynamic_slice_in_dim(index, j * piece, piece, axis=1)
+        return chosen, tuple(a[chosen] for a in parts)
+
+    def multiply(j: Any, product: Any) -> Any:
+        t, *_ = _pairs(points, cones_of(j)[1], width)
+        return product * _free_and_occupied(t)[0].prod(axis=1)
+
+    unseen = jax.lax.fori_loop(0, pieces, multiply, weight)
+
+    def differentiate(j: Any, slope: Any) -> Any:
+        chosen, some = cones_of(j)
+        t, on_side, d, inverse = _pairs(points, some, width)
+        pull = unseen[:, None] * _free_and_occupied(t)[1]
+        return slope.at[chosen].add(_by_cone(points, some, pull, on_side, d, inverse))
+
+    return unseen_before + unseen.sum(), jax.lax.fori_loop(0, jnp.where(slopes, pieces, 0), differentiate, slope_before)
+
+
+def _free_and_occupied(t: Any) -> tuple[Any, Any]:
+    """1 - p and p = sigmoid(-t) for any t: the exponential cannot overflow, and neither is a difference."""
+    e = jnp.exp(-jnp.abs(t))
+    return jnp.where(t > 0, 1, e) / (1 + e), jnp.where(t > 0, e, 1) / (1 + e)
+
+
+def _pairs(points: Any, some: Any, width: Any) -> tuple[Any, Any, Any, Any]:
+    """For g blocks of B points against c cones each, all (g, c, B): f / width, is f the side's (not the base's), distance
+    along the axis, and 1 over the distance from the axis, 0 on it."""
+    apex, axis, cosine, sine, range_m = (a[..., None] for a in some)
+    x, y, z = (points[:, None, :, i] - apex[:, :, i] for i in range(3))
+    a, b, c = (axis[:, :, i] for i in range(3))
     d = x * a + y * b + z * c
     x, y, z = x - d * a, y - d * b, z - d * c
     square = x * x + y * y + z * z
     inverse = jax.lax.rsqrt(jnp.where(square > 0, square, 1.0)) * (square > 0)
     side, base = square * inverse * cosine - d * sine, d - range_m
-    t = jnp.maximum(side, base) / width
-    e = jnp.exp(-jnp.abs(t))
-    unseen = weight * jnp.exp(-(jnp.maximum(-t, 0) + jnp.log1p(e)).sum(axis=1))
-    pull = unseen[:, None, :] * jnp.where(t > 0, e, 1) / ((1 + e) * width)  # d unseen / d f
-    on_side = side >= base
-    across = jnp.where(on_side, pull * cosine * inverse, 0)
-    along = jnp.where(on_side, -pull * sine, pull)
-    sums = jnp.concatenate([across, across * d, along], axis=1) @ jnp.concatenate(
-        [points, jnp.ones_like(points[..., :1])], 2
-    )
-    # With v = p - apex and u = v less its part along the axis, f grows by across u + along axis per step of p.
+    return jnp.maximum(side, base) * (1 / width), side >= base, d, inverse
+
+
+def _by_cone(points: Any, some: Any, pull: Any, on_side: Any, d: Any, inverse: Any) -> Any:
+    """Gradient (g, c, 6) by apex and axis, where the sum over points grows by ``pull`` (g, c, B) with each f.
+
+    With v = p - apex and u = v less its part along the axis, f grows by ``across`` u + ``along`` axis per step of p.
+    """
+    apex, axis, cosine, sine, _ = some
+    across = jnp.where(on_side, pull * cosine[..., None] * inverse, 0)
+    along = jnp.where(on_side, -pull * sine[..., None], pull)
+    with_one = jnp.concatenate([points, jnp.ones_like(points[..., :1])], axis=2)
+    sums = jnp.concatenate([across, across * d, along], axis=1) @ with_one
     v1, v2, v3 = (s[..., :3] - s[..., 3:] * apex for s in jnp.split(sums, 3, axis=1))
     total = jnp.split(sums[..., 3:], 3, axis=1)[2]
     by_apex = -(v1 - dot(v1, axis)[..., None] * axis + total * axis)
     by_axis = v3 - (v2 - dot(v2, axis)[..., None] * axis)
-    spread = jnp.zeros((len(cones), 3), points.dtype)
-    return unseen.sum(), spread.at[index].add(by_apex), spread.at[index].add(by_axis), needed
-
-
-def point_zeta(cones: Cones, cloud: Cloud) -> Float[jax.Array, ""]:
-    """Share in [0, 1] of the points inside a cone: what ``soft_zeta`` tends to as the width goes to zero."""
-    seen = jax.lax.map(lambda block: (cones(block[0]) <= 0) @ block[1], (cloud.points, cloud.weight), batch_size=64)
-    return seen.sum() / cloud.size
+    return jnp.concatenate([by_apex, by_axis], axis=2)

@@ -1,14 +1,14 @@
-"""The search: many starts climb the soft zeta by L-BFGS while it sharpens; the exact count chooses among the best."""
+"""The search: unlike starts climb the soft zeta while it sharpens, then unlike variants of the best; the exact count
+chooses among those that came furthest."""
 
 import os
-import threading
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
-import nlopt
 import numpy as np
 from jaxtyping import Float
 
@@ -17,35 +17,44 @@ from ..coverage.rings import Setup
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
+from .climb import Brake, Climb, climb
 from .convert import rounded
-from .variables import bounds, place, starts
+from .variables import PAPER_TILTS_DEG, bounds, place, starts, unlike_first, variants
 
 FINALISTS = 3  # climbs that the exact count compares, beside the best start
+UNLIKE = 0.3  # rad, or share of a link: how far apart starts and variants are
+ALIKE = 0.05  # climbs that end this close count as one
+_SCORE_WIDTH = 0.05  # m, where starts are scored: at 0.1 m nearly all of a near shell counts as seen
 
-Values = Float[np.ndarray, "3 R"]
+Pool = Float[np.ndarray, "_ 3 R"]
 
 
 @dataclass(frozen=True)
 class Stage:
-    """One sharpening: sigmoid width m, points (of all goals and poses together), steps of a climb, climbs that go on."""
+    """One sharpening: sigmoid width m, points (of all goals and poses together), steps of a climb, climbs that go on; and
+    how many variants of those that came from the stage before climb beside them."""
 
     width: float
     points: int
     steps: int
     keep: int
+    variants: int = 0
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """How a search ends: so many starts, these stages, then the exact count of the finalists."""
+    """How a search ends: so many starts, these stages, then the exact count of the finalists. Starts and variants are the
+    best unlike ones among so many ``draws``."""
 
-    starts: int = 48
+    starts: int = 24
     stages: tuple[Stage, ...] = (
-        Stage(0.10, 4096, 30, 16),
-        Stage(0.05, 8192, 40, 8),
-        Stage(0.02, 16384, 60, 4),
+        Stage(0.10, 4096, 30, 10),
+        Stage(0.05, 8192, 40, 6),
+        Stage(0.05, 8192, 40, 6, variants=12),
+        Stage(0.02, 16384, 60, 3),
         Stage(0.008, 32768, 80, 3),
     )
+    draws: int = 512
 
 
 class Outcome(Enum):
@@ -88,62 +97,6 @@ class Progress:
     best: float = 0.0
 
 
-@dataclass
-class _Brake:
-    """Asks all climbs to stop: by the clock, or by hand."""
-
-    deadline: float
-    pulled: threading.Event = field(default_factory=threading.Event)
-
-    def on(self) -> bool:
-        return self.pulled.is_set() or time.monotonic() > self.deadline
-
-
-@dataclass(frozen=True)
-class _Climb:
-    values: Values
-    soft: float
-    hard: float
-    evaluations: int
-
-
-def _climb(
-    objective: CoverageObjective, box: tuple[Values, Values], start: Values, stage: Stage, clouds: Cloud, brake: _Brake
-) -> _Climb:
-    """L-BFGS from ``start`` at one width; the best point met, not the last."""
-    low, high = box
-    free = (high > low).ravel()
-    best = _Climb(start, -np.inf, 0.0, 0)
-    calls, near = 0, None
-    values = np.clip(start, low, high).ravel()
-
-    def value_and_slope(x: np.ndarray, slope: np.ndarray) -> float:
-        nonlocal best, calls, near
-        calls += 1
-        trial = values.copy()
-        trial[free] = x
-        trial = trial.reshape(start.shape)
-        soft, gradient, near = objective.soft(trial, stage.width, clouds, near)
-        near += near // 8
-        if slope.size:
-            slope[:] = gradient.ravel()[free]
-        if soft > best.soft:
-            best = _Climb(trial, soft, 0.0, 0)
-        if brake.on():
-            optimizer.force_stop()
-        return soft
-
-    optimizer = nlopt.opt(nlopt.LD_LBFGS, int(free.sum()))
-    optimizer.set_exceptions_enabled(False)
-    optimizer.set_lower_bounds(low.ravel()[free])
-    optimizer.set_upper_bounds(high.ravel()[free])
-    optimizer.set_maxeval(stage.steps)
-    optimizer.set_ftol_abs(1e-6)
-    optimizer.set_max_objective(value_and_slope)
-    optimizer.optimize(values[free])
-    return _Climb(best.values, best.soft, objective.hard(best.values, clouds), calls)
-
-
 def search(
     scene: Scene,
     layout: Setup,
@@ -173,40 +126,62 @@ def search(
     """
     began = time.monotonic()
     schedule = schedule or Schedule()
-    brake = _Brake(began + time_cap)
+    brake = Brake(began + time_cap)
     terms = len(scene.goals) * len(scene.poses)
     sizes = [max(256, stage.points // terms) for stage in schedule.stages]
     points = TargetPoints(scene, max(sizes), seed)
     objective = CoverageObjective(scene, layout, points)
-    box = bounds(scene, layout)
-    begin = starts(scene, layout, schedule.starts, seed)
-    pool = [_Climb(x, 0.0, 0.0, 0) for x in begin]
+    box, rng = bounds(scene, layout), np.random.default_rng(seed)
     widest, evaluations, progress = points.clouds(max(sizes)), 0, Progress(stages=len(schedule.stages))
-    finalists = [max(begin, key=lambda x: objective.hard(x, widest))]
+    begin = starts(scene, layout, max(schedule.draws, schedule.starts), seed)
+    pool, finalists = begin[: schedule.starts], [begin[0]]
     with ThreadPoolExecutor(os.cpu_count()) as threads:
-        for number, (stage, size) in enumerate(zip(schedule.stages, sizes, strict=True)):
-            clouds = points.clouds(size)
-            jobs = [threads.submit(_climb, objective, box, c.values, stage, clouds, brake) for c in pool]
-            progress.stage, progress.done, progress.climbs = number + 1, 0, len(jobs)
-            _watch(jobs, brake, progress, tell)
-            climbs = [job.result() for job in jobs]
-            evaluations += sum(c.evaluations for c in climbs)
-            pool = sorted(climbs, key=lambda c: -c.hard)[: stage.keep]
-            if brake.on():
-                break
-    finalists += [c.values for c in pool[:FINALISTS]]
+
+        def best(values: Pool, count: int, width: float, clouds: Cloud, known: Pool) -> Pool:
+            """The ``count`` best of ``values`` that are unlike each other and the ``known``, by their soft zeta."""
+            values = values[np.argsort(-_scores(threads, objective, values, width, clouds), kind="stable")]
+            return values[unlike_first(layout, values, UNLIKE, known)[:count]]
+
+        try:
+            papers, drawn = np.split(begin, [min(len(PAPER_TILTS_DEG), schedule.starts)])
+            drawn = best(drawn, schedule.starts - len(papers), _SCORE_WIDTH, points.clouds(sizes[0]), papers)
+            pool = np.concatenate([papers, drawn])
+            finalists = [pool[np.argmax(objective.zetas(pool, widest))]]
+            for number, (stage, size) in enumerate(zip(schedule.stages, sizes, strict=True)):
+                clouds = points.clouds(size)
+                if stage.variants:
+                    varied = variants(scene, layout, pool, schedule.draws, rng)
+                    pool = np.concatenate([pool, best(varied, stage.variants, stage.width, clouds, pool)])
+                jobs = [threads.submit(climb, objective, box, x, stage.width, stage.steps, clouds, brake) for x in pool]
+                progress.stage, progress.done, progress.climbs = number + 1, 0, len(jobs)
+                _watch(jobs, brake, progress, tell)
+                climbs = sorted((job.result() for job in jobs), key=lambda c: -c.hard)
+                evaluations += sum(c.evaluations for c in climbs)
+                pool = np.stack([c.values for c in climbs])
+                pool = pool[unlike_first(layout, pool, ALIKE)[: stage.keep]]
+                if brake.on():
+                    break
+        except KeyboardInterrupt:
+            brake.pulled.set()
+    finalists += list(pool[:FINALISTS])
     verifier = Verifier(scene, voxel)
-    last = schedule.stages[progress.stage - 1].width
+    last = schedule.stages[max(progress.stage, 1) - 1].width
     setups = [rounded(place(layout, x), scene.sensor) for x in finalists]
     exact = _count(verifier, setups, brake)
     chosen = int(np.argmax(exact))
-    soft = objective.soft(finalists[chosen], last, widest)[0]
+    soft = float(objective.zetas(finalists[chosen][None], widest, last)[0])
     outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
     spent = Statistics(schedule.starts, evaluations, time.monotonic() - began, last)
     return SearchResult(setups[chosen], soft, exact[chosen], outcome, spent)
 
 
-def _count(verifier: Verifier, setups: list[Setup], brake: _Brake) -> list[float]:
+def _scores(threads: ThreadPoolExecutor, objective: CoverageObjective, values: Pool, width: float, clouds: Cloud) -> Any:
+    """Soft zetas (S,) of many setups, on all processors."""
+    parts = [part for part in np.array_split(values, os.cpu_count() or 1) if len(part)]
+    return np.concatenate([np.empty(0), *threads.map(lambda part: objective.zetas(part, clouds, width), parts)])
+
+
+def _count(verifier: Verifier, setups: list[Setup], brake: Brake) -> list[float]:
     """Exact values of the first setups: of all, unless Ctrl-C comes; of one at least."""
     exact: list[float] = []
     for setup in setups:
@@ -218,7 +193,7 @@ def _count(verifier: Verifier, setups: list[Setup], brake: _Brake) -> list[float
     return exact
 
 
-def _watch(jobs: Iterable[Future[_Climb]], brake: _Brake, progress: Progress, tell: Callable[[Progress], None]) -> None:
+def _watch(jobs: Iterable[Future[Climb]], brake: Brake, progress: Progress, tell: Callable[[Progress], None]) -> None:
     """Wait for all jobs, tell how far they are, and turn Ctrl-C into a request to stop."""
     waiting = set(jobs)
     while waiting:
