@@ -27,7 +27,7 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
         def tell(b: Bracket) -> None:
             status.update(f"pass {b.passes}: {100 * b.low:.3f} … {100 * b.high:.3f} %, {b.cells:,} cells")
 
-        verifier = Verifier(scene, counting.voxel, counting.rule, counting.width, tell)
+        verifier = Verifier(scene, counting.voxel, counting.rule, counting.width, tell, counting.memory)
         results = [verify_result(name, verifier.verify(setup, goal.target)) for goal in scene.goals]
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]

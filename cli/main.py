@@ -96,6 +96,10 @@ def verify(
     width: Annotated[
         float | None, Parameter(help="With --rule certified: width of the guaranteed interval, in points: 0.1.")
     ] = None,
+    memory: Annotated[
+        float | None,
+        Parameter(help="GB that sets of voxels may take; what needs more is streamed. Half of the free memory."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Count the exact coverage of a setup, or prove an interval that holds it.
@@ -106,7 +110,7 @@ def verify(
     """
     from .inspect import verify as run
 
-    counting = resolve_counting(rule, voxel, width)
+    counting = resolve_counting(rule, voxel, width, memory)
     setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
     run(subject, setup, with_goals(found, parse_goals(target, radius)), counting, as_json)
 
