@@ -1,45 +1,38 @@
-"""The octree against a dense NumPy count: 112 cones and a ball, the same integers, how many times faster.
+"""The octree against dense counts and meshes.
 
-Run: python benchmarks/octree.py        writes results/octree.md
+The share of a ball's voxels (radius 1 m, rule `centre`) in 112 cones of 11 degrees half angle and 1 m.
 """
 
 import math
-import os
-import platform
-import statistics
-import time
 from collections.abc import Callable
-from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+from common import BALL, HALF_ANGLE, RANGE, cone_task, in_turns, installed, missing, table
+from meshes import cone_mesh, mesh_share
 from place_rings.coverage.octree import count, voxels
 from place_rings.coverage.solids import Cones, sphere
 
-CONES, HALF_ANGLE, RANGE, BALL = 112, math.radians(11), 1.0, 1.0
+PEERS: tuple[str, ...] = ("open3d", "manifold3d")
 VOXELS = (0.05, 0.025, 0.0125)
-RUNS = 3
+RUNS = 5
+SLOWEST = {0.025: 40, 0.0125: 100}  # times as fast as dense NumPy: below that the benchmark says so
+SLOWEST_JAX = 5
 
 
-def task() -> Cones:
-    """Cones spread over a sphere of 1.6 m by the golden angle, each aimed near its centre."""
-    rng = np.random.default_rng(0)
-    i = np.arange(CONES)
-    z = 1 - (2 * i + 1) / CONES
-    azimuth, r = i * math.pi * (3 - math.sqrt(5)), np.sqrt(1 - z * z)
-    apex = 1.6 * np.column_stack([r * np.cos(azimuth), r * np.sin(azimuth), z])
-    aim = -apex / np.linalg.norm(apex, axis=1, keepdims=True) + 0.15 * rng.normal(size=(CONES, 3))
-    axis = aim / np.linalg.norm(aim, axis=1, keepdims=True)
-    return Cones(apex, axis, np.full(CONES, HALF_ANGLE), np.full(CONES, RANGE))
+def lattice(voxel: float) -> np.ndarray:
+    """Centres (N, 3) m of the voxels in the ball."""
+    n = math.ceil(BALL / voxel)
+    line = (np.arange(-n, n) + 0.5) * voxel
+    p = np.stack(np.meshgrid(line, line, line, indexing="ij"), -1).reshape(-1, 3)
+    return p[(p * p).sum(axis=1) <= BALL**2]
 
 
 def dense(cones: Cones, voxel: float) -> tuple[int, int]:
     """Voxels of the ball, and those in a cone: every centre against every cone, one cone after the other."""
-    n = math.ceil(BALL / voxel)
-    line = (np.arange(-n, n) + 0.5) * voxel
-    p = np.stack(np.meshgrid(line, line, line, indexing="ij"), -1).reshape(-1, 3)
-    p = p[(p * p).sum(axis=1) <= BALL**2]
+    p = lattice(voxel)
     seen = np.zeros(len(p), bool)
     slope = math.cos(HALF_ANGLE) ** 2
     for apex, axis in zip(cones.apex, cones.axis, strict=True):
@@ -49,74 +42,84 @@ def dense(cones: Cones, voxel: float) -> tuple[int, int]:
     return len(p), int(seen.sum())
 
 
+def dense_jax(cones: Cones) -> Callable[[float], tuple[int, int]]:
+    """The same by JAX in 32 bit: one fused loop over pairs, on all cores."""
+    apex, axis = jnp.asarray(cones.apex, jnp.float32), jnp.asarray(cones.axis, jnp.float32)
+    slope = math.cos(HALF_ANGLE) ** 2
+
+    @jax.jit
+    def tally(line: Any) -> Any:
+        x, y, z = (a.reshape(-1) for a in jnp.meshgrid(line, line, line, indexing="ij"))
+        inside = x * x + y * y + z * z <= BALL**2
+        vx, vy, vz = (c[:, None] - apex[None, :, i] for i, c in enumerate((x, y, z)))
+        depth = vx * axis[None, :, 0] + vy * axis[None, :, 1] + vz * axis[None, :, 2]
+        square = vx * vx + vy * vy + vz * vz
+        seen = ((depth >= 0) & (depth <= RANGE) & (depth * depth >= slope * square)).any(axis=1)
+        return inside.sum(), (inside & seen).sum()
+
+    def work(voxel: float) -> tuple[int, int]:
+        n = math.ceil(BALL / voxel)
+        total, seen = tally(jnp.asarray((np.arange(-n, n) + 0.5) * voxel, jnp.float32))
+        return int(total), int(seen)
+
+    return work
+
+
+def by_open3d(cones: Cones, voxel: float) -> tuple[int, int]:
+    """The same by Open3D's occupancy of 64-sided cones, one scene a cone, as overlapping meshes confuse its parity."""
+    import open3d  # noqa: TID251 a peer
+
+    p = lattice(voxel)
+    query, seen = open3d.core.Tensor(p.astype(np.float32)), np.zeros(len(p), bool)
+    for apex, axis in zip(cones.apex, cones.axis, strict=True):
+        corners, triangles = cone_mesh(apex, axis, RANGE, RANGE * math.tan(HALF_ANGLE), 64)
+        scene = open3d.t.geometry.RaycastingScene()
+        scene.add_triangles(open3d.core.Tensor(corners.astype(np.float32)), open3d.core.Tensor(triangles.astype(np.uint32)))
+        seen |= scene.compute_occupancy(query).numpy() > 0
+    return len(p), int(seen.sum())
+
+
 def octree(cones: Cones, voxel: float) -> tuple[int, int]:
     """The same two numbers by the octree."""
     ball = voxels(sphere(np.zeros(3), BALL), voxel)
     return len(ball), count(cones, voxel, within=ball)
 
 
-def mesh_boolean(cones: Cones) -> float | None:
-    """Share of the ball's volume in 64-sided cones, by manifold3d; None where it is not installed."""
-    try:
-        from manifold3d import Manifold
-    except ImportError:
-        return None
-    ball = Manifold.sphere(BALL, 128)
-    solids = []
-    for apex, axis in zip(cones.apex, cones.axis, strict=True):
-        across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-        across /= np.linalg.norm(across)
-        frame = np.column_stack([across, np.cross(axis, across), axis, apex])
-        solids.append(Manifold.cylinder(RANGE, 0.0, RANGE * math.tan(HALF_ANGLE), 64).transform(frame))
-    return (Manifold.batch_boolean(solids, _add()) ^ ball).volume() / ball.volume()
-
-
-def _add() -> object:
-    from manifold3d import OpType
-
-    return OpType.Add
-
-
-def timed(work: Callable[[], Any], runs: int) -> tuple[Any, float]:
-    """What ``work`` returns, and the median of its seconds."""
-    seconds = []
-    for _ in range(runs):
-        start = time.perf_counter()
-        result = work()
-        seconds.append(time.perf_counter() - start)
-    return result, statistics.median(seconds)
-
-
-def main() -> None:
-    """Measure, print and write the table."""
-    cones = task()
-    octree(cones, 0.1)
-    lines = [
-        "# The octree against a dense NumPy count",
-        "",
-        "Command: `python benchmarks/octree.py`. The share of a ball's voxels (radius 1 m, rule `centre`) in 112 cones",
-        f"of 11° half angle and 1 m. Medians, target voxels counted in. {platform.machine()}, {os.cpu_count()} cores,",
-        f"Python {platform.python_version()}, NumPy {version('numpy')}.",
-        "",
-        "| voxel, cm | voxels in the ball | in a cone | dense, s | octree, s | times faster |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
+def report() -> list[str]:
+    """Measure and describe."""
+    cones, rows, notes = cone_task(), [], []
+    jitted = dense_jax(cones)
     for voxel in VOXELS:
-        truth, slow = timed(lambda voxel=voxel: dense(cones, voxel), RUNS)
-        found, fast = timed(lambda voxel=voxel: octree(cones, voxel), RUNS + 2)
-        if found != truth:
-            raise SystemExit(f"at {voxel} m the octree counts {found}, the dense count is {truth}")
-        lines.append(f"| {100 * voxel:g} | {truth[0]:,} | {truth[1]:,} | {slow:.2f} | {fast:.3f} | {slow / fast:.0f} |")
-        print(lines[-1], flush=True)
-    share, seconds = timed(lambda: mesh_boolean(cones), RUNS)
-    if share is None:
-        lines += ["", "manifold3d is not installed (the `[bench]` extra): no mesh Boolean beside it."]
-    else:
-        lines += ["", f"A mesh Boolean of the same solids, 64-sided (manifold3d {version('manifold3d')}): a volume share of"]
-        lines += [f"{share:.4f} in {seconds:.2f} s; the finest count above has {found[1] / found[0]:.4f}."]
-    print(*lines[-2:], sep="\n")
-    Path(__file__).parent.parent.joinpath("results", "octree.md").write_text("\n".join(lines) + "\n")
+        works: dict[str, Callable[[], Any]] = {
+            "octree": lambda v=voxel: octree(cones, v),
+            "dense NumPy": lambda v=voxel: dense(cones, v),
+            "dense JAX, 32 bit": lambda v=voxel: jitted(v),
+        }
+        if installed("open3d") and voxel >= 0.025:
+            works["Open3D occupancy, 64 sides"] = lambda v=voxel: by_open3d(cones, v)
+        measured = in_turns(works, RUNS if voxel > 0.02 else 3)
+        truth, fast = measured["octree"]
+        if measured["dense NumPy"][0] != truth:
+            raise SystemExit(f"at {voxel} m the octree counts {truth}, the dense count is {measured['dense NumPy'][0]}")
+        for name, (found, seconds) in measured.items():
+            rows.append([f"{100 * voxel:g}", name, *(f"{n:,}" for n in found), f"{seconds:.3f}", f"{seconds / fast:.1f}"])
+            print(*rows[-1], flush=True)
+        for name, least in (("dense NumPy", SLOWEST.get(voxel, 0)), ("dense JAX, 32 bit", SLOWEST_JAX * (voxel < 0.02))):
+            if measured[name][1] < least * fast:
+                notes.append(
+                    f"Fell short at {100 * voxel:g} cm: {measured[name][1] / fast:.1f} times {name}, {least} wanted."
+                )
+    if installed("manifold3d"):
+        share, seconds = in_turns({"mesh": lambda: mesh_share(cones, 64, 128, 1.0)}, 3)["mesh"]
+        notes.append(
+            f"A mesh Boolean of the same solids (manifold3d, 64 sides) takes {seconds:.2f} s for the share {share:.4f};"
+            f" the finest count has {truth[1] / truth[0]:.4f}."
+        )
+    notes += [missing(peer) for peer in PEERS if not installed(peer)]
+    columns = ("voxel, cm", "method", "in the ball", "in a cone", "seconds", "octree is faster by")
+    intro = "Voxels of a ball of 1 m in 112 cones of 11° half angle and 1 m, target voxels counted in:"
+    return [intro, "`python benchmarks octree`.", "", *table(columns, rows), "", *notes]
 
 
 if __name__ == "__main__":
-    main()
+    print(*report(), sep="\n")

@@ -1,0 +1,38 @@
+"""All benchmarks by one command, into one file.
+
+Run: python benchmarks            all of them
+     python benchmarks octree     some of them; the others' sections stay as they are
+"""
+
+import importlib
+import re
+import sys
+from pathlib import Path
+
+from common import surroundings
+
+NAMES = ("octree", "certified", "estimator", "growth")
+FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
+PACKAGES = ("place-rings", "numpy", "jax", "scipy", "torch", "open3d", "manifold3d")
+
+
+def main() -> None:
+    """Measure the sections asked for and put them in their places in the file."""
+    asked = sys.argv[1:] or list(NAMES)
+    if unknown := [name for name in asked if name not in NAMES]:
+        raise SystemExit(f"{unknown[0]}: no such benchmark; known: {', '.join(NAMES)}")
+    old = FILE.read_text() if FILE.exists() else ""
+    sections = dict(re.findall(r"^<!-- (\w+) -->\n(.*?)(?=^<!-- |\Z)", old, re.MULTILINE | re.DOTALL))
+    for name in asked:
+        print(f"== {name}", flush=True)
+        module = importlib.import_module(name)
+        title = (module.__doc__ or name).splitlines()[0].rstrip(".")
+        lines = module.report()
+        sections[name] = "\n".join([f"## {title}", "", *lines, "", surroundings(PACKAGES), "", ""])
+        kept = [f"<!-- {n} -->\n{sections[n].rstrip()}\n\n" for n in NAMES if n in sections]
+        head = "# Benchmarks\n\nAll by `python benchmarks`; medians, ratios within one run.\n\n"
+        FILE.write_text((head + "".join(kept)).rstrip() + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+"""The guaranteed interval against mesh Booleans, and what its width costs.
+
+Meshes within and around cones and ball bound the share too: both Booleans are counted against one interval.
+"""
+
+import math
+import time
+from typing import Any
+
+import numpy as np
+from common import BALL, cone_task, in_turns, installed, missing, table
+from meshes import mesh_share
+from place_rings.coverage.certified import bracket
+from place_rings.coverage.rings import named_setup, sensor_cones
+from place_rings.coverage.solids import sphere
+from place_rings.coverage.targets import Target, target_solid
+from place_rings.objectives.scene import Scene
+
+PEERS: tuple[str, ...] = ("manifold3d",)
+WIDTHS = (1.0, 0.1, 0.01)  # points
+SIDES = 64
+
+
+def against_meshes() -> list[str]:
+    """The cone task: as narrow as the two Booleans, in how much of their time."""
+    cones, ball = cone_task(), sphere(np.zeros(3), BALL)
+    if not installed("manifold3d"):
+        return [missing("manifold3d")]
+    low, high = (mesh_share(cones, SIDES, SIDES, BALL, outside) for outside in (False, True))
+
+    def meshes() -> tuple[float, float]:
+        return mesh_share(cones, SIDES, SIDES, BALL), mesh_share(cones, SIDES, SIDES, BALL, outside=True)
+
+    def interval() -> Any:
+        b = bracket(ball, cones, high - low)
+        return b.low, b.high
+
+    measured = in_turns({"two Booleans, 64 sides": meshes, "certified": interval}, 5)
+    slow = measured["two Booleans, 64 sides"][1]
+    rows = [
+        [name, f"{100 * a:.3f} … {100 * b:.3f}", f"{100 * (b - a):.3f}", f"{seconds:.2f}", f"{seconds / slow:.2f}"]
+        for name, ((a, b), seconds) in measured.items()
+    ]
+    for row in rows:
+        print(*row, flush=True)
+    columns = ("method", "share of the ball, %", "width, points", "seconds", "of the Booleans' time")
+    return ["The cone task:", "", *table(columns, rows), ""]
+
+
+def cost_of_width() -> list[str]:
+    """The reference scene, narrower and narrower."""
+    scene, rows = Scene(), []
+    q = scene.poses[0].q
+    for name, radius in (("n3_16_55", 0.5), ("n3_16_55", 1.5)):
+        solid = target_solid(Target("V_S", radius), scene.robot, q, scene.shape)
+        cones = sensor_cones(scene.robot, named_setup(name), q)
+        for width in WIDTHS if radius < 1 else WIDTHS[:2]:
+            start = time.perf_counter()
+            b = bracket(solid, cones, width / 100)
+            seconds = time.perf_counter() - start
+            if not b.reached or math.isnan(b.low):
+                raise SystemExit(f"{name}, V_S({radius}): {width} points not reached")
+            interval = f"{100 * b.low:.3f} … {100 * b.high:.3f}"
+            rows.append(
+                [
+                    name,
+                    f"V_S({radius:g})",
+                    f"{width:g}",
+                    interval,
+                    f"{b.cells:,}",
+                    f"{1000 * b.smallest:.2g}",
+                    f"{seconds:.2f}",
+                ]
+            )
+            print(*rows[-1], flush=True)
+    columns = ("setup", "target", "width asked, points", "ζ, %", "cells", "smallest, mm", "seconds")
+    return ["The reference scene:", "", *table(columns, rows)]
+
+
+def report() -> list[str]:
+    """Measure and describe."""
+    return ["`python benchmarks certified`.", "", *against_meshes(), *cost_of_width()]
+
+
+if __name__ == "__main__":
+    print(*report(), sep="\n")

@@ -1,0 +1,66 @@
+"""What the benchmarks share: the cone task, timing in turns, tables, versions."""
+
+import math
+import os
+import platform
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+from place_rings.coverage.solids import Cones
+
+CONES, HALF_ANGLE, RANGE, BALL = 112, math.radians(11), 1.0, 1.0
+
+
+def cone_task() -> Cones:
+    """Cones spread over a sphere of 1.6 m by the golden angle, each aimed near its centre."""
+    rng = np.random.default_rng(0)
+    i = np.arange(CONES)
+    z = 1 - (2 * i + 1) / CONES
+    azimuth, r = i * math.pi * (3 - math.sqrt(5)), np.sqrt(1 - z * z)
+    apex = 1.6 * np.column_stack([r * np.cos(azimuth), r * np.sin(azimuth), z])
+    aim = -apex / np.linalg.norm(apex, axis=1, keepdims=True) + 0.15 * rng.normal(size=(CONES, 3))
+    axis = aim / np.linalg.norm(aim, axis=1, keepdims=True)
+    return Cones(apex, axis, np.full(CONES, HALF_ANGLE), np.full(CONES, RANGE))
+
+
+def in_turns(works: dict[str, Callable[[], Any]], runs: int) -> dict[str, tuple[Any, float]]:
+    """What each returns, and the median of its seconds; each runs once before, and then in turns, so that a busy machine
+    slows all alike."""
+    results = {name: work() for name, work in works.items()}
+    seconds: dict[str, list[float]] = {name: [] for name in works}
+    for _ in range(runs):
+        for name, work in works.items():
+            start = time.perf_counter()
+            work()
+            seconds[name].append(time.perf_counter() - start)
+    return {name: (results[name], statistics.median(seconds[name])) for name in works}
+
+
+def table(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[str]:
+    """A Markdown table."""
+    lines = ["| " + " | ".join(columns) + " |", "| " + " | ".join("---" for _ in columns) + " |"]
+    return lines + ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows]
+
+
+def missing(peer: str) -> str:
+    """The line that stands for a peer that is not installed."""
+    return f"{peer} is not installed (the `[bench]` extra): left out."
+
+
+def installed(peer: str) -> bool:
+    """Whether a distribution is there."""
+    try:
+        version(peer)
+    except PackageNotFoundError:
+        return False
+    return True
+
+
+def surroundings(packages: Sequence[str]) -> str:
+    """Machine, Python and versions, in a line."""
+    versions = [f"{p} {version(p)}" for p in packages if installed(p)]
+    return f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}, {', '.join(versions)}."

@@ -1,0 +1,116 @@
+"""How time and memory grow.
+
+Sensors, poses and points for the soft estimator's value and gradient; the voxel's side for the octree. Exponents are slopes
+of straight lines through the logarithms.
+"""
+
+import resource
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from common import table
+
+PEERS: tuple[str, ...] = ()
+SENSORS = (24, 48, 112, 250, 500, 1000)
+POSES = (1, 3, 10, 30, 100)
+POINTS = (10_000, 30_000, 100_000, 300_000, 1_000_000)
+VOXELS = (0.1, 0.05, 0.025, 0.0125, 0.005)
+WIDTH = 0.008  # m, the search's sharpest
+
+
+def median_seconds(work: Callable[[], Any], runs: int = 5) -> float:
+    """Median of some runs, after one that compiles."""
+    work()
+    seconds = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        work()
+        seconds.append(time.perf_counter() - start)
+    return statistics.median(seconds)
+
+
+def soft(sensors: int, poses: int, points: int) -> float:
+    """Seconds of one value and gradient: five rings about the reference scene's links, ``points`` at each pose."""
+    import jax
+    import jax.numpy as jnp
+    from place_rings.coverage.cloud import cloud
+    from place_rings.coverage.points import sample
+    from place_rings.coverage.rings import Ring, Setup, sensor_cones
+    from place_rings.coverage.soft import soft_zeta
+    from place_rings.coverage.targets import Target, target_solid
+    from place_rings.objectives.scene import Scene
+
+    scene = Scene()
+    places = [("upper_arm", 0.0), ("upper_arm", 1.0), ("forearm", 0.0), ("forearm", 1.0), ("tool", 0.0)]
+    counts = np.bincount(np.arange(sensors) % 5, minlength=5)
+    setup = Setup(tuple(Ring(link, at, int(n), 0.5) for (link, at), n in zip(places, counts, strict=True)))
+    swing = [scene.poses[0].q + np.array([0.03 * i, 0, 0, 0, 0, 0]) for i in range(poses)]
+    base = sample(target_solid(Target("V_S", 0.5), scene.robot, swing[0], scene.shape), points, 0)
+    turned = []
+    for i in range(poses):
+        c, s = np.cos(0.03 * i), np.sin(0.03 * i)
+        turned.append(cloud(base @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T))
+    clouds = jax.tree.map(lambda *a: jnp.asarray(np.stack(a)), *turned)
+    cones = [sensor_cones(scene.robot, setup, q) for q in swing]
+    stacked = jax.tree.map(lambda *a: jnp.asarray(np.stack(a), jnp.float32), *cones)
+    each = jax.jit(lambda c, p: jax.lax.map(lambda cp: soft_zeta(*cp, WIDTH), (c, p)))
+    return median_seconds(lambda: jax.block_until_ready(each(stacked, clouds)))
+
+
+def octree(voxel: float) -> float:
+    """Seconds of a count on the cone task, the ball's voxels counted in."""
+    from common import BALL, cone_task
+    from place_rings.coverage.octree import count, voxels
+    from place_rings.coverage.solids import sphere
+
+    cones = cone_task()
+    return median_seconds(lambda: count(cones, voxel, within=voxels(sphere(np.zeros(3), BALL), voxel)))
+
+
+def in_a_process(call: str) -> tuple[float, float]:
+    """Seconds, and peak memory in MB, of a call in a process of its own."""
+    found = subprocess.run([sys.executable, __file__, call], check=True, capture_output=True, text=True)
+    seconds, peak = map(float, found.stdout.split())
+    return seconds, peak
+
+
+def exponent(sizes: list[float], values: list[float]) -> float:
+    """Slope of the logarithms."""
+    return float(np.polyfit(np.log(sizes), np.log(values), 1)[0])
+
+
+def report() -> list[str]:
+    """Measure and describe."""
+    series: list[tuple[str, list[float], list[str], float]] = [
+        ("sensors", [float(n) for n in SENSORS], [f"soft({n}, 1, 100_000)" for n in SENSORS], 1.0),
+        ("poses", [float(n) for n in POSES], [f"soft(112, {n}, 10_000)" for n in POSES], 1.0),
+        ("points", [float(n) for n in POINTS], [f"soft(112, 1, {n})" for n in POINTS], 1.0),
+        ("voxels a metre", [1 / v for v in VOXELS], [f"octree({v})" for v in VOXELS], 2.0),
+    ]
+    rows, slopes = [], []
+    for name, sizes, calls, most in series:
+        measured = [in_a_process(call) for call in calls]
+        for size, call, (seconds, peak) in zip(sizes, calls, measured, strict=True):
+            rows.append([name, f"{size:g}", f"`{call}`", f"{seconds:.4f}", f"{peak:.0f}"])
+            print(*rows[-1], flush=True)
+        slope = exponent(sizes, [seconds for seconds, _ in measured])
+        slopes.append([name, f"{slope:.2f}", f"{most:g}", "yes" if slope <= most else "no"])
+    intro = f"Soft estimator: value and gradient at {WIDTH:g} m, V_S(0.5). Memory: of the whole process, imports included."
+    columns = ("what grows", "to", "call", "seconds", "peak, MB")
+    verdict = table(("time with", "exponent", "at most", "holds"), slopes)
+    return [intro, "`python benchmarks growth`.", "", *verdict, "", *table(columns, rows)]
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        kind, _, sizes_given = sys.argv[1].partition("(")
+        sizes_of = [float(v) for v in sizes_given.rstrip(")").split(",")]
+        taken = octree(sizes_of[0]) if kind == "octree" else soft(*(int(v) for v in sizes_of))
+        print(taken, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+    else:
+        print(*report(), sep="\n")
