@@ -50,8 +50,8 @@ class Schedule:
     stages: tuple[Stage, ...] = (
         Stage(0.10, 4096, 30, 10),
         Stage(0.05, 8192, 40, 6),
-        Stage(0.05, 8192, 40, 6, variants=12),
-        Stage(0.02, 16384, 60, 3),
+        Stage(0.05, 8192, 40, 6, variants=10),
+        Stage(0.02, 16384, 60, 4, variants=3),
         Stage(0.008, 32768, 80, 3),
     )
     draws: int = 512
@@ -131,7 +131,7 @@ def search(
     sizes = [max(256, stage.points // terms) for stage in schedule.stages]
     points = TargetPoints(scene, max(sizes), seed)
     objective = CoverageObjective(scene, layout, points)
-    box, rng = bounds(scene, layout), np.random.default_rng(seed)
+    box, rng = bounds(scene, layout), np.random.default_rng((seed, 1))
     widest, evaluations, progress = points.clouds(max(sizes)), 0, Progress(stages=len(schedule.stages))
     begin = starts(scene, layout, max(schedule.draws, schedule.starts), seed)
     pool, finalists = begin[: schedule.starts], [begin[0]]

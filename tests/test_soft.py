@@ -74,7 +74,7 @@ def test_cones_left_out_do_not_matter(seed, width):
         assert float(abs(a - b).max()) < 1e-5 / width
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(drawing.seeds)
 def test_many_setups_and_clouds_at_once_are_as_one_by_one(seed):
     """Under vmap the loops run as long as the longest needs, and blocks without points are passed over."""
@@ -90,7 +90,7 @@ def test_many_setups_and_clouds_at_once_are_as_one_by_one(seed):
             assert np.allclose(a[i, j], b, rtol=0, atol=1e-12 / float(width[j]))
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(drawing.seeds)
 def test_padding_and_slopes_leave_the_value(seed):
     cones, points = drawn(seed)
@@ -130,7 +130,7 @@ def test_gradients_are_finite_everywhere(dtype, width):
     assert all(bool(jnp.isfinite(part).all()) for part in soft)
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(drawing.seeds, st.sampled_from([0.1, 0.05, 0.02, 0.008]))
 def test_single_precision_is_enough_for_a_search(seed, width):
     """At all widths of the search: zeta to 1e-5, which is a tenth of a voxel's worth, slopes to 1e-3 of the steepest.
