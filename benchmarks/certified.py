@@ -8,7 +8,7 @@ import time
 from typing import Any
 
 import numpy as np
-from common import BALL, cone_task, in_turns, installed, missing, table
+from common import BALL, cone_task, installed, medians, missing, table
 from meshes import mesh_share
 from place_rings.coverage.certified import bracket
 from place_rings.coverage.rings import named_setup, sensor_cones
@@ -35,7 +35,7 @@ def against_meshes() -> list[str]:
         b = bracket(ball, cones, high - low)
         return b.low, b.high
 
-    measured = in_turns({"two Booleans, 64 sides": meshes, "certified": interval}, 5)
+    measured = medians({"two Booleans, 64 sides": meshes, "certified": interval}, 5)
     slow = measured["two Booleans, 64 sides"][1]
     rows = [
         [name, f"{100 * a:.3f} … {100 * b:.3f}", f"{100 * (b - a):.3f}", f"{seconds:.2f}", f"{seconds / slow:.2f}"]

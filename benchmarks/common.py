@@ -1,4 +1,4 @@
-"""What the benchmarks share: the cone task, timing in turns, tables, versions."""
+"""What the benchmarks share: the cone task, timing, tables, versions."""
 
 import math
 import os
@@ -27,17 +27,17 @@ def cone_task() -> Cones:
     return Cones(apex, axis, np.full(CONES, HALF_ANGLE), np.full(CONES, RANGE))
 
 
-def in_turns(works: dict[str, Callable[[], Any]], runs: int) -> dict[str, tuple[Any, float]]:
-    """What each returns, and the median of its seconds; each runs once before, and then in turns, so that a busy machine
-    slows all alike."""
-    results = {name: work() for name, work in works.items()}
-    seconds: dict[str, list[float]] = {name: [] for name in works}
-    for _ in range(runs):
-        for name, work in works.items():
+def medians(works: dict[str, Callable[[], Any]], runs: int) -> dict[str, tuple[Any, float]]:
+    """What each returns, and the median of its seconds over some runs in a row, after one that warms up."""
+    found: dict[str, tuple[Any, float]] = {}
+    for name, work in works.items():
+        result, seconds = work(), []
+        for _ in range(runs):
             start = time.perf_counter()
             work()
-            seconds[name].append(time.perf_counter() - start)
-    return {name: (results[name], statistics.median(seconds[name])) for name in works}
+            seconds.append(time.perf_counter() - start)
+        found[name] = result, statistics.median(seconds)
+    return found
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[str]:

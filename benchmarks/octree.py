@@ -10,7 +10,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from common import BALL, HALF_ANGLE, RANGE, cone_task, in_turns, installed, missing, table
+from common import BALL, HALF_ANGLE, RANGE, cone_task, installed, medians, missing, table
 from meshes import cone_mesh, mesh_share
 from place_rings.coverage.octree import count, voxels
 from place_rings.coverage.solids import Cones, sphere
@@ -42,9 +42,10 @@ def dense(cones: Cones, voxel: float) -> tuple[int, int]:
     return len(p), int(seen.sum())
 
 
-def dense_jax(cones: Cones) -> Callable[[float], tuple[int, int]]:
-    """The same by JAX in 32 bit: one fused loop over pairs, on all cores."""
-    apex, axis = jnp.asarray(cones.apex, jnp.float32), jnp.asarray(cones.axis, jnp.float32)
+def dense_jax(cones: Cones, bits: int) -> Callable[[float], tuple[int, int]]:
+    """The same by JAX: one fused loop over pairs, on all cores. Only 64 bit is sure to give the same integer."""
+    dtype = np.dtype(f"float{bits}")
+    apex, axis = (a.astype(dtype) for a in (cones.apex, cones.axis))
     slope = math.cos(HALF_ANGLE) ** 2
 
     @jax.jit
@@ -59,8 +60,9 @@ def dense_jax(cones: Cones) -> Callable[[float], tuple[int, int]]:
 
     def work(voxel: float) -> tuple[int, int]:
         n = math.ceil(BALL / voxel)
-        total, seen = tally(jnp.asarray((np.arange(-n, n) + 0.5) * voxel, jnp.float32))
-        return int(total), int(seen)
+        with jax.enable_x64(bits == 64):
+            total, seen = tally(((np.arange(-n, n) + 0.5) * voxel).astype(dtype))
+            return int(total), int(seen)
 
     return work
 
@@ -88,29 +90,33 @@ def octree(cones: Cones, voxel: float) -> tuple[int, int]:
 def report() -> list[str]:
     """Measure and describe."""
     cones, rows, notes = cone_task(), [], []
-    jitted = dense_jax(cones)
+    single, double = dense_jax(cones, 32), dense_jax(cones, 64)
     for voxel in VOXELS:
         works: dict[str, Callable[[], Any]] = {
             "octree": lambda v=voxel: octree(cones, v),
             "dense NumPy": lambda v=voxel: dense(cones, v),
-            "dense JAX, 32 bit": lambda v=voxel: jitted(v),
+            "dense JAX, 32 bit": lambda v=voxel: single(v),
+            "dense JAX, 64 bit": lambda v=voxel: double(v),
         }
         if installed("open3d") and voxel >= 0.025:
             works["Open3D occupancy, 64 sides"] = lambda v=voxel: by_open3d(cones, v)
-        measured = in_turns(works, RUNS if voxel > 0.02 else 3)
+        measured = medians(works, RUNS)
         truth, fast = measured["octree"]
         if measured["dense NumPy"][0] != truth:
             raise SystemExit(f"at {voxel} m the octree counts {truth}, the dense count is {measured['dense NumPy'][0]}")
         for name, (found, seconds) in measured.items():
             rows.append([f"{100 * voxel:g}", name, *(f"{n:,}" for n in found), f"{seconds:.3f}", f"{seconds / fast:.1f}"])
             print(*rows[-1], flush=True)
-        for name, least in (("dense NumPy", SLOWEST.get(voxel, 0)), ("dense JAX, 32 bit", SLOWEST_JAX * (voxel < 0.02))):
+        for name, least in (
+            ("dense NumPy", SLOWEST.get(voxel, 0)),
+            *((f"dense JAX, {b} bit", SLOWEST_JAX * (voxel < 0.02)) for b in (32, 64)),
+        ):
             if measured[name][1] < least * fast:
                 notes.append(
                     f"Fell short at {100 * voxel:g} cm: {measured[name][1] / fast:.1f} times {name}, {least} wanted."
                 )
     if installed("manifold3d"):
-        share, seconds = in_turns({"mesh": lambda: mesh_share(cones, 64, 128, 1.0)}, 3)["mesh"]
+        share, seconds = medians({"mesh": lambda: mesh_share(cones, 64, 128, 1.0)}, 3)["mesh"]
         notes.append(
             f"A mesh Boolean of the same solids (manifold3d, 64 sides) takes {seconds:.2f} s for the share {share:.4f};"
             f" the finest count has {truth[1] / truth[0]:.4f}."

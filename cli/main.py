@@ -127,6 +127,24 @@ def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOpt
 
 
 @app.command
+def study(
+    name: Literal["convergence"],
+    /,
+    *,
+    out: Annotated[Path | None, Parameter(help="Folder for data, picture and page: results/NAME.")] = None,
+) -> None:
+    """Run a study into a folder; one that was stopped goes on where it was.
+
+    convergence: ζ of the paper's setups against the side of the voxels, rule by rule, on both UR10 chains.
+
+    Example: place-rings study convergence
+    """
+    from .study import convergence
+
+    convergence(out or Path("results") / name)
+
+
+@app.command
 def schema(name: Literal["scene", "proposal", "verify", "result"], /) -> None:
     """Print the JSON Schema of a file or of a command's JSON.
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from .allocation import keep_freed_memory
 from .arrays import rows
 from .cells import Cells, first_cells, leaves
 from .octree import SLACK, verdicts
@@ -218,6 +219,7 @@ def bracket(
     """
     if not width > 0 and voxel is None:
         raise ValueError("a guaranteed interval needs a width to reach or a voxel to stop at")
+    keep_freed_memory()
     box = target.bounds()
     size = float(np.ptp(box, axis=0).max())
     if not size > 0:

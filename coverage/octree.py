@@ -15,6 +15,7 @@ from typing import Literal, TypeVar
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from .allocation import keep_freed_memory
 from .arrays import rows
 from .cells import CHILD, Cells, Pairs, Region, first_cells, leaves
 from .solids import Parts, Solid, fold
@@ -22,7 +23,7 @@ from .voxelset import VoxelSet, centre
 
 Rule = Literal["centre", "touch"]
 PROBES = 4  # `touch` probes a voxel at every quarter of its side, faces included: 5^3 points, its centre among them
-CHUNK = 1 << 15  # pairs of cell and part worked on at once
+CHUNK = 1 << 17  # pairs of cell and part worked on at once: enough that arithmetic outweighs the calls
 SLACK = 1e-9  # rounding of an implicit function, relative to 1 m or the scene's size if larger
 _FULL = 1  # mark of cells all of whose voxels are wanted
 _MUCH = 50_000  # voxels on three sides of the box, from where on a second processor pays
@@ -156,6 +157,7 @@ def _each(
 ) -> list[T]:
     """``gather`` over what is found: at once where it is little, else once for each processor, as NumPy lets go of the
     interpreter while it computes."""
+    keep_freed_memory()
     box = solid.bounds()
     mark = _FULL if within is None else 0
     start = region.start(leaves(solid), mark) if region else first_cells(leaves(solid), box, voxel, mark)

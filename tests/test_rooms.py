@@ -10,7 +10,8 @@ MAY = {
     "coverage": set(),
     "objectives": {"coverage"},
     "placement": {"coverage", "objectives"},
-    "cli": {"coverage", "objectives", "placement"},
+    "studies": {"coverage", "objectives", "placement"},
+    "cli": {"coverage", "objectives", "placement", "studies"},
 }
 CORE = {"coverage", "objectives"}
 NOT_IN_CORE = {"matplotlib", "serial", "rtde_control", "rtde_receive", "viser", "rich", "cyclopts", "tomllib", "pydantic"}

@@ -1,0 +1,25 @@
+"""Large arrays that come and go: keep their memory instead of asking the system for it page by page each time.
+
+The C library of Linux hands blocks above 128 KB back to the system when they are freed; the next array of that size then
+costs a page fault for every 4 KB, which is as much as the arithmetic on it.
+"""
+
+import ctypes
+import sys
+from functools import cache
+
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # names of glibc's malloc.h
+_KEEP = 1 << 28  # bytes of freed memory that the process may keep
+_SHARED = 1 << 25  # bytes, the largest block that the C library lets come from kept memory
+
+
+@cache
+def keep_freed_memory() -> bool:
+    """Let this process keep up to 256 MB of freed memory; False where the C library has no such setting."""
+    if not sys.platform.startswith("linux"):
+        return False
+    try:
+        mallopt = ctypes.CDLL(None).mallopt
+    except (OSError, AttributeError):
+        return False
+    return bool(mallopt(_MMAP_THRESHOLD, _SHARED)) and bool(mallopt(_TRIM_THRESHOLD, _KEEP))
