@@ -4,12 +4,12 @@ Sensors, poses and points for the soft estimator's value and gradient; the voxel
 of straight lines through the logarithms.
 """
 
-import resource
 import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -72,6 +72,12 @@ def octree(voxel: float) -> float:
     return median_seconds(lambda: count(cones, voxel, within=voxels(sphere(np.zeros(3), BALL), voxel)))
 
 
+def peak_memory() -> float:
+    """Peak resident memory of this process, MB (Linux)."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1024
+
+
 def in_a_process(call: str) -> tuple[float, float]:
     """Seconds, and peak memory in MB, of a call in a process of its own."""
     found = subprocess.run([sys.executable, __file__, call], check=True, capture_output=True, text=True)
@@ -111,6 +117,6 @@ if __name__ == "__main__":
         kind, _, sizes_given = sys.argv[1].partition("(")
         sizes_of = [float(v) for v in sizes_given.rstrip(")").split(",")]
         taken = octree(sizes_of[0]) if kind == "octree" else soft(*(int(v) for v in sizes_of))
-        print(taken, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+        print(taken, peak_memory())
     else:
         print(*report(), sep="\n")
