@@ -79,8 +79,8 @@ def _draw_seen(sheet: Sheet, cones: Cones, colours: list[Any], outer: Solid) -> 
         rim = circle(cones.apex[k] + length * cones.axis[k], cones.axis[k], length * np.tan(cones.half_angle[k]))
         xy, depth = sheet.project(np.vstack([cones.apex[k], rim]))
         for outline, opacity, width in ((xy[ConvexHull(xy).vertices], 0.12, 0.4), (xy[1:], 0.25, 0.5)):
-            edge = (*rgb, opacity * max(1, 16 * veil))
-            sheet.add([depth.mean()], outline[None], (*rgb, veil), edge, width)
+            line = (*rgb, opacity * max(1, 16 * veil))
+            sheet.add([depth.mean()], outline[None], (*rgb, veil), line, width)
     sheet.paint().set_clip_path(Outline.make_compound_path(*map(Outline, hulls)), sheet.ax.transData)
 
 

@@ -12,14 +12,21 @@ from .sheet import Sheet
 
 _LINK, _JOINT = "#b4bbc3", "#7d8791"
 _LINK_RADIUS, _JOINT_RADIUS, _FOOT, _RING_WIDTH = 0.048, 0.062, 0.095, 0.04  # m
-DISC = np.array([(np.cos(t), np.sin(t)) for t in np.linspace(0, 2 * np.pi, 48, endpoint=False)])  # a circle of radius 1
+
+
+def _polygon(corners: int) -> Any:
+    """Corners (T, 2) of a regular polygon in the circle of radius 1."""
+    return np.array([(np.cos(t), np.sin(t)) for t in np.linspace(0, 2 * np.pi, corners, endpoint=False)])
+
+
+DISC, _FINE_DISC = _polygon(48), _polygon(96)
 _UP = np.eye(3)[2]
 
 
-def circle(centre: Any, axis: Any, radius: float) -> Any:
+def circle(centre: Any, axis: Any, radius: float, polygon: Any = DISC) -> Any:
     """Points (T, 3) m of a circle about the unit ``axis``."""
     u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    return centre + radius / np.linalg.norm(u) * (DISC @ np.stack([u, np.cross(axis, u)]))
+    return centre + radius / np.linalg.norm(u) * (polygon @ np.stack([u, np.cross(axis, u)]))
 
 
 def loft(circles: Any) -> Any:
@@ -38,16 +45,18 @@ def rod(a: Any, b: Any, radius: float) -> Any:
     return np.array([circle(p, (b - a) / np.linalg.norm(b - a), radius) for p in np.linspace(a, b, 20)])
 
 
-def disc(centre: Any, axis: Any, radius: float, rings: int) -> Any:
-    """Faces (N, 4, 3) m of a filled disc, in so many rings that discs which cross can be sorted by depth."""
-    return loft(np.array([circle(centre, axis, r) for r in radius * np.linspace(1e-3, 1, rings + 1)]))
-
-
 def cone(apex: Any, axis: Any, half_angle: float, range_m: float, steps: int) -> Any:
-    """Faces (N, 4, 3) m of a cone's side, in so many steps from its apex, and of its base."""
-    depths, tangent = range_m * np.linspace(1e-3, 1, steps + 1), np.tan(half_angle)
-    side = np.array([circle(apex + d * axis, axis, d * tangent) for d in depths])
-    return np.concatenate([loft(side), disc(apex + range_m * axis, axis, range_m * tangent, max(1, steps // 4))])
+    """Faces (N, 4, 3) m of a cone's side and base, in so many steps along its side that cones which cross can be sorted by
+    depth."""
+    share, tangent = np.linspace(1e-3, 1, steps + 1), np.tan(half_angle)
+    side = [(apex + range_m * t * axis, range_m * t * tangent) for t in share]
+    base = [(apex + range_m * axis, range_m * t * tangent) for t in share[::-3]]
+    return loft(np.array([circle(c, axis, r, _FINE_DISC) for c, r in side + base]))
+
+
+def disc(centre: Any, axis: Any, radius: float) -> Any:
+    """Faces (N, 4, 3) m of a filled disc."""
+    return loft(np.array([circle(centre, axis, r, _FINE_DISC) for r in (1e-3 * radius, radius)]))
 
 
 def body(robot: Robot, frames: Any) -> Any:

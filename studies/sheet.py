@@ -70,11 +70,11 @@ class Sheet:
         outlines, depths = self.project(faces)
         self.add(depths.mean(axis=1), outlines, rgba, rgba if edges else CLEAR, 0.4 if edges else 0.0)
 
-    def paint(self, smooth: bool = True, zorder: float = 2) -> Collection:
+    def paint(self, smooth: bool = True, fit: bool = False, zorder: float = 2) -> Collection:
         """Draw what was added so far, what is as deep in the order it was added, and forget it.
 
         ``smooth``: blend the edges of every polygon. Without, no seam shows between neighbours, even translucent ones, and
-        a file of finer pixels smooths the picture as a whole (see ``write_png``).
+        a file of finer pixels smooths the picture as a whole (see ``write_png``). ``fit``: the axes' limits grow to it.
         """
         depths, outlines, faces, edges, widths = zip(*self._batches, strict=True)
         order = np.argsort(np.concatenate(depths), kind="stable")
@@ -88,6 +88,9 @@ class Sheet:
             shapes, facecolors=face, edgecolors=edge, linewidths=width, antialiaseds=smooth, zorder=zorder
         )
         self._batches = []
+        corners = np.concatenate([xy.reshape(-1, 2) for xy in outlines])
+        if fit and len(corners):
+            self.ax.update_datalim([corners.min(axis=0), corners.max(axis=0)])
         return self.ax.add_collection(painted, autolim=False)
 
 
