@@ -13,20 +13,21 @@ from dataclasses import dataclass
 from typing import Literal, TypeVar
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, UInt64
 
 from .allocation import keep_freed_memory
 from .arrays import rows
-from .cells import CHILD, Cells, Pairs, Region, first_cells, leaves
+from .blocks import CORNER, LEVEL, VOXELS, Grid, Words, packed, words
+from .cells import Cells, Pairs, Region, first_cells, leaves
 from .solids import Parts, Solid, fold
-from .voxelset import VoxelSet, centre
+from .voxelset import VoxelSet, centre, runs
 
 Rule = Literal["centre", "touch"]
 PROBES = 4  # `touch` probes a voxel at every quarter of its side, faces included: 5^3 points, its centre among them
 CHUNK = 1 << 17  # pairs of cell and part worked on at once: enough that arithmetic outweighs the calls
 SLACK = 1e-9  # rounding of an implicit function, relative to 1 m or the scene's size if larger
 _FULL = 1  # mark of cells all of whose voxels are wanted
-_MUCH = 50_000  # voxels on three sides of the box, from where on a second processor pays
+_MUCH = 500_000  # voxels on three sides of the box, from where on a second processor pays
 
 
 def _values(
@@ -87,24 +88,38 @@ def _touched(
 
 @dataclass(frozen=True)
 class Found:
-    """Octree cells inside a solid: first keys (C,), the keys of each, and whether all their voxels are wanted (C,)."""
+    """Octree cells inside a solid: first keys (C,), the keys of each, and whether all their voxels are wanted (C,). Of
+    blocks inside in part only, ``word`` (C,) has the bits of the voxels inside."""
 
     key: Int[np.ndarray, " C"]
     size: int
     full: Bool[np.ndarray, " C"]
+    word: UInt64[np.ndarray, " C"] | None = None
 
     def wanted(self, within: VoxelSet | None) -> int:
         """How many of their voxels are wanted."""
-        full = int(np.count_nonzero(self.full))
+        part = ~self.full
+        if self.word is not None:
+            word = self.word
+            if within is not None and part.any():
+                word = word.copy()
+                word[part] &= within.words(self.key[part])
+            return int(np.bitwise_count(word).sum())
+        full = len(self.key) - int(np.count_nonzero(part))
         if within is None or full == len(self.key):
-            return full * self.size
-        return full * self.size + int(within.count_in(self.key[~self.full], self.size).sum())
+            return len(self.key) * self.size
+        return full * self.size + int(within.count_in(self.key[part], self.size).sum())
+
+    def runs(self) -> tuple[Int[np.ndarray, " R"], Int[np.ndarray, " R"]]:
+        """Their voxels as runs of keys: the first of each run and how many."""
+        if self.word is None:
+            return self.key, np.full(len(self.key), self.size)
+        return runs(self.key, self.word)
 
 
 def descend(solid: Solid, voxel: float, rule: Rule, within: VoxelSet | None, start: Cells) -> Iterator[Found]:
     """Octree cells that the solid holds, as they are found below the cells ``start``."""
-    box = solid.bounds()
-    slack = SLACK * max(1.0, float(np.abs(box).max()))
+    scale = _scale(solid)
     stack = [start]
     while stack:
         for cells in stack.pop().slices(CHUNK):
@@ -113,35 +128,48 @@ def descend(solid: Solid, voxel: float, rule: Rule, within: VoxelSet | None, sta
             if len(cells) == 0:
                 continue
             points = centre(cells.numbers, cells.level, voxel)
-            reach = math.sqrt(3) / 2 * voxel * (1 << cells.level) + slack
+            reach = math.sqrt(3) / 2 * voxel * (1 << cells.level) + SLACK * scale
             state, pairs = verdicts(solid, points, cells.pairs, reach)
             inside, undecided = state < 0, state == 0
             yield Found(cells.key[inside], 1 << 3 * cells.level, cells.mark[inside] == _FULL)
             rest = cells.left(pairs, cells.mark).only(undecided)
-            if cells.level > 1 or (cells.level == 1 and rule == "touch"):
+            if len(rest) == 0:
+                continue
+            if rule == "centre" and cells.level == LEVEL:
+                word = _block_words(solid, rest, Grid(voxel, SLACK * scale**2))
+                yield Found(rest.key, VOXELS, rest.mark == _FULL, word)
+            elif cells.level > 0:
                 stack.append(rest.children())
-            elif cells.level == 1:
-                yield from _octets(solid, rest, voxel)
             else:
-                decide = _touched if rule == "touch" else _centred
-                held = decide(solid, points[undecided], rest.pairs, voxel)
+                held = _touched(solid, points[undecided], rest.pairs, voxel)
                 yield Found(rest.key[held], 1, rest.mark[held] == _FULL)
 
 
-def _centred(
-    solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], voxel: float
-) -> Bool[np.ndarray, " M"]:
-    """Voxels of which the centre is inside the solid."""
-    return _values(solid, points, pairs) <= 0
+def _scale(solid: Solid) -> float:
+    """1 m, or the furthest coordinate of the solid's parts if larger: what rounding is relative to."""
+    return max(1.0, *(float(np.abs(parts.bounds()).max()) for parts in leaves(solid) if len(parts)))
 
 
-def _octets(solid: Solid, cells: Cells, voxel: float) -> Iterator[Found]:
-    """The voxels, of cells of two voxels a side, whose centre is inside the solid: all eight of a cell at once."""
-    for run in cells.slices(CHUNK // 8):
-        numbers = 2 * run.numbers.T[:, None, :] + CHILD.T[:, :, None]
-        inside = _values(solid, centre(numbers.transpose(1, 2, 0), 0, voxel), run.pairs) <= 0
-        child, cell = np.nonzero(inside)
-        yield Found(run.key[cell] + child, 1, run.mark[cell] == _FULL)
+def _block_words(solid: Solid, cells: Cells, grid: Grid) -> UInt64[np.ndarray, " M"]:
+    """The voxels, of cells that are blocks, whose centre is inside the solid."""
+    points, turn = centre(cells.numbers, LEVEL, grid.voxel), iter(cells.pairs)
+
+    def union(parts: Parts) -> Words:
+        cell, index = next(turn)
+        return words(parts, grid, rows(points, cell), index).union(cell, len(cells))
+
+    found = fold(solid, union)
+    word, open_ = found.sure, found.sure != found.maybe
+    if open_.any():
+        runs_ = [_centred(solid, run, grid.voxel) for run in cells.only(open_).slices(CHUNK // VOXELS)]
+        word[open_] = np.concatenate(runs_)
+    return word
+
+
+def _centred(solid: Solid, cells: Cells, voxel: float) -> UInt64[np.ndarray, " M"]:
+    """The same by the implicit function itself."""
+    numbers = (cells.numbers.T[:, None, :] << LEVEL) + CORNER.T[:, :, None]
+    return packed((_values(solid, centre(numbers.transpose(1, 2, 0), 0, voxel), cells.pairs) <= 0).T)
 
 
 T = TypeVar("T")
@@ -160,7 +188,7 @@ def _each(
     keep_freed_memory()
     box = solid.bounds()
     mark = _FULL if within is None else 0
-    start = region.start(leaves(solid), mark) if region else first_cells(leaves(solid), box, voxel, mark)
+    start = region.start(leaves(solid), mark, LEVEL) if region else first_cells(leaves(solid), box, voxel, mark, LEVEL)
     x, y, z = np.ptp(box, axis=0) / voxel
     workers = (os.cpu_count() or 1) if x * y + y * z + z * x > _MUCH else 1
     if workers == 1:
@@ -207,7 +235,7 @@ def voxels(
     found = [f for part in _each(solid, voxel, rule, within, region, list) for f in part]
     if not found:
         return VoxelSet.empty(voxel)
-    key, size = np.concatenate([f.key for f in found]), np.repeat([f.size for f in found], [len(f.key) for f in found])
+    key, size = (np.concatenate(ends) for ends in zip(*(f.runs() for f in found), strict=True))
     whole = VoxelSet.of_cells(voxel, key, size)
     return whole if within is None else whole & within
 

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 import psutil
 
+from ..coverage.blocks import LEVEL
 from ..coverage.cells import Region, regions
 from ..coverage.certified import Bracket, bracket
 from ..coverage.octree import count, voxels
@@ -160,7 +161,7 @@ class Verifier:
         """Voxels of a target, and those of them covered, region by region."""
         rule: Literal["centre", "touch"] = "touch" if self.rule == "touch" else "centre"
         total = covered = 0
-        for region in regions(solid, voxel, int(math.sqrt(self.memory / (_SIDES * _BYTES)))):
+        for region in regions(solid, voxel, int(math.sqrt(self.memory / (_SIDES * _BYTES))), LEVEL):
             wanted = target_voxels(solid, voxel, rule, region)
             total += len(wanted)
             covered += count(cones, voxel, rule, wanted, region) if len(wanted) else 0
