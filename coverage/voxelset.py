@@ -16,6 +16,7 @@ from jaxtyping import Float, Int, UInt64
 
 BITS = 21  # of each lattice number in a 63-bit key
 OFFSET = 1 << (BITS - 1)  # lattice numbers run from -OFFSET to OFFSET - 1
+FURTHEST = OFFSET // 2  # voxels from the origin that a solid may reach: no cell then ends where keys do
 _ALL = np.uint64(0xFFFFFFFFFFFFFFFF)  # all voxels of a block of 64
 
 _SPREAD = (
@@ -88,6 +89,11 @@ class VoxelSet:
         )
 
     __hash__ = None  # type: ignore[assignment]
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes it takes once something was counted within it."""
+        return 48 * len(self.start)
 
     @property
     def volume(self) -> float:
@@ -164,7 +170,7 @@ def runs(key: Int[np.ndarray, " N"], word: UInt64[np.ndarray, " N"]) -> tuple[In
 
 def _places(word: UInt64[np.ndarray, " N"]) -> Int[np.ndarray, " B"]:
     """Where bits are set, 64 places to a word."""
-    return np.flatnonzero(np.unpackbits(word.astype("<u8").view(np.uint8), bitorder="little"))
+    return np.flatnonzero(np.unpackbits(word.astype("<u8").view(np.uint8), bitorder="little").view(bool))
 
 
 def centre(numbers: Int[np.ndarray, "*batch 3"], level: int, voxel: float) -> Float[np.ndarray, "*batch 3"]:

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.blocks import LEVEL
-from place_rings.coverage.cells import regions
-from place_rings.coverage.octree import PROBES, count, voxels
+from place_rings.coverage.octree import PROBES, count, regions, voxels
 from place_rings.coverage.rings import sensor_cones
 from place_rings.coverage.robots import ROBOTS, UR10
 from place_rings.coverage.solids import Cones, Difference, sphere
@@ -140,7 +138,7 @@ def test_regions_hold_every_voxel_once(seed, rule, most):
     solid, cones, voxel = drawn_scene(seed, "touch")
     voxel *= 0.5 if rule == "centre" else 1
     whole = target_voxels(solid, voxel, rule)
-    parts = [(r, target_voxels(solid, voxel, rule, r)) for r in regions(solid, voxel, most, LEVEL)]
+    parts = [(r, target_voxels(solid, voxel, rule, r)) for r in regions(solid, voxel, most)]
     assert sum(len(part) for _, part in parts) == len(whole)
     assert sum(len(part & whole) for _, part in parts) == len(whole)
     seen = sum(count(cones, voxel, rule, part, r) for r, part in parts)
