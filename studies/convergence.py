@@ -21,13 +21,13 @@ SETUPS = ("n1_8_0", "n1_16_0", "n2_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 VOXELS = (0.2, 0.1, 0.05, 0.025, 0.0125)  # m
 TOUCH_FROM = 0.025  # m: below this a probed count takes long
-TRUTH_WIDTH = 2e-4  # of the guaranteed interval that stands for the truth
+TRUTH_WIDTH = 5e-4  # of the guaranteed interval that stands for the truth
 _FINE = 0.1  # m, from where on an order is fitted: larger voxels are as large as what they count
 
 
 @dataclass(frozen=True)
 class Row:
-    """One measurement: ``rule`` is that of a count, or ``truth`` for an interval of 0.02 points; percents; voxel in m."""
+    """One measurement: ``rule`` is that of a count, or ``truth`` for an interval of 0.05 points; percents; voxel in m."""
 
     robot: str
     setup: str

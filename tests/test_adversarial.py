@@ -1,0 +1,89 @@
+"""Inputs at the edge of sense: needles and near half-spaces, millimetres and a hundred metres, tubes across themselves."""
+
+import math
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from place_rings.coverage.certified import bracket
+from place_rings.coverage.cloud import cloud
+from place_rings.coverage.octree import count, voxels
+from place_rings.coverage.points import EmptySolidError, sample
+from place_rings.coverage.soft import soft_zeta
+from place_rings.coverage.solids import Cones, Difference, sphere
+from place_rings.coverage.tube import Tube
+
+from . import drawing
+from .test_certified import one_cone
+from .test_octree import dense, lattice
+
+
+def drawn_cones(rng, half_deg, range_m, spread, n=4):
+    """Cones of one shape whose apexes lie within ``spread``."""
+    return Cones(
+        rng.uniform(-spread, spread, (n, 3)), drawing.unit(rng, n), np.full(n, math.radians(half_deg)), np.full(n, range_m)
+    )
+
+
+def loop(radius):
+    """A tube that runs along a figure of eight, through itself, with discs that cross."""
+    t = np.linspace(0, 2 * math.pi, 40)
+    centre = np.column_stack([np.sin(t), np.sin(t) * np.cos(t), 0 * t])
+    tangent = np.column_stack([np.cos(t), np.cos(2 * t), 0 * t])
+    return Tube(centre, tangent / np.linalg.norm(tangent, axis=1, keepdims=True), radius, np.arange(39))
+
+
+RNG = np.random.default_rng(7)
+BALL = sphere(np.zeros(3), 1.0)
+TWINS = drawn_cones(RNG, 20, 1.5, 0.5, 1)
+SCENES = {
+    "needles of 0.1 degrees": (BALL, drawn_cones(RNG, 0.05, 2.0, 0.5), 0.07),
+    "cones of 179 degrees": (BALL, drawn_cones(RNG, 89.5, 0.3, 0.5), 0.07),
+    "ranges of 1 mm": (sphere(np.zeros(3), 0.002), drawn_cones(RNG, 30, 0.001, 0.001), 0.0002),
+    "1 mm in a ball of 1 m": (BALL, drawn_cones(RNG, 30, 0.001, 0.5), 0.07),
+    "ranges of 100 m": (sphere(np.zeros(3), 80.0), drawn_cones(RNG, 20, 100.0, 40.0), 6.0),
+    "100 m in a ball of 1 m": (BALL, drawn_cones(RNG, 20, 100.0, 0.5), 0.07),
+    "a tube across itself": (loop(0.5), drawn_cones(RNG, 20, 1.5, 0.5), 0.08),
+    "a thick tube with crossing discs": (Difference(loop(0.9), loop(0.2)), drawn_cones(RNG, 20, 1.5, 0.5), 0.1),
+    "coincident cones": (
+        BALL,
+        Cones(*(np.repeat(a, 5, axis=0) for a in (TWINS.apex, TWINS.axis, TWINS.half_angle, TWINS.range_m))),
+        0.07,
+    ),
+    "wholly covered": (BALL, one_cone((0, 0, -9), (0, 0, 1), 0.5, 20), 0.07),
+    "wholly uncovered": (BALL, one_cone((0, 0, 9), (0, 0, 1), 0.5, 7), 0.07),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_count_interval_and_estimate_hold(name):
+    """The octree is the dense count; the interval holds the share of points; the soft estimate is finite and near."""
+    target, cones, voxel = SCENES[name]
+    low, high = target.bounds()
+    centres = lattice(low, high, voxel)
+    wanted = dense(target, centres, voxel, "centre")
+    found = voxels(target, voxel)
+    assert len(found) == wanted.sum() > 100
+    assert count(cones, voxel, within=found) == (wanted & dense(cones, centres, voxel, "centre")).sum()
+    p = np.random.default_rng(1).uniform(low, high, (400_000, 3))
+    p = p[target(p) <= 0]
+    share = float((cones(p) <= 0).mean())
+    noise = math.sqrt(math.log(2e7) / (2 * len(p)))
+    b = bracket(target, cones, 5e-3)
+    assert b.reached
+    assert b.low - noise <= share <= b.high + noise
+    parts = (jnp.asarray(a, jnp.float32) for a in (cones.apex, cones.axis, cones.half_angle, cones.range_m))
+    size = float(np.ptp([low, high]))
+    soft = soft_zeta(Cones(*parts), cloud(p[:20_000]), jnp.float32(1e-3 * size))
+    assert float(soft.zeta) == pytest.approx(share, abs=0.03)
+    assert np.isfinite(soft.by_apex).all()
+    assert np.isfinite(soft.by_axis).all()
+
+
+def test_an_empty_target_is_a_clear_error():
+    nothing = Difference(sphere(np.zeros(3), 0.3), sphere(np.zeros(3), 0.6))
+    assert len(voxels(nothing, 0.05)) == 0
+    with pytest.raises(ValueError, match="empty"):
+        bracket(nothing, BALL, 0.01)
+    with pytest.raises(EmptySolidError, match="empty"):
+        sample(nothing, 10, 0)
