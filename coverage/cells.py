@@ -118,4 +118,3 @@ class Region:
         for _ in range(min(self.level - level, 2)):
             cells = cells.children()
         return cells
-

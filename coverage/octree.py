@@ -22,6 +22,7 @@ from .arrays import rows
 from .blocks import CORNER, LEVEL, VOXELS, Grid, Words, packed, words
 from .cells import Cells, Pairs, Region, first_cells, leaves
 from .solids import Parts, Solid, fold
+from .verdicts import SLACK, scale, values, verdicts
 from .voxelset import VoxelSet, centre, runs
 
 Rule = Literal["centre", "touch"]
@@ -30,47 +31,8 @@ CHUNK = 1 << 17  # pairs of cell and part worked on at once: enough that arithme
 _LEAST_CHUNK = 1 << 10
 _SHARED_CHUNK = 1 << 14  # below that, processors wait for each other's calls
 _PAIR_BYTES = 1200  # at work for each pair of a chunk, what waits at the levels above it included
-SLACK = 1e-9  # rounding of an implicit function, relative to 1 m or the scene's size if larger
 _FULL = 1  # mark of cells all of whose voxels are wanted
 _MUCH = 500_000  # voxels on three sides of the box, from where on a second processor pays
-
-
-def _values(
-    solid: Solid, points: Float[np.ndarray, "*batch M 3"], pairs: tuple[Pairs, ...]
-) -> Float[np.ndarray, "*batch M"]:
-    """Implicit function at points of each cell, one or a batch of them; parts that do not matter are left out."""
-    turn = iter(pairs)
-
-    def least(parts: Parts) -> Float[np.ndarray, "*batch M"]:
-        cell, index = next(turn)
-        value = np.full(points.shape[:-1], np.inf)
-        if len(cell):
-            first = np.flatnonzero(np.diff(cell, prepend=-1))
-            each = parts.part(rows(points, cell), index)
-            value[..., cell[first]] = np.minimum.reduceat(each, first, axis=-1)
-        return value
-
-    return fold(solid, least)
-
-
-def verdicts(
-    solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], reach: float
-) -> tuple[Int[np.ndarray, " M"], tuple[Pairs, ...]]:
-    """-1 where the ball of radius ``reach`` m about a point lies inside the solid, 1 outside, 0 undecided; and the pairs
-    that still matter."""
-    turn = iter(pairs)
-    left: list[Pairs] = []
-
-    def verdict(parts: Parts) -> Int[np.ndarray, " M"]:
-        cell, index = next(turn)
-        matters, inside = parts.decide(rows(points, cell), cell, index, reach)
-        state = np.ones(len(points), np.int8)
-        state[cell[matters]] = 0
-        state[cell[inside]] = -1
-        left.append((cell[matters], index[matters]))
-        return state
-
-    return fold(solid, verdict), tuple(left)
 
 
 def _touched(
@@ -87,7 +49,7 @@ def _touched(
         new = np.cumsum(todo) - 1
         rest = tuple((new[cell[todo[cell]]], part[todo[cell]]) for cell, part in pairs)
         probes = points[todo] + (batch * voxel)[:, None]
-        touched[todo] = (_values(solid, probes, rest) <= 0).any(axis=0)
+        touched[todo] = (values(solid, probes, rest) <= 0).any(axis=0)
     return touched
 
 
@@ -124,8 +86,8 @@ class Found:
 
 @dataclass(frozen=True)
 class Descent:
-    """What stays the same all the way down: ``scale`` is what rounding is relative to, 1 m or the furthest coordinate of the
-    solid's parts if larger; ``chunk`` how many pairs are worked on at once."""
+    """What stays the same all the way down: ``scale`` is what rounding is relative to, m; ``chunk`` how many pairs are
+    worked on at once."""
 
     solid: Solid
     voxel: float
@@ -175,7 +137,7 @@ class Descent:
     def _exact(self, cells: Cells) -> UInt64[np.ndarray, " M"]:
         """The same by the implicit function itself."""
         numbers = (cells.numbers.T[:, None, :] << LEVEL) + CORNER.T[:, :, None]
-        value = _values(self.solid, centre(numbers.transpose(1, 2, 0), 0, self.voxel), cells.pairs)
+        value = values(self.solid, centre(numbers.transpose(1, 2, 0), 0, self.voxel), cells.pairs)
         return packed((value <= 0).T)
 
 
@@ -195,8 +157,7 @@ def _each(
     interpreter while it computes."""
     if within is not None and within.voxel != voxel:
         raise ValueError(f"voxels of {voxel} m and of {within.voxel} m do not lie on one lattice")
-    unions = [parts for parts in leaves(solid) if len(parts)]
-    if not unions:
+    if not any(len(parts) for parts in leaves(solid)):
         return []
     keep_freed_memory()
     mark = _FULL if within is None else 0
@@ -209,8 +170,7 @@ def _each(
     pairs = CHUNK * processors if memory is None else int(memory / _PAIR_BYTES)
     workers = max(min(processors, pairs // _SHARED_CHUNK), 1) if x * y + y * z + z * x > _MUCH else 1
     chunk = min(max(pairs // workers, _LEAST_CHUNK), CHUNK)
-    scale = max(1.0, *(float(np.abs(parts.bounds()).max()) for parts in unions))
-    descent = Descent(solid, voxel, rule, within, scale, chunk)
+    descent = Descent(solid, voxel, rule, within, scale(solid), chunk)
     if workers == 1:
         return [gather(descent.below(start))]
     share, stop = np.arange(len(start)) % workers, threading.Event()
@@ -229,11 +189,11 @@ def _each(
 def regions(solid: Solid, voxel: float, most: int) -> Iterator[Region]:
     """Octree cells of at most about ``most`` voxels a side that together cover the solid, as they are found."""
     level = max(int(math.log2(max(most, 1))), LEVEL)
-    scale = max(1.0, *(float(np.abs(parts.bounds()).max()) for parts in leaves(solid) if len(parts)))
+    slack = SLACK * scale(solid)
 
     def below(start: Cells) -> Iterator[Region]:
         for cells in start.slices(_LEAST_CHUNK):
-            reach = math.sqrt(3) / 2 * voxel * (1 << cells.level) + SLACK * scale
+            reach = math.sqrt(3) / 2 * voxel * (1 << cells.level) + slack
             state, pairs = verdicts(solid, centre(cells.numbers, cells.level, voxel), cells.pairs, reach)
             rest = cells.left(pairs, cells.mark).only(state <= 0)
             if cells.level > level:
@@ -278,7 +238,7 @@ def voxels(
             100 MB a processor.
 
     Raises:
-        ValueError: if the voxels are so small that the solid reaches beyond half of the lattice, 2^19 voxels from its middle.
+        ValueError: if the voxels are so small that the solid reaches beyond half of the lattice, 2^19 voxels.
     """
     found = [f for part in _each(solid, voxel, rule, within, region, memory, list) for f in part]
     if not found:

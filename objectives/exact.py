@@ -156,7 +156,9 @@ class Verifier:
             total, covered = self._stream(solid, cones, self.voxel)
             return self._counted(weight, target, total, covered)
         wanted = self._target(target, pose, solid, self.voxel)
-        return self._counted(weight, target, len(wanted), count(cones, self.voxel, self.rule, wanted, memory=self.memory / 2))
+        return self._counted(
+            weight, target, len(wanted), count(cones, self.voxel, self.rule, wanted, memory=self.memory / 2)
+        )
 
     def _counted(self, weight: float, target: Target, total: int, covered: int) -> PoseZeta:
         if total == 0:
