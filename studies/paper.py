@@ -22,7 +22,8 @@ from .works import Rings
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
 THETAS = tuple(range(0, 61, 5))  # degrees, of n2_16_theta
 RADII = (0.5, 0.7, 0.9, 1.1, 1.5)  # m, of the shell
-NEAR, FAR = Target("V_S", RADII[0]), Target("V_S", RADII[-1])
+SHELLS = tuple(Target("V_S", r) for r in RADII)
+NEAR, FAR = SHELLS[0], SHELLS[-1]
 TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), NEAR, FAR)
 COUNTS: tuple[tuple[Rule, float], ...] = (("centre", 0.01), ("touch", 0.1))
 BUDGETS = {48: 1, 80: 2, 112: 3}  # sensors, and rings on each link, of 16 sensors each, that make them
@@ -93,14 +94,14 @@ def configurations(searched: Mapping[str, Rings]) -> list[Question]:
         question(Row("configurations", chain, "", 0.0, name, str(target), rule, voxel), scene(chain), setup, target)
         for chain in CHAINS
         for rule, voxel in COUNTS
-        for target in TARGETS
+        for target in dict.fromkeys([*TARGETS, *SHELLS])
         for name, setup in ({n: n for n in SETUPS} | (dict(searched) if chain == "ur10" else {})).items()
     ]
 
 
 def tilts() -> list[Question]:
     """The sweeps of theta for n2_16_theta: over all targets, and over the shell's radii."""
-    targets = dict.fromkeys([*TARGETS, *(Target("V_S", r) for r in RADII)])
+    targets = dict.fromkeys([*TARGETS, *SHELLS])
     return [
         question(
             Row("tilts", chain, "", theta, f"n2_16_{theta}", str(target), rule, voxel),
