@@ -12,7 +12,8 @@ import psutil
 from ..coverage.cells import Region
 from ..coverage.certified import Bracket, bracket
 from ..coverage.octree import count, regions, voxels
-from ..coverage.rings import Setup, sensor_cones
+from ..coverage.rings import Setup
+from ..coverage.slots import sensor_cones
 from ..coverage.solids import Difference, Solid
 from ..coverage.targets import Target, target_solid
 from ..coverage.voxelset import VoxelSet

@@ -9,10 +9,11 @@ from ..coverage.rings import Setup, named_setup
 from ..coverage.targets import Target
 from ..objectives.exact import Rule, Verifier
 from ..objectives.scene import Scene
+from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_of, setup_of
+from ..placement.layout import ring_layout
 from ..placement.models import RingModel, SceneFile
 from ..placement.search import search as searching
-from ..placement.variables import ring_layout
 
 Rings = list[dict[str, Any]]
 
@@ -54,7 +55,7 @@ def zeta(
 def place(scene: Mapping[str, Any], rings_per_link: int, sensors_per_ring: int, seed: int) -> Rings:
     """The rings of a searched setup, as a proposal lists them."""
     asked = scene_from(scene)
-    found = searching(asked, ring_layout(asked, rings_per_link, sensors_per_ring), seed)
+    found = searching(asked, Space(asked, ring_layout(asked, rings_per_link, sensors_per_ring)), seed)
     return [ring.model_dump(exclude_none=True) for ring in ring_models(found.setup, asked.sensor)]
 
 
