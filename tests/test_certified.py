@@ -8,11 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.certified import bracket
+from place_rings.coverage.certified import _Tally, bracket
 from place_rings.coverage.curve import pose_curve
 from place_rings.coverage.octree import count, voxels
 from place_rings.coverage.rings import named_setup, sensor_cones
 from place_rings.coverage.robots import UR10
+from place_rings.coverage.share import Share
 from place_rings.coverage.solids import Cones, Difference, Spheres, sphere
 from place_rings.coverage.targets import Target, target_solid
 
@@ -176,6 +177,15 @@ def test_an_empty_target_is_refused():
         bracket(Difference(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 0.3)), sphere([0.0, 0, 0], 1.0), 0.01)
     with pytest.raises(ValueError, match="width"):
         bracket(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 1.0))
+
+
+def test_sums_of_many_cells_hold_their_rounding():
+    """Adding less than half a unit in the last place, over and over, changes nothing; the bounds allow for it."""
+    tally, one = _Tally(), np.ones(1)
+    for volume in (1.0, *[2.0**-53] * 30_000):
+        tally.add(Share(one, one), Share(0 * one, 0 * one), volume, 0)
+    b = tally.bracket(1, 1.0, 0.1)
+    assert b.volume_low <= 1 + 30_000 * 2.0**-53 <= b.volume_high
 
 
 def test_ctrl_c_leaves_the_last_interval():
