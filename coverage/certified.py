@@ -22,7 +22,7 @@ from .arrays import rows
 from .cells import Cells, first_cells, leaves
 from .share import Share
 from .solids import Parts, Solid, fold
-from .verdicts import SLACK, verdicts
+from .verdicts import SLACK, scale, verdicts
 from .voxelset import centre
 
 _IN_TARGET, _SEEN = 1, 2  # bits of a cell's mark
@@ -55,8 +55,7 @@ class Bracket:
 
 @dataclass
 class _Tally:
-    """Bounds of the covered and the uncovered volume of the target, m^3, cells that gave them, the smallest level, and how
-    many sums were added up."""
+    """Bounds of the covered and the uncovered volume of the target, m^3, their cells, smallest level and number of sums."""
 
     covered_low: float = 0.0
     covered_high: float = 0.0
@@ -224,8 +223,9 @@ def bracket(
     size = float(np.ptp(box, axis=0).max())
     if not size > 0:
         raise ValueError("the target is empty: its box has no volume")
-    unit = voxel if voxel is not None else size / 2.0**_LEVELS
-    slack = SLACK * max(1.0, float(np.abs(box).max()), float(np.abs(seen.bounds()).max()))
+    furthest = float(np.abs(box).max())  # the lattice ends at 2^19 units from the origin
+    unit = voxel if voxel is not None else max(size, 1.001 * furthest) / 2.0**_LEVELS
+    slack = SLACK * max(scale(target), scale(seen))
     start = first_cells(leaves(target) + leaves(seen), box, unit, 0)
     volume = float(np.prod(np.ptp(box, axis=0)))
     threshold = width * volume / 100 if width > 0 else 0.0

@@ -169,6 +169,19 @@ def test_wholly_seen_and_wholly_unseen():
         assert bracket(ball, away, **how).low == bracket(ball, away, **how).high == 0
 
 
+def test_a_small_target_far_from_the_origin():
+    """The lattice is about the origin: what is far from it has larger units."""
+    for centre in ((0.5, 0, 0), (5.0, -3, 4), (100.0, 0, 0)):
+        b = bracket(sphere(centre, 0.5), sphere(centre, 0.25), 1e-3)
+        assert b.reached
+        assert b.low <= 1 / 8 <= b.high
+
+
+def test_without_cones_nothing_is_seen():
+    none = Cones(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+    assert bracket(sphere([0.0, 0, 0], 0.3), none, 1e-3).high == 0
+
+
 def test_an_empty_target_is_refused():
     nothing = Difference(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 2.0))
     with pytest.raises(ValueError, match="empty"):
