@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.certified import _Tally, bracket
+from place_rings.coverage.certified import Bracket, _Tally, bracket
 from place_rings.coverage.curve import pose_curve
 from place_rings.coverage.octree import count, voxels
 from place_rings.coverage.rings import named_setup, sensor_cones
@@ -16,6 +16,9 @@ from place_rings.coverage.robots import UR10
 from place_rings.coverage.share import Share
 from place_rings.coverage.solids import Cones, Difference, Spheres, sphere
 from place_rings.coverage.targets import Target, target_solid
+from place_rings.objectives import exact
+from place_rings.objectives.exact import Verifier
+from place_rings.objectives.scene import Scene
 
 from . import drawing
 from .test_octree import drawn_scene
@@ -199,6 +202,16 @@ def test_sums_of_many_cells_hold_their_rounding():
         tally.add(Share(one, one), Share(0 * one, 0 * one), volume, 0)
     b = tally.bracket(1, 1.0, 0.1)
     assert b.volume_low <= 1 + 30_000 * 2.0**-53 <= b.volume_high
+
+
+def test_the_mean_over_poses_holds_its_rounding(monkeypatch):
+    """Of 49 poses, 49 times the float nearest to 1/49 is less than 1."""
+    scene = Scene(poses=(Scene().poses[0],) * 49)
+    whole = Bracket(1 - 1e-12, 1.0, 1.0, 1.0, 1, 1, 1.0, True)
+    monkeypatch.setattr(exact, "bracket", lambda *args: whole)
+    verified = Verifier(scene, rule="certified", width=1e-3).verify(named_setup("n1_1_0"), Target("V_S", 0.5))
+    assert verified.low <= whole.low
+    assert verified.high == 1
 
 
 def test_ctrl_c_leaves_the_last_interval():
