@@ -16,9 +16,9 @@ from ..objectives.scene import Scene
 from ..placement import search as searching
 from ..placement.convert import ring_models, scene_model, verify_result
 from ..placement.errors import UserError
+from ..placement.layout import ring_layout
 from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.models import FoundModel, ProposalFile, SearchFile, VerifyResult
-from ..placement.layout import ring_layout
 from .picture import placement_picture
 from .tables import ring_table, target_label, zeta_table
 

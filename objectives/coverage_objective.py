@@ -65,8 +65,8 @@ class CoverageObjective:
 
     A setup is given by its arrays (``Slots`` and ``Stretch``) and its values (3, R), which ``decode`` reads. A goal whose
     zeta falls short of its floor lowers the value by a steep parabola. Arithmetic is in 32 bit, which is enough for a search
-    that the exact count judges. One object serves many threads, and compiles once for all clouds of its points, widths, links,
-    counts and numbers of setups.
+    that the exact count judges. One object serves many threads, and compiles once for all clouds of its points, widths,
+    links, counts and numbers of setups.
     """
 
     def __init__(self, scene: Scene, points: TargetPoints) -> None:

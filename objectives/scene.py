@@ -44,8 +44,8 @@ class Limits:
 @dataclass(frozen=True)
 class Rules:
     """What makes a setup buildable: least distance of two rings on a link, m, and of a ring from the link's ends, m; least
-    and most sensors of a ring; most rings on a link; whether all rings have one tilt, up to its sign; and rings that are there
-    and stay."""
+    and most sensors of a ring; most rings on a link; whether all rings have one tilt, up to its sign; and rings that are
+    there and stay."""
 
     spacing: float = 0.03
     from_joints: float = 0.0

@@ -1,5 +1,6 @@
 """Where rings may go: the free segments of every link, and how values in a box become places that keep every rule."""
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -44,7 +45,7 @@ def _without(stretches: list[tuple[float, float]], cut: tuple[float, float]) -> 
 def _apart(stretches: list[tuple[float, float]], gap: float) -> list[tuple[float, float]]:
     """Neighbouring stretches moved apart to ``gap``, half from either, so that their rings keep the spacing."""
     found = [list(s) for s in sorted(stretches)]
-    for left, right in zip(found, found[1:], strict=False):
+    for left, right in itertools.pairwise(found):
         lack = gap - (right[0] - left[1])
         if lack > 0:
             left[1] -= lack / 2

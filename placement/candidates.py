@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import jax
 import numpy as np
 from jaxtyping import Float, Int
 
@@ -194,7 +195,6 @@ def _check_layout(space: Space, layout: Setup) -> None:
 
 def stacked(each: Sequence[Any]) -> Any:
     """Arrays of several candidates along a new first axis."""
-    import jax
 
     return jax.tree.map(lambda *a: np.stack(a), *each)
 
