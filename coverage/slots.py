@@ -55,11 +55,14 @@ def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None) -> 
     def each(values: Any, nothing: float) -> Any:
         return np.concatenate([np.repeat(np.asarray(values, float), counts), np.full(spare, nothing)])
 
-    vectors = (np.array([getattr(m, key) for m in mounts]) for key in ("start", "axis", "zero", "side"))
+    start, axis, zero, side = (np.array([getattr(m, key) for m in mounts]) for key in ("start", "axis", "zero", "side"))
     turn = np.concatenate([np.arange(n) * (2 * np.pi / max(n, 1)) for n in counts] + [np.zeros(spare)])
     return Slots(
         np.array([m.frame for m in mounts]),
-        *vectors,
+        start,
+        axis,
+        zero,
+        side,
         np.array([m.length for m in mounts]),
         np.array([r.radius for r in rings]),
         each(np.arange(len(rings)), 0).astype(int),
@@ -99,7 +102,5 @@ def slot_axes(
 def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cones:
     """V_FOV at pose ``q`` (J,) rad: one cone for each sensor, ring by ring, in the base frame (64-bit NumPy)."""
     values = ring_values(setup)
-    frames = forward(robot.chain, q)
-    return Cones(
-        *slot_axes(slots(robot, setup.rings), values.position, values.tilt, values.phase, frames), *sensor_optics(setup)
-    )
+    axes = slot_axes(slots(robot, setup.rings), values.position, values.tilt, values.phase, forward(robot.chain, q))
+    return Cones(*axes, *sensor_optics(setup))

@@ -81,8 +81,12 @@ class CoverageObjective:
 
     def _mean(self, slots: Slots, where: Stretch, values: Any, clouds: Cloud, poses: Any, width: Any, slopes: Any) -> Any:
         """Value and gradient of one setup; ``poses`` (P,): weights of the poses, those of weight 0 are not looked at."""
-        axes, pull_back = jax.vjp(lambda v: slot_axes(slots, *decode(where, v), self._frames), values)
-        apex, axis = axes
+
+        def sensors(x: Any) -> tuple[Any, Any]:
+            position, tilt, phase = decode(where, x)
+            return slot_axes(slots, position, tilt, phase, self._frames)
+
+        (apex, axis), pull_back = jax.vjp(sensors, values)
 
         def look(pose_cloud: Any) -> Any:
             pose, points = pose_cloud

@@ -187,9 +187,7 @@ def _check_layout(space: Space, layout: Setup) -> None:
         free = space.room(used, ring.link)
         if not free:
             n = sum(r.link == ring.link for r in layout.rings)
-            raise InfeasibleError(
-                f"no room for {n} rings on {ring.link}: limits, keep-outs, spacing and fixed rings leave less"
-            )
+            raise InfeasibleError(f"no room for {n} rings on {ring.link} beside limits, keep-outs, spacing, fixed rings")
         used.append(free[0])
 
 

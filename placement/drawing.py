@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..coverage.rings import Setup
 from .candidates import Candidate, Rng, Space
 from .layout import ring_layout
 
 PAPER_TILTS_DEG = (55.0, 25.0, 0.0)
 _TRIES = 200
-MOVES = ("ring", "shift", "split", "merge", "move", "swap")
-_ODDS = np.array([0.4, 0.2, 0.1, 0.1, 0.1, 0.1])
+_ODDS = np.array([0.4, 0.2, 0.1, 0.1, 0.1, 0.1])  # of a ring drawn anew, and of the moves of sensors below
 
 
 def _numbers(rng: Rng, total: int, parts: int, least: int, most: int) -> list[int] | None:
@@ -82,15 +82,33 @@ def papers(space: Space) -> list[Candidate]:
     return found
 
 
+def fitted(space: Space, setup: Setup) -> Candidate | None:
+    """The candidate most like a setup that has another number of sensors: the largest rings give or take first. None where
+    the rules have no place for its rings."""
+    rings = [ring for ring in setup.rings if ring not in space.fixed]
+    if space.layout is None:
+        while rings and (len(rings) > space.places or len(rings) * space.least > space.free):
+            rings.remove(min(rings, key=lambda ring: ring.count))
+        counts = [min(max(ring.count, space.least), space.most) for ring in rings]
+        while rings and (lack := space.free - sum(counts)) != 0:
+            can = [i for i, n in enumerate(counts) if (n < space.most if lack > 0 else n > space.least)]
+            if not can:
+                return None
+            most = max(can, key=lambda i: counts[i] if lack < 0 else -counts[i])
+            counts[most] += 1 if lack > 0 else -1
+        rings = [replace(ring, count=n) for ring, n in zip(rings, counts, strict=True)]
+    if not rings and space.free > 0:
+        return None
+    return space.candidate(Setup(tuple(rings)))
+
+
 def vary(space: Space, c: Candidate, rng: Rng) -> Candidate:
     """A candidate that differs from ``c`` in one ring, or in where a few sensors are spent.
 
     Climbs settle into few combinations of rings, and from a good one to a better one it often takes one ring.
     """
-    move = "ring" if space.layout else str(rng.choice(MOVES, p=_ODDS))
-    varied = {"ring": _ring, "shift": _shift, "split": _split, "merge": _merge, "move": _move, "swap": _swap}[move](
-        space, c, rng
-    )
+    move = 0 if space.layout else int(rng.choice(len(_ODDS), p=_ODDS))
+    varied = (_ring, _shift, _split, _merge, _move, _swap)[move](space, c, rng)
     return _ring(space, c, rng) if varied is None else varied
 
 

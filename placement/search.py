@@ -3,7 +3,7 @@ chooses among those that came furthest."""
 
 import os
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -20,7 +20,7 @@ from ..objectives.scene import Scene
 from .candidates import Candidate, Space, stacked, unlike_first
 from .climb import Brake, Climb, climb
 from .convert import rounded
-from .drawing import fresh, papers, vary
+from .drawing import fitted, fresh, papers, vary
 
 FINALISTS = 3  # climbs that the exact count compares, beside the best start
 UNLIKE = 0.12  # share of the sensors that sit elsewhere, from which on starts and variants are unlike
@@ -76,11 +76,13 @@ class Statistics:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The setup, its soft value and its exact value (weighted means in [0, 1]), how the search ended and what it spent."""
+    """The setup, its soft value and its exact value (weighted means in [0, 1]), by how much the exact zetas fall short of
+    the goals' floors, how the search ended and what it spent."""
 
     setup: Setup
     soft: float
     exact: float
+    short: float
     outcome: Outcome
     statistics: Statistics
 
@@ -104,6 +106,7 @@ def search(
     schedule: Schedule | None = None,
     voxel: float = 0.01,
     tell: Callable[[Progress], None] = lambda progress: None,
+    known: Sequence[Setup] = (),
 ) -> SearchResult:
     """Find the setup of ``space`` that covers most of the scene's goals: positions, tilts and phases of its rings, and which
     rings there are where that is free.
@@ -120,6 +123,7 @@ def search(
         schedule: starts and stages.
         voxel: side of the voxels of the exact count, m.
         tell: is given the progress from time to time, in this thread.
+        known: setups to start from beside the drawn ones, fitted to the space.
 
     Raises:
         ValueError: for an empty target.
@@ -132,17 +136,20 @@ def search(
     points = TargetPoints(scene, max(sizes), seed)
     objective, rng = CoverageObjective(scene, points), np.random.default_rng((seed, 1))
     widest, evaluations, progress = points.clouds(max(sizes)), 0, Progress(stages=len(schedule.stages))
-    pool = papers(space)
+    pool = [*papers(space), *(c for c in (fitted(space, setup) for setup in known) if c is not None)]
     finalists: list[Candidate] = []
-    with ThreadPoolExecutor(os.cpu_count()) as threads:
+    workers = os.cpu_count() or 1
+    with ThreadPoolExecutor(workers) as threads:
 
         def scores(some: list[Candidate], width: float, clouds: Cloud) -> Any:
             """Soft values of candidates, on all processors."""
-            parts = [some[i :: threads._max_workers] for i in range(threads._max_workers)]
-            jobs = [threads.submit(_soft, objective, space, part, width, clouds) for part in parts if part]
+            jobs = [
+                threads.submit(_soft, objective, space, some[i::workers], width, clouds)
+                for i in range(min(workers, len(some)))
+            ]
             found = np.empty(len(some))
             for i, job in enumerate(jobs):
-                found[i :: threads._max_workers] = job.result()
+                found[i::workers] = job.result()
             return found
 
         def best(some: list[Candidate], count: int, width: float, clouds: Cloud, known: list[Candidate]) -> list[Candidate]:
@@ -152,7 +159,7 @@ def search(
 
         try:
             drawn = [fresh(space, rng) for _ in range(schedule.draws)]
-            pool += best(drawn, schedule.starts - len(pool), _SCORE_WIDTH, points.clouds(sizes[0]), pool)
+            pool += best(drawn, max(schedule.starts - len(pool), 0), _SCORE_WIDTH, points.clouds(sizes[0]), pool)
             finalists = [pool[int(np.argmax(scores(pool, SHARP, widest)))]]
             for number, (stage, size) in enumerate(zip(schedule.stages, sizes, strict=True)):
                 clouds = points.clouds(size)
@@ -173,12 +180,12 @@ def search(
     verifier = Verifier(scene, voxel)
     last = schedule.stages[max(progress.stage, 1) - 1].width
     setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
-    exact = _count(verifier, setups, brake)
-    chosen = int(np.argmax(exact))
+    judged = _judge(verifier, setups, brake)
+    chosen = min(range(len(judged)), key=lambda i: (judged[i][0], -judged[i][1]))
     soft = float(_soft(objective, space, [finalists[chosen]], last, widest)[0])
     outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
     spent = Statistics(schedule.starts, evaluations, time.monotonic() - began, last)
-    return SearchResult(setups[chosen], soft, exact[chosen], outcome, spent)
+    return SearchResult(setups[chosen], soft, judged[chosen][1], judged[chosen][0], outcome, spent)
 
 
 def _soft(objective: CoverageObjective, space: Space, some: list[Candidate], width: float, clouds: Cloud) -> Any:
@@ -196,16 +203,16 @@ def _climb(
     return replace(c, values=found.values[:, : space.places]), found
 
 
-def _count(verifier: Verifier, setups: list[Setup], brake: Brake) -> list[float]:
-    """Exact values of the first setups: of all, unless Ctrl-C comes; of one at least."""
-    exact: list[float] = []
+def _judge(verifier: Verifier, setups: list[Setup], brake: Brake) -> list[tuple[float, float]]:
+    """The verifier's judgements of the first setups: of all, unless Ctrl-C comes; of one at least."""
+    found: list[tuple[float, float]] = []
     for setup in setups:
         try:
-            exact.append(verifier.objective(setup))
+            found.append(verifier.judge(setup))
         except KeyboardInterrupt:
             brake.pulled.set()
-            return exact or [verifier.objective(setup)]
-    return exact
+            return found or [verifier.judge(setup)]
+    return found
 
 
 def _watch(
