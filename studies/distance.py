@@ -11,6 +11,7 @@ Errors are counted while the truth is below the range; a moment is in the near z
 An engineering aid: none of these numbers is a safety rating.
 """
 
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -33,6 +34,8 @@ NEAR, FAR = 0.5, 1.1  # m
 WINDOW = 0.3  # s, over which a closing speed is taken
 THINGS = ("human", *SHAPES)
 _CIRCLES, _ON_CIRCLE = (0.55, 1.0), 8  # samples of a beam's cross-section: shares of the half angle, points on each
+
+Table = dict[str, float | None]
 
 
 class Series(NamedTuple):
@@ -168,8 +171,8 @@ def _closing(distance: Float[np.ndarray, "T 2"], time_s: Float[np.ndarray, " T"]
     return speed
 
 
-def measures(run: Series, range_m: float) -> dict[str, float]:
-    """What one run comes to, as a flat table of numbers; not a number where no moment counts.
+def measures(run: Series, range_m: float) -> Table:
+    """What one run comes to, as a flat table of numbers; None where no moment counts.
 
     rmse_m, max_error_m: of the believed distance while the truth is below ``range_m``; bias_m: its mean error, positive
     where the human is nearer than believed; over_m: by how much at most. ``near_``, ``far_``, ``beyond_``: the same by
@@ -198,7 +201,7 @@ def measures(run: Series, range_m: float) -> dict[str, float]:
     table["unseen_nearest_m"] = run.true[unseen].min() if unseen.any() else np.nan
     table["late_near_s"] = step * ((run.true < NEAR) & (run.believed >= NEAR)).sum()
     table["late_far_s"] = step * ((run.true < FAR) & (run.believed >= FAR)).sum()
-    return {key: float(value) for key, value in table.items()}
+    return {key: float(value) if np.isfinite(value) else None for key, value in table.items()}
 
 
 def _errors(error: Float[np.ndarray, " N"]) -> dict[str, float]:
@@ -226,18 +229,17 @@ def cell(
     thing: str,
     seed: int,
     mode: Occlusion,
-) -> dict[str, float]:
+) -> Table:
     """One independent measurement of the study: ``measures`` of ``series``, whose arguments these are."""
     return measures(series(robot, setup, time_s, q, thing, seed, mode), float(sensor_optics(setup)[1].max()))
 
 
-def summary(cells: list[dict[str, float]], confidence: float = 0.95) -> dict[str, tuple[float, float]]:
-    """Mean over seeds and half width of its t-interval for each key; cells where a key is not a number are left out of it,
-    and both are not numbers where fewer than two are left (the mean: fewer than one)."""
+def summary(cells: Sequence[Mapping[str, float | None]], confidence: float = 0.95) -> dict[str, tuple[float, float]]:
+    """Mean over seeds of each key and half width of its t-interval, from the cells that have a number there; the mean is
+    not a number where none has, the half width where fewer than two have."""
     found = {}
     for key in cells[0]:
-        values = np.array([c[key] for c in cells])
-        values = values[np.isfinite(values)]
+        values = np.array([value for c in cells if (value := c[key]) is not None])
         n = len(values)
         mean = float(values.mean()) if n else np.nan
         spread = float(stats.t.ppf((1 + confidence) / 2, n - 1) * values.std(ddof=1) / np.sqrt(n)) if n > 1 else np.nan

@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.capsules import robot_capsules
+from place_rings.coverage.capsules import gap_to_capsules, robot_capsules
 from place_rings.coverage.chain import forward
 from place_rings.coverage.ranging import readings
-from place_rings.coverage.rings import Ring, Setup, named_setup, ring_values, sensor_axes, sensor_optics
+from place_rings.coverage.rings import Ring, Setup, named_setup, ring_values, sensor_axes, sensor_cones, sensor_optics
 from place_rings.coverage.robots import UR10
 from place_rings.coverage.sensors import Sensor
 from place_rings.studies import distance as study
+from place_rings.studies.approach import unseen_approaches
 from place_rings.studies.distance import beliefs, cell, measures, repeated, series, summary
+
+from . import drawing
 
 T = np.arange(0, 30, 0.2)
 
@@ -98,7 +101,7 @@ def test_table_of_one_run(swing):
     assert np.all(run.believed[~run.seen] == 1.5)
     none = measures(run._replace(true=np.full(len(T), 2.0)), 1.5)
     assert none["counted_s"] == 0
-    assert math.isnan(none["rmse_m"])
+    assert none["rmse_m"] is None
 
 
 def test_closing_speed_of_a_thing_in_full_view(swing):
@@ -123,7 +126,7 @@ def test_summary_is_the_t_interval():
     mean, half = summary([{"a": v} for v in (1.0, 2.0, 3.0, 4.0)])["a"]
     assert mean == 2.5
     assert half == pytest.approx(3.182446 * np.std([1, 2, 3, 4], ddof=1) / 2, rel=1e-6)
-    mean, half = summary([{"a": 1.0}, {"a": math.nan}])["a"]
+    mean, half = summary([{"a": 1.0}, {"a": None}])["a"]
     assert mean == 1.0
     assert math.isnan(half)
 
@@ -132,3 +135,33 @@ def test_a_cycle_is_repeated(swing):
     time, q = repeated(T[:30], swing[:30], 20.0)
     assert time[-1] == pytest.approx(20.0)
     assert np.array_equal(q[30:60], q[:30])
+
+
+@pytest.mark.parametrize("name", ["n1_8_0", "n2_16_55"])
+def test_approach_is_truly_unseen(name, reference_pose):
+    """No point of the ball, sampled all over it all along the path, lies in a cone; it comes from outside; it ends clear."""
+    cones = sensor_cones(UR10, named_setup(name), reference_pose)
+    bodies = robot_capsules(UR10, forward(UR10.chain, reference_pose))
+    rng = np.random.default_rng(0)
+    for found in unseen_approaches(UR10, named_setup(name), reference_pose, (0.05, 0.1), side=0.06):
+        shares = np.linspace(0, 1, 60)[:, None]
+        legs = zip(found.path[:-1], found.path[1:], strict=True)
+        centres = np.concatenate([a + shares * (b - a) for a, b in legs])
+        ball = found.radius * drawing.unit(rng, 100) * rng.uniform(0, 1, (100, 1)) ** (1 / 3)
+        surface = found.radius * drawing.unit(rng, 100)
+        points = (centres[:, None] + np.concatenate([ball, surface])).reshape(-1, 3)
+        assert cones(points).min() > 0
+        gap = gap_to_capsules(centres, bodies.start, bodies.end, bodies.radius)
+        assert gap.min() >= found.radius - 1e-6
+        arm = [b.frame > 0 for b in UR10.bodies]
+        end = gap_to_capsules(found.path[-1], bodies.start[arm], bodies.end[arm], bodies.radius[arm])
+        assert end - found.radius == pytest.approx(found.gap_m, abs=1e-6)
+        lower, upper = cones.bounds()
+        assert np.any((found.path[0] < lower - found.radius) | (found.path[0] > upper + found.radius))
+
+
+def test_larger_balls_stay_farther_off(reference_pose):
+    small, large = unseen_approaches(UR10, named_setup("n2_16_55"), reference_pose, (0.05, 0.1), side=0.06)
+    assert small.gap_m + small.radius <= large.gap_m + large.radius
+    with pytest.raises(ValueError, match="must be above 0"):
+        unseen_approaches(UR10, named_setup("n1_8_0"), reference_pose, (0.0,))
