@@ -128,20 +128,26 @@ def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOpt
 
 @app.command
 def study(
-    name: Literal["convergence"],
+    name: Literal["convergence", "paper"],
     /,
     *,
-    out: Annotated[Path | None, Parameter(help="Folder for data, picture and page: results/NAME.")] = None,
+    out: Annotated[Path | None, Parameter(help="Folder for data, pictures and page: results/NAME.")] = None,
+    seed: Annotated[int, Parameter(validator=Number(gte=0), help="Of searches and paths; same seed, same figures.")] = 0,
 ) -> None:
     """Run a study into a folder; one that was stopped goes on where it was.
 
+    paper: all that Kumar and Sahin (2019) measured, beside what they published and beside searched setups.
+
     convergence: ζ of the paper's setups against the side of the voxels, rule by rule, on both UR10 chains.
 
-    Example: place-rings study convergence
+    Example: place-rings study paper
     """
-    from .study import convergence
+    from .study import study_convergence, study_paper
 
-    convergence(out or Path("results") / name)
+    if name == "convergence":
+        study_convergence(out or Path("results") / name)
+    else:
+        study_paper(out or Path("results") / name, seed)
 
 
 @app.command

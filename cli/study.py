@@ -1,28 +1,63 @@
-"""The command that runs a study into a folder."""
+"""The commands that run studies into a folder."""
 
 import shlex
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..placement.loader import output_folder, write_text
-from ..studies.convergence import measure
-from ..studies.convergence_report import page, picture
+from ..studies import convergence, convergence_report, paper_page, paper_study
+from ..studies.engine import program, run
+from ..studies.pages import csv_text
+from ..studies.store import Cell, Store
+from ..studies.works import WORKS
+
+Measure = Callable[[str, list[Cell]], list[Any]]
 
 
-def convergence(out: Path) -> None:
-    """Measure, draw and write the convergence study; what ``out`` holds already is not measured again."""
-    folder = output_folder(out)
-    columns = (TextColumn("measuring"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=None)
+@contextmanager
+def _measuring(folder: Path) -> Iterator[Measure]:
+    """Measures cells under a progress bar with a heading; what the folder holds already is not measured again."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with (
+        Store(folder / "cells.sqlite", program(WORKS)) as store,
+        Progress(*columns, console=Console(stderr=True), transient=True) as bar,
+    ):
+
+        def measure(heading: str, cells: list[Cell]) -> list[Any]:
+            task = bar.add_task(heading, total=len(cells))
+            return run(cells, WORKS, store, lambda done, total: bar.update(task, completed=done, total=total))
+
         try:
-            rows = measure(folder / "data.csv", lambda done, total: bar.update(task, completed=done, total=total))
+            yield measure
         except KeyboardInterrupt:
-            print(f"place-rings: stopped; what is measured is in {folder / 'data.csv'}, run again to go on", file=sys.stderr)
+            bar.stop()
+            print(f"place-rings: stopped; what is measured is kept in {store.file}, run again to go on", file=sys.stderr)
             sys.exit(130)
-    picture(rows, folder / "convergence.png")
-    write_text(folder / "README.md", page(rows, shlex.join(["place-rings", "study", "convergence"])))
+
+
+def study_convergence(out: Path) -> None:
+    """Measure, draw and write the convergence study."""
+    folder = output_folder(out)
+    with _measuring(folder) as measure:
+        rows = convergence.measure(lambda cells: measure("measuring", cells))
+    write_text(folder / "data.csv", csv_text([vars(row) for row in rows]))
+    convergence_report.picture(rows, folder / "convergence.png")
+    write_text(folder / "README.md", convergence_report.page(rows, shlex.join(["place-rings", "study", "convergence"])))
+    print(folder / "README.md")
+
+
+def study_paper(out: Path, seed: int) -> None:
+    """Measure, draw and write the reproduction of the paper."""
+    folder = output_folder(out)
+    with _measuring(folder) as measure:
+        findings = paper_study.measure(measure, seed)
+        command = ["place-rings", "study", "paper", *(["--seed", str(seed)] if seed else [])]
+        for name, text in paper_page.write(findings, folder, shlex.join(command)).items():
+            write_text(folder / name, text)
     print(folder / "README.md")

@@ -1,6 +1,5 @@
 """Cells of an octree that await a verdict, and the parts that still matter to each."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -8,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .solids import Parts, Solid, fold
-from .voxelset import BITS, OFFSET, encode
+from .voxelset import FURTHEST, OFFSET, encode
 
 _FIRST_CELLS = 200  # aim for the first level
 CHILD = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1).reshape(-1, 3)[:, ::-1].astype(np.int64)
@@ -82,14 +81,19 @@ def leaves(solid: Solid) -> list[Parts]:
     return found
 
 
-def first_cells(unions: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float, mark: int) -> Cells:
-    """Aligned cells that cover ``box``, each paired with all parts."""
-    low, high = np.floor(box[0] / voxel).astype(int) + OFFSET - 1, np.floor(box[1] / voxel).astype(int) + OFFSET + 1
-    if low.min() < 0 or high.max() >= 1 << BITS:
+def first_cells(unions: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float, mark: int, level: int = 0) -> Cells:
+    """Aligned cells of ``level`` or above that cover ``box``, each paired with all parts.
+
+    Raises:
+        ValueError: if the box reaches beyond half of the lattice, outside of which keys could overflow.
+    """
+    furthest = float(np.abs(box).max())
+    if not furthest < FURTHEST * voxel:
         raise ValueError(
-            f"voxels of {voxel:g} m are too small for a solid of {np.ptp(box, axis=0).max():.3g} m: 2^{BITS} a side"
+            f"voxels of {voxel:g} m are too small for a solid that reaches {furthest:.3g} m from the origin:"
+            f" at most {FURTHEST:,} voxels"
         )
-    level = 0
+    low, high = np.floor(box[0] / voxel).astype(int) + OFFSET - 1, np.floor(box[1] / voxel).astype(int) + OFFSET + 1
     while np.prod((high >> level) - (low >> level) + 1) > _FIRST_CELLS:
         level += 1
     axes = [np.arange(a >> level, (b >> level) + 1) for a, b in zip(low, high, strict=True)]
@@ -106,20 +110,11 @@ class Region:
     level: int
     number: Int[np.ndarray, " 3"]
 
-    def start(self, unions: list[Parts], mark: int) -> Cells:
-        """The cell, divided twice where it can be, each piece paired with all parts."""
+    def start(self, unions: list[Parts], mark: int, level: int) -> Cells:
+        """The cell, divided twice as long as that stays at ``level`` or above, each piece paired with all parts."""
         pairs = tuple((np.zeros(len(p), np.int64), np.arange(len(p))) for p in unions)
         numbers = self.number[None]
         cells = Cells(self.level, numbers, encode(numbers << self.level), np.full(1, mark, np.int8), pairs)
-        for _ in range(min(self.level, 2)):
+        for _ in range(min(self.level - level, 2)):
             cells = cells.children()
         return cells
-
-
-def regions(solid: Solid, voxel: float, most: int) -> list[Region]:
-    """Octree cells of at most about ``most`` voxels a side that together cover the solid's box."""
-    cells = first_cells([], solid.bounds(), voxel, 0)
-    level = min(cells.level, max(int(math.log2(max(most, 1))), 0))
-    while cells.level > level:
-        cells = cells.children()
-    return [Region(cells.level, number) for number in cells.numbers]

@@ -20,9 +20,9 @@ from jaxtyping import Bool, Float, Int
 from .allocation import keep_freed_memory
 from .arrays import rows
 from .cells import Cells, first_cells, leaves
-from .octree import SLACK, verdicts
 from .share import Share
 from .solids import Parts, Solid, fold
+from .verdicts import SLACK, verdicts
 from .voxelset import centre
 
 _IN_TARGET, _SEEN = 1, 2  # bits of a cell's mark

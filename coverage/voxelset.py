@@ -12,10 +12,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt64
 
 BITS = 21  # of each lattice number in a 63-bit key
 OFFSET = 1 << (BITS - 1)  # lattice numbers run from -OFFSET to OFFSET - 1
+FURTHEST = OFFSET // 2  # voxels from the origin that a solid may reach: no cell then ends where keys do
+_ALL = np.uint64(0xFFFFFFFFFFFFFFFF)  # all voxels of a block of 64
 
 _SPREAD = (
     (32, 0x1F00000000FFFF),
@@ -89,6 +91,11 @@ class VoxelSet:
     __hash__ = None  # type: ignore[assignment]
 
     @property
+    def nbytes(self) -> int:
+        """Bytes it takes once something was counted within it."""
+        return 48 * len(self.start)
+
+    @property
     def volume(self) -> float:
         """Lambda: number of voxels times l^3, m^3."""
         return len(self) * self.voxel**3
@@ -109,6 +116,21 @@ class VoxelSet:
     def count_in(self, key: Int[np.ndarray, " N"], size: int) -> Int[np.ndarray, " N"]:
         """Voxels of the set in each cell of ``size`` keys that starts at ``key`` (N,)."""
         return self._rank(key + size) - self._rank(key)
+
+    @cached_property
+    def _switches(self) -> tuple[Int[np.ndarray, " E"], UInt64[np.ndarray, " E1"]]:
+        """Keys at which voxels of the set begin or end, ascending; and for each how many before it, as a word: the exclusive
+        or of the bits from each key on to the end of its block."""
+        ends = np.stack([self.start, self.stop], -1).reshape(-1)
+        word = np.zeros(len(ends) + 1, np.uint64)
+        np.bitwise_xor.accumulate(_ALL << (ends & 63).astype(np.uint64), out=word[1:])
+        return ends, word
+
+    def words(self, key: Int[np.ndarray, " N"]) -> UInt64[np.ndarray, " N"]:
+        """Voxels of the set in each block of 64 keys that starts at ``key`` (N,), as the bits of a word."""
+        ends, word = self._switches
+        low, high = np.searchsorted(ends, key), np.searchsorted(ends, key + 64)
+        return word[low] ^ word[high] ^ np.where(low % 2, _ALL, np.uint64(0))
 
     def _sweep(self, other: "VoxelSet", keep: Callable[[Any, Any], Any]) -> "VoxelSet":
         """The set of keys where ``keep(in self, in other)`` holds."""
@@ -136,6 +158,19 @@ class VoxelSet:
         length = self.stop - self.start
         within = np.arange(len(self)) - np.repeat(self._before[:-1], length)
         return centre(decode(np.repeat(self.start, length) + within), 0, self.voxel)
+
+
+def runs(key: Int[np.ndarray, " N"], word: UInt64[np.ndarray, " N"]) -> tuple[Int[np.ndarray, " R"], Int[np.ndarray, " R"]]:
+    """First key and length of each run of bits of words (N,), bit 0 of a word being ``key`` (N,)."""
+    one = np.uint64(1)
+    first, last = (_places(word & ~neighbour) for neighbour in (word << one, word >> one))
+    start = key[first >> 6] + (first & 63)
+    return start, last - first + 1
+
+
+def _places(word: UInt64[np.ndarray, " N"]) -> Int[np.ndarray, " B"]:
+    """Where bits are set, 64 places to a word."""
+    return np.flatnonzero(np.unpackbits(word.astype("<u8").view(np.uint8), bitorder="little").view(bool))
 
 
 def centre(numbers: Int[np.ndarray, "*batch 3"], level: int, voxel: float) -> Float[np.ndarray, "*batch 3"]:

@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 import psutil
 
-from ..coverage.cells import Region, regions
+from ..coverage.cells import Region
 from ..coverage.certified import Bracket, bracket
-from ..coverage.octree import count, voxels
+from ..coverage.octree import count, regions, voxels
 from ..coverage.rings import Setup, sensor_cones
 from ..coverage.solids import Difference, Solid
 from ..coverage.targets import Target, target_solid
@@ -71,13 +71,18 @@ class Verified:
 
 
 def target_voxels(
-    solid: Difference, voxel: float, rule: Literal["centre", "touch"], region: Region | None = None
+    solid: Difference,
+    voxel: float,
+    rule: Literal["centre", "touch"],
+    region: Region | None = None,
+    memory: float | None = None,
 ) -> VoxelSet:
     """Omega(V_max), of the whole or of one region: under ``touch``, as in the paper, the voxels touched by the outer solid
     less those touched by V_R."""
     if rule == "centre":
-        return voxels(solid, voxel, region=region)
-    return voxels(solid.a, voxel, "touch", region=region) - voxels(solid.b, voxel, "touch", region=region)
+        return voxels(solid, voxel, region=region, memory=memory)
+    outer, body = (voxels(s, voxel, "touch", region=region, memory=memory) for s in (solid.a, solid.b))
+    return outer - body
 
 
 def surface_voxels(solid: Difference, voxel: float) -> float:
@@ -122,8 +127,8 @@ class Verifier:
             rule: how a voxel is counted, or ``certified``.
             width: in [0, 1], of the interval, when certified; 0: what cells of side ``voxel`` give.
             tell: is given the interval after each pass, when certified.
-            memory: bytes that sets of voxels may take; a target that needs more is counted region by region, and not
-                kept. None: half of what is free.
+            memory: bytes that counting may take: half for the work, a quarter for one target's voxels (what needs more is
+                counted region by region) and a quarter for those kept for the next setup. None: half of what is free.
         """
         self.memory = psutil.virtual_memory().available / 2 if memory is None else memory
         certified = rule == "certified" and width > 0
@@ -132,9 +137,12 @@ class Verifier:
         self._targets: dict[tuple[Target, int], VoxelSet] = {}
 
     def _target(self, target: Target, pose: int, solid: Difference, voxel: float) -> VoxelSet:
-        if (target, pose) not in self._targets:
-            self._targets[target, pose] = target_voxels(solid, voxel, "touch" if self.rule == "touch" else "centre")
-        return self._targets[target, pose]
+        if (target, pose) in self._targets:
+            return self._targets[target, pose]
+        found = target_voxels(solid, voxel, "touch" if self.rule == "touch" else "centre", memory=self.memory / 2)
+        if found.nbytes + sum(kept.nbytes for kept in self._targets.values()) <= self.memory / 4:
+            self._targets[target, pose] = found
+        return found
 
     def _at_pose(self, setup: Setup, target: Target, pose: int) -> PoseZeta:
         scene, weight = self.scene, float(self.scene.pose_weights[pose])
@@ -144,11 +152,13 @@ class Verifier:
             b = bracket(solid, cones, self.width, self.voxel, self.tell)
             return PoseZeta(weight, (b.low + b.high) / 2, b.low, b.high, None, None, b)
         check_voxel(solid, self.voxel)
-        if surface_voxels(solid, self.voxel) * _BYTES > self.memory:
+        if surface_voxels(solid, self.voxel) * _BYTES > self.memory / 4:
             total, covered = self._stream(solid, cones, self.voxel)
             return self._counted(weight, target, total, covered)
         wanted = self._target(target, pose, solid, self.voxel)
-        return self._counted(weight, target, len(wanted), count(cones, self.voxel, self.rule, wanted))
+        return self._counted(
+            weight, target, len(wanted), count(cones, self.voxel, self.rule, wanted, memory=self.memory / 2)
+        )
 
     def _counted(self, weight: float, target: Target, total: int, covered: int) -> PoseZeta:
         if total == 0:
@@ -160,10 +170,10 @@ class Verifier:
         """Voxels of a target, and those of them covered, region by region."""
         rule: Literal["centre", "touch"] = "touch" if self.rule == "touch" else "centre"
         total = covered = 0
-        for region in regions(solid, voxel, int(math.sqrt(self.memory / (_SIDES * _BYTES)))):
-            wanted = target_voxels(solid, voxel, rule, region)
+        for region in regions(solid, voxel, int(math.sqrt(self.memory / 4 / (_SIDES * _BYTES)))):
+            wanted = target_voxels(solid, voxel, rule, region, self.memory / 2)
             total += len(wanted)
-            covered += count(cones, voxel, rule, wanted, region) if len(wanted) else 0
+            covered += count(cones, voxel, rule, wanted, region, self.memory / 2) if len(wanted) else 0
         return total, covered
 
     def verify(self, setup: Setup, target: Target) -> Verified:

@@ -1,21 +1,16 @@
-"""The convergence study: zeta of the paper's setups against the side of the voxels, under each rule, on both chains.
+"""The convergence study: zeta of the paper's setups against the side of the voxels, under each rule, on both chains."""
 
-Every measurement is one line of a CSV file; a study that was stopped goes on after the lines it finds there.
-"""
-
-import csv
 import itertools
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, fields
-from pathlib import Path
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from ..coverage.rings import named_setup
 from ..coverage.robots import ROBOTS
 from ..coverage.targets import Target
-from ..objectives.exact import RULES, Rule, Verifier
-from ..objectives.scene import Scene
+from ..objectives.exact import RULES
+from .store import Cell
 
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
@@ -58,72 +53,23 @@ def plan() -> list[tuple[str, str, Target, str, float]]:
     ]
 
 
-def read_rows(file: Path) -> list[Row]:
-    """The measurements in a file; a line that a kill cut short is left out."""
-    if not file.exists():
-        return []
-    words, numbers = ("robot", "setup", "target", "rule"), [f.name for f in fields(Row)][4:]
-    rows = []
-    with file.open(newline="") as lines:
-        for record in csv.DictReader(lines):
-            try:
-                voxel, zeta, low, high, seconds = (float(record[name]) for name in numbers)
-                robot, setup, target, rule = (str(record[name]) for name in words)
-                rows.append(Row(robot, setup, target, rule, voxel, zeta, low, high, seconds))
-            except (KeyError, TypeError, ValueError):
-                continue
-    return rows
-
-
-def measure(file: Path, tell: Callable[[int, int], None] = lambda done, total: None) -> list[Row]:
-    """Measure what ``file`` does not hold yet, writing it line by line, and return all of the plan.
-
-    Args:
-        file: CSV with the columns of ``Row``.
-        tell: is given how many measurements are done, of how many.
-    """
+def measure(run: Callable[[list[Cell]], list[Any]]) -> list[Row]:
+    """All measurements of the plan, where ``run`` measures cells."""
     wanted = plan()
-    found = {row.key: row for row in read_rows(file)}
-    names = [f.name for f in fields(Row)]
-    with file.open("w", newline="") as lines:
-        writer = csv.DictWriter(lines, names)
-        writer.writeheader()
-        writer.writerows(asdict(row) for row in found.values())
-        lines.flush()
-        for done, row in enumerate(_rows(wanted, found)):
-            if row.key not in found:
-                found[row.key] = row
-                writer.writerow(asdict(row))
-                lines.flush()
-            tell(done + 1, len(wanted))
-    return [found[robot, setup, str(target), rule, voxel] for robot, setup, target, rule, voxel in wanted]
+    results = run([_cell(*measurement) for measurement in wanted])
+    return [_row(*measurement, result) for measurement, result in zip(wanted, results, strict=True)]
 
 
-def _rows(wanted: list[tuple[str, str, Target, str, float]], found: dict) -> Iterator[Row]:
-    """The measurements in the plan's order; one verifier serves all setups of a scene, rule and voxel."""
-    for (robot, target, rule, voxel), group in itertools.groupby(wanted, key=lambda w: (w[0], w[2], w[3], w[4])):
-        verifier: Verifier | None = None
-        for _, setup, *_ in group:
-            key = (robot, setup, str(target), rule, voxel)
-            if key not in found:
-                verifier = verifier or _verifier(robot, rule, voxel)
-                yield _row(verifier, key, target)
-            else:
-                yield found[key]
-
-
-def _verifier(robot: str, rule: str, voxel: float) -> Verifier:
-    scene = Scene(robot=ROBOTS[robot])
+def _cell(robot: str, setup: str, target: Target, rule: str, voxel: float) -> Cell:
+    arguments = {"scene": {"robot": robot}, "setup": setup, "target": target.name, "radius": target.radius}
     if rule == "truth":
-        return Verifier(scene, None, "certified", TRUTH_WIDTH)
-    kinds: dict[str, Rule] = {r: r for r in RULES}
-    return Verifier(scene, voxel, kinds[rule])
+        return Cell("zeta", arguments | {"rule": "certified", "voxel": None, "width": TRUTH_WIDTH})
+    return Cell("zeta", arguments | {"rule": rule, "voxel": voxel})
 
 
-def _row(verifier: Verifier, key: tuple[str, str, str, str, float], target: Target) -> Row:
-    verified = verifier.verify(named_setup(key[1]), target)
-    zeta, low, high = (round(100 * v, 6) for v in (verified.zeta, verified.low, verified.high))
-    return Row(*key, zeta, low, high, round(verified.seconds, 3))
+def _row(robot: str, setup: str, target: Target, rule: str, voxel: float, result: dict[str, float]) -> Row:
+    zeta, low, high = (round(result[f"{key}_percent"], 6) for key in ("zeta", "low", "high"))
+    return Row(robot, setup, str(target), rule, voxel, zeta, low, high, round(result["seconds"], 3))
 
 
 def errors(rows: list[Row], rule: str) -> dict[tuple[str, str, str], tuple[list[float], list[float]]]:

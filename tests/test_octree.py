@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.cells import regions
-from place_rings.coverage.octree import PROBES, count, voxels
+from place_rings.coverage.octree import PROBES, count, regions, voxels
 from place_rings.coverage.rings import sensor_cones
 from place_rings.coverage.robots import ROBOTS, UR10
 from place_rings.coverage.solids import Cones, Difference, sphere

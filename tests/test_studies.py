@@ -1,9 +1,73 @@
-"""The convergence study: what it measures, that it goes on where it stopped, and what it shows."""
+"""Studies: each cell is measured once and kept; what the convergence study shows."""
+
+import json
+import sqlite3
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from place_rings.coverage.targets import Target
+from place_rings.placement.errors import UserError
 from place_rings.studies import convergence as study
 from place_rings.studies.convergence_report import page, picture
+from place_rings.studies.engine import program, run
+from place_rings.studies.store import Cell, Store
+from place_rings.studies.works import WORKS
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers(-(2**53), 2**53) | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@given(arguments=st.dictionaries(st.text(), JSON, max_size=4), result=JSON.filter(lambda value: value is not None))
+def test_a_store_gives_back_what_it_was_given(arguments, result, tmp_path_factory):
+    with Store(tmp_path_factory.mktemp("store") / "cells.sqlite", "1") as store:
+        cell = Cell("work", arguments)
+        assert store.get(cell) is None
+        store.put(cell, result, 1.5)
+        assert store.get(Cell("work", json.loads(json.dumps(arguments)))) == result
+        assert store.get(Cell("other", arguments)) is None
+        assert store.seconds() == 1.5
+
+
+def test_a_study_goes_on_where_it_stopped(tmp_path):
+    calls, cells = [], [Cell("square", {"x": x}) for x in range(5)]
+
+    def square(x):
+        calls.append(x)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return x * x
+
+    with Store(tmp_path / "cells.sqlite", "1") as store, pytest.raises(KeyboardInterrupt):
+        run(cells, {"square": square}, store)
+    told = []
+    with Store(tmp_path / "cells.sqlite", "1") as store:
+        assert run(cells, {"square": square}, store, lambda *at: told.append(at)) == [0, 1, 4, 9, 16]
+    assert calls == [0, 1, 2, 2, 3, 4]
+    assert told == [(i, 5) for i in range(6)]
+    with Store(tmp_path / "cells.sqlite", "2") as store:
+        assert store.get(cells[0]) is None  # other code measured it
+
+
+def test_a_file_that_is_no_store_is_refused_and_kept(tmp_path):
+    (tmp_path / "text").write_text("something else, long enough to look like a file of its own kind\n" * 40)
+    with pytest.raises(UserError, match="no database"):
+        Store(tmp_path / "text", "1")
+    assert (tmp_path / "text").read_text().startswith("something else")
+    base = sqlite3.connect(tmp_path / "other")
+    base.execute("CREATE TABLE mine (x)")
+    base.commit()
+    base.close()
+    with pytest.raises(UserError, match="form 0"):
+        Store(tmp_path / "other", "1")
+
+
+def test_the_program_is_known_by_its_code():
+    assert program(WORKS) == program(WORKS)
+    assert program(WORKS) != program({"mine": run})
 
 
 @pytest.fixture
@@ -16,24 +80,11 @@ def small(monkeypatch):
     monkeypatch.setattr(study, "TARGETS", (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT")))
 
 
-def test_goes_on_where_it_stopped_and_shows_all(small, tmp_path):
-    file, told = tmp_path / "data.csv", []
-
-    def stop_in_the_middle(done, total):
-        told.append((done, total))
-        if done == total // 2:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        study.measure(file, stop_in_the_middle)
-    half = study.read_rows(file)
-    assert len(half) == told[-1][1] // 2
-    with file.open("a") as lines:
-        lines.write("ur10,n1_8_0,V_S(0.5),cen")  # what a kill may leave
-    rows = study.measure(file)
-    assert rows[: len(half)] == half
-    assert [r.key for r in rows] == [(r, s, str(t), rule, v) for r, s, t, rule, v in study.plan()]
-    assert study.read_rows(file) == rows
+def test_convergence_shows_every_rule_and_the_truth(small, tmp_path):
+    with Store(tmp_path / "cells.sqlite", "test") as store:
+        rows = study.measure(lambda cells: run(cells, WORKS, store))
+        assert [r.key for r in rows] == [(r, s, str(t), rule, v) for r, s, t, rule, v in study.plan()]
+        assert study.measure(lambda cells: run(cells, {}, store)) == rows  # all was kept
     for row in rows:
         truth = next(r for r in rows if r.key[:3] == row.key[:3] and r.rule == "truth")
         if row.rule == "certified":

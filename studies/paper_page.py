@@ -1,0 +1,105 @@
+"""The page of the reproduced paper: statements and verdicts, tables, figures, and what was chosen."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..coverage.robots import ROBOTS
+from . import paper, paper_figures
+from .pages import csv_text, html, table
+from .paper import CHAINS, COUNTS, SETUPS, TARGETS, Row
+from .paper_figures import COUNT_NAMES, value
+from .paper_open import SETUPS as OPEN_SETUPS
+from .paper_open import TARGETS as OPEN_TARGETS
+from .paper_statements import Statement, coverage
+from .paper_study import Findings
+
+CHOICES = (
+    ("robot", "UR10 (CB3), both by its public URDF (`ur10`) and by its Denavit–Hartenberg table (`ur10_dh`)"),
+    ("pose", "that of the highest TCP speed in the task below; the paper's is not given"),
+    (
+        "task",
+        "ten products in two rows of five at 0.98 and 1.10 m, between tables at -90° and +90°; joint speeds 120°/s (base,"
+        " shoulder) and 180°/s, accelerations 80°/s²; each move from rest to rest with trapezoidal speed",
+    ),
+    ("rings", "radius 8 cm, phase 0, at 0, 0.5 and 1 of the link; the tool's at the flange"),
+    ("pose curve", "bends blended over half of the segments beside them, 20 points a bend"),
+    ("voxel", "1 cm counted at the centre (unbiased); 10 cm counted when touched at any quarter of a side, faces included"),
+)
+
+
+def write(findings: Findings, folder: Path, command: str) -> dict[str, str]:
+    """Draw the figures into ``folder`` and return the texts of the other files by name."""
+    f, motion = findings, paper.task("ur10")[0]
+    paper_figures.configurations(f.configurations, folder / "configurations.png")
+    paper_figures.sweep(f.tilts, f.configurations, folder / "tilts.png")
+    paper_figures.shells(f.tilts, f.configurations, folder / "shells.png")
+    shown = (motion.time_s >= f.cycle[0].at) & (motion.time_s <= f.cycle[-1].at)
+    paper_figures.cycle(f.cycle, motion.time_s[shown], motion.tcp_speed(ROBOTS["ur10"])[shown], folder / "task.png")
+    paper_figures.openness(f.open, folder / "open.png")
+    text = "\n".join(_page(f, list(coverage(f.configurations, f.tilts)), command))
+    tables = {name: getattr(f, name) for name in ("configurations", "tilts", "cycle", "open")}
+    files = {f"{name}.csv": csv_text(paper.records(rows)) for name, rows in tables.items()}
+    return files | {"README.md": text, "report.html": html(text, folder, "The paper, reproduced")}
+
+
+def _page(f: Findings, statements: Sequence[Statement], command: str) -> Iterator[str]:
+    yield "# The paper, reproduced\n"
+    yield f"`{command}` measured and drew all of this; the numbers are in the CSV files beside it. The paper is Kumar"
+    yield "and Sahin, *Sensing Volume Coverage of Robot Workspace using On-Robot Time-of-Flight Sensor Arrays*"
+    yield "(IEEE SMC 2019).\n"
+    yield "## What it says, and what is found here\n"
+    yield "Every statement on coverage is put to four readings: both UR10 chains, counted without bias and by touched voxels"
+    yield "of 10 cm; ✗ marks a reading in which it does not hold. It agrees when it holds in all four, differs when"
+    yield "in none.\n"
+    yield table(
+        ("published", "verdict", "here", "why"), ([s.said, f"**{s.verdict.value}**", s.found, s.why] for s in statements)
+    )
+    yield "## Configurations\n"
+    yield "![coverage of every setup over all targets](configurations.png)\n"
+    yield from _configurations(f)
+    yield "## The tilt of n2_16_θ\n"
+    yield "![coverage of all targets over the tilt](tilts.png)\n"
+    yield "![coverage of the shell over the tilt, for five radii](shells.png)\n"
+    yield "## Along the task\n"
+    yield "A swing of the base alone turns robot, beams and shell together, so that coverage changes only while the other"
+    yield "joints move: down to a product, up again, and over to the other row.\n"
+    yield "![coverage along one cycle of the task](task.png)\n"
+    yield "## What the paper leaves open\n"
+    yield table(("open", "chosen here"), CHOICES)
+    yield "Varied one at a time, on `ur10`, from what was chosen; unbiased counts:\n"
+    yield "![change of coverage by each choice](open.png)\n"
+    yield from _open(f.open)
+
+
+def _configurations(f: Findings) -> Iterator[str]:
+    """Zeta of all setups as tables, one for each chain."""
+    names = [str(t) for t in TARGETS]
+    for chain in CHAINS:
+        setups = [*SETUPS, *(f.searched if chain == "ur10" else ())]
+
+        def cell(setup: str, target: str, chain: str = chain) -> str:
+            found = [value(f.configurations, chain=chain, setup=setup, target=target, rule=rule) for rule, _ in COUNTS]
+            return f"{found[0]:.1f} ({found[1]:.1f})"
+
+        yield f"Percent on `{chain}`: {COUNT_NAMES['centre']}, in brackets {COUNT_NAMES['touch']}.\n"
+        yield table(("setup", *names), ([_name(s), *(cell(s, t) for t in names)] for s in setups))
+
+
+def _name(setup: str) -> str:
+    goal, _, sensors = setup.partition(" ")
+    return f"searched for {goal}, {sensors} sensors" if sensors else setup
+
+
+def _open(rows: Sequence[Row]) -> Iterator[str]:
+    """The spread of zeta over all open choices."""
+    names = [str(t) for t in OPEN_TARGETS]
+
+    def cell(setup: str, target: str, rule: str) -> str:
+        found = [r.zeta_percent for r in rows if (r.setup, r.target, r.rule) == (setup, target, rule)]
+        return f"{found[0]:.1f}: {np.min(found):.1f} to {np.max(found):.1f}"
+
+    heads = [f"{t}, {rule}" for rule, _ in COUNTS for t in names]
+    yield "As chosen, and the least and the greatest over all variants (voxels of half and twice the side among them):\n"
+    yield table(("setup", *heads), ([s, *(cell(s, t, rule) for rule, _ in COUNTS for t in names)] for s in OPEN_SETUPS))

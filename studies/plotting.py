@@ -1,0 +1,34 @@
+"""How the plots of studies look: colours, sizes, axes."""
+
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+INK, GREY, GRID = "#23272b", "#666d75", "#d9dde1"
+# Okabe and Ito's colours, told apart by every kind of colour vision.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#23272b")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+
+def sheet(width: float, height: float) -> Figure:
+    """An empty figure of that many inches, drawn without a screen."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def plain(ax: Axes, title: str = "", x: str = "", y: str = "") -> None:
+    """Grid behind, no frame above and right, a title at the left."""
+    ax.set_axisbelow(True)
+    ax.grid(True, which="major", color=GRID, lw=0.6)
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.set_title(title, fontsize=10.5, loc="left", color=INK)
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+
+
+def save(figure: Figure, file: Path) -> None:
+    """Write the figure as PNG."""
+    figure.savefig(file, dpi=120)

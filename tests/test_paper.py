@@ -1,0 +1,119 @@
+"""The reproduced paper: which cells it asks for, how statements are judged, and what its page shows."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from place_rings.coverage.rings import named_setup
+from place_rings.objectives.scene import Scene
+from place_rings.studies import paper, paper_open, paper_page, paper_study
+from place_rings.studies.pages import csv_text, html, table
+from place_rings.studies.paper_figures import value
+from place_rings.studies.paper_statements import Verdict, coverage, judged
+from place_rings.studies.works import setup_from, zeta
+
+READINGS = [("a", "centre"), ("a", "touch"), ("b", "centre"), ("b", "touch")]
+
+
+@given(answers=st.lists(st.booleans(), min_size=4, max_size=4))
+def test_a_statement_agrees_in_all_readings_differs_in_none(answers):
+    by_reading = dict(zip(READINGS, answers, strict=True))
+    why = {verdict: verdict.value for verdict in Verdict}
+    found = judged("said", lambda reading: ("1", by_reading[reading]), why, READINGS)
+    expected = Verdict.AGREES if all(answers) else Verdict.UNDECIDED if any(answers) else Verdict.DIFFERS
+    assert found.verdict is expected
+    assert found.why == expected.value
+    assert found.found.count("✗") == 4 - sum(answers)
+
+
+@pytest.mark.parametrize("name", paper_open.SETUPS)
+def test_rings_that_are_not_varied_are_the_named_setup(name):
+    assert setup_from(paper_open.rings(name), Scene()) == named_setup(name)
+    moved = setup_from(paper_open.rings(name, inset=0.1, phase_deg=5.0, radius=0.1), Scene())
+    assert all(0.1 <= ring.position <= 0.9 for ring in moved.rings if ring.link != "tool")
+    assert {ring.radius for ring in moved.rings} == {0.1}
+    assert all(ring.phase == pytest.approx(math.radians(5)) for ring in moved.rings)
+
+
+def test_each_variant_changes_one_thing():
+    chosen, *others = paper_open.variants()
+    assert chosen == paper_open.Variant(paper_open.AS_CHOSEN)
+    for variant in others:
+        assert [bool(variant.keys), bool(variant.rings), variant.voxels != 1].count(True) == 1
+    assert len({v.name for v in others}) == len(others)
+
+
+def test_a_work_counts_what_the_verifier_counts():
+    found = zeta({}, "n3_16_55", "V_S", 0.5, "centre", 0.05)
+    assert found["zeta_percent"] == pytest.approx(100 * found["covered"] / found["target"])
+    certified = zeta({}, "n3_16_55", "V_S", 0.5, "certified", None, 0.02)
+    assert certified["low_percent"] <= found["zeta_percent"] + 0.5
+    assert certified["high_percent"] - certified["low_percent"] <= 2
+    same = zeta({"ring_radius": 0.08}, paper_open.rings("n3_16_55"), "V_S", 0.5, "centre", 0.05)
+    assert same["covered"] == found["covered"]
+
+
+@pytest.fixture(scope="module")
+def findings():
+    """Every table of the study, with counts that are quick and wrong: what matters is what is made of them."""
+    rng = np.random.default_rng(7)
+
+    def quick(heading, cells):
+        return [
+            paper_open.rings("n2_16_25") if cell.work == "place" else {"zeta_percent": float(rng.uniform(30, 90))}
+            for cell in cells
+        ]
+
+    return paper_study.measure(quick)
+
+
+def test_the_study_asks_for_all_that_the_paper_measured(findings):
+    for chain in paper.CHAINS:
+        for rule, _ in paper.COUNTS:
+            for setup in paper.SETUPS:
+                for target in ("V_O", "V_T", "V_OT", "V_S(0.5)", "V_S(1.5)"):
+                    value(findings.configurations, chain=chain, rule=rule, setup=setup, target=target)
+            for theta in range(0, 61, 5):
+                for target in ("V_O", "V_T", "V_OT", *(f"V_S({r})" for r in (0.5, 0.7, 0.9, 1.1, 1.5))):
+                    value(findings.tilts, chain=chain, rule=rule, at=theta, target=target)
+    assert set(findings.searched) == {f"{goal} {n}" for goal in ("near", "far", "both") for n in (48, 80, 112)}
+    assert len({row.at for row in findings.cycle}) == paper.ALONG
+
+
+def test_cells_are_asked_once():
+    cells = [cell for _, cell in (*paper.configurations({}), *paper.tilts(), *paper_open.openness())]
+    assert len({cell.key for cell in paper.searches().values()}) == 9
+    questions = [cell.key for _, cell in paper.tilts()]
+    assert len(set(questions)) == len(questions)
+    assert all(cell.work == "zeta" for cell in cells)
+
+
+def test_the_page_holds_every_statement_and_stands_alone(findings, tmp_path):
+    files = paper_page.write(findings, tmp_path, "place-rings study paper")
+    page, report = files["README.md"], files["report.html"]
+    for statement in coverage(findings.configurations, findings.tilts):
+        assert statement.said.replace("|", "\\|") in page
+    pictures = re.findall(r"!\[[^\]]+\]\((\S+\.png)\)", page)
+    assert len(pictures) >= 5
+    assert all((tmp_path / name).stat().st_size > 20_000 for name in pictures)
+    assert report.count("data:image/png;base64,") == len(pictures)
+    assert not re.search(r'(src|href)="(?!data:)', report)
+    assert "nan" not in page
+    assert files["tilts.csv"].count("\n") == len(findings.tilts) + 1
+
+
+@given(cells=st.lists(st.text(st.characters(exclude_categories=("C", "Z"))), min_size=2, max_size=2))
+def test_a_cell_of_a_table_stays_one_cell(cells, tmp_path_factory):
+    text = table(("a", "b"), [cells])
+    lines = text.splitlines()
+    assert len(lines) == 3
+    assert len(re.split(r"(?<!\\)\|", lines[2])) == 4
+
+
+def test_html_escapes_what_is_no_markup(tmp_path):
+    page = html("a <script>alert(1)</script> & b\n", tmp_path, "t")
+    assert "<script>" not in page
+    assert csv_text([{"a": 1, "b": "x,y"}]) == 'a,b\n1,"x,y"\n'
