@@ -13,15 +13,15 @@ WALK = 1.6  # m/s, ISO 13855: speed of the whole body
 HAND = 2.0  # m/s, ISO 13855: speed of the upper limb
 START = (2.5, 3.0)  # m from the base's axis: where the human comes from and goes to
 PASS = (1.3, 2.2)  # m: how near it passes between stations
-STATION = (0.9, 1.6)  # m: where it stops
-GOAL_RADIUS, GOAL_HEIGHT = (0.3, 0.9), (0.0, 0.9)  # m from the base's axis and above the base frame: what it reaches for
+STATION = (1.2, 1.8)  # m: where it stops
+GOAL_RADIUS, GOAL_HEIGHT = (0.4, 1.0), (0.0, 0.9)  # m from the base's axis and above the base frame: what it reaches for
 STATURE = (1.55, 1.90)  # m
 _STEP = 0.01  # s, of the inner grid
 _ACCELERATION = 1.5  # m/s^2
 _STRIDE = 0.83  # two steps, as a share of stature
 _TURN = 0.35  # s, width of the smoothing of headings
 _SETTLE = 1.2  # s, from the end of a walk to the reach, and back
-_VISIT = 13.0  # s, kept for the reaches of a last station and for leaving
+_REACH, _LEAVE = 6.0, 4.0  # s, kept for a reach and for leaving
 
 
 class Walk(NamedTuple):
@@ -70,12 +70,13 @@ def walk(seed: int, time_s: Float[np.ndarray, " T"]) -> Walk:
         turn = rng.choice([-1, 1]) * rng.uniform(0.5, 2.6)
         there = np.array([rng.uniform(*STATION), here[1] + turn])
         position, facing, speed = _leg(here, rng.uniform(*PASS), there, rng.uniform(0.6, 1.0) * WALK)
-        if track.steps and (track.steps + len(position)) * _STEP + _VISIT > end:
+        if track.steps and (track.steps + len(position)) * _STEP + _LEAVE > end:
             break
         track.add(position, facing, speed)
         here = there
         for _ in range(rng.integers(1, 3)):
-            _reach_out(track, rng, stature, position[-1])
+            if track.steps * _STEP + _REACH + _LEAVE < end:
+                _reach_out(track, rng, stature, position[-1])
     out = np.array([rng.uniform(*START), here[1] + rng.uniform(-0.8, 0.8)])
     track.add(*_leg(here, (here[0] + out[0]) / 2, out, 0.9 * WALK))
     return Walk(stature, time_s, _sampled(track, stature, time_s))
