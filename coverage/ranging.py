@@ -23,6 +23,7 @@ Occlusion = Literal["ignore", "shadow"]
 OCCLUSIONS: tuple[Occlusion, ...] = get_args(Occlusion)
 BLOCK = 16  # neighbouring balls that are sought together
 _ROWS, _HITS = 1 << 12, 1 << 13  # rows and pairs worked on at once: some megabytes
+_TRIPLES = 1 << 20  # of a pose, a sensor and a block, sorted out at once: some hundred megabytes
 
 
 class Readings(NamedTuple):
@@ -133,7 +134,7 @@ def readings(
     radius: Float[np.ndarray, " B"],
     bodies: Capsules | None = None,
 ) -> Readings:
-    """What every sensor reads in every pose.
+    """What every sensor reads in every pose, some poses at a time in bounded memory.
 
     Args:
         apex, axis: of K sensors in T poses, m and unit.
@@ -144,6 +145,24 @@ def readings(
             body's radius; the next ball is read instead. So a ball half hidden counts as hidden: balls should be small
             beside the bodies. A sensor that stands inside a body reads nothing at all.
     """
+    poses, sensors = apex.shape[:2]
+    step = max(1, _TRIPLES // max(1, sensors * -(-len(radius) // BLOCK)))
+    some = [slice(first, first + step) for first in range(0, poses, step)]
+    parts = [
+        _read(
+            (apex[t], axis[t], half_angle, range_m),
+            centre[t],
+            radius,
+            bodies and Capsules(bodies.start[t], bodies.end[t], bodies.radius),
+        )
+        for t in some
+    ]
+    return Readings(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+
+
+def _read(sensors: Any, centre: Any, radius: Any, bodies: Capsules | None) -> tuple[Any, Any]:
+    """Distance and point of ``readings``, all poses at once."""
+    apex, axis, half_angle, range_m = sensors
     distance, point = np.full(apex.shape[:2], np.inf), np.full(apex.shape, np.nan)
     balls, size = blocks(centre, radius)
     middle = (balls.min(axis=2) + balls.max(axis=2)) / 2
@@ -152,7 +171,7 @@ def readings(
     away = cone(middle[:, None], apex[:, :, None], axis[:, :, None], cosine, sine, range_m[None, :, None])
     t, k, g = np.nonzero(away <= reach[:, None] + 1e-6)
     if not len(t):
-        return Readings(distance, point)
+        return distance, point
     eyes = apex[t, k], axis[t, k], half_angle[k], range_m[k]
     found = slabs(_in_cones, (*eyes, balls[t, g], size[g])).astype(float)
     if bodies is not None:
@@ -162,7 +181,7 @@ def readings(
     t, k, g, ball = t[best], k[best], g[best], ball[best]
     exact = ball_in_cone(apex[t, k], axis[t, k], half_angle[k], range_m[k], balls[t, g, ball], size[g, ball])
     distance[t, k], point[t, k] = near[best], exact[1]
-    return Readings(distance, point)
+    return distance, point
 
 
 def _hide(found: Any, t: Any, k: Any, g: Any, eyes: Any, balls: Any, bodies: Capsules) -> None:

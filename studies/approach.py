@@ -132,7 +132,7 @@ def _approach(scene: _Scene, points: Any, clear: Any, gap: Any, radius: float, s
     return Approach(radius, float(gap[free][end]) - radius, path)
 
 
-def _shortened(scene: _Scene, path: Float[np.ndarray, "P 3"], radius: float, side: float) -> Float[np.ndarray, "P 3"]:
+def _shortened(scene: _Scene, path: Float[np.ndarray, "P 3"], radius: float, side: float) -> Float[np.ndarray, "Q 3"]:
     """The path less the corners that a straight way, unseen as surely, can leave out: at best all the rest, else half"""
     kept, i = [0], 0
     while i < len(path) - 1:

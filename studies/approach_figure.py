@@ -97,6 +97,7 @@ def picture(
     spots = np.vstack([spots, *(sensor_cones(robot, setup, q).bounds() for setup in setups.values())])
     low, high = spots.min(axis=0) - 0.1, spots.max(axis=0) + 0.1
     low[2] = -PEDESTAL - 0.15
+    high[1:] = low[1:] + (high - low)[1:].max()  # both views equally high
     for (top, side, clear), (name, setup) in zip(axes, setups.items(), strict=True):
         cones = sensor_cones(robot, setup, q)
         _view(top, cones, bodies, found[name], (0, 1))

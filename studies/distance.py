@@ -8,7 +8,8 @@ distance from the robot of anything at that reading in the beam, sampled on the 
 
 Errors are counted while the truth is below the range; a moment is in the near zone below 0.5 m, in the far zone below 1.1 m
 (the paper's thresholds), and beyond up to the range. The robot does not stop for the human, and the human does not give way.
-An engineering aid: none of these numbers is a safety rating.
+From 10 Hz to 40 Hz the RMSE changes by 0.5 %, a maximum by up to 1.5 cm; from balls that fall short of the body by 1 mm to
+0.25 mm both change by at most 0.1 mm. An engineering aid: none of these numbers is a safety rating.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,7 +24,7 @@ from scipy import stats
 from ..coverage.arrays import dot, root
 from ..coverage.capsules import Capsules, gap_to_capsules, robot_capsules
 from ..coverage.chain import forward
-from ..coverage.ranging import OCCLUSIONS, Occlusion, least_gap, readings, slabs
+from ..coverage.ranging import OCCLUSIONS, least_gap, readings, slabs
 from ..coverage.rings import Setup, ring_values, sensor_axes, sensor_optics
 from ..coverage.robots import Robot
 from .human import body_balls
@@ -115,7 +116,7 @@ def series(
     q: Float[np.ndarray, "T J"],
     thing: str,
     seed: int,
-    mode: Occlusion,
+    mode: str,
 ) -> Series:
     """One run: ``robot`` with ``setup`` moves along ``q``, ``thing`` on its path of ``seed``.
 
@@ -228,7 +229,7 @@ def cell(
     q: Float[np.ndarray, "T J"],
     thing: str,
     seed: int,
-    mode: Occlusion,
+    mode: str,
 ) -> Table:
     """One independent measurement of the study: ``measures`` of ``series``, whose arguments these are."""
     return measures(series(robot, setup, time_s, q, thing, seed, mode), float(sensor_optics(setup)[1].max()))

@@ -32,10 +32,10 @@ def _column(results: Results, key: str, mode: str, thing: str) -> tuple[Any, Any
 
 def _rows(ax: Axes, names: Sequence[str], labelled: bool) -> None:
     """One line for each setup, the first at the top."""
-    ax.set_yticks(range(len(names)), names if labelled else [""] * len(names))
+    ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(names) - 0.5, -0.5)
     ax.grid(False, axis="y")
-    ax.tick_params(labelsize=_FONT - 1)
+    ax.tick_params(labelsize=_FONT - 1, labelleft=labelled)
 
 
 def _bars(ax: Axes, results: Results, key: str, thing: str, x: str, title: str, labelled: bool) -> None:
@@ -72,7 +72,7 @@ def zones(results: Results, file: Path, mode: str = "shadow") -> None:
     """RMSE and maximum error of every thing in the near and in the far zone, setup by setup."""
     names = _setups(results)
     figure = sheet(11, 1.9 + 0.85 * len(names))
-    axes = figure.subplots(2, 2, sharey=True, sharex="row")
+    axes = figure.subplots(2, 2, sharex="row")
     titles = {"near": f"near zone: below {NEAR:g} m", "far": f"far zone: {NEAR:g} to {FAR:g} m"}
     for line, (key, what) in zip(
         axes, {"rmse_m": "RMSE, m", "max_error_m": "largest error of a path, m"}.items(), strict=True

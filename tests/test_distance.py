@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.capsules import gap_to_capsules, robot_capsules
 from place_rings.coverage.chain import forward
-from place_rings.coverage.ranging import readings
+from place_rings.coverage.ranging import OCCLUSIONS, readings
 from place_rings.coverage.rings import Ring, Setup, named_setup, ring_values, sensor_axes, sensor_cones, sensor_optics
 from place_rings.coverage.robots import UR10
 from place_rings.coverage.sensors import Sensor
+from place_rings.studies import approach_figure, distance_figures
 from place_rings.studies import distance as study
 from place_rings.studies.approach import unseen_approaches
 from place_rings.studies.distance import beliefs, cell, measures, repeated, series, summary
@@ -104,14 +105,21 @@ def test_table_of_one_run(swing):
     assert none["rmse_m"] is None
 
 
-def test_closing_speed_of_a_thing_in_full_view(swing):
-    """A still robot and true speeds: the distance walked towards the base is what the closing speed adds up to."""
-    still = np.tile(swing[0], (len(T), 1))
-    run = series(UR10, named_setup("n1_8_0"), T, still, "human", 5, "ignore")
-    assert np.abs(run.true_speed).max() < 4.0
-    assert abs(run.true_speed[:, 0].max()) > 0.5
-    unseen = ~run.seen
-    assert np.all(run.believed_speed[unseen] == 0)
+def test_closing_speeds_add_up_to_the_way_closed(swing):
+    """Over windows that follow each other the true closing speed sums to the change of distance; the unseen is still."""
+    t = np.arange(0, 30, 0.1)
+    still = np.tile(swing[0], (len(t), 1))
+    run = series(UR10, named_setup("n1_8_0"), t, still, "human", 5, "ignore")
+    frames = forward(UR10.chain, still)
+    centre, radius = study.thing_balls("human", 5, t, robot_capsules(UR10, frames))
+    back = round(study.WINDOW / 0.1)
+    for i, end in enumerate((np.zeros(3), frames[0, -1, :3, 3])):
+        distance = (np.linalg.norm(centre - end, axis=2) - radius).min(axis=1)
+        closed = run.true_speed[back::back, i].sum() * back * 0.1
+        last = (len(t) - 1) // back * back
+        assert closed == pytest.approx(distance[0] - distance[last], abs=1e-9)
+    assert np.all(run.believed_speed[~run.seen] == 0)
+    assert np.abs(run.believed_speed).max() > 0
 
 
 def test_names_are_checked(swing):
@@ -165,3 +173,23 @@ def test_larger_balls_stay_farther_off(reference_pose):
     assert small.gap_m + small.radius <= large.gap_m + large.radius
     with pytest.raises(ValueError, match="must be above 0"):
         unseen_approaches(UR10, named_setup("n1_8_0"), reference_pose, (0.0,))
+
+
+def test_figures_are_drawn(swing, reference_pose, tmp_path):
+    setups = {name: named_setup(name) for name in ("n1_8_0", "n2_16_55")}
+    t, q = T[:20], swing[:20]
+    results = {
+        (name, mode, thing): [cell(UR10, setup, t, q, thing, seed, mode) for seed in range(2)]
+        for name, setup in setups.items()
+        for mode in OCCLUSIONS
+        for thing in study.THINGS
+    }
+    distance_figures.errors(results, tmp_path / "errors.png")
+    distance_figures.zones(results, tmp_path / "zones.png")
+    distance_figures.monitoring(results, tmp_path / "monitoring.png")
+    runs = {name: series(UR10, setup, t, q, "human", 0, "shadow") for name, setup in setups.items()}
+    distance_figures.timeline(runs, 1.5, tmp_path / "timeline.png")
+    found = {name: unseen_approaches(UR10, setup, reference_pose, (0.05, 0.1), 0.1) for name, setup in setups.items()}
+    approach_figure.picture(UR10, setups, reference_pose, found, tmp_path / "approach.png")
+    for file in ("errors", "zones", "monitoring", "timeline", "approach"):
+        assert (tmp_path / f"{file}.png").stat().st_size > 15_000

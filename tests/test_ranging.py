@@ -152,7 +152,7 @@ def test_segments_against_a_minimiser(seed):
     assert point_to_segment(c, a, b) == pytest.approx(dense, abs=2e-3)
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(drawing.seeds)
 def test_bodies_move_with_their_links(seed):
     q = drawing.pose(np.random.default_rng(seed))
