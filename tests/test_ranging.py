@@ -17,7 +17,7 @@ from place_rings.coverage.chain import forward
 from place_rings.coverage.ranging import BLOCK, ball_in_cone, least_gap, readings
 from place_rings.coverage.rings import named_setup, ring_values, sensor_axes, sensor_cones, sensor_optics
 from place_rings.coverage.robots import ROBOTS, UR10, Robot
-from scipy.optimize import minimize
+from scipy.optimize import minimize_scalar
 
 from . import drawing
 
@@ -141,11 +141,14 @@ def test_segments_against_a_minimiser(seed):
     for t, s in ((rng.uniform(), rng.uniform()), (0.0, 1.0)):
         assert segment_to_segment(a, b, c, d) <= np.linalg.norm(a + t * (b - a) - c - s * (d - c)) + 1e-9
 
-    def apart(x):
-        return np.sum((a + x[0] * (b - a) - c - x[1] * (d - c)) ** 2)
+    def from_second(t):
+        """Distance of a place on the first segment from the second: convex in the place."""
+        v = a + t * (b - a) - c
+        s = np.clip(v @ (d - c) / max((d - c) @ (d - c), 1e-300), 0, 1)
+        return np.linalg.norm(v - s * (d - c))
 
-    best = min(minimize(apart, start, bounds=[(0, 1)] * 2, tol=1e-14).fun for start in ((0.5, 0.5), (0.1, 0.9), (0.9, 0.1)))
-    assert segment_to_segment(a, b, c, d) == pytest.approx(math.sqrt(best), abs=1e-4)
+    best = minimize_scalar(from_second, bounds=(0, 1), method="bounded", options={"xatol": 1e-10}).fun
+    assert segment_to_segment(a, b, c, d) == pytest.approx(best, abs=1e-4)
     assert segment_to_segment(c, d, a, b) == pytest.approx(segment_to_segment(a, b, c, d), abs=1e-9)
     shares = np.linspace(0, 1, 2001)[:, None]
     dense = np.linalg.norm(a + shares * (b - a) - c, axis=1).min()
