@@ -22,7 +22,9 @@ def program(works: Mapping[str, Work], made_of: Iterable[ModuleType] = ()) -> st
     """
     files = {file for room in _ROOMS for file in (Path(__file__).parent.parent / room).glob("*.py")}
     digest = hashlib.sha256()
-    for file in sorted(files | {Path(inspect.getfile(part)) for part in (*works.values(), *made_of)}):
+    for file in sorted(
+        files | {Path(inspect.getfile(work)) for work in works.values()} | {Path(inspect.getfile(part)) for part in made_of}
+    ):
         digest.update(file.read_bytes())
     return f"{version('place-rings')}+{digest.hexdigest()[:16]}"
 

@@ -1,12 +1,14 @@
 """The paper's last figure and what it names as its next step: the minimum distance as the rings make it, cell by cell."""
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from ..coverage.ranging import OCCLUSIONS
 from ..coverage.rings import named_setup
+from ..coverage.robots import ROBOTS
 from ..coverage.sensors import PAPER_SENSOR
 from ..placement.convert import setup_of
 from ..placement.models import RingModel
@@ -15,7 +17,7 @@ from .distance import THINGS, Series, Table, series, summary
 from .paper import SETUPS, task
 from .paper_statements import Statement, Verdict
 from .store import Cell
-from .works import ROBOTS, Rings
+from .works import Rings
 
 PATHS = 8  # seeded paths of each thing
 RATE, DURATION = 10.0, 60.0  # Hz, s
@@ -31,7 +33,7 @@ Results = dict[Key, list[Table]]
 def distances(searched: Mapping[str, Rings], seed: int = 0) -> dict[tuple[Key, int], Cell]:
     """A cell for every setup, mode, thing and path."""
     setups: dict[str, str | Rings] = {name: name for name in SETUPS} | dict(searched)
-    found = {}
+    found: dict[tuple[Key, int], Cell] = {}
     for name, setup in setups.items():
         for thing in THINGS:
             for path in range(seed, seed + PATHS):
@@ -105,7 +107,7 @@ def statement(results: Results) -> Statement:
     """Does the error fall as sensors and rings grow?"""
     parts, sure, falls = [], [], []
     for mode in OCCLUSIONS:
-        steps = [gain(results, a, b, mode) for a, b in zip(GROWTH, GROWTH[1:], strict=False)]
+        steps = [gain(results, a, b, mode) for a, b in pairwise(GROWTH)]
         sure += [mean + half < 0 for mean, half in steps]
         falls += [mean < 0 for mean, _ in steps]
         parts.append(f"{mode}: " + ", ".join(f"{100 * mean:+.1f} ± {100 * half:.1f} cm" for mean, half in steps))

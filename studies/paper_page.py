@@ -123,10 +123,11 @@ def _page(f: Findings, statements: Sequence[Statement], cones: Sequence[dict[str
 def _monitored(f: Findings) -> Iterator[str]:
     """The minimum distance in words and tables."""
     yield "## Minimum distance\n"
-    yield f"A human of jointed capsules walks and reaches on {paper_distance.PATHS} seeded paths of {paper_distance.DURATION:g} s while"
-    yield "the robot does its task. Every sensor reads the nearest point of the human in its beam; the system takes the point at that"
-    yield "distance on the beam's axis, and believes the sensors' range where none reads anything. Errors count while the human is"
-    yield "within that range. An engineering aid: none of these numbers is a safety rating.\n"
+    yield f"A human of jointed capsules walks and reaches on {paper_distance.PATHS} seeded paths of"
+    yield f"{paper_distance.DURATION:g} s while the robot does its task. Every sensor reads the nearest point of the human in"
+    yield "its beam; the system takes the point at that distance on the beam's axis, and believes the sensors' range where none"
+    yield "reads anything. Errors count while the human is within that range. An engineering aid: none of these numbers is a"
+    yield "safety rating.\n"
     yield "![error of the minimum distance, setup by setup](distance.png)\n"
     heads = (
         "setup",
@@ -155,8 +156,8 @@ def _monitored(f: Findings) -> Iterator[str]:
     yield "ring looks at: hence their large errors.\n"
     yield "![closing speeds, and how long and how near a human goes unseen](monitoring.png)\n"
     yield "How near a ball comes to the moving arm on a way that no beam meets, at the pose of highest TCP speed:\n"
-    heads = ("setup", *(f"ball of {200 * r:g} cm ends, cm off" for r in paper_distance.BALLS))
-    yield table(heads, ([_name(name), *(f"{100 * a['gap_m']:.0f}" for a in found)] for name, found in f.approaches.items()))
+    names = ["setup", *(f"ball of {200 * r:g} cm ends, cm off" for r in paper_distance.BALLS)]
+    yield table(names, ([_name(name), *(f"{100 * a['gap_m']:.0f}" for a in found)] for name, found in f.approaches.items()))
     yield "![the unseen approaches](approach.png)\n"
 
 

@@ -76,7 +76,7 @@ def _task(robot: str, rate: float, duration: float) -> Motion:
 def minimum_distance(
     robot: str, setup: str | Rings, thing: str, seed: int, mode: str, rate: float, duration: float
 ) -> dict[str, float | None]:
-    """What the rings make of the distance of a human or a thing while the robot does the paper's task: see ``distance.cell``."""
+    """What rings make of the distance of a human or a thing while the robot does the paper's task: ``distance.cell``."""
     motion = _task(robot, rate, duration)
     where = scene_from({"robot": robot})
     return distance.cell(where.robot, setup_from(setup, where), motion.time_s, motion.q, thing, seed, mode)
