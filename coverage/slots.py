@@ -99,8 +99,15 @@ def slot_axes(
     return origin + dot(rotation, apex), dot(rotation, look)
 
 
+def sensor_axes(
+    robot: Robot, setup: Setup, frames: Float[np.ndarray, "*batch F 4 4"]
+) -> tuple[Float[np.ndarray, "*batch K 3"], Float[np.ndarray, "*batch K 3"]]:
+    """Apexes (..., K, 3) m and unit axes (..., K, 3) of a setup's sensors, ring by ring, where the robot's frames are
+    ``frames``, T_base_frame (..., F, 4, 4) from ``forward``."""
+    values = ring_values(setup)
+    return slot_axes(slots(robot, setup.rings), values.position, values.tilt, values.phase, frames)
+
+
 def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cones:
     """V_FOV at pose ``q`` (J,) rad: one cone for each sensor, ring by ring, in the base frame (64-bit NumPy)."""
-    values = ring_values(setup)
-    axes = slot_axes(slots(robot, setup.rings), values.position, values.tilt, values.phase, forward(robot.chain, q))
-    return Cones(*axes, *sensor_optics(setup))
+    return Cones(*sensor_axes(robot, setup, forward(robot.chain, q)), *sensor_optics(setup))
