@@ -100,8 +100,8 @@ def slot_axes(
 
 
 def sensor_axes(
-    robot: Robot, setup: Setup, frames: Float[np.ndarray, "*batch F 4 4"]
-) -> tuple[Float[np.ndarray, "*batch K 3"], Float[np.ndarray, "*batch K 3"]]:
+    robot: Robot, setup: Setup, frames: Float[Array, "*batch F 4 4"]
+) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
     """Apexes (..., K, 3) m and unit axes (..., K, 3) of a setup's sensors, ring by ring, where the robot's frames are
     ``frames``, T_base_frame (..., F, 4, 4) from ``forward``."""
     values = ring_values(setup)

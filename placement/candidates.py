@@ -54,9 +54,11 @@ class Space:
         self.free = layout.sensors if layout else (sensors or 0) - held
         self.sensors = self.free + held
         self.least, self.most = scene.rules.sensors
-        rooms = sum(s.room for s in self.segments)
+        if scene.rules.shared_tilt and self._shared_tilt()[1] < 0:
+            raise InfeasibleError("a shared tilt needs limits that allow a tilt and its opposite on every link")
         if layout is None:
-            self.places = min(rooms, max(self.free, 0) // self.least, _MOST_RINGS)
+            rooms = min(self._rooms(), _MOST_RINGS)
+            self.places = min(rooms, max(self.free, 0) // self.least)
             _check_budget(self, rooms, held)
         else:
             self.places = len(layout.rings)
@@ -75,6 +77,17 @@ class Space:
             and rings.count(s.link) + held.count(s.link) < most
         ]
 
+    def _rooms(self) -> int:
+        """Rings that the links have room for beside the fixed ones."""
+        most, held = self.scene.rules.rings_per_link, [ring.link for ring in self.fixed]
+        links = {s.link: sum(t.room for t in self.segments if t.link == s.link) for s in self.segments}
+        return sum(min(room, max(most - held.count(link), 0)) for link, room in links.items())
+
+    def _shared_tilt(self) -> tuple[float, float]:
+        """Bounds of the one tilt that all rings have up to its sign, rad."""
+        tilts = [self.scene.limits_of(s.link).tilt for s in self.segments]
+        return 0.0, min((min(-low, high) for low, high in tilts), default=0.0)
+
     def pick(self, rng: Rng, free: Sequence[int]) -> int:
         """One of some segments, the longer the likelier."""
         size = np.array([self._length(self.segments[i]) for i in free])
@@ -89,9 +102,7 @@ class Space:
         s = self.segments[segment]
         tilt, turn = self.scene.limits_of(s.link).tilt, 2 * math.pi / count
         if self.scene.rules.shared_tilt:
-            low = max(self.scene.limits_of(x.link).tilt[0] for x in self.segments)
-            high = min(self.scene.limits_of(x.link).tilt[1] for x in self.segments)
-            tilt = (0.0, min(-low, high))
+            tilt = self._shared_tilt()
         return np.array([0.0, tilt[0], -turn]), np.array([float(s.high > s.low), tilt[1], turn])
 
     def box(self, c: Candidate) -> tuple[Float[np.ndarray, "3 R"], Float[np.ndarray, "3 R"]]:
@@ -176,9 +187,10 @@ def _check_budget(space: Space, rooms: int, held: int) -> None:
         raise InfeasibleError(f"{space.sensors} sensors are fewer than the {held} of the fixed rings")
     if 0 < space.free < least:
         raise InfeasibleError(f"{space.free} sensors are fewer than the least of one ring, {least}")
-    if space.free > min(rooms, _MOST_RINGS) * most:
-        places = min(rooms, _MOST_RINGS)
-        raise InfeasibleError(f"{space.free} sensors do not fit: there is room for {places} rings of at most {most}")
+    if space.free > rooms * most:
+        raise InfeasibleError(f"{space.free} sensors do not fit: there is room for {rooms} rings of at most {most}")
+    if space.free and not any(n * least <= space.free <= n * most for n in range(1, space.places + 1)):
+        raise InfeasibleError(f"{space.free} sensors are no sum of rings of {least} to {most}")
 
 
 def _check_layout(space: Space, layout: Setup) -> None:

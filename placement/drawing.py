@@ -15,11 +15,8 @@ _TRIES = 200
 _ODDS = np.array([0.4, 0.2, 0.1, 0.1, 0.1, 0.1])  # of a ring drawn anew, and of the moves of sensors below
 
 
-def _numbers(rng: Rng, total: int, parts: int, least: int, most: int) -> list[int] | None:
-    """``total`` as a sum of ``parts`` whole numbers between ``least`` and ``most``, mostly of like size; None where there
-    is none."""
-    if not parts * least <= total <= parts * most:
-        return None
+def _numbers(rng: Rng, total: int, parts: int, least: int, most: int) -> list[int]:
+    """``total`` as a sum of ``parts`` whole numbers between ``least`` and ``most``, mostly of like size."""
     even = rng.uniform() < 0.5
     weights = np.ones(parts) if even else rng.dirichlet(np.full(parts, 4.0)) * parts
     numbers = np.clip(np.round(weights * total / parts).astype(int), least, most)
@@ -39,9 +36,7 @@ def fresh(space: Space, rng: Rng) -> Candidate:
         else:
             fewest = math.ceil(space.free / space.most)
             rings = int(rng.integers(fewest, space.places + 1)) if space.places > fewest else fewest
-            wanted = [("", n) for n in _numbers(rng, space.free, rings, space.least, space.most) or ()]
-            if not wanted:
-                continue
+            wanted = [("", n) for n in _numbers(rng, space.free, rings, space.least, space.most)]
         segment: list[int] = []
         for link, _ in wanted:
             free = space.room(segment, link or None)
@@ -107,6 +102,8 @@ def vary(space: Space, c: Candidate, rng: Rng) -> Candidate:
 
     Climbs settle into few combinations of rings, and from a good one to a better one it often takes one ring.
     """
+    if not len(c.rings):
+        return c
     move = 0 if space.layout else int(rng.choice(len(_ODDS), p=_ODDS))
     varied = (_ring, _shift, _split, _merge, _move, _swap)[move](space, c, rng)
     return _ring(space, c, rng) if varied is None else varied
@@ -123,10 +120,7 @@ def _drawn(space: Space, c: Candidate, i: int, rng: Rng) -> Candidate:
 
 
 def _ring(space: Space, c: Candidate, rng: Rng) -> Candidate:
-    if not len(c.rings):
-        return c
-    i = int(rng.choice(c.rings))
-    return _drawn(space, c, i, rng)
+    return _drawn(space, c, int(rng.choice(c.rings)), rng)
 
 
 def _move(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
@@ -180,11 +174,14 @@ def _merge(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
     a, b = (int(i) for i in rng.choice(c.rings, 2, replace=False))
     rest = int(c.count[a])
     segment, count = c.segment.copy(), c.count.copy()
-    segment[a], count[a] = -1, 0
+    segment[a], count[a], values = -1, 0, c.values.copy()
+    if not space.scene.rules.shared_tilt:
+        values[1, a] = 0.0
+    values[0, a] = values[2, a] = 0.0
     for i in [b, *rng.permutation([int(i) for i in c.rings if i not in (a, b)])]:
         more = min(rest, space.most - int(count[i]))
         count[i], rest = count[i] + more, rest - more
-    return None if rest else _turned(space, replace(c, segment=segment, count=count))
+    return None if rest else _turned(space, replace(c, segment=segment, count=count, values=values))
 
 
 def _swap(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
