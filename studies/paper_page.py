@@ -125,9 +125,9 @@ def _monitored(f: Findings) -> Iterator[str]:
     yield "## Minimum distance\n"
     yield f"A human of jointed capsules walks and reaches on {paper_distance.PATHS} seeded paths of"
     yield f"{paper_distance.DURATION:g} s while the robot does its task. Every sensor reads the nearest point of the human"
-    yield "in its beam; the system takes the point at that distance on the beam's axis, and believes the sensors' range where"
-    yield "none reads anything. Errors count while the human is within that range. An engineering aid: none of these numbers"
-    yield "is a safety rating.\n"
+    yield "in its beam; the system takes the point at that distance on the beam's axis, and believes the sensors' range"
+    yield "where none reads anything. Errors count while the human is within that range. An engineering aid: none of these"
+    yield "numbers is a safety rating.\n"
     yield "![error of the minimum distance, setup by setup](distance.png)\n"
     heads = (
         "setup",
