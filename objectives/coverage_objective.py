@@ -93,7 +93,7 @@ class CoverageObjective:
             return soft_zeta(Cones(apex[pose], axis[pose], slots.half_angle, slots.range_m), points, width, slopes=slopes)
 
         def skip(_: Any) -> Soft:
-            return Soft(jnp.zeros(()), jnp.zeros(apex.shape[1:]), jnp.zeros(apex.shape[1:]))
+            return Soft(jnp.zeros((), apex.dtype), jnp.zeros_like(apex[0]), jnp.zeros_like(axis[0]))
 
         def term(pose_cloud: Any) -> Any:
             return jax.lax.cond(poses[pose_cloud[0]] > 0, look, skip, pose_cloud)
