@@ -92,8 +92,6 @@ def test_reading_of_a_ball_against_dense_samples(seed):
     along = offset @ axis
     assert -1e-9 <= along <= range_m + 1e-9
     assert np.linalg.norm(offset - along * axis) <= along * math.tan(half) + 1e-9
-    if inside.sum() > 2000:  # enough samples to come near
-        assert found - distance < 0.15 * radius + 0.02
 
 
 @settings(max_examples=25)
