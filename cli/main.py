@@ -15,7 +15,7 @@ from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import resolve
 from ..placement.models import MODELS
-from .options import parse_goals, resolve_counting, resolve_scene, resolve_space, with_floors, with_goals
+from .options import parse_goals, resolve_counting, resolve_reach, resolve_scene, resolve_space, with_floors, with_goals
 
 app = App(
     name="place-rings",
@@ -53,6 +53,7 @@ def place(
     sensors: Annotated[
         int | None, Parameter(validator=Number(gte=1, lte=2000), help="Spend so many sensors on any rings.")
     ] = None,
+    reach: Annotated[float | None, Parameter(help="Find the fewest sensors that cover so many percent.")] = None,
     at_least: Annotated[
         tuple[str, ...], Parameter(negative=(), help="A floor: V_S:1.5=60 for 60 percent of it. Repeatable.")
     ] = (),
@@ -72,6 +73,8 @@ def place(
 
     Example: place-rings --target V_S --radius 0.5 --sensors 48
 
+    Example: place-rings --target V_S --radius 0.5 --reach 95
+
     Example: place-rings --target V_S:0.5 --at-least V_S:1.5=45 --sensors 80
 
     Parameters
@@ -88,7 +91,9 @@ def place(
     asked = resolve_scene(scene, robot, target, radius) or with_goals(Scene(), parse_goals(target, radius))
     asked = with_floors(asked, at_least)
     cap = float("inf") if time is None else time
-    run(asked, resolve_space(asked, rings_per_link, sensors_per_ring, sensors), seed, cap, voxel, out, as_json)
+    share = resolve_reach(reach, sensors)
+    space = None if share else resolve_space(asked, rings_per_link, sensors_per_ring, sensors)
+    run(asked, space, share, seed, cap, voxel, out, as_json)
 
 
 @app.command
