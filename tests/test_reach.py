@@ -46,9 +46,8 @@ def test_a_time_cap_gives_the_best_until_then():
 
 
 def test_what_cannot_be_is_refused():
-    with pytest.raises(InfeasibleError):
-        fewest_sensors(
-            Scene(rules=Rules(sensors=(30, 40), rings_per_link=1, spacing=5.0, fixed=())), 1 - 1e-9, schedule=QUICK
-        )
+    nowhere = Scene(limits={link: Limits(keep_out=((0.0, 1.0),)) for link in UR10.links})
+    with pytest.raises(InfeasibleError, match="room for 0 rings"):
+        fewest_sensors(nowhere, 0.5, schedule=QUICK)
     with pytest.raises(ValueError, match="not in"):
         fewest_sensors(SCENE, 1.0)
