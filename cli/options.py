@@ -107,6 +107,14 @@ def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
     return replace(scene, goals=tuple(goals))
 
 
+def resolve_pair(targets: Sequence[str]) -> tuple[Target, Target]:
+    """The two targets of a front: the near and the far shell where none are given."""
+    goals = parse_goals(targets, None) or (Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.5)))
+    if len(goals) != 2 or goals[0].target == goals[1].target:
+        raise UserError(f"--target: found {len(goals)} target(s), allowed: two different ones")
+    return goals[0].target, goals[1].target
+
+
 def resolve_reach(reach: float | None, sensors: int | None) -> float | None:
     """``--reach`` as a share; UserError where it is none, or where the number of sensors is given too."""
     if reach is None:
