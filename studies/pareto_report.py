@@ -47,10 +47,10 @@ def write(
     kept = front([p for p in points if not is_papers(p)])
     text = "\n".join(_page(points, kept, names, command))
     lines = [
-        {"sensors": p.sensors, "found": p.name, names[0]: round(p.first, 4), names[1]: round(p.second, 4), "rings": len(p.rings),
-         "on_front": p in kept, "file": _file(p, kept)}
+        {"sensors": p.sensors, "found": p.name, names[0]: round(p.first, 4), names[1]: round(p.second, 4)}
+        | {"rings": len(p.rings), "on_front": p in kept, "file": _file(p, kept)}
         for p in points
-    ]  # fmt: skip
+    ]
     files = {"points.csv": csv_text(lines), "README.md": text, "report.html": html(text, folder, "Fronts of two targets")}
     return files | {_file(p, kept): _proposal(p, names, where) for p in kept}
 
@@ -75,10 +75,11 @@ def _page(points: Sequence[Point], kept: Sequence[Point], names: tuple[str, str]
     yield "The paper's setups, and the point of a front with no more sensors that is better for both by most:\n"
     rows = []
     for p in papers:
-        better = max(kept, key=lambda o: min(o.first - p.first, o.second - p.second) if o.sensors <= p.sensors else -1e9)
+        fewer = [o for o in kept if o.sensors <= p.sensors]
+        better = max(fewer, key=lambda o: min(o.first - p.first, o.second - p.second))
         sign = "yes" if dominated(p, kept) else "no"
-        rows.append([p.name, f"{p.sensors}", f"{p.first:.1f}, {p.second:.1f}", sign, f"{better.sensors}",
-                     f"{better.first:.1f}, {better.second:.1f}"])  # fmt: skip
+        both = (f"{q.first:.1f}, {q.second:.1f}" for q in (p, better))
+        rows.append([p.name, f"{p.sensors}", next(both), sign, f"{better.sensors}", next(both)])
     yield table(("setup", "sensors", ", ".join(names), "dominated", "by sensors", ", ".join(names)), rows)
     yield "Area under each front, as a share of the square:\n"
     budgets = sorted({p.sensors for p in kept})
