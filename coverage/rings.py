@@ -3,10 +3,10 @@
 import math
 import re
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from .arrays import Array, dot, namespace
 from .chain import forward
@@ -45,6 +45,11 @@ class Setup:
     def sensors(self) -> int:
         """Number of sensors of all rings together."""
         return sum(ring.count for ring in self.rings)
+
+    @property
+    def ring_of_sensor(self) -> Int[np.ndarray, " K"]:
+        """Number of each sensor's ring."""
+        return np.repeat(np.arange(len(self.rings)), [ring.count for ring in self.rings])
 
 
 _NAME = re.compile(r"n([123])_([1-9]\d{0,3})_(-?\d{1,2}(?:\.\d+)?)")
@@ -89,20 +94,25 @@ def ring_values(setup: Setup) -> RingValues:
     return RingValues(*(np.array([getattr(r, key) for r in setup.rings], float) for key in ("position", "tilt", "phase")))
 
 
-def sensor_axes(
-    robot: Robot, setup: Setup, values: RingValues, frames: Float[Array, "*batch F 4 4"]
-) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
-    """Apexes (..., K, 3) m and unit axes (..., K, 3) of all sensors in the base frame, ring by ring.
+class Seats(NamedTuple):
+    """Where the K sensors of a setup sit, ring by ring, each in the frame of its link; all (..., K, 3).
 
-    Args:
-        robot: whose mounts carry the rings.
-        setup: gives links, counts and radii; its positions, tilts and phases are not used.
-        values: positions, tilts and phases; NumPy or JAX, differentiable in the latter.
-        frames: T_base_frame (..., F, 4, 4) from ``forward``.
+    apex m; look: unit, where the sensor looks; centre m of its ring; along: unit, mount axis; radial: unit, from the centre
+    to the sensor.
     """
+
+    apex: Any
+    look: Any
+    centre: Any
+    along: Any
+    radial: Any
+
+
+def seats(robot: Robot, setup: Setup, values: RingValues) -> Seats:
+    """The seats of all sensors; for the arguments see ``sensor_axes``."""
     xp = namespace(values.position)
     dtype = values.position.dtype
-    ring = np.repeat(np.arange(len(setup.rings)), [r.count for r in setup.rings])
+    ring = setup.ring_of_sensor
     turn = np.concatenate([np.arange(r.count) * (2 * np.pi / r.count) for r in setup.rings])
     mounts = [robot.mount(r.link) for r in setup.rings]
 
@@ -114,13 +124,37 @@ def sensor_axes(
     angle = values.phase[ring] + xp.asarray(turn, dtype=dtype)
     radial = xp.cos(angle)[:, None] * zero + xp.sin(angle)[:, None] * side
     tilt = values.tilt[ring][:, None]
-    apex = start + (values.position[ring] * length)[:, None] * axis + radius[:, None] * radial
-    look = xp.cos(tilt) * radial + xp.sin(tilt) * axis
-    T = frames[..., np.array([m.frame for m in mounts])[ring], :, :]
+    centre = start + (values.position[ring] * length)[:, None] * axis
+    return Seats(centre + radius[:, None] * radial, xp.cos(tilt) * radial + xp.sin(tilt) * axis, centre, axis, radial)
+
+
+def in_base(
+    robot: Robot,
+    setup: Setup,
+    apex: Float[Array, "*#batch K 3"],
+    look: Float[Array, "*#batch K 3"],
+    frames: Float[Array, "*#batch F 4 4"],
+) -> tuple[Float[Array, "*#batch K 3"], Float[Array, "*#batch K 3"]]:
+    """Apexes m and unit axes from the frames of their links to the base frame; leading axes broadcast."""
+    T = frames[..., np.array([robot.mount(r.link).frame for r in setup.rings])[setup.ring_of_sensor], :, :]
     rotation, origin = T[..., :3, :3], T[..., :3, 3]
-    batch = (1,) * (T.ndim - 3)
-    apex, look = (v.reshape(*batch, -1, 1, 3) for v in (apex, look))
+    apex, look = (v[..., None, :] for v in (apex, look))
     return origin + dot(rotation, apex), dot(rotation, look)
+
+
+def sensor_axes(
+    robot: Robot, setup: Setup, values: RingValues, frames: Float[Array, "*batch F 4 4"]
+) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
+    """Apexes (..., K, 3) m and unit axes (..., K, 3) of all sensors in the base frame, ring by ring.
+
+    Args:
+        robot: whose mounts carry the rings.
+        setup: gives links, counts and radii; its positions, tilts and phases are not used.
+        values: positions, tilts and phases; NumPy or JAX, differentiable in the latter.
+        frames: T_base_frame (..., F, 4, 4) from ``forward``.
+    """
+    here, batch = seats(robot, setup, values), (1,) * (frames.ndim - 3)
+    return in_base(robot, setup, here.apex.reshape(*batch, -1, 3), here.look.reshape(*batch, -1, 3), frames)
 
 
 def sensor_optics(setup: Setup) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
