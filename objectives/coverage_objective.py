@@ -1,4 +1,4 @@
-"""What the search climbs: weighted zeta over targets and poses, soft with a gradient, and the plain share of points."""
+"""What the search climbs: its aim, weighted over targets and poses, soft with a gradient, and as a share of points."""
 
 from collections.abc import Callable
 from functools import partial
@@ -11,11 +11,14 @@ from jaxtyping import Float
 
 from ..coverage.chain import forward
 from ..coverage.cloud import BLOCK, Cloud, cloud
+from ..coverage.mounting import misplaced_axes
 from ..coverage.points import sample
 from ..coverage.rings import RingValues, Setup, sensor_axes, sensor_optics
-from ..coverage.soft import SHARP, soft_zeta
+from ..coverage.soft import SHARP
+from ..coverage.soft_seen import soft_seen
 from ..coverage.solids import Cones
 from ..coverage.targets import target_solid
+from .aim import Aim
 from .scene import Scene
 
 _PIECE = {"cpu": (16, None)}  # setups in one call, and how many of these at once: on a CPU one after the other,
@@ -34,19 +37,21 @@ def _piece() -> tuple[int, int | None]:
 class TargetPoints:
     """Points of every goal at every pose of a scene, drawn once: targets do not move with the rings."""
 
-    def __init__(self, scene: Scene, count: int, seed: int) -> None:
-        """Draw ``count`` points in each goal at each pose.
+    def __init__(self, scene: Scene, count: int, seed: int, mountings: int = 1) -> None:
+        """Draw ``count`` points in each goal at each pose, anew for each of so many mountings: the luck of the points then
+        evens out over these, and fewer will do.
 
         Raises:
             ValueError: if a target is empty.
         """
-        self.terms = [(g, p) for g in range(len(scene.goals)) for p in range(len(scene.poses))]
+        self.mountings = mountings
+        self.terms = [(g, p) for _ in range(mountings) for g in range(len(scene.goals)) for p in range(len(scene.poses))]
         seeds = np.random.SeedSequence(seed).generate_state(len(self.terms))
         self.points = [
             sample(target_solid(scene.goals[g].target, scene.robot, scene.poses[p].q, scene.shape), count, int(s))
             for (g, p), s in zip(self.terms, seeds, strict=True)
         ]
-        self.weights = np.array([scene.goal_weights[g] * scene.pose_weights[p] for g, p in self.terms])
+        self.weights = np.array([scene.goal_weights[g] * scene.pose_weights[p] for g, p in self.terms]) / mountings
 
     def clouds(self, count: int) -> Cloud:
         """The first ``count`` points of each term as one cloud with a leading axis of terms.
@@ -59,17 +64,22 @@ class TargetPoints:
 
 
 class CoverageObjective:
-    """Weighted mean of zeta over a scene's goals and poses, for setups with the links, counts and radii of ``setup``.
+    """Weighted mean over a scene's goals and poses of what is aimed at, for setups with the links, counts and radii of
+    ``setup``: of zeta, unless told otherwise.
 
     Setups are given by their values (3, R): positions, tilts and phases of the rings. Arithmetic is in 32 bit, which is
     enough for a search that the exact count judges. One object serves many threads, and compiles once for all clouds of
     its points, widths and numbers of setups.
     """
 
-    def __init__(self, scene: Scene, setup: Setup, points: TargetPoints) -> None:
-        """Raises ValueError if a ring sits on a link that the robot has not."""
-        self.scene, self.setup = scene, setup
-        self._pose = jnp.asarray([p for _, p in points.terms])
+    def __init__(self, scene: Scene, setup: Setup, points: TargetPoints, aim: Aim | None = None) -> None:
+        """Raises ValueError if a ring sits on a link that the robot has not, or the points are for other mountings."""
+        self.scene, self.setup, self.aim = scene, setup, aim or Aim()
+        if points.mountings != self.aim.mountings:
+            raise ValueError(f"points are for {points.mountings} mountings, the aim has {self.aim.mountings}")
+        self._errors = self.aim.drawn(setup)
+        each = len(scene.goals) * len(scene.poses)
+        self._pose = jnp.asarray([p + i // each * len(scene.poses) for i, (_, p) in enumerate(points.terms)])
         self._weights = jnp.asarray(points.weights, jnp.float32)
         frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
         self._frames = jnp.asarray(frames, jnp.float32)
@@ -77,14 +87,20 @@ class CoverageObjective:
         self._soft = jax.jit(self._of_each)
 
     def _axes(self, values: Any) -> tuple[Any, Any]:
-        return sensor_axes(self.scene.robot, self.setup, RingValues(*values), self._frames)
+        """Apexes and axes (N, K, 3) at all poses, mounting by mounting."""
+        where = (self.scene.robot, self.setup, RingValues(*values), self._frames)
+        if self._errors is None:
+            return sensor_axes(*where)
+        apex, axis = (a.reshape(-1, *a.shape[2:]) for a in misplaced_axes(*where, self._errors))
+        return apex, axis
 
     def _mean(self, values: Any, clouds: Cloud, width: Any, slopes: Any) -> tuple[Any, Any]:
         (apex, axis), pull_back = jax.vjp(self._axes, values)
 
         def term(pose_cloud: Any) -> Any:
             pose, points = pose_cloud
-            return soft_zeta(Cones(apex[pose], axis[pose], *self._optics), points, width, slopes=slopes)
+            cones = Cones(apex[pose], axis[pose], *self._optics)
+            return soft_seen(cones, points, width, self.aim.seen, slopes=slopes)
 
         each = _each(term, (self._pose, clouds))
         weighted = partial(jnp.multiply, self._weights[:, None, None])
@@ -115,12 +131,12 @@ class CoverageObjective:
     def soft(
         self, values: Float[np.ndarray, "S 3 R"], width: float, clouds: Cloud
     ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"]]:
-        """Soft zeta in [0, 1] of S setups, and its gradients by positions, tilts and phases."""
+        """Soft value in [0, 1] of S setups, and its gradients by positions, tilts and phases."""
         return self._in_pieces(values, clouds, float(width), True)
 
     def zetas(self, values: Float[np.ndarray, "S 3 R"], clouds: Cloud, width: float = SHARP) -> Float[np.ndarray, " S"]:
-        """Soft zeta in [0, 1] of S setups without gradients, in a quarter of the time.
+        """Soft value in [0, 1] of S setups without gradients, in a quarter of the time.
 
-        At the default width it is the share of the points inside a cone.
+        At the default width it is the share of the points inside a cone, or as many as the aim asks for.
         """
         return self._in_pieces(values, clouds, float(width), False)[0]

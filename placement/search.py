@@ -14,6 +14,7 @@ from jaxtyping import Float
 
 from ..coverage.cloud import Cloud
 from ..coverage.rings import Setup
+from ..objectives.aim import Aim, exact_aim
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
@@ -77,7 +78,7 @@ class Statistics:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The setup, its soft value and its exact value (weighted means in [0, 1]), how the search ended and what it spent."""
+    """The setup, soft and exact value of its aim (weighted means in [0, 1]), how the search ended and what it spent."""
 
     setup: Setup
     soft: float
@@ -105,6 +106,7 @@ def search(
     schedule: Schedule | None = None,
     voxel: float = 0.01,
     tell: Callable[[Progress], None] = lambda progress: None,
+    aim: Aim | None = None,
 ) -> SearchResult:
     """Find positions, tilts and phases for the rings of ``layout`` that cover most of the scene's goals.
 
@@ -120,6 +122,7 @@ def search(
         schedule: starts and stages.
         voxel: side of the voxels of the exact count, m.
         tell: is given the progress from time to time, in this thread.
+        aim: what is made large; by default zeta itself.
 
     Raises:
         ValueError: for an empty target, or a layout that does not fit the robot.
@@ -127,10 +130,11 @@ def search(
     began = time.monotonic()
     schedule = schedule or Schedule()
     brake = Brake(began + time_cap)
-    terms = len(scene.goals) * len(scene.poses)
+    aim = aim or Aim()
+    terms = len(scene.goals) * len(scene.poses) * aim.mountings
     sizes = [max(256, stage.points // terms) for stage in schedule.stages]
-    points = TargetPoints(scene, max(sizes), seed)
-    objective = CoverageObjective(scene, layout, points)
+    points = TargetPoints(scene, max(sizes), seed, aim.mountings)
+    objective = CoverageObjective(scene, layout, points, aim)
     box, rng = bounds(scene, layout), np.random.default_rng((seed, 1))
     widest, evaluations, progress = points.clouds(max(sizes)), 0, Progress(stages=len(schedule.stages))
     begin = starts(scene, layout, max(schedule.draws, schedule.starts), seed)
@@ -167,7 +171,7 @@ def search(
     verifier = Verifier(scene, voxel)
     last = schedule.stages[max(progress.stage, 1) - 1].width
     setups = [rounded(place(layout, x), scene.sensor) for x in finalists]
-    exact = _count(verifier, setups, brake)
+    exact = _count(verifier, setups, aim, brake)
     chosen = int(np.argmax(exact))
     soft = float(objective.zetas(finalists[chosen][None], widest, last)[0])
     outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
@@ -181,15 +185,15 @@ def _scores(threads: ThreadPoolExecutor, objective: CoverageObjective, values: P
     return np.concatenate([np.empty(0), *threads.map(lambda part: objective.zetas(part, clouds, width), parts)])
 
 
-def _count(verifier: Verifier, setups: list[Setup], brake: Brake) -> list[float]:
+def _count(verifier: Verifier, setups: list[Setup], aim: Aim, brake: Brake) -> list[float]:
     """Exact values of the first setups: of all, unless Ctrl-C comes; of one at least."""
     exact: list[float] = []
     for setup in setups:
         try:
-            exact.append(verifier.objective(setup))
+            exact.append(exact_aim(verifier, setup, aim))
         except KeyboardInterrupt:
             brake.pulled.set()
-            return exact or [verifier.objective(setup)]
+            return exact or [exact_aim(verifier, setup, aim)]
     return exact
 
 
