@@ -10,11 +10,13 @@ from typing import Annotated, Literal
 from cyclopts import App, CycloptsError, Parameter
 from cyclopts.validators import Number
 
+from ..coverage.mounting import Law
 from ..objectives.exact import Rule
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import resolve
 from ..placement.models import MODELS
+from .aim_options import mounting_errors, resolve_aim, resolve_robustness
 from .options import parse_goals, resolve_counting, resolve_scene, with_goals
 
 app = App(
@@ -38,6 +40,7 @@ RobotOption = Annotated[str | None, Parameter(help="A built-in robot: ur10, ur10
 Voxel = Annotated[float, Parameter(help="Side of a voxel, m.")]
 Json = Annotated[bool, Parameter(name="--json", negative=(), help="Print one JSON object for scripts.")]
 Subject = Annotated[str, Parameter(name="PROPOSAL_OR_NAME", help="A proposal's file, or a name like n2_16_25.")]
+Seed = Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")]
 Count = Annotated[int, Parameter(validator=Number(gte=1, lte=200))]
 
 
@@ -50,7 +53,11 @@ def place(
     robot: RobotOption = None,
     rings_per_link: Count = 2,
     sensors_per_ring: Count = 16,
-    seed: Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")] = 0,
+    redundancy: Annotated[int, Parameter(help="Make large what at least so many sensors see.")] = 1,
+    tolerant: Annotated[bool, Parameter(negative=(), help="Make the mean under errors of mounting large.")] = False,
+    position_error_mm: Annotated[float | None, Parameter(help="With --tolerant: see robustness; 5.")] = None,
+    direction_error_deg: Annotated[float | None, Parameter(help="With --tolerant: see robustness; 2.")] = None,
+    seed: Seed = 0,
     time: Annotated[float | None, Parameter(help="Cap on the search, s; it ends by its own schedule otherwise.")] = None,
     voxel: Voxel = 0.01,
     out: Annotated[Path, Parameter(help="Folder for proposal.toml, placement.png and result.json.")] = Path(
@@ -63,6 +70,8 @@ def place(
     Example: place-rings --target V_S --radius 0.5
 
     Example: place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4 --rings-per-link 3
+
+    Example: place-rings --target V_S --radius 0.5 --redundancy 2
 
     Parameters
     ----------
@@ -77,7 +86,8 @@ def place(
         raise UserError(f"--time: found {time:g}, allowed: a positive number of seconds")
     asked = resolve_scene(scene, robot, target, radius) or with_goals(Scene(), parse_goals(target, radius))
     cap = float("inf") if time is None else time
-    run(asked, rings_per_link, sensors_per_ring, seed, cap, voxel, out, as_json)
+    aim = resolve_aim(redundancy, tolerant, position_error_mm, direction_error_deg)
+    run(asked, rings_per_link, sensors_per_ring, seed, cap, voxel, out, as_json, aim)
 
 
 @app.command
@@ -116,6 +126,39 @@ def verify(
 
 
 @app.command
+def robustness(
+    subject: Subject,
+    /,
+    *,
+    target: Targets = (),
+    radius: Radius = None,
+    scene: SceneFileOption = None,
+    robot: RobotOption = None,
+    k: Annotated[int, Parameter(name="--k", help="Tell apart up to so many sensors that see a point.")] = 3,
+    draws: Annotated[int, Parameter(help="Mountings that are drawn.")] = 100,
+    position_error_mm: Annotated[float, Parameter(help="Of each ring, along its link, either way.")] = 5.0,
+    direction_error_deg: Annotated[
+        float, Parameter(help="Of each ring as a whole (rocked two ways and turned) and of each sensor on it, either way.")
+    ] = 2.0,
+    law: Annotated[
+        Law, Parameter(help="uniform: errors up to these limits. normal: the limits are two standard deviations.")
+    ] = "uniform",
+    seed: Seed = 0,
+    voxel: Voxel = 0.01,
+    as_json: Json = False,
+) -> None:
+    """Count what several sensors see, what is lost with a sensor or a ring, and ζ under errors of mounting.
+
+    Example: place-rings robustness n2_16_25 --target V_S --radius 0.5
+    """
+    from .robustness import robustness as run
+
+    asked = resolve_robustness(k, voxel, draws, seed, mounting_errors(position_error_mm, direction_error_deg, law))
+    setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
+    run(subject, setup, with_goals(found, parse_goals(target, radius)), asked, as_json)
+
+
+@app.command
 def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOption = None) -> None:
     """Print every sensor's cone at every pose, as CSV in the base frame.
 
@@ -151,7 +194,7 @@ def study(
 
 
 @app.command
-def schema(name: Literal["scene", "proposal", "verify", "result"], /) -> None:
+def schema(name: Literal["scene", "proposal", "verify", "robustness", "result"], /) -> None:
     """Print the JSON Schema of a file or of a command's JSON.
 
     Example: place-rings schema scene

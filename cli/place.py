@@ -11,10 +11,11 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..coverage.rings import Setup, named_setup
 from ..coverage.targets import Target, target_solid
+from ..objectives.aim import Aim, exact_aim
 from ..objectives.exact import Verifier, check_voxel, target_voxels
 from ..objectives.scene import Scene
 from ..placement import search as searching
-from ..placement.convert import ring_models, scene_model, verify_result
+from ..placement.convert import ring_models, scene_model, tolerant_model, verify_result
 from ..placement.errors import UserError
 from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.models import FoundModel, ProposalFile, SearchFile, VerifyResult
@@ -41,7 +42,9 @@ def check_scene(scene: Scene, voxel: float) -> None:
             raise UserError(f"--voxel: {error}") from error
 
 
-def find(scene: Scene, layout: Setup, seed: int, time_cap: float, voxel: float, console: Console) -> searching.SearchResult:
+def find(
+    scene: Scene, layout: Setup, seed: int, time_cap: float, voxel: float, console: Console, aim: Aim
+) -> searching.SearchResult:
     """Run the search with a progress bar on ``console``."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
@@ -52,7 +55,7 @@ def find(scene: Scene, layout: Setup, seed: int, time_cap: float, voxel: float, 
             what = "counting the finalists" if done == total else f"stage {p.stage} of {p.stages}"
             bar.update(task, description=what, total=total, completed=done, best=f"best so far {100 * p.best:.1f} %")
 
-        return searching.search(scene, layout, seed, time_cap, voxel=voxel, tell=tell)
+        return searching.search(scene, layout, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
 
 
 def compare(scene: Scene, setup: Setup, voxel: float, console: Console) -> list[VerifyResult]:
@@ -75,6 +78,20 @@ def compare(scene: Scene, setup: Setup, voxel: float, console: Console) -> list[
     return results
 
 
+def asked_values(scene: Scene, setup: Setup, value: float, voxel: float, console: Console, aim: Aim) -> dict[str, float]:
+    """What was asked for, in percent, of the proposal and of the paper's setups, where it is not zeta itself."""
+    if aim.plain:
+        return {}
+    verifier, found = Verifier(scene, voxel), {"proposal": 100 * value}
+    try:
+        with console.status("counting what was asked for"):
+            for name in PAPER_SETUPS:
+                found[name] = 100 * exact_aim(verifier, named_setup(name, scene.sensor, scene.ring_radius), aim)
+    except KeyboardInterrupt:
+        console.print("interrupted: the comparison ends here, the proposal is kept")
+    return found
+
+
 def place(
     scene: Scene,
     rings_per_link: int,
@@ -84,14 +101,17 @@ def place(
     voxel: float,
     out: Path,
     as_json: bool,
+    aim: Aim,
 ) -> None:
-    """Search a placement for ``scene``, verify it beside the paper's setups, write proposal, picture and result."""
+    """Search a placement for ``scene`` that is good by ``aim``, verify it beside the paper's setups, and write proposal,
+    picture and result."""
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
     folder = output_folder(out)
     layout = ring_layout(scene, rings_per_link, sensors_per_ring)
-    result = find(scene, layout, seed, time_cap, voxel, log)
+    result = find(scene, layout, seed, time_cap, voxel, log, aim)
     comparison = compare(scene, result.setup, voxel, log)
+    asked = asked_values(scene, result.setup, result.exact, voxel, log, aim)
     goals = {(g.target.name, g.target.radius) for g in scene.goals}
     mine = [r for r in comparison if r.setup == "proposal" and (r.target, r.radius) in goals]
     files = {key: folder / name for key, name in _FILES.items()}
@@ -99,7 +119,7 @@ def place(
         rings=ring_models(result.setup, scene.sensor),
         scene=scene_model(scene),
         zeta=mine,
-        found=_found(result, seed),
+        found=_found(result, seed, aim),
     )
     lines = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
     placement_picture(files["picture"], scene, result.setup, lines or ["interrupted before it was verified"])
@@ -107,6 +127,7 @@ def place(
         proposal=proposal,
         soft_minus_exact_percent=100 * (result.soft - result.exact),
         comparison=comparison,
+        asked_percent=asked,
         files={key: str(path) for key, path in files.items()},
     )
     write_text(files["result"], record.model_dump_json(indent=2) + "\n")
@@ -119,6 +140,9 @@ def place(
     title = f"ζ in percent, rule centre, voxels of {voxel:g} m, robot {scene.robot.name}, {len(scene.poses)} pose(s)"
     order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
     console.print(zeta_table(sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)), sensors, title))
+    if asked:
+        each = ", ".join(f"{name} {value:.2f}" for name, value in asked.items())
+        console.print(f"Asked for, {aim}, in percent: {each}.", highlight=False)
     spent = result.statistics
     console.print(
         f"Found: exact {100 * result.exact:.2f} %, soft {100 * result.soft:.2f} % (width {1000 * spent.width:g} mm,"
@@ -135,7 +159,7 @@ _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely,
 Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive towards distal."""
 
 
-def _found(result: searching.SearchResult, seed: int) -> FoundModel:
+def _found(result: searching.SearchResult, seed: int, aim: Aim) -> FoundModel:
     spent = result.statistics
     return FoundModel(
         outcome=result.outcome.value,
@@ -149,4 +173,6 @@ def _found(result: searching.SearchResult, seed: int) -> FoundModel:
         command=shlex.join(["place-rings", *sys.argv[1:]]),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         versions={name: version(name) for name in _PACKAGES} | {"python": sys.version.split()[0]},
+        redundancy=aim.seen,
+        tolerant=tolerant_model(aim),
     )

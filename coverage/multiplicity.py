@@ -146,7 +146,7 @@ class _Descent:
         return np.where(first == last, first, -2)
 
     def _tally(self, at_least: np.ndarray) -> Tally:
-        groups = 0 if self.group is None else int(self.group[-1]) + 1
+        groups = 0 if self.group is None else int(self.group.max(initial=-1)) + 1
         none = np.zeros(0 if self.group is None else len(self.cones), np.int64)
         return Tally(at_least, none, np.zeros(groups, np.int64))
 
