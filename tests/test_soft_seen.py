@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.cloud import cloud
-from place_rings.coverage.soft import CUT, SHARP, soft_zeta
+from place_rings.coverage.soft import CUT, SHARP
 from place_rings.coverage.soft_seen import soft_seen
 from place_rings.coverage.solids import Cones
 
@@ -77,10 +77,9 @@ def test_tends_to_the_share_of_points(seed, least):
 @settings(max_examples=20)
 @given(drawing.seeds)
 def test_more_sensors_see_less_and_all_numbers_add_up(seed):
-    """One sensor is the plain estimator; the sum over k of the chances of at least k is the expected number of cones."""
+    """The sum over k of the chances of at least k is the expected number of cones."""
     cones, points = drawn(seed, 3, POINTS)
     one, two, three = (float(estimate(cones, points, 0.1, k).zeta) for k in (1, 2, 3))
-    assert one == float(jax.jit(soft_zeta)(on_device(cones), on_device(cloud(points, dtype=np.float64)), 0.1, ALL).zeta)
     assert one >= two >= three
     expected = chances(cones.apex, cones.axis, cones, points, 0.1).sum(axis=0).mean()
     assert one + two + three == pytest.approx(expected, abs=1e-12)
