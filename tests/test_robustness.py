@@ -37,7 +37,7 @@ def verifier():
     return Verifier(Scene(poses=poses, goals=(Goal(NEAR),)), 0.05)
 
 
-def drawn_setup(seed, sensors=6):
+def drawn_setup(seed, sensors=4):
     return drawing.setup(np.random.default_rng(seed), sensors)
 
 

@@ -78,11 +78,11 @@ def test_tends_to_the_share_of_points(seed, least):
 @given(drawing.seeds)
 def test_more_sensors_see_less_and_all_numbers_add_up(seed):
     """The sum over k of the chances of at least k is the expected number of cones."""
-    cones, points = drawn(seed, 3, POINTS)
-    one, two, three = (float(estimate(cones, points, 0.1, k).zeta) for k in (1, 2, 3))
-    assert one >= two >= three
+    cones, points = drawn(seed, 2, POINTS)
+    one, two = (float(estimate(cones, points, 0.1, k).zeta) for k in (1, 2))
+    assert one >= two
     expected = chances(cones.apex, cones.axis, cones, points, 0.1).sum(axis=0).mean()
-    assert one + two + three == pytest.approx(expected, abs=1e-12)
+    assert one + two == pytest.approx(expected, abs=1e-12)
 
 
 @settings(max_examples=20)
