@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from ..coverage.mounting import Law, MountingErrors
-from ..objectives.aim import Aim
+from ..objectives.aim import Aim, Losing
 from ..placement.errors import UserError
 
 POSITION_MM, DIRECTION_DEG = 5.0, 2.0  # errors of mounting where none are given
@@ -43,13 +43,17 @@ def resolve_robustness(most: int, voxel: float, draws: int, seed: int, errors: M
     return Robustness(most, voxel, errors, draws, seed)
 
 
-def resolve_aim(redundancy: int, tolerant: bool, position_mm: float | None, direction_deg: float | None) -> Aim:
-    """What ``--redundancy``, ``--tolerant`` and its errors mean together."""
+def resolve_aim(
+    redundancy: int, losing: Losing | None, tolerant: bool, position_mm: float | None, direction_deg: float | None
+) -> Aim:
+    """What ``--redundancy``, ``--losing``, ``--tolerant`` and its errors mean together."""
     _within("--redundancy", redundancy, 1, _MOST_SOUGHT)
+    if losing is not None and (tolerant or redundancy > 1):
+        raise UserError(f"--losing: found {losing}, allowed: only without --redundancy and --tolerant")
     if not tolerant:
         for option, value in (("--position-error-mm", position_mm), ("--direction-error-deg", direction_deg)):
             if value is not None:
                 raise UserError(f"{option}: found {value:g}, allowed: only with --tolerant")
-        return Aim(redundancy)
+        return Aim(redundancy, losing=losing)
     errors = (POSITION_MM if position_mm is None else position_mm, DIRECTION_DEG if direction_deg is None else direction_deg)
     return Aim(redundancy, mounting_errors(*errors))

@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError, Parameter
 from cyclopts.validators import Number
 
 from ..coverage.mounting import Law
+from ..objectives.aim import Losing
 from ..objectives.exact import Rule
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
@@ -54,6 +55,7 @@ def place(
     rings_per_link: Count = 2,
     sensors_per_ring: Count = 16,
     redundancy: Annotated[int, Parameter(help="Make large what at least so many sensors see.")] = 1,
+    losing: Annotated[Losing | None, Parameter(help="Make ζ without the worst ring, or sensor, large.")] = None,
     tolerant: Annotated[bool, Parameter(negative=(), help="Make the mean under errors of mounting large.")] = False,
     position_error_mm: Annotated[float | None, Parameter(help="With --tolerant: see robustness; 5.")] = None,
     direction_error_deg: Annotated[float | None, Parameter(help="With --tolerant: see robustness; 2.")] = None,
@@ -86,7 +88,7 @@ def place(
         raise UserError(f"--time: found {time:g}, allowed: a positive number of seconds")
     asked = resolve_scene(scene, robot, target, radius) or with_goals(Scene(), parse_goals(target, radius))
     cap = float("inf") if time is None else time
-    aim = resolve_aim(redundancy, tolerant, position_error_mm, direction_error_deg)
+    aim = resolve_aim(redundancy, losing, tolerant, position_error_mm, direction_error_deg)
     run(asked, rings_per_link, sensors_per_ring, seed, cap, voxel, out, as_json, aim)
 
 

@@ -174,5 +174,6 @@ def _found(result: searching.SearchResult, seed: int, aim: Aim) -> FoundModel:
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         versions={name: version(name) for name in _PACKAGES} | {"python": sys.version.split()[0]},
         redundancy=aim.seen,
+        losing=aim.losing,
         tolerant=tolerant_model(aim),
     )

@@ -30,7 +30,7 @@ class Soft(NamedTuple):
     """Soft zeta in [0, 1]; its gradient by the cones' apexes (K, 3), 1/m, and by their axes (K, 3), as if these were free
     vectors."""
 
-    zeta: Float[jax.Array, ""]
+    zeta: Float[jax.Array, "*shape"]
     by_apex: Float[jax.Array, "K 3"]
     by_axis: Float[jax.Array, "K 3"]
 
@@ -55,8 +55,10 @@ def soft_zeta(cones: Cones, cloud: Cloud, width: Any, cut: Any = CUT, slopes: An
     return over_groups(add_group, cones, cloud, width, cut, slopes)
 
 
-def over_groups(add: AddGroup, cones: Cones, cloud: Cloud, width: Any, cut: Any, slopes: Any) -> Soft:
-    """What ``soft_zeta`` does, with another ``add_group``."""
+def over_groups(
+    add: AddGroup, cones: Cones, cloud: Cloud, width: Any, cut: Any, slopes: Any, zetas: tuple[int, ...] = ()
+) -> Soft:
+    """What ``soft_zeta`` does, with another ``add_group``, which may add up a whole array of zetas of this shape."""
     k, (n, _) = len(cones), cloud.weight.shape
     most, _ = _at_once()
     group = min(most, n)
@@ -78,7 +80,7 @@ def over_groups(add: AddGroup, cones: Cones, cloud: Cloud, width: Any, cut: Any,
 
     dtype = cloud.points.dtype
     groups = -(-(cloud.weight[:, 0] > 0).sum() // group)
-    unseen, slope = jax.lax.fori_loop(0, groups, one, (jnp.zeros((), dtype), jnp.zeros((k + 1, 6), dtype)))
+    unseen, slope = jax.lax.fori_loop(0, groups, one, (jnp.zeros(zetas, dtype), jnp.zeros((k + 1, 6), dtype)))
     size = cloud.weight.sum()
     by_apex, by_axis = jnp.split(-slope[:k] / (size * width), 2, axis=1)
     return Soft(1 - unseen / size, by_apex, by_axis)

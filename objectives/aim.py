@@ -1,13 +1,19 @@
-"""What a search makes large: the share seen by one sensor or by several, as meant or under errors of mounting."""
+"""What a search makes large: the share seen by one sensor or several, after the worst loss, under errors of mounting."""
 
 import math
 from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Int
 
 from ..coverage.mounting import Misplaced, MountingErrors, draw_errors
 from ..coverage.rings import Setup
 from .exact import Verifier
+from .redundancy import redundancy
 from .tolerance import exact_zetas, mounted_cones, nominal_cones
 
+Losing = Literal["ring", "sensor"]
 DRAWS = 16  # mountings that a search keeps in mind
 
 
@@ -15,27 +21,30 @@ DRAWS = 16  # mountings that a search keeps in mind
 class Aim:
     """The default aim is zeta itself.
 
-    seen: sensors that must see a point. errors: where given, the aim is the mean over ``draws`` mountings, drawn once by
-    ``seed``. That is not the seed by which reports draw unless told otherwise: no placement is praised for the errors it was
-    fitted to.
+    seen: sensors that must see a point. losing: zeta without the ring, or the sensor, that is missed most. errors: where
+    given, the aim is the mean over ``draws`` mountings, drawn once by ``seed``. That is not the seed by which reports draw
+    unless told otherwise: no placement is praised for the errors it was fitted to.
 
     Raises:
-        ValueError: for fewer than one sensor or draw.
+        ValueError: for fewer than one sensor or draw, or a loss together with several sensors or errors.
     """
 
     seen: int = 1
     errors: MountingErrors | None = None
     draws: int = DRAWS
     seed: int = 1
+    losing: Losing | None = None
 
     def __post_init__(self) -> None:
         if self.seen < 1 or self.draws < 1:
             raise ValueError(f"found {self.seen} sensors and {self.draws} draws, allowed: 1 and more")
+        if self.losing and (self.seen > 1 or self.errors):
+            raise ValueError(f"found a lost {self.losing} together with several sensors or errors, allowed: by itself")
 
     @property
     def plain(self) -> bool:
         """Is it zeta itself?"""
-        return self.seen == 1 and self.errors is None
+        return self.seen == 1 and self.errors is None and self.losing is None
 
     @property
     def mountings(self) -> int:
@@ -46,7 +55,15 @@ class Aim:
         """The errors of each mounting; None where there are no errors."""
         return draw_errors(setup, self.errors, self.draws, self.seed) if self.errors else None
 
+    def groups(self, setup: Setup) -> Int[np.ndarray, " K"] | None:
+        """Number of what each sensor is lost with; None where nothing is lost."""
+        if self.losing is None:
+            return None
+        return setup.ring_of_sensor if self.losing == "ring" else np.arange(setup.sensors)
+
     def __str__(self) -> str:
+        if self.losing:
+            return f"seen without the worst {self.losing}"
         seen = "seen" if self.seen == 1 else f"seen by at least {self.seen} sensors"
         if self.errors is None:
             return seen
@@ -65,8 +82,12 @@ def exact_aim(verifier: Verifier, setup: Setup, aim: Aim) -> float:
     """
     if aim.plain:
         return verifier.objective(setup)
+    scene = verifier.scene
+    if aim.losing:
+        lost = "without_ring" if aim.losing == "ring" else "without_sensor"
+        each = [getattr(redundancy(verifier, setup, goal.target, 1), lost) for goal in scene.goals]
+        return float((np.stack(each) * scene.goal_weights[:, None]).sum(axis=0).min())
     drawn = aim.drawn(setup)
     cones = nominal_cones(verifier, setup) if drawn is None else mounted_cones(verifier, setup, drawn)
-    scene = verifier.scene
     means = (float(exact_zetas(verifier, goal.target, cones, aim.seen).mean()) for goal in scene.goals)
     return math.fsum(float(w) * mean for w, mean in zip(scene.goal_weights, means, strict=True))

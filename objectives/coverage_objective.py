@@ -14,13 +14,15 @@ from ..coverage.cloud import BLOCK, Cloud, cloud
 from ..coverage.mounting import misplaced_axes
 from ..coverage.points import sample
 from ..coverage.rings import RingValues, Setup, sensor_axes, sensor_optics
-from ..coverage.soft import SHARP
+from ..coverage.soft import SHARP, Soft
+from ..coverage.soft_loss import soft_losses
 from ..coverage.soft_seen import soft_seen
 from ..coverage.solids import Cones
 from ..coverage.targets import target_solid
 from .aim import Aim
 from .scene import Scene
 
+_SOFTNESS = 0.1  # of the minimum over losses, for each m of a sigmoid's width
 _PIECE = {"cpu": (16, None)}  # setups in one call, and how many of these at once: on a CPU one after the other,
 _PIECE_ELSEWHERE = (256, 4)  # on an accelerator several, as memory holds them
 
@@ -77,7 +79,7 @@ class CoverageObjective:
         self.scene, self.setup, self.aim = scene, setup, aim or Aim()
         if points.mountings != self.aim.mountings:
             raise ValueError(f"points are for {points.mountings} mountings, the aim has {self.aim.mountings}")
-        self._errors = self.aim.drawn(setup)
+        self._errors, self._lost = self.aim.drawn(setup), self.aim.groups(setup)
         each = len(scene.goals) * len(scene.poses)
         self._pose = jnp.asarray([p + i // each * len(scene.poses) for i, (_, p) in enumerate(points.terms)])
         self._weights = jnp.asarray(points.weights, jnp.float32)
@@ -97,16 +99,35 @@ class CoverageObjective:
     def _mean(self, values: Any, clouds: Cloud, width: Any, slopes: Any) -> tuple[Any, Any]:
         (apex, axis), pull_back = jax.vjp(self._axes, values)
 
-        def term(pose_cloud: Any) -> Any:
-            pose, points = pose_cloud
-            cones = Cones(apex[pose], axis[pose], *self._optics)
-            return soft_seen(cones, points, width, self.aim.seen, slopes=slopes)
+        def terms(soft: Any, slopes: Any) -> Soft:
+            def term(pose_cloud: Any) -> Any:
+                pose, points = pose_cloud
+                return soft(Cones(apex[pose], axis[pose], *self._optics), points, slopes)
 
-        each = _each(term, (self._pose, clouds))
+            return _each(term, (self._pose, clouds))
+
+        if self._lost is None:
+            each = terms(lambda cones, points, slopes: soft_seen(cones, points, width, self.aim.seen, slopes=slopes), slopes)
+            value = jnp.dot(self._weights, each.zeta)
+        else:
+            value, each = self._after_the_worst_loss(self._lost, terms, width, slopes)
         weighted = partial(jnp.multiply, self._weights[:, None, None])
         by_apex = jnp.zeros_like(apex).at[self._pose].add(weighted(each.by_apex))
         by_axis = jnp.zeros_like(axis).at[self._pose].add(weighted(each.by_axis))
-        return jnp.dot(self._weights, each.zeta), pull_back((by_apex, by_axis))[0]
+        return value, pull_back((by_apex, by_axis))[0]
+
+    def _after_the_worst_loss(self, lost: np.ndarray, terms: Any, width: Any, slopes: Any) -> tuple[Any, Any]:
+        """The least of the zetas after each loss, softly: -s log sum exp(-zeta / s). Its slope is that of their mean by the
+        weights that the soft minimum gives them, which takes a first run over all terms."""
+        softness = width * _SOFTNESS
+
+        def losses(weights: Any) -> Any:
+            return lambda cones, points, slopes: soft_losses(cones, lost, points, width, weights, slopes=slopes)
+
+        even = jnp.ones(int(lost.max()) + 1, self._weights.dtype)
+        zetas = (self._weights[:, None] * terms(losses(even), False).zeta).sum(axis=0)
+        weights = jax.nn.softmax(-zetas / softness)
+        return -softness * jax.nn.logsumexp(-zetas / softness), terms(losses(weights), slopes)
 
     def _of_each(self, values: Any, count: Any, *where: Any) -> tuple[Any, Any]:
         """Of the first ``count`` setups of ``values``; the others only fill its shape, which is the same for any count."""

@@ -220,7 +220,8 @@ class RobustnessResult(_Model):
 
 
 class FoundModel(_Model):
-    """How a proposal was found: for which number of sensors that see a point, and for which errors of mounting."""
+    """How a proposal was found: for which number of sensors that see a point, which loss, and which errors of
+    mounting."""
 
     outcome: str
     seed: int
@@ -234,6 +235,7 @@ class FoundModel(_Model):
     created: str
     versions: dict[str, str]
     redundancy: int = Field(default=1, ge=1, description="sensors")
+    losing: Literal["ring", "sensor"] | None = None
     tolerant: ErrorsModel | None = None
 
 
