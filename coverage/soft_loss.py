@@ -40,9 +40,12 @@ def soft_losses(
 
 def _all_but_one(products: Any) -> Any:
     """For each of G factors (G, ...) the product of the others."""
-    one = jnp.ones_like(products[:1])
-    before = jnp.cumprod(jnp.concatenate([one, products[:-1]]), axis=0)
-    after = jnp.cumprod(jnp.concatenate([products[1:], one])[::-1], axis=0)[::-1]
+
+    def one_more(product: Any, factor: Any) -> tuple[Any, Any]:
+        return product * factor, product
+
+    _, before = jax.lax.scan(one_more, jnp.ones_like(products[0]), products)
+    _, after = jax.lax.scan(one_more, jnp.ones_like(products[0]), products, reverse=True)
     return before * after
 
 
@@ -61,12 +64,13 @@ def _add_group(
     ones = jnp.ones((len(weights) + 1, *weight.shape), weight.dtype)  # the last is of cones that stand in for none
     unseen = weight[None] * _all_but_one(jax.lax.fori_loop(0, near.pieces, multiply, ones)[:-1])
     weighted = weights[:, None, None] * unseen
-    others = jnp.pad(weighted.sum(axis=0)[None] - weighted, ((0, 1), (0, 0), (0, 0)))
+    others = jnp.moveaxis(weighted.sum(axis=0)[None] - weighted, 0, 1)
 
     def differentiate(j: Any, slope: Any) -> Any:
         chosen, some = near.cones_of(j)
         t, *geometry = pairs(points, some, width)
-        pull = others[group[chosen], row] * free_and_occupied(t)[1]
+        own = jax.nn.one_hot(group[chosen], len(weights), dtype=t.dtype)
+        pull = jnp.matmul(own, others, precision="highest") * free_and_occupied(t)[1]  # sooner than to look each up
         return slope.at[chosen].add(by_cone(points, some, pull, *geometry))
 
     end = jnp.where(slopes, near.pieces, 0)

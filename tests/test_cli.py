@@ -74,6 +74,7 @@ REFUSED = {
     "robust: voxel too fine": ["robustness", "n2_16_25", "--voxel", "1e-7"],
     "search for nobody": ["--redundancy", "0"],
     "errors without use": ["--direction-error-deg", "1"],
+    "loss and redundancy": ["--losing", "ring", "--redundancy", "2"],
 }
 
 

@@ -45,7 +45,7 @@ def test_tally_is_the_dense_count(seed, most):
     assert seen_by(cones, wanted, most) == found.at_least[-1]
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(drawing.seeds)
 def test_numbers_of_cones_add_up(seed):
     """Seen by one or more is the union's count; all multiplicities together are the single cones' counts."""
