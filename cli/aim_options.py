@@ -4,7 +4,8 @@ import math
 from dataclasses import dataclass
 
 from ..coverage.mounting import Law, MountingErrors
-from ..objectives.aim import Aim, Losing
+from ..objectives.aim import Aim, Losing, check_floors
+from ..objectives.scene import Scene
 from ..placement.errors import UserError
 
 POSITION_MM, DIRECTION_DEG = 5.0, 2.0  # errors of mounting where none are given
@@ -44,12 +45,21 @@ def resolve_robustness(most: int, voxel: float, draws: int, seed: int, errors: M
 
 
 def resolve_aim(
-    redundancy: int, losing: Losing | None, tolerant: bool, position_mm: float | None, direction_deg: float | None
+    scene: Scene,
+    redundancy: int,
+    losing: Losing | None,
+    tolerant: bool,
+    position_mm: float | None,
+    direction_deg: float | None,
 ) -> Aim:
-    """What ``--redundancy``, ``--losing``, ``--tolerant`` and its errors mean together."""
+    """What ``--redundancy``, ``--losing``, ``--tolerant`` and its errors mean together, for a search in ``scene``."""
     _within("--redundancy", redundancy, 1, _MOST_SOUGHT)
     if losing is not None and (tolerant or redundancy > 1):
         raise UserError(f"--losing: found {losing}, allowed: only without --redundancy and --tolerant")
+    try:
+        check_floors(scene, Aim(losing=losing))
+    except ValueError as error:
+        raise UserError(f"--losing: {error}") from error
     if not tolerant:
         for option, value in (("--position-error-mm", position_mm), ("--direction-error-deg", direction_deg)):
             if value is not None:

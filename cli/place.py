@@ -11,15 +11,16 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..coverage.rings import Setup, named_setup
 from ..coverage.targets import Target, target_solid
-from ..objectives.aim import Aim, exact_aim
+from ..objectives.aim import Aim, judge
 from ..objectives.exact import Verifier, check_voxel, target_voxels
 from ..objectives.scene import Scene
 from ..placement import search as searching
+from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_model, tolerant_model, verify_result
 from ..placement.errors import UserError
 from ..placement.loader import output_folder, to_toml, write_text
-from ..placement.models import FoundModel, ProposalFile, SearchFile, VerifyResult
-from ..placement.variables import ring_layout
+from ..placement.models import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile, VerifyResult
+from ..placement.reach import fewest_sensors
 from .picture import placement_picture
 from .tables import ring_table, target_label, zeta_table
 
@@ -43,7 +44,7 @@ def check_scene(scene: Scene, voxel: float) -> None:
 
 
 def find(
-    scene: Scene, layout: Setup, seed: int, time_cap: float, voxel: float, console: Console, aim: Aim
+    scene: Scene, space: Space, seed: int, time_cap: float, voxel: float, console: Console, aim: Aim
 ) -> searching.SearchResult:
     """Run the search with a progress bar on ``console``."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
@@ -55,7 +56,30 @@ def find(
             what = "counting the finalists" if done == total else f"stage {p.stage} of {p.stages}"
             bar.update(task, description=what, total=total, completed=done, best=f"best so far {100 * p.best:.1f} %")
 
-        return searching.search(scene, layout, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
+        return searching.search(scene, space, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
+
+
+def find_fewest(
+    scene: Scene, wanted: float, seed: int, time_cap: float, voxel: float, console: Console, aim: Aim
+) -> tuple[searching.SearchResult, ReachModel]:
+    """Run the searches for fewest sensors with a progress bar on ``console``."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("drawing points", total=None, best="")
+
+        def tell(sensors: int, p: searching.Progress) -> None:
+            done = p.stage - 1 + p.done / p.climbs
+            bar.update(
+                task,
+                description=f"{sensors} sensors",
+                total=p.stages,
+                completed=done,
+                best=f"best so far {100 * p.best:.1f} %",
+            )
+
+        found = fewest_sensors(scene, wanted, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
+    tried = [ReachedModel(sensors=n, exact_percent=100 * v, reached=ok) for n, (v, ok) in found.tried.items()]
+    return found.result, ReachModel(wanted_percent=100 * wanted, reached=found.reached, tried=tried)
 
 
 def compare(scene: Scene, setup: Setup, voxel: float, console: Console) -> list[VerifyResult]:
@@ -86,7 +110,7 @@ def asked_values(scene: Scene, setup: Setup, value: float, voxel: float, console
     try:
         with console.status("counting what was asked for"):
             for name in PAPER_SETUPS:
-                found[name] = 100 * exact_aim(verifier, named_setup(name, scene.sensor, scene.ring_radius), aim)
+                found[name] = 100 * judge(verifier, named_setup(name, scene.sensor, scene.ring_radius), aim)[1]
     except KeyboardInterrupt:
         console.print("interrupted: the comparison ends here, the proposal is kept")
     return found
@@ -94,8 +118,8 @@ def asked_values(scene: Scene, setup: Setup, value: float, voxel: float, console
 
 def place(
     scene: Scene,
-    rings_per_link: int,
-    sensors_per_ring: int,
+    space: Space | None,
+    reach: float | None,
     seed: int,
     time_cap: float,
     voxel: float,
@@ -108,8 +132,11 @@ def place(
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
     folder = output_folder(out)
-    layout = ring_layout(scene, rings_per_link, sensors_per_ring)
-    result = find(scene, layout, seed, time_cap, voxel, log, aim)
+    reached = None
+    if space is not None:
+        result = find(scene, space, seed, time_cap, voxel, log, aim)
+    else:
+        result, reached = find_fewest(scene, reach or 0.0, seed, time_cap, voxel, log, aim)
     comparison = compare(scene, result.setup, voxel, log)
     asked = asked_values(scene, result.setup, result.exact, voxel, log, aim)
     goals = {(g.target.name, g.target.radius) for g in scene.goals}
@@ -129,6 +156,8 @@ def place(
         comparison=comparison,
         asked_percent=asked,
         files={key: str(path) for key, path in files.items()},
+        reach=reached,
+        short_percent=100 * result.short,
     )
     write_text(files["result"], record.model_dump_json(indent=2) + "\n")
     write_text(files["proposal"], to_toml(proposal, _HEADING))
@@ -149,8 +178,19 @@ def place(
         f" difference {100 * (result.soft - result.exact):+.2f}); {spent.starts} starts, {spent.evaluations} evaluations,"
         f" {spent.seconds:.0f} s; {result.outcome.value}."
     )
+    if reached:
+        console.print(_told(reached))
+    if result.short:
+        console.print(f"The floors are missed by {100 * result.short:.2f} points.")
     for path in files.values():
         console.print(f"  {path}", highlight=False, soft_wrap=True)
+
+
+def _told(reached: ReachModel) -> str:
+    tried = ", ".join(f"{t.sensors}: {t.exact_percent:.2f}" for t in reached.tried)
+    if not reached.reached:
+        return f"{reached.wanted_percent:g} % was not reached; sensors and ζ in percent of each search: {tried}."
+    return f"Fewest sensors found for {reached.wanted_percent:g} %; each search, sensors and ζ in percent: {tried}."
 
 
 _FILES = {"proposal": "proposal.toml", "picture": "placement.png", "result": "result.json"}

@@ -14,8 +14,9 @@ from jaxtyping import Float
 
 from .arrays import Array, dot, namespace
 from .chain import forward
-from .rings import RingValues, Setup, in_base, ring_values, seats, sensor_optics
+from .rings import Setup, ring_values, sensor_optics
 from .robots import Robot
+from .slots import Slots, in_base, seats, slots
 from .solids import Cones
 
 Law = Literal["uniform", "normal"]
@@ -59,20 +60,20 @@ class Misplaced:
         return self.slip.shape[0]
 
 
-def draw_errors(setup: Setup, errors: MountingErrors, draws: int, seed: int) -> Misplaced:
-    """Draw the errors of ``draws`` mountings.
+def draw_errors(rings: int, sensors: int, errors: MountingErrors, draws: int, seed: int) -> Misplaced:
+    """Draw the errors of ``draws`` mountings of so many rings and sensors.
 
-    The numbers are common: a ring's depend on the seed and on which ring it is alone, and more draws begin with the same
-    ones, so that setups, sizes of error and numbers of draws are compared by equal luck.
+    The numbers are common: those of a ring and of a sensor depend on the seed and on which one it is, and more draws begin
+    with the same ones, so that setups, sizes of error and numbers of draws are compared by equal luck.
     """
-    slip, turn, seat = [], [], []
-    for i, ring in enumerate(setup.rings):
-        rng, shape = np.random.default_rng((seed, i)), (draws, 4 + 2 * ring.count)
-        one = rng.uniform(-1, 1, shape) if errors.law == "uniform" else rng.normal(0, 0.5, shape)
-        slip.append(errors.position * one[:, 0])
-        turn.append(errors.direction * one[:, 1:4])
-        seat.append(errors.direction * one[:, 4:].reshape(draws, -1, 2))
-    return Misplaced(np.stack(slip, axis=1), np.stack(turn, axis=1), np.concatenate(seat, axis=1))
+
+    def numbers(kind: int, which: int, columns: int) -> Float[np.ndarray, "draws columns"]:
+        rng = np.random.default_rng((seed, kind, which))
+        return rng.uniform(-1, 1, (draws, columns)) if errors.law == "uniform" else rng.normal(0, 0.5, (draws, columns))
+
+    ring = np.stack([numbers(0, i, 4) for i in range(rings)], axis=1)
+    seat = np.stack([numbers(1, k, 2) for k in range(sensors)], axis=1)
+    return Misplaced(errors.position * ring[..., 0], errors.direction * ring[..., 1:], errors.direction * seat)
 
 
 def _cross(a: Any, b: Any) -> Any:
@@ -81,45 +82,50 @@ def _cross(a: Any, b: Any) -> Any:
     return namespace(a).stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1], axis=-1)
 
 
-def _change(v: Any, by: Any) -> Any:
-    """What a rotation by the constant rotation vectors ``by`` (NumPy) adds to ``v`` (Rodrigues): exactly 0 without one."""
-    square = dot(by, by)[..., None]
-    some = np.where(square > 0, square, 1.0)  # at angle 0 the products vanish, whatever stands before them
-    angle = np.sqrt(some)
-    sine, cosine, by = (_like(v, a) for a in (np.sin(angle) / angle, (1 - np.cos(angle)) / some, by))
-    across = _cross(by, v)
-    return sine * across + cosine * _cross(by, across)
-
-
-def _like(v: Any, constant: Any) -> Any:
-    return namespace(v).asarray(constant, dtype=v.dtype)
-
-
 def misplaced_axes(
-    robot: Robot, setup: Setup, values: RingValues, frames: Float[Array, "P F 4 4"], errors: Misplaced
+    slots: Slots,
+    position: Float[Array, " R"],
+    tilt: Float[Array, " R"],
+    phase: Float[Array, " R"],
+    frames: Float[Array, "P F 4 4"],
+    errors: Misplaced,
 ) -> tuple[Float[Array, "D P K 3"], Float[Array, "D P K 3"]]:
     """Apexes m and unit axes of all sensors in the base frame, for each drawn mounting and each pose.
 
     Args:
-        robot, setup, values: see ``sensor_axes``; differentiable by the values where these are JAX arrays.
+        slots, position, tilt, phase: see ``slot_axes``; differentiable by the last three where these are JAX arrays.
         frames: T_base_frame of P poses.
         errors: the drawn errors, NumPy.
     """
-    ring, mounts = setup.ring_of_sensor, [robot.mount(r.link) for r in setup.rings]
-    apex, look, centre, along, radial = (v[None] for v in seats(robot, setup, values))
+    apex, look, centre, along, radial = (v[None] for v in seats(slots, position, tilt, phase))
+    xp, dtype, ring = namespace(look), look.dtype, slots.ring
+
+    def like(values: Any) -> Any:
+        return xp.asarray(values, dtype=dtype)
+
     astray = np.hypot(errors.seat[..., 0], errors.seat[..., 1])
     tangent = _cross(along, radial)
-    up, sideways = (_like(look, np.sinc(astray / np.pi) * errors.seat[..., i])[..., None] for i in range(2))
-    look = _like(look, np.cos(astray))[..., None] * look + up * _cross(look, tangent) + sideways * tangent
+    up, sideways = (like(np.sinc(astray / np.pi) * errors.seat[..., i])[..., None] for i in range(2))
+    look = like(np.cos(astray))[..., None] * look + up * _cross(look, tangent) + sideways * tangent
 
-    basis = np.stack([[m.zero, m.side, m.axis] for m in mounts])
-    turn = (errors.turn[..., None] * basis).sum(axis=2)[:, ring]
-    apex = apex + _like(apex, errors.slip[:, ring, None]) * along + _change(apex - centre, turn)
-    look = look + _change(look, turn)
-    return in_base(robot, setup, apex[:, None], look[:, None], frames[None])
+    square = dot(errors.turn, errors.turn)[..., None]
+    angle = np.sqrt(np.where(square > 0, square, 1.0))  # at angle 0 the products vanish, whatever stands before them
+    sine, cosine = (like(a)[:, ring] for a in (np.sin(angle) / angle, (1 - np.cos(angle)) / angle**2))
+    turn = sum(like(errors.turn[..., i : i + 1]) * like(e)[None] for i, e in enumerate((slots.zero, slots.side, slots.axis)))
+    turn = turn[:, ring]
+
+    def change(v: Any) -> Any:
+        """What the rings' rotations add to ``v`` (Rodrigues): exactly 0 without one."""
+        across = _cross(turn, v)
+        return sine * across + cosine * _cross(turn, across)
+
+    apex = apex + like(errors.slip)[:, ring, None] * along + change(apex - centre)
+    return in_base(slots, apex[:, None], (look + change(look))[:, None], frames[None])
 
 
 def misplaced_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"], errors: Misplaced) -> list[Cones]:
     """V_FOV at pose ``q`` (J,) rad for each drawn mounting, in the base frame (64-bit NumPy)."""
-    apexes, looks = misplaced_axes(robot, setup, ring_values(setup), forward(robot.chain, q)[None], errors)
+    v = ring_values(setup)
+    frames = forward(robot.chain, q)[None]
+    apexes, looks = misplaced_axes(slots(robot, setup.rings), v.position, v.tilt, v.phase, frames, errors)
     return [Cones(a, x, *sensor_optics(setup)) for a, x in zip(apexes[:, 0], looks[:, 0], strict=True)]

@@ -1,18 +1,14 @@
-"""Rings of sensors, setups of rings, and the cones they see."""
+"""Rings of sensors, and setups of rings."""
 
 import math
 import re
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from .arrays import Array, dot, namespace
-from .chain import forward
-from .robots import Robot
+from .arrays import Array
 from .sensors import PAPER_SENSOR, Sensor
-from .solids import Cones
 
 RING_RADIUS = 0.08  # m, of the paper's setups
 
@@ -94,78 +90,9 @@ def ring_values(setup: Setup) -> RingValues:
     return RingValues(*(np.array([getattr(r, key) for r in setup.rings], float) for key in ("position", "tilt", "phase")))
 
 
-class Seats(NamedTuple):
-    """Where the K sensors of a setup sit, ring by ring, each in the frame of its link; all (..., K, 3).
-
-    apex m; look: unit, where the sensor looks; centre m of its ring; along: unit, mount axis; radial: unit, from the centre
-    to the sensor.
-    """
-
-    apex: Any
-    look: Any
-    centre: Any
-    along: Any
-    radial: Any
-
-
-def seats(robot: Robot, setup: Setup, values: RingValues) -> Seats:
-    """The seats of all sensors; for the arguments see ``sensor_axes``."""
-    xp = namespace(values.position)
-    dtype = values.position.dtype
-    ring = setup.ring_of_sensor
-    turn = np.concatenate([np.arange(r.count) * (2 * np.pi / r.count) for r in setup.rings])
-    mounts = [robot.mount(r.link) for r in setup.rings]
-
-    def constant(rows: Any) -> Any:
-        return xp.asarray(np.array(rows)[ring], dtype=dtype)
-
-    start, axis, zero, side = (constant([getattr(m, key) for m in mounts]) for key in ("start", "axis", "zero", "side"))
-    length, radius = constant([m.length for m in mounts]), constant([r.radius for r in setup.rings])
-    angle = values.phase[ring] + xp.asarray(turn, dtype=dtype)
-    radial = xp.cos(angle)[:, None] * zero + xp.sin(angle)[:, None] * side
-    tilt = values.tilt[ring][:, None]
-    centre = start + (values.position[ring] * length)[:, None] * axis
-    return Seats(centre + radius[:, None] * radial, xp.cos(tilt) * radial + xp.sin(tilt) * axis, centre, axis, radial)
-
-
-def in_base(
-    robot: Robot,
-    setup: Setup,
-    apex: Float[Array, "*#batch K 3"],
-    look: Float[Array, "*#batch K 3"],
-    frames: Float[Array, "*#batch F 4 4"],
-) -> tuple[Float[Array, "*#batch K 3"], Float[Array, "*#batch K 3"]]:
-    """Apexes m and unit axes from the frames of their links to the base frame; leading axes broadcast."""
-    T = frames[..., np.array([robot.mount(r.link).frame for r in setup.rings])[setup.ring_of_sensor], :, :]
-    rotation, origin = T[..., :3, :3], T[..., :3, 3]
-    apex, look = (v[..., None, :] for v in (apex, look))
-    return origin + dot(rotation, apex), dot(rotation, look)
-
-
-def sensor_axes(
-    robot: Robot, setup: Setup, values: RingValues, frames: Float[Array, "*batch F 4 4"]
-) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
-    """Apexes (..., K, 3) m and unit axes (..., K, 3) of all sensors in the base frame, ring by ring.
-
-    Args:
-        robot: whose mounts carry the rings.
-        setup: gives links, counts and radii; its positions, tilts and phases are not used.
-        values: positions, tilts and phases; NumPy or JAX, differentiable in the latter.
-        frames: T_base_frame (..., F, 4, 4) from ``forward``.
-    """
-    here, batch = seats(robot, setup, values), (1,) * (frames.ndim - 3)
-    return in_base(robot, setup, here.apex.reshape(*batch, -1, 3), here.look.reshape(*batch, -1, 3), frames)
-
-
 def sensor_optics(setup: Setup) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
     """Half angle (K,) rad and range (K,) m of all sensors, ring by ring."""
     return (
         np.concatenate([np.full(r.count, r.sensor.fov / 2) for r in setup.rings]),
         np.concatenate([np.full(r.count, r.sensor.range_m) for r in setup.rings]),
     )
-
-
-def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cones:
-    """V_FOV at pose ``q`` (J,) rad: one cone for each sensor, ring by ring, in the base frame (64-bit NumPy)."""
-    apex, axis = sensor_axes(robot, setup, ring_values(setup), forward(robot.chain, q))
-    return Cones(apex, axis, *sensor_optics(setup))

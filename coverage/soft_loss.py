@@ -10,9 +10,9 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Float, Int
 
+from .arrays import Array
 from .cloud import Cloud
 from .soft import CUT, Near, Soft, by_cone, free_and_occupied, over_groups, pairs
 from .solids import Cones
@@ -20,7 +20,7 @@ from .solids import Cones
 
 def soft_losses(
     cones: Cones,
-    group: Int[np.ndarray, " K"],
+    group: Int[Array, " K"],
     cloud: Cloud,
     width: Any,
     weights: Float[jax.Array, " G"],

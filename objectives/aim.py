@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Int
 
 from ..coverage.mounting import Misplaced, MountingErrors, draw_errors
 from ..coverage.rings import Setup
 from .exact import Verifier
 from .redundancy import redundancy
+from .scene import Scene
 from .tolerance import exact_zetas, mounted_cones, nominal_cones
 
 Losing = Literal["ring", "sensor"]
@@ -51,15 +51,9 @@ class Aim:
         """How many mountings are looked at: 1 where there are no errors."""
         return self.draws if self.errors else 1
 
-    def drawn(self, setup: Setup) -> Misplaced | None:
-        """The errors of each mounting; None where there are no errors."""
-        return draw_errors(setup, self.errors, self.draws, self.seed) if self.errors else None
-
-    def groups(self, setup: Setup) -> Int[np.ndarray, " K"] | None:
-        """Number of what each sensor is lost with; None where nothing is lost."""
-        if self.losing is None:
-            return None
-        return setup.ring_of_sensor if self.losing == "ring" else np.arange(setup.sensors)
+    def drawn(self, rings: int, sensors: int) -> Misplaced | None:
+        """The errors of each mounting of so many rings and sensors; None where there are no errors."""
+        return draw_errors(rings, sensors, self.errors, self.draws, self.seed) if self.errors else None
 
     def __str__(self) -> str:
         if self.losing:
@@ -73,21 +67,31 @@ class Aim:
         )
 
 
-def exact_aim(verifier: Verifier, setup: Setup, aim: Aim) -> float:
-    """The exact value in [0, 1] of an aim: the weighted mean over the scene's goals and poses, and over mountings.
+def judge(verifier: Verifier, setup: Setup, aim: Aim) -> tuple[float, float]:
+    """By how much a setup falls short of the goals' floors, all together, and the exact value of an aim, both in [0, 1]: the
+    weighted mean over the scene's goals and poses, and over mountings. Floors are of what is aimed at.
 
     Raises:
-        ValueError: for an empty target, or a rule other than ``centre`` where the aim is not zeta itself.
+        ValueError: for an empty target; where the aim is not zeta itself, for a rule other than ``centre``; where it is what
+            a loss leaves, for a floor.
         TooFineError: if the count would take days.
     """
     if aim.plain:
-        return verifier.objective(setup)
-    scene = verifier.scene
+        return verifier.judge(setup)
+    goals, weights = verifier.scene.goals, verifier.scene.goal_weights
     if aim.losing:
+        check_floors(verifier.scene, aim)
         lost = "without_ring" if aim.losing == "ring" else "without_sensor"
-        each = [getattr(redundancy(verifier, setup, goal.target, 1), lost) for goal in scene.goals]
-        return float((np.stack(each) * scene.goal_weights[:, None]).sum(axis=0).min())
-    drawn = aim.drawn(setup)
+        each = [getattr(redundancy(verifier, setup, goal.target, 1), lost) for goal in goals]
+        return 0.0, max(float((np.stack(each) * weights[:, None]).sum(axis=0).min()), 0.0)
+    drawn = aim.drawn(len(setup.rings), setup.sensors)
     cones = nominal_cones(verifier, setup) if drawn is None else mounted_cones(verifier, setup, drawn)
-    means = (float(exact_zetas(verifier, goal.target, cones, aim.seen).mean()) for goal in scene.goals)
-    return math.fsum(float(w) * mean for w, mean in zip(scene.goal_weights, means, strict=True))
+    means = [float(exact_zetas(verifier, goal.target, cones, aim.seen).mean()) for goal in goals]
+    short = math.fsum(max(goal.at_least - mean, 0.0) for goal, mean in zip(goals, means, strict=True))
+    return short, math.fsum(float(w) * mean for w, mean in zip(weights, means, strict=True))
+
+
+def check_floors(scene: Scene, aim: Aim) -> None:
+    """Refuse floors beside a loss: the loss that is worst for one goal may not be the worst for another (ValueError)."""
+    if aim.losing and any(goal.at_least > 0 for goal in scene.goals):
+        raise ValueError(f"found a floor of a goal beside a lost {aim.losing}, allowed: one of them")

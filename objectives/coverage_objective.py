@@ -13,15 +13,18 @@ from ..coverage.chain import forward
 from ..coverage.cloud import BLOCK, Cloud, cloud
 from ..coverage.mounting import misplaced_axes
 from ..coverage.points import sample
-from ..coverage.rings import RingValues, Setup, sensor_axes, sensor_optics
+from ..coverage.slots import Slots, slot_axes
 from ..coverage.soft import SHARP, Soft
 from ..coverage.soft_loss import soft_losses
 from ..coverage.soft_seen import soft_seen
 from ..coverage.solids import Cones
 from ..coverage.targets import target_solid
-from .aim import Aim
+from .aim import Aim, check_floors
 from .scene import Scene
+from .space import Stretch, decode
 
+MARGIN = 0.003  # above a floor, so that a soft value that reaches it does so when counted
+STEEP = 100.0  # of the parabola under a floor: 0.01 short costs 0.01, and 2 for each further
 _SOFTNESS = 0.1  # of the minimum over losses, for each m of a sigmoid's width
 _PIECE = {"cpu": (16, None)}  # setups in one call, and how many of these at once: on a CPU one after the other,
 _PIECE_ELSEWHERE = (256, 4)  # on an accelerator several, as memory holds them
@@ -53,7 +56,6 @@ class TargetPoints:
             sample(target_solid(scene.goals[g].target, scene.robot, scene.poses[p].q, scene.shape), count, int(s))
             for (g, p), s in zip(self.terms, seeds, strict=True)
         ]
-        self.weights = np.array([scene.goal_weights[g] * scene.pose_weights[p] for g, p in self.terms]) / mountings
 
     def clouds(self, count: int) -> Cloud:
         """The first ``count`` points of each term as one cloud with a leading axis of terms.
@@ -66,98 +68,133 @@ class TargetPoints:
 
 
 class CoverageObjective:
-    """Weighted mean over a scene's goals and poses of what is aimed at, for setups with the links, counts and radii of
-    ``setup``: of zeta, unless told otherwise.
+    """Weighted mean over a scene's goals and poses of what is aimed at (zeta, unless told otherwise), for setups with one
+    number of rings and sensors.
 
-    Setups are given by their values (3, R): positions, tilts and phases of the rings. Arithmetic is in 32 bit, which is
-    enough for a search that the exact count judges. One object serves many threads, and compiles once for all clouds of
-    its points, widths and numbers of setups.
+    A setup is given by its arrays (``Slots`` and ``Stretch``) and its values (3, R), which ``decode`` reads. A goal whose
+    zeta falls short of its floor lowers the value by a steep parabola. Arithmetic is in 32 bit, which is enough for a search
+    that the exact count judges. One object serves many threads, and compiles once for all clouds of its points, widths,
+    links, counts and numbers of setups.
     """
 
-    def __init__(self, scene: Scene, setup: Setup, points: TargetPoints, aim: Aim | None = None) -> None:
-        """Raises ValueError if a ring sits on a link that the robot has not, or the points are for other mountings."""
-        self.scene, self.setup, self.aim = scene, setup, aim or Aim()
+    def __init__(self, scene: Scene, points: TargetPoints, aim: Aim | None = None) -> None:
+        """Take the scene's goals and poses, and the points that were drawn for them and for the aim's mountings.
+
+        Raises:
+            ValueError: if the points are for another number of mountings, or the goals have floors that the aim cannot keep.
+        """
+        self.scene, self.aim = scene, aim or Aim()
         if points.mountings != self.aim.mountings:
             raise ValueError(f"points are for {points.mountings} mountings, the aim has {self.aim.mountings}")
-        self._errors, self._lost = self.aim.drawn(setup), self.aim.groups(setup)
-        each = len(scene.goals) * len(scene.poses)
-        self._pose = jnp.asarray([p + i // each * len(scene.poses) for i, (_, p) in enumerate(points.terms)])
-        self._weights = jnp.asarray(points.weights, jnp.float32)
+        check_floors(scene, self.aim)
+        self._goal, self._pose = (jnp.asarray(column) for column in zip(*points.terms, strict=True))
+        mounting = np.arange(len(points.terms)) // (len(points.terms) // points.mountings)
+        self._view = self._pose + jnp.asarray(mounting * len(scene.poses))
+        self._goal_weights = jnp.asarray(scene.goal_weights, jnp.float32)
+        self._floors = jnp.asarray([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals], jnp.float32)
         frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
         self._frames = jnp.asarray(frames, jnp.float32)
-        self._optics = tuple(jnp.asarray(a, jnp.float32) for a in sensor_optics(setup))
         self._soft = jax.jit(self._of_each)
 
-    def _axes(self, values: Any) -> tuple[Any, Any]:
-        """Apexes and axes (N, K, 3) at all poses, mounting by mounting."""
-        where = (self.scene.robot, self.setup, RingValues(*values), self._frames)
-        if self._errors is None:
-            return sensor_axes(*where)
-        apex, axis = (a.reshape(-1, *a.shape[2:]) for a in misplaced_axes(*where, self._errors))
-        return apex, axis
+    def _mean(self, slots: Slots, where: Stretch, values: Any, clouds: Cloud, poses: Any, width: Any, slopes: Any) -> Any:
+        """Value and gradient of one setup; ``poses`` (P,): weights of the poses, those of weight 0 are not looked at."""
+        (apex, axis), pull_back = jax.vjp(partial(self._views, slots, where), values)
+        share = poses[self._pose] / self.aim.mountings
 
-    def _mean(self, values: Any, clouds: Cloud, width: Any, slopes: Any) -> tuple[Any, Any]:
-        (apex, axis), pull_back = jax.vjp(self._axes, values)
+        def terms(soft: Callable[[Cones, Cloud], Soft], zetas: tuple[int, ...] = ()) -> Soft:
+            def look(row: Any) -> Any:
+                view, _, points = row
+                return soft(Cones(apex[view], axis[view], slots.half_angle, slots.range_m), points)
 
-        def terms(soft: Any, slopes: Any) -> Soft:
-            def term(pose_cloud: Any) -> Any:
-                pose, points = pose_cloud
-                return soft(Cones(apex[pose], axis[pose], *self._optics), points, slopes)
+            def skip(_: Any) -> Soft:
+                return Soft(jnp.zeros(zetas, apex.dtype), jnp.zeros_like(apex[0]), jnp.zeros_like(axis[0]))
 
-            return _each(term, (self._pose, clouds))
+            return _each(lambda row: jax.lax.cond(poses[row[1]] > 0, look, skip, row), (self._view, self._pose, clouds))
 
-        if self._lost is None:
-            each = terms(lambda cones, points, slopes: soft_seen(cones, points, width, self.aim.seen, slopes=slopes), slopes)
-            value = jnp.dot(self._weights, each.zeta)
+        if self.aim.losing is None:
+            each = terms(lambda cones, points: soft_seen(cones, points, width, self.aim.seen, slopes=slopes))
+            zeta = jnp.zeros_like(self._goal_weights).at[self._goal].add(share * each.zeta)
+            short = jnp.maximum(self._floors - zeta, 0.0)
+            worth = self._goal_weights + 2 * STEEP * short
+            value = jnp.dot(self._goal_weights, zeta) - STEEP * jnp.dot(short, short)
         else:
-            value, each = self._after_the_worst_loss(self._lost, terms, width, slopes)
-        weighted = partial(jnp.multiply, self._weights[:, None, None])
-        by_apex = jnp.zeros_like(apex).at[self._pose].add(weighted(each.by_apex))
-        by_axis = jnp.zeros_like(axis).at[self._pose].add(weighted(each.by_axis))
+            worth = self._goal_weights
+            value, each = self._after_the_worst_loss(slots, terms, share * worth[self._goal], width, slopes)
+        weighted = partial(jnp.multiply, (share * worth[self._goal])[:, None, None])
+        by_apex = jnp.zeros_like(apex).at[self._view].add(weighted(each.by_apex))
+        by_axis = jnp.zeros_like(axis).at[self._view].add(weighted(each.by_axis))
         return value, pull_back((by_apex, by_axis))[0]
 
-    def _after_the_worst_loss(self, lost: np.ndarray, terms: Any, width: Any, slopes: Any) -> tuple[Any, Any]:
+    def _views(self, slots: Slots, where: Stretch, values: Any) -> tuple[Any, Any]:
+        """Apexes and axes (N, K, 3) at all poses, mounting by mounting."""
+        position, tilt, phase = decode(where, values)
+        errors = self.aim.drawn(slots.length.shape[0], slots.ring.shape[0])
+        if errors is None:
+            return slot_axes(slots, position, tilt, phase, self._frames)
+        apex, axis = misplaced_axes(slots, position, tilt, phase, self._frames, errors)
+        return apex.reshape(-1, *apex.shape[2:]), axis.reshape(-1, *axis.shape[2:])
+
+    def _after_the_worst_loss(self, slots: Slots, terms: Any, share: Any, width: Any, slopes: Any) -> tuple[Any, Soft]:
         """The least of the zetas after each loss, softly: -s log sum exp(-zeta / s). Its slope is that of their mean by the
         weights that the soft minimum gives them, which takes a first run over all terms."""
+        lost = slots.ring if self.aim.losing == "ring" else jnp.arange(slots.ring.shape[0])
+        losses = (slots.length if self.aim.losing == "ring" else slots.ring).shape
         softness = width * _SOFTNESS
 
-        def losses(weights: Any) -> Any:
-            return lambda cones, points, slopes: soft_losses(cones, lost, points, width, weights, slopes=slopes)
+        def run(weights: Any, slopes: Any) -> Soft:
+            return terms(lambda cones, points: soft_losses(cones, lost, points, width, weights, slopes=slopes), losses)
 
-        even = jnp.ones(int(lost.max()) + 1, self._weights.dtype)
-        zetas = (self._weights[:, None] * terms(losses(even), False).zeta).sum(axis=0)
+        zetas = (share[:, None] * run(jnp.ones(losses, share.dtype), False).zeta).sum(axis=0)
         weights = jax.nn.softmax(-zetas / softness)
-        return -softness * jax.nn.logsumexp(-zetas / softness), terms(losses(weights), slopes)
+        return -softness * jax.nn.logsumexp(-zetas / softness), run(weights, slopes)
 
-    def _of_each(self, values: Any, count: Any, *where: Any) -> tuple[Any, Any]:
-        """Of the first ``count`` setups of ``values``; the others only fill its shape, which is the same for any count."""
+    def _of_each(self, setups: Any, values: Any, count: Any, *where: Any) -> tuple[Any, Any]:
+        """Of the first ``count`` setups; the others only fill their shape, which is the same for any count."""
 
         def one(row: Any) -> Any:
+            wanted, (slots, stretch), x = row
             return jax.lax.cond(
-                row[0], self._mean, lambda x, *_: (jnp.zeros((), x.dtype), jnp.zeros_like(x)), row[1], *where
+                wanted, lambda: self._mean(slots, stretch, x, *where), lambda: (jnp.zeros((), x.dtype), jnp.zeros_like(x))
             )
 
-        return _each(one, (jnp.arange(len(values)) < count, values))
+        return _each(one, (jnp.arange(len(values)) < count, setups, values))
 
-    def _in_pieces(self, values: Any, *where: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _in_pieces(self, setups: Any, values: Any, *where: Any) -> tuple[np.ndarray, np.ndarray]:
         size, found = _piece()[0], []
         for i in range(0, len(values), size):
-            piece = values[i : i + size]
-            padded = np.zeros((size, *piece.shape[1:]), np.float32)
-            padded[: len(piece)] = piece
-            found.append([np.asarray(a[: len(piece)], float) for a in self._soft(padded, len(piece), *where)])
+            index = np.minimum(np.arange(i, i + size), len(values) - 1)
+            n = min(size, len(values) - i)
+            some, x = jax.tree.map(lambda a, index=index: _narrow(a[index]), (setups, np.asarray(values)))
+            found.append([np.asarray(a[:n], float) for a in self._soft(some, x, n, *where)])
         zetas, slopes = zip(*found, strict=True)
         return np.concatenate(zetas), np.concatenate(slopes)
 
     def soft(
-        self, values: Float[np.ndarray, "S 3 R"], width: float, clouds: Cloud
+        self, setups: Any, values: Float[np.ndarray, "S 3 R"], width: float, clouds: Cloud, poses: Any = None
     ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"]]:
-        """Soft value in [0, 1] of S setups, and its gradients by positions, tilts and phases."""
-        return self._in_pieces(values, clouds, float(width), True)
+        """Soft values of S setups, and their gradients by the setups' values.
 
-    def zetas(self, values: Float[np.ndarray, "S 3 R"], clouds: Cloud, width: float = SHARP) -> Float[np.ndarray, " S"]:
-        """Soft value in [0, 1] of S setups without gradients, in a quarter of the time.
-
-        At the default width it is the share of the points inside a cone, or as many as the aim asks for.
+        Args:
+            setups: their ``(Slots, Stretch)``, stacked along a first axis.
+            values: of the rings, as ``decode`` reads them.
+            width: of the sigmoid, m.
+            clouds: points of every goal at every pose.
+            poses: weights (P,) of the poses, by default the scene's.
         """
-        return self._in_pieces(values, clouds, float(width), False)[0]
+        return self._in_pieces(setups, values, clouds, self._weights(poses), float(width), True)
+
+    def zetas(
+        self, setups: Any, values: Float[np.ndarray, "S 3 R"], clouds: Cloud, width: float = SHARP, poses: Any = None
+    ) -> Float[np.ndarray, " S"]:
+        """Soft values of S setups without gradients, in a quarter of the time.
+
+        At the default width zeta is the share of the points inside a cone.
+        """
+        return self._in_pieces(setups, values, clouds, self._weights(poses), float(width), False)[0]
+
+    def _weights(self, poses: Any) -> Any:
+        return jnp.asarray(self.scene.pose_weights if poses is None else poses, jnp.float32)
+
+
+def _narrow(array: Any) -> Any:
+    return array.astype(np.float32) if array.dtype.kind == "f" else array.astype(np.int32)

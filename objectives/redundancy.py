@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..coverage.multiplicity import Tally, tally
-from ..coverage.rings import Setup, sensor_cones
+from ..coverage.rings import Setup
+from ..coverage.slots import sensor_cones
 from ..coverage.targets import Target
 from .exact import Verifier
 

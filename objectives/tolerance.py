@@ -14,7 +14,8 @@ from jaxtyping import Float
 from ..coverage.mounting import Misplaced, MountingErrors, draw_errors, misplaced_cones
 from ..coverage.multiplicity import seen_by
 from ..coverage.octree import count
-from ..coverage.rings import Setup, sensor_cones
+from ..coverage.rings import Setup
+from ..coverage.slots import sensor_cones
 from ..coverage.solids import Cones
 from ..coverage.targets import Target
 from .exact import Verifier
@@ -123,6 +124,6 @@ def tolerance(
         raise ValueError(f"found {draws} draws, allowed: 1 and more")
     began, errors = time.perf_counter(), errors or MountingErrors()
     (nominal,) = exact_zetas(verifier, target, nominal_cones(verifier, setup))
-    drawn = draw_errors(setup, errors, draws, seed)
+    drawn = draw_errors(len(setup.rings), setup.sensors, errors, draws, seed)
     zetas = exact_zetas(verifier, target, mounted_cones(verifier, setup, drawn), tell=tell)
     return Tolerance(target, verifier.centre_voxel, errors, seed, float(nominal), zetas, time.perf_counter() - began)

@@ -19,8 +19,9 @@ from scipy.sparse.csgraph import breadth_first_order
 from ..coverage.capsules import gap_to_capsules, robot_capsules
 from ..coverage.chain import forward
 from ..coverage.ranging import slabs
-from ..coverage.rings import Setup, sensor_cones
+from ..coverage.rings import Setup
 from ..coverage.robots import Robot
+from ..coverage.slots import sensor_cones
 from ..coverage.solids import cone
 from .human import PEDESTAL
 

@@ -13,8 +13,9 @@ from scipy.spatial import ConvexHull
 
 from ..coverage.capsules import Capsules, gap_to_capsules, robot_capsules
 from ..coverage.chain import forward
-from ..coverage.rings import Setup, sensor_cones
+from ..coverage.rings import Setup
 from ..coverage.robots import Robot
+from ..coverage.slots import sensor_cones
 from ..coverage.solids import Cones
 from .approach import Approach
 from .human import PEDESTAL

@@ -25,8 +25,9 @@ from ..coverage.arrays import dot, root
 from ..coverage.capsules import Capsules, gap_to_capsules, robot_capsules
 from ..coverage.chain import forward
 from ..coverage.ranging import OCCLUSIONS, least_gap, readings, slabs
-from ..coverage.rings import Setup, ring_values, sensor_axes, sensor_optics
+from ..coverage.rings import Setup, sensor_optics
 from ..coverage.robots import Robot
+from ..coverage.slots import sensor_axes
 from .human import body_balls
 from .objects import SHAPES, object_balls
 from .walk import walk
@@ -140,7 +141,7 @@ def series(
     frames = forward(robot.chain, q)
     bodies = robot_capsules(robot, frames)
     centre, radius = thing_balls(thing, seed, time_s, bodies)
-    apex, axis = (np.asarray(a) for a in sensor_axes(robot, setup, ring_values(setup), frames))
+    apex, axis = (np.asarray(a) for a in sensor_axes(robot, setup, frames))
     half, range_m = sensor_optics(setup)
     read = readings(apex, axis, half, range_m, centre, radius, bodies if mode == "shadow" else None).distance
     seen = np.isfinite(read).any(axis=1)

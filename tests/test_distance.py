@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from place_rings.coverage.capsules import gap_to_capsules, robot_capsules
 from place_rings.coverage.chain import forward
 from place_rings.coverage.ranging import OCCLUSIONS, readings
-from place_rings.coverage.rings import Ring, Setup, named_setup, ring_values, sensor_axes, sensor_cones, sensor_optics
+from place_rings.coverage.rings import Ring, Setup, named_setup, sensor_optics
 from place_rings.coverage.robots import UR10
 from place_rings.coverage.sensors import Sensor
+from place_rings.coverage.slots import sensor_axes, sensor_cones
 from place_rings.studies import approach_figure, distance_figures
 from place_rings.studies import distance as study
 from place_rings.studies.approach import unseen_approaches
@@ -68,7 +69,7 @@ def test_more_sensors_never_read_less(seed):
     few, many = named_setup("n2_16_55"), named_setup("n3_16_55")
     found = []
     for setup in (few, many):
-        axes = sensor_axes(UR10, setup, ring_values(setup), frames)
+        axes = sensor_axes(UR10, setup, frames)
         optics = sensor_optics(setup)
         read = readings(*axes, *optics, *balls).distance
         found.append((read.min(axis=1), beliefs(*axes, optics[0], read, bodies)))
