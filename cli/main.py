@@ -10,11 +10,14 @@ from typing import Annotated, Literal
 from cyclopts import App, CycloptsError, Parameter
 from cyclopts.validators import Number
 
+from ..coverage.mounting import Law
+from ..objectives.aim import Losing
 from ..objectives.exact import Rule
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import resolve
 from ..placement.models import MODELS
+from .aim_options import mounting_errors, resolve_aim, resolve_robustness
 from .options import (
     parse_goals,
     resolve_counting,
@@ -47,6 +50,7 @@ RobotOption = Annotated[str | None, Parameter(help="A built-in robot: ur10, ur10
 Voxel = Annotated[float, Parameter(help="Side of a voxel, m.")]
 Json = Annotated[bool, Parameter(name="--json", negative=(), help="Print one JSON object for scripts.")]
 Subject = Annotated[str, Parameter(name="PROPOSAL_OR_NAME", help="A proposal's file, or a name like n2_16_25.")]
+Seed = Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")]
 Count = Annotated[int, Parameter(validator=Number(gte=1, lte=200))]
 
 
@@ -66,7 +70,12 @@ def place(
     at_least: Annotated[
         tuple[str, ...], Parameter(negative=(), help="A floor: V_S:1.5=60 for 60 percent of it. Repeatable.")
     ] = (),
-    seed: Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")] = 0,
+    redundancy: Annotated[int, Parameter(help="Make large what at least so many sensors see.")] = 1,
+    losing: Annotated[Losing | None, Parameter(help="Make ζ without the worst ring, or sensor, large.")] = None,
+    tolerant: Annotated[bool, Parameter(negative=(), help="Make the mean under errors of mounting large.")] = False,
+    position_error_mm: Annotated[float | None, Parameter(help="With --tolerant: see robustness; 5.")] = None,
+    direction_error_deg: Annotated[float | None, Parameter(help="With --tolerant: see robustness; 2.")] = None,
+    seed: Seed = 0,
     time: Annotated[float | None, Parameter(help="Cap on the search, s; it ends by its own schedule otherwise.")] = None,
     voxel: Voxel = 0.01,
     out: Annotated[Path, Parameter(help="Folder for proposal.toml, placement.png and result.json.")] = Path(
@@ -86,6 +95,8 @@ def place(
 
     Example: place-rings --target V_S:0.5 --at-least V_S:1.5=45 --sensors 80
 
+    Example: place-rings --target V_S --radius 0.5 --redundancy 2
+
     Parameters
     ----------
     rings_per_link
@@ -102,7 +113,8 @@ def place(
     cap = float("inf") if time is None else time
     share = resolve_reach(reach, sensors)
     space = None if share else resolve_space(asked, rings_per_link, sensors_per_ring, sensors)
-    run(asked, space, share, seed, cap, voxel, out, as_json)
+    aim = resolve_aim(asked, redundancy, losing, tolerant, position_error_mm, direction_error_deg)
+    run(asked, space, share, seed, cap, voxel, out, as_json, aim)
 
 
 @app.command
@@ -138,6 +150,39 @@ def verify(
     counting = resolve_counting(rule, voxel, width, memory)
     setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
     run(subject, setup, with_goals(found, parse_goals(target, radius)), counting, as_json)
+
+
+@app.command
+def robustness(
+    subject: Subject,
+    /,
+    *,
+    target: Targets = (),
+    radius: Radius = None,
+    scene: SceneFileOption = None,
+    robot: RobotOption = None,
+    k: Annotated[int, Parameter(name="--k", help="Tell apart up to so many sensors that see a point.")] = 3,
+    draws: Annotated[int, Parameter(help="Mountings that are drawn.")] = 100,
+    position_error_mm: Annotated[float, Parameter(help="Of each ring, along its link, either way.")] = 5.0,
+    direction_error_deg: Annotated[
+        float, Parameter(help="Of each ring as a whole (rocked two ways and turned) and of each sensor on it, either way.")
+    ] = 2.0,
+    law: Annotated[
+        Law, Parameter(help="uniform: errors up to these limits. normal: the limits are two standard deviations.")
+    ] = "uniform",
+    seed: Seed = 0,
+    voxel: Voxel = 0.01,
+    as_json: Json = False,
+) -> None:
+    """Count what several sensors see, what is lost with a sensor or a ring, and ζ under errors of mounting.
+
+    Example: place-rings robustness n2_16_25 --target V_S --radius 0.5
+    """
+    from .robustness import robustness as run
+
+    asked = resolve_robustness(k, voxel, draws, seed, mounting_errors(position_error_mm, direction_error_deg, law))
+    setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
+    run(subject, setup, with_goals(found, parse_goals(target, radius)), asked, as_json)
 
 
 @app.command
@@ -188,7 +233,7 @@ def study(
 
 
 @app.command
-def schema(name: Literal["scene", "proposal", "verify", "result"], /) -> None:
+def schema(name: Literal["scene", "proposal", "verify", "robustness", "result"], /) -> None:
     """Print the JSON Schema of a file or of a command's JSON.
 
     Example: place-rings schema scene

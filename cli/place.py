@@ -11,11 +11,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..coverage.rings import Setup, named_setup
 from ..coverage.targets import Target, target_solid
+from ..objectives.aim import Aim, judge
 from ..objectives.exact import Verifier, check_voxel, target_voxels
 from ..objectives.scene import Scene
 from ..placement import search as searching
 from ..placement.candidates import Space
-from ..placement.convert import ring_models, scene_model, verify_result
+from ..placement.convert import ring_models, scene_model, tolerant_model, verify_result
 from ..placement.errors import UserError
 from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.models import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile, VerifyResult
@@ -42,7 +43,9 @@ def check_scene(scene: Scene, voxel: float) -> None:
             raise UserError(f"--voxel: {error}") from error
 
 
-def find(scene: Scene, space: Space, seed: int, time_cap: float, voxel: float, console: Console) -> searching.SearchResult:
+def find(
+    scene: Scene, space: Space, seed: int, time_cap: float, voxel: float, console: Console, aim: Aim
+) -> searching.SearchResult:
     """Run the search with a progress bar on ``console``."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
@@ -53,11 +56,11 @@ def find(scene: Scene, space: Space, seed: int, time_cap: float, voxel: float, c
             what = "counting the finalists" if done == total else f"stage {p.stage} of {p.stages}"
             bar.update(task, description=what, total=total, completed=done, best=f"best so far {100 * p.best:.1f} %")
 
-        return searching.search(scene, space, seed, time_cap, voxel=voxel, tell=tell)
+        return searching.search(scene, space, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
 
 
 def find_fewest(
-    scene: Scene, wanted: float, seed: int, time_cap: float, voxel: float, console: Console
+    scene: Scene, wanted: float, seed: int, time_cap: float, voxel: float, console: Console, aim: Aim
 ) -> tuple[searching.SearchResult, ReachModel]:
     """Run the searches for fewest sensors with a progress bar on ``console``."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
@@ -74,7 +77,7 @@ def find_fewest(
                 best=f"best so far {100 * p.best:.1f} %",
             )
 
-        found = fewest_sensors(scene, wanted, seed, time_cap, voxel=voxel, tell=tell)
+        found = fewest_sensors(scene, wanted, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
     tried = [ReachedModel(sensors=n, exact_percent=100 * v, reached=ok) for n, (v, ok) in found.tried.items()]
     return found.result, ReachModel(wanted_percent=100 * wanted, reached=found.reached, tried=tried)
 
@@ -99,6 +102,20 @@ def compare(scene: Scene, setup: Setup, voxel: float, console: Console) -> list[
     return results
 
 
+def asked_values(scene: Scene, setup: Setup, value: float, voxel: float, console: Console, aim: Aim) -> dict[str, float]:
+    """What was asked for, in percent, of the proposal and of the paper's setups, where it is not zeta itself."""
+    if aim.plain:
+        return {}
+    verifier, found = Verifier(scene, voxel), {"proposal": 100 * value}
+    try:
+        with console.status("counting what was asked for"):
+            for name in PAPER_SETUPS:
+                found[name] = 100 * judge(verifier, named_setup(name, scene.sensor, scene.ring_radius), aim)[1]
+    except KeyboardInterrupt:
+        console.print("interrupted: the comparison ends here, the proposal is kept")
+    return found
+
+
 def place(
     scene: Scene,
     space: Space | None,
@@ -108,17 +125,20 @@ def place(
     voxel: float,
     out: Path,
     as_json: bool,
+    aim: Aim,
 ) -> None:
-    """Search a placement for ``scene``, verify it beside the paper's setups, write proposal, picture and result."""
+    """Search a placement for ``scene`` that is good by ``aim``, verify it beside the paper's setups, and write proposal,
+    picture and result."""
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
     folder = output_folder(out)
     reached = None
     if space is not None:
-        result = find(scene, space, seed, time_cap, voxel, log)
+        result = find(scene, space, seed, time_cap, voxel, log, aim)
     else:
-        result, reached = find_fewest(scene, reach or 0.0, seed, time_cap, voxel, log)
+        result, reached = find_fewest(scene, reach or 0.0, seed, time_cap, voxel, log, aim)
     comparison = compare(scene, result.setup, voxel, log)
+    asked = asked_values(scene, result.setup, result.exact, voxel, log, aim)
     goals = {(g.target.name, g.target.radius) for g in scene.goals}
     mine = [r for r in comparison if r.setup == "proposal" and (r.target, r.radius) in goals]
     files = {key: folder / name for key, name in _FILES.items()}
@@ -126,7 +146,7 @@ def place(
         rings=ring_models(result.setup, scene.sensor),
         scene=scene_model(scene),
         zeta=mine,
-        found=_found(result, seed),
+        found=_found(result, seed, aim),
     )
     lines = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
     placement_picture(files["picture"], scene, result.setup, lines or ["interrupted before it was verified"])
@@ -134,6 +154,7 @@ def place(
         proposal=proposal,
         soft_minus_exact_percent=100 * (result.soft - result.exact),
         comparison=comparison,
+        asked_percent=asked,
         files={key: str(path) for key, path in files.items()},
         reach=reached,
         short_percent=100 * result.short,
@@ -148,6 +169,9 @@ def place(
     title = f"ζ in percent, rule centre, voxels of {voxel:g} m, robot {scene.robot.name}, {len(scene.poses)} pose(s)"
     order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
     console.print(zeta_table(sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)), sensors, title))
+    if asked:
+        each = ", ".join(f"{name} {value:.2f}" for name, value in asked.items())
+        console.print(f"Asked for, {aim}, in percent: {each}.", highlight=False)
     spent = result.statistics
     console.print(
         f"Found: exact {100 * result.exact:.2f} %, soft {100 * result.soft:.2f} % (width {1000 * spent.width:g} mm,"
@@ -175,7 +199,7 @@ _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely,
 Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive towards distal."""
 
 
-def _found(result: searching.SearchResult, seed: int) -> FoundModel:
+def _found(result: searching.SearchResult, seed: int, aim: Aim) -> FoundModel:
     spent = result.statistics
     return FoundModel(
         outcome=result.outcome.value,
@@ -189,4 +213,7 @@ def _found(result: searching.SearchResult, seed: int) -> FoundModel:
         command=shlex.join(["place-rings", *sys.argv[1:]]),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         versions={name: version(name) for name in _PACKAGES} | {"python": sys.version.split()[0]},
+        redundancy=aim.seen,
+        losing=aim.losing,
+        tolerant=tolerant_model(aim),
     )

@@ -209,8 +209,53 @@ class VerifyResult(_Model):
     seconds: float = Field(ge=0)
 
 
+class ErrorsModel(_Model):
+    """Errors of mounting: limits (uniform) or twice the standard deviations (normal) of each ring's place along its link and
+    of each ring's and each sensor's direction; how many mountings were drawn, by which seed."""
+
+    position_mm: float = Field(default=5.0, ge=0, le=1000, description="millimetres along the link")
+    direction_deg: float = Field(default=2.0, ge=0, le=45, description="degrees")
+    law: Literal["uniform", "normal"] = "uniform"
+    draws: int = Field(default=100, ge=1, le=100_000, description="mountings")
+    seed: int = Field(default=0, ge=0)
+
+
+class LossModel(_Model):
+    """What a failure leaves: the ring (and the sensor of it, counted from 0), and zeta without it."""
+
+    ring: int
+    link: str
+    sensor: int | None = None
+    zeta_percent: Percent
+
+
+class RobustnessResult(_Model):
+    """What ``robustness --json`` prints for each target: zeta, the shares that at least 1, 2, ... sensors see, zeta without
+    the sensor and without the ring that is missed most, and zeta under errors of mounting: mean, its standard error, 5th
+    percentile, the least, and each draw. All are exact counts by the rule ``centre``, but for the luck of the draws."""
+
+    setup: str
+    target: str
+    radius: float | None = None
+    voxel: Metres
+    zeta_percent: Percent
+    seen_percent: list[Percent]
+    worst_sensor: LossModel
+    worst_ring: LossModel
+    without_sensor_percent: list[Percent]
+    without_ring_percent: list[Percent]
+    errors: ErrorsModel
+    mean_percent: Percent
+    mean_error_percent: float | None = Field(default=None, ge=0, description="none for a single draw")
+    fifth_percentile_percent: Percent
+    worst_percent: Percent
+    drawn_percent: list[Percent]
+    seconds: float = Field(ge=0)
+
+
 class FoundModel(_Model):
-    """How a proposal was found."""
+    """How a proposal was found: for which number of sensors that see a point, which loss, and which errors of
+    mounting."""
 
     outcome: str
     seed: int
@@ -223,6 +268,9 @@ class FoundModel(_Model):
     command: str
     created: str
     versions: dict[str, str]
+    redundancy: int = Field(default=1, ge=1, description="sensors")
+    losing: Literal["ring", "sensor"] | None = None
+    tolerant: ErrorsModel | None = None
 
 
 class ProposalFile(_Model):
@@ -259,11 +307,13 @@ class ReachModel(_Model):
 
 
 class SearchFile(_Model):
-    """``result.json`` of a search: the proposal, and its zeta beside the paper's setups by the same verifier."""
+    """``result.json`` of a search: the proposal, and its zeta beside the paper's setups by the same verifier; the same of
+    what was asked for, where that was not zeta itself."""
 
     proposal: ProposalFile
     soft_minus_exact_percent: float
     comparison: list[VerifyResult]
+    asked_percent: dict[str, Percent] = {}
     files: dict[str, str]
     short_percent: float = Field(default=0.0, ge=0, description="points by which floors are missed")
     reach: ReachModel | None = None
@@ -273,5 +323,6 @@ MODELS: dict[str, type[_Model]] = {
     "scene": SceneFile,
     "proposal": ProposalFile,
     "verify": VerifyResult,
+    "robustness": RobustnessResult,
     "result": SearchFile,
 }

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from ..coverage.rings import Setup
+from ..objectives.aim import Aim
 from ..objectives.scene import Scene
 from .candidates import InfeasibleError, Space
 from .search import Outcome, Progress, Schedule, SearchResult, search
@@ -33,6 +34,7 @@ def fewest_sensors(
     schedule: Schedule | None = None,
     voxel: float = 0.01,
     tell: Callable[[int, Progress], None] = lambda sensors, progress: None,
+    aim: Aim | None = None,
 ) -> Reach:
     """Find a setup with few sensors whose exact value is at least ``wanted``.
 
@@ -47,6 +49,7 @@ def fewest_sensors(
         schedule: of each search.
         voxel: side of the voxels of the exact count, m.
         tell: is given the number of sensors and the progress of its search, in this thread.
+        aim: whose value shall be ``wanted``; by default zeta itself.
 
     Raises:
         InfeasibleError: if the rules allow no setup at all.
@@ -79,7 +82,7 @@ def fewest_sensors(
         def told(progress: Progress, count: int = count) -> None:
             tell(count, progress)
 
-        result = search(scene, space, seed, left, schedule, voxel, told, known)
+        result = search(scene, space, seed, left, schedule, voxel, told, known, aim)
         found[sensors] = result
         known = [result.setup, *known][:3]
         if good(result):
