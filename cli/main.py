@@ -37,7 +37,9 @@ SceneFileOption = Annotated[Path | None, Parameter(name="--scene", help="Another
 RobotOption = Annotated[str | None, Parameter(help="A built-in robot: ur10, ur10_dh.")]
 Voxel = Annotated[float, Parameter(help="Side of a voxel, m.")]
 Json = Annotated[bool, Parameter(name="--json", negative=(), help="Print one JSON object for scripts.")]
-Subject = Annotated[str, Parameter(name="PROPOSAL_OR_NAME", help="A proposal's file, or a name like n2_16_25.")]
+Subject = Annotated[
+    str, Parameter(name="PROPOSAL_OR_NAME", help="A proposal's file, a CSV of sensors as of cones, or a name like n2_16_25.")
+]
 Count = Annotated[int, Parameter(validator=Number(gte=1, lte=200))]
 
 

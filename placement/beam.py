@@ -23,7 +23,7 @@ from .rework import Placed, Rework
 from .search import Progress, Stage
 from .touching import as_it_is, touched
 
-WORTH = 1e-4  # of zeta: a change that gains less is not worth the work, a value that gains less stays as it was
+WORTH = 5e-4  # of zeta: a change that gains less is not worth the work, and values that gain less stay as they were
 _EACH = 2  # setups of one set of touched rings that go on
 
 
@@ -146,18 +146,15 @@ class Beam:
         return [self.rework.read(p, p.values) for p in some]
 
     def simple(self, t: Touched) -> Touched:
-        """``t`` with each value put back to what is mounted where that costs next to nothing."""
+        """``t`` with what is mounted put back, numbers of sensors and then value by value, where that costs less than
+        ``WORTH`` all together."""
         bound = self._share(t) - WORTH
-        for i in t.free:
-            for key in ("phase", "position", "tilt"):
-                ring, before = t.rings[i], self.rework.before[i]
-                if ring is None or before is None or ring.link != before.link or self.brake.on():
-                    continue
-                rings = list(t.rings)
-                rings[i] = replace(ring, **{key: getattr(before, key)})
-                trial = replace(t, rings=tuple(rings))
-                if self.rework.keeps_rules(self.rework.rounded(trial)) and self._share(trial) >= bound:
-                    t = trial
+        for keys, some in [(("count",), t.free), *(((key,), (i,)) for i in t.free for key in ("phase", "position", "tilt"))]:
+            trial = self.rework.put_back(t, some, keys)
+            if trial.rings == t.rings or self.brake.on():
+                continue
+            if self.rework.keeps_rules(self.rework.rounded(trial)) and self._share(trial) >= bound:
+                t = trial
         return t
 
     def _share(self, t: Touched, width: float = SHARP) -> float:

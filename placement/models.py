@@ -118,6 +118,27 @@ class RingModel(_Model):
     sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
 
 
+_Index = Annotated[int, Field(ge=0, le=999, description="counted from 0")]
+_Place = Annotated[float, Field(ge=-100, le=100, description="metres, base frame")]
+_Part = Annotated[float, Field(ge=-1.001, le=1.001, description="part of a unit vector, base frame")]
+
+
+class ConeRow(_Model):
+    """A row of ``place-rings cones``: a sensor at a pose, base frame."""
+
+    pose: int = Field(ge=0, lt=10_000, description="counted from 0")
+    ring: _Index
+    sensor: _Index
+    apex_x: _Place
+    apex_y: _Place
+    apex_z: _Place
+    axis_x: _Part
+    axis_y: _Part
+    axis_z: _Part
+    fov_deg: float = Field(gt=0, lt=180, description="degrees, the full angle")
+    range_m: Metres
+
+
 class SceneFile(_Model):
     """A scene (TOML). Every key has a default: the empty file is the reference scene."""
 

@@ -159,6 +159,15 @@ class Rework:
                 rings[i] = replace(ring, phase=least)
         return replace(t, rings=tuple(rings))
 
+    def put_back(self, t: Touched, places: tuple[int, ...], keys: tuple[str, ...]) -> Touched:
+        """``t`` with some values of the rings at ``places`` that are on the link where they are mounted as they were."""
+        rings = list(t.rings)
+        for i in places:
+            ring, before = rings[i], self.before[i]
+            if ring is not None and before is not None and ring.link == before.link:
+                rings[i] = replace(ring, **{key: getattr(before, key) for key in keys})
+        return replace(t, rings=tuple(rings))
+
     def rounded(self, t: Touched) -> Touched:
         """The touched setup as a file holds it; what became as it was counts as touched no more."""
         rings = tuple(None if r is None else rounded(Setup((r,)), self.scene.sensor).rings[0] for r in t.rings)
