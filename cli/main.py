@@ -15,7 +15,16 @@ from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import resolve
 from ..placement.models import MODELS
-from .options import parse_goals, resolve_counting, resolve_scene, resolve_space, with_floors, with_goals
+from .options import (
+    parse_goals,
+    resolve_counting,
+    resolve_pair,
+    resolve_reach,
+    resolve_scene,
+    resolve_space,
+    with_floors,
+    with_goals,
+)
 
 app = App(
     name="place-rings",
@@ -55,6 +64,7 @@ def place(
     sensors: Annotated[
         int | None, Parameter(validator=Number(gte=1, lte=2000), help="Spend so many sensors on any rings.")
     ] = None,
+    reach: Annotated[float | None, Parameter(help="Find the fewest sensors that cover so many percent.")] = None,
     at_least: Annotated[
         tuple[str, ...], Parameter(negative=(), help="A floor: V_S:1.5=60 for 60 percent of it. Repeatable.")
     ] = (),
@@ -74,6 +84,8 @@ def place(
 
     Example: place-rings --target V_S --radius 0.5 --sensors 48
 
+    Example: place-rings --target V_S --radius 0.5 --reach 95
+
     Example: place-rings --target V_S:0.5 --at-least V_S:1.5=45 --sensors 80
 
     Parameters
@@ -90,7 +102,9 @@ def place(
     asked = resolve_scene(scene, robot, target, radius) or with_goals(Scene(), parse_goals(target, radius))
     asked = with_floors(asked, at_least)
     cap = float("inf") if time is None else time
-    run(asked, resolve_space(asked, rings_per_link, sensors_per_ring, sensors), seed, cap, voxel, out, as_json)
+    share = resolve_reach(reach, sensors)
+    space = None if share else resolve_space(asked, rings_per_link, sensors_per_ring, sensors)
+    run(asked, space, share, seed, cap, voxel, out, as_json)
 
 
 @app.command
@@ -141,9 +155,12 @@ def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOpt
 
 @app.command
 def study(
-    name: Literal["convergence", "paper"],
+    name: Literal["convergence", "paper", "pareto"],
     /,
     *,
+    target: Targets = (),
+    sensors: Annotated[int, Parameter(validator=Number(gte=1, lte=2000), help="pareto: sensors of the front.")] = 80,
+    scene: SceneFileOption = None,
     out: Annotated[Path | None, Parameter(help="Folder for data, pictures and page: results/NAME.")] = None,
     seed: Annotated[int, Parameter(validator=Number(gte=0), help="Of searches and paths; same seed, same figures.")] = 0,
 ) -> None:
@@ -153,14 +170,23 @@ def study(
 
     convergence: ζ of the paper's setups against the side of the voxels, rule by rule, on both UR10 chains.
 
-    Example: place-rings study paper
-    """
-    from .study import study_convergence, study_paper
+    pareto: fronts of two targets, by default V_S:0.5 against V_S:1.5, each point a proposal.
 
+    Example: place-rings study paper
+
+    Example: place-rings study pareto --sensors 80 --target V_S:0.5 --target V_S:1.5
+    """
+    from .study import study_convergence, study_paper, study_pareto
+
+    folder = out or Path("results") / name
+    if name != "pareto" and (target or scene):
+        raise UserError(f"study {name}: found --target or --scene, allowed: only with pareto")
     if name == "convergence":
-        study_convergence(out or Path("results") / name)
+        study_convergence(folder)
+    elif name == "paper":
+        study_paper(folder, seed)
     else:
-        study_paper(out or Path("results") / name, seed)
+        study_pareto(folder, seed, resolve_pair(target), sensors, scene)
 
 
 @app.command

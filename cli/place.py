@@ -18,7 +18,8 @@ from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_model, verify_result
 from ..placement.errors import UserError
 from ..placement.loader import output_folder, to_toml, write_text
-from ..placement.models import FoundModel, ProposalFile, SearchFile, VerifyResult
+from ..placement.models import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile, VerifyResult
+from ..placement.reach import fewest_sensors
 from .picture import placement_picture
 from .tables import ring_table, target_label, zeta_table
 
@@ -55,6 +56,29 @@ def find(scene: Scene, space: Space, seed: int, time_cap: float, voxel: float, c
         return searching.search(scene, space, seed, time_cap, voxel=voxel, tell=tell)
 
 
+def find_fewest(
+    scene: Scene, wanted: float, seed: int, time_cap: float, voxel: float, console: Console
+) -> tuple[searching.SearchResult, ReachModel]:
+    """Run the searches for fewest sensors with a progress bar on ``console``."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("drawing points", total=None, best="")
+
+        def tell(sensors: int, p: searching.Progress) -> None:
+            done = p.stage - 1 + p.done / p.climbs
+            bar.update(
+                task,
+                description=f"{sensors} sensors",
+                total=p.stages,
+                completed=done,
+                best=f"best so far {100 * p.best:.1f} %",
+            )
+
+        found = fewest_sensors(scene, wanted, seed, time_cap, voxel=voxel, tell=tell)
+    tried = [ReachedModel(sensors=n, exact_percent=100 * v, reached=ok) for n, (v, ok) in found.tried.items()]
+    return found.result, ReachModel(wanted_percent=100 * wanted, reached=found.reached, tried=tried)
+
+
 def compare(scene: Scene, setup: Setup, voxel: float, console: Console) -> list[VerifyResult]:
     """Zeta of the proposal and of the paper's setups for all targets, by one verifier."""
     setups = {"proposal": setup} | {name: named_setup(name, scene.sensor, scene.ring_radius) for name in PAPER_SETUPS}
@@ -77,7 +101,8 @@ def compare(scene: Scene, setup: Setup, voxel: float, console: Console) -> list[
 
 def place(
     scene: Scene,
-    space: Space,
+    space: Space | None,
+    reach: float | None,
     seed: int,
     time_cap: float,
     voxel: float,
@@ -88,7 +113,11 @@ def place(
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
     folder = output_folder(out)
-    result = find(scene, space, seed, time_cap, voxel, log)
+    reached = None
+    if space is not None:
+        result = find(scene, space, seed, time_cap, voxel, log)
+    else:
+        result, reached = find_fewest(scene, reach or 0.0, seed, time_cap, voxel, log)
     comparison = compare(scene, result.setup, voxel, log)
     goals = {(g.target.name, g.target.radius) for g in scene.goals}
     mine = [r for r in comparison if r.setup == "proposal" and (r.target, r.radius) in goals]
@@ -106,6 +135,8 @@ def place(
         soft_minus_exact_percent=100 * (result.soft - result.exact),
         comparison=comparison,
         files={key: str(path) for key, path in files.items()},
+        reach=reached,
+        short_percent=100 * result.short,
     )
     write_text(files["result"], record.model_dump_json(indent=2) + "\n")
     write_text(files["proposal"], to_toml(proposal, _HEADING))
@@ -123,8 +154,19 @@ def place(
         f" difference {100 * (result.soft - result.exact):+.2f}); {spent.starts} starts, {spent.evaluations} evaluations,"
         f" {spent.seconds:.0f} s; {result.outcome.value}."
     )
+    if reached:
+        console.print(_told(reached))
+    if result.short:
+        console.print(f"The floors are missed by {100 * result.short:.2f} points.")
     for path in files.values():
         console.print(f"  {path}", highlight=False, soft_wrap=True)
+
+
+def _told(reached: ReachModel) -> str:
+    tried = ", ".join(f"{t.sensors}: {t.exact_percent:.2f}" for t in reached.tried)
+    if not reached.reached:
+        return f"{reached.wanted_percent:g} % was not reached; sensors and ζ in percent of each search: {tried}."
+    return f"Fewest sensors found for {reached.wanted_percent:g} %; each search, sensors and ζ in percent: {tried}."
 
 
 _FILES = {"proposal": "proposal.toml", "picture": "placement.png", "result": "result.json"}

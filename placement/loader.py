@@ -58,6 +58,11 @@ def read_scene(path: Path) -> Scene:
     return scene_of(_read(path, SceneFile))
 
 
+def scene_keys(path: Path) -> dict[str, Any]:
+    """The keys of a scene's file that differ from the reference scene's, as JSON has them; UserError as for a scene."""
+    return _read(path, SceneFile).model_dump(mode="json", exclude_defaults=True)
+
+
 def read_proposal(path: Path) -> tuple[Setup, Scene, ProposalFile]:
     """The setup and the scene of a proposal, and the whole file; UserError if it cannot be read or breaks a rule."""
     file = _read(path, ProposalFile)

@@ -265,6 +265,20 @@ class ProposalFile(_Model):
         return self
 
 
+class ReachedModel(_Model):
+    sensors: int
+    exact_percent: Percent
+    reached: bool
+
+
+class ReachModel(_Model):
+    """What searches for fewest sensors came to, one by one."""
+
+    wanted_percent: Percent
+    reached: bool
+    tried: list[ReachedModel]
+
+
 class SearchFile(_Model):
     """``result.json`` of a search: the proposal, and its zeta beside the paper's setups by the same verifier."""
 
@@ -272,6 +286,8 @@ class SearchFile(_Model):
     soft_minus_exact_percent: float
     comparison: list[VerifyResult]
     files: dict[str, str]
+    short_percent: float = Field(default=0.0, ge=0, description="points by which floors are missed")
+    reach: ReachModel | None = None
 
 
 MODELS: dict[str, type[_Model]] = {
