@@ -126,7 +126,7 @@ def place(
         rings=ring_models(result.setup, scene.sensor),
         scene=scene_model(scene),
         zeta=mine,
-        found=_found(result, seed),
+        found=found_model(result, seed),
     )
     lines = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
     placement_picture(files["picture"], scene, result.setup, lines or ["interrupted before it was verified"])
@@ -175,7 +175,8 @@ _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely,
 Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive towards distal."""
 
 
-def _found(result: searching.SearchResult, seed: int) -> FoundModel:
+def found_model(result: searching.SearchResult, seed: int) -> FoundModel:
+    """How a proposal was found, with this command and these versions."""
     spent = result.statistics
     return FoundModel(
         outcome=result.outcome.value,

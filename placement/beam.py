@@ -80,6 +80,7 @@ class Beam:
     brake: Brake
     tell: Callable[[Progress], None]
     progress: Progress
+    climbs: int = 0
     evaluations: int = 0
     counted: dict[Setup, Answer] = field(default_factory=dict)
 
@@ -176,6 +177,7 @@ class Beam:
 
     def look(self, some: list[Placed]) -> list[Touched]:
         """Climb from all, count the best as simple as they can be; where the climbs came to."""
+        self.climbs += len(some)
         ends = self.ends(some)
         for t in ends[: self.plan.counted]:
             self.count(self.simple(t))

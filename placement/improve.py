@@ -21,20 +21,19 @@ from .beam import WORTH, Answer, Beam, Plan
 from .changes import Touched
 from .climb import Brake
 from .rework import Rework
-from .search import Outcome, Progress
+from .search import Outcome, Progress, Statistics
 
 
 @dataclass(frozen=True)
 class Improved:
-    """What is mounted, as a file holds it; the rules that it breaks; and answers with ever more changes, each better than
-    all before by ``WORTH`` at least, and none where no change gains. How it ended, evaluations of value and gradient, s."""
+    """What is mounted, as a file holds it; the rules that it breaks; answers with ever more changes, each better than all
+    before by ``WORTH`` at least, and none where no change gains; how it ended and what it spent, its climbs as starts."""
 
     mounted: Answer
     broken: tuple[Fault, ...]
     steps: tuple[Answer, ...]
     outcome: Outcome
-    evaluations: int
-    seconds: float
+    statistics: Statistics
 
 
 def improve(
@@ -101,7 +100,8 @@ def improve(
             steps.append(answer)
     outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
     broken = tuple(faults(scene, rework.mounted.rings))
-    return Improved(start, broken, tuple(steps), outcome, search.evaluations, time.monotonic() - began)
+    spent = Statistics(search.climbs, search.evaluations, time.monotonic() - began, search.finest.width)
+    return Improved(start, broken, tuple(steps), outcome, spent)
 
 
 def _put_back(rework: Rework, t: Touched, place: int) -> Touched:

@@ -290,9 +290,68 @@ class SearchFile(_Model):
     reach: ReachModel | None = None
 
 
+class ChangeModel(_Model):
+    """A ring touched: its number as mounted (none: it is new), what was done, and the ring before and after (none where it
+    is new, and where it is taken away). Millimetres along its link, degrees that its sensors tilt and that it turns."""
+
+    ring: int | None = None
+    done: str
+    before: RingModel | None = None
+    after: RingModel | None = None
+    sensors: int
+    moved_mm: float = Field(ge=0)
+    tilted_deg: float = Field(ge=0)
+    turned_deg: float = Field(ge=0)
+
+
+class WorkModel(_Model):
+    """What changes cost: the sums over them. A ring that is carried to another link counts no millimetres."""
+
+    rings_touched: int
+    rings_carried: int
+    sensors_added: int
+    moved_mm: float = Field(ge=0)
+    tilted_deg: float = Field(ge=0)
+    turned_deg: float = Field(ge=0)
+
+
+class StepModel(_Model):
+    """The best with so many changes: points gained on the weighted mean against what is mounted, and points by which floors
+    are missed; the work, the changes, and all rings with their verified zeta."""
+
+    exact_percent: Percent
+    gain_percent: float
+    short_percent: float = Field(ge=0)
+    work: WorkModel
+    changes: list[ChangeModel]
+    rings: list[RingModel]
+    zeta: list[VerifyResult]
+
+
+class ImproveResult(_Model):
+    """What ``improve --json`` prints: the setup as mounted, the scene's rules that it breaks, and step by step the best with
+    ever more changes; a number of changes that gains nothing more has no step."""
+
+    setup: str
+    scene: SceneFile
+    most_changes: int
+    add_sensors: int
+    outcome: str
+    seed: int
+    seconds: float = Field(ge=0)
+    exact_percent: Percent
+    short_percent: float = Field(ge=0)
+    rings: list[RingModel]
+    zeta: list[VerifyResult]
+    broken: list[str]
+    steps: list[StepModel]
+    files: dict[str, str] = {}
+
+
 MODELS: dict[str, type[_Model]] = {
     "scene": SceneFile,
     "proposal": ProposalFile,
     "verify": VerifyResult,
     "result": SearchFile,
+    "improve": ImproveResult,
 }

@@ -26,6 +26,7 @@ from .models import ConeRow
 COLUMNS = tuple(ConeRow.model_fields)
 TOLERANCE_MM, TOLERANCE_DEG = 2.0, 1.0  # by which a sensor may be off its ring
 _UNIT = 1e-3  # by which an axis may be longer or shorter than 1
+_DIGITS = 9  # decimals of lengths in such a list
 _TIE = 3  # decimals of a misfit, in tolerances: links that fit alike are told apart by the ring's radius
 
 
@@ -143,7 +144,7 @@ def _fit(
     count = apex.shape[1]
     turn = 2 * np.pi / count * np.arange(count)
     middle = ((at[..., 0] + 1j * at[..., 1]) * np.exp(-1j * turn)).mean()
-    radius, phase = float(abs(middle)), float(np.angle(middle))
+    radius, phase = round(float(abs(middle)), _DIGITS), float(np.angle(middle))
     radial = np.stack([np.cos(phase + turn), np.sin(phase + turn), np.zeros(count)], axis=1)
     along = np.array([0.0, 0.0, 1.0])
     tilt = math.atan2(float(look[..., 2].mean()), float((look * radial).sum(axis=-1).mean()))
