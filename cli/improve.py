@@ -18,7 +18,7 @@ from ..placement.convert import change_model, ring_models, scene_model, verify_r
 from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.models import ImproveResult, ProposalFile, StepModel, VerifyResult
 from ..placement.search import Progress as Told
-from ..placement.search import SearchResult
+from ..placement.search import Outcome, SearchResult
 from .picture import comparison_picture
 from .place import check_scene, found_model
 from .tables import target_label
@@ -192,7 +192,7 @@ def _show(record: ImproveResult, found: improving.Improved, scene: Scene, consol
     last = len(found.steps[-1].changes) if found.steps else 0
     if not last:
         console.print(f"No gain: nothing of up to {_changes(record.most_changes)} was found that gains {least} or more.")
-    elif last < record.most_changes:
+    elif last < record.most_changes and found.outcome is Outcome.FINISHED:
         console.print(f"More changes, up to {record.most_changes}, were not found to gain {least} more.")
     if found.mounted.short:
         shorts = ", ".join(f"{step.short_percent:.2f}" for step in record.steps)

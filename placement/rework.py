@@ -160,11 +160,11 @@ class Rework:
         return replace(t, rings=tuple(rings))
 
     def put_back(self, t: Touched, places: tuple[int, ...], keys: tuple[str, ...]) -> Touched:
-        """``t`` with some values of the rings at ``places`` that are on the link where they are mounted as they were."""
+        """``t`` with some values of the rings at ``places`` as mounted; but for its count, a carried ring's are its own."""
         rings = list(t.rings)
         for i in places:
             ring, before = rings[i], self.before[i]
-            if ring is not None and before is not None and ring.link == before.link:
+            if ring is not None and before is not None and (ring.link == before.link or keys == ("count",)):
                 rings[i] = replace(ring, **{key: getattr(before, key) for key in keys})
         return replace(t, rings=tuple(rings))
 
