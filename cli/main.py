@@ -16,7 +16,7 @@ from ..objectives.exact import Rule
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import resolve
-from ..placement.models import MODELS
+from ..placement.proposals import MODELS
 from .aim_options import mounting_errors, resolve_aim, resolve_robustness
 from .options import (
     parse_goals,
@@ -25,6 +25,7 @@ from .options import (
     resolve_reach,
     resolve_scene,
     resolve_space,
+    resolve_time,
     with_floors,
     with_goals,
 )
@@ -49,7 +50,10 @@ SceneFileOption = Annotated[Path | None, Parameter(name="--scene", help="Another
 RobotOption = Annotated[str | None, Parameter(help="A built-in robot: ur10, ur10_dh.")]
 Voxel = Annotated[float, Parameter(help="Side of a voxel, m.")]
 Json = Annotated[bool, Parameter(name="--json", negative=(), help="Print one JSON object for scripts.")]
-Subject = Annotated[str, Parameter(name="PROPOSAL_OR_NAME", help="A proposal's file, or a name like n2_16_25.")]
+Subject = Annotated[
+    str, Parameter(name="PROPOSAL_OR_NAME", help="A proposal's file, a CSV of sensors as of cones, or a name like n2_16_25.")
+]
+Floors = Annotated[tuple[str, ...], Parameter(negative=(), help="A floor: V_S:1.5=60 for 60 percent of it. Repeatable.")]
 Seed = Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")]
 Count = Annotated[int, Parameter(validator=Number(gte=1, lte=200))]
 
@@ -67,9 +71,7 @@ def place(
         int | None, Parameter(validator=Number(gte=1, lte=2000), help="Spend so many sensors on any rings.")
     ] = None,
     reach: Annotated[float | None, Parameter(help="Find the fewest sensors that cover so many percent.")] = None,
-    at_least: Annotated[
-        tuple[str, ...], Parameter(negative=(), help="A floor: V_S:1.5=60 for 60 percent of it. Repeatable.")
-    ] = (),
+    at_least: Floors = (),
     redundancy: Annotated[int, Parameter(help="Make large what at least so many sensors see.")] = 1,
     losing: Annotated[Losing | None, Parameter(help="Make ζ without the worst ring, or sensor, large.")] = None,
     tolerant: Annotated[bool, Parameter(negative=(), help="Make the mean under errors of mounting large.")] = False,
@@ -106,11 +108,9 @@ def place(
     """
     from .place import place as run
 
-    if time is not None and not 0 < time < float("inf"):
-        raise UserError(f"--time: found {time:g}, allowed: a positive number of seconds")
+    cap = resolve_time(time)
     asked = resolve_scene(scene, robot, target, radius) or with_goals(Scene(), parse_goals(target, radius))
     asked = with_floors(asked, at_least)
-    cap = float("inf") if time is None else time
     share = resolve_reach(reach, sensors)
     space = None if share else resolve_space(asked, rings_per_link, sensors_per_ring, sensors)
     aim = resolve_aim(asked, redundancy, losing, tolerant, position_error_mm, direction_error_deg)
@@ -186,6 +186,40 @@ def robustness(
 
 
 @app.command
+def improve(
+    subject: Subject,
+    /,
+    *,
+    target: Targets = (),
+    radius: Radius = None,
+    scene: SceneFileOption = None,
+    robot: RobotOption = None,
+    changes: Annotated[int, Parameter(validator=Number(gte=1, lte=20), help="Rings touched, at most.")] = 3,
+    add_sensors: Annotated[int, Parameter(validator=Number(gte=0, lte=1000), help="Sensors more than now, at most.")] = 0,
+    at_least: Floors = (),
+    seed: Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")] = 0,
+    time: Annotated[float | None, Parameter(help="Cap on the search, s; it ends by its own plan otherwise.")] = None,
+    voxel: Voxel = 0.01,
+    out: Annotated[Path | None, Parameter(help="Folder for a proposal of each step, a picture and improve.json.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Find the best single change to what is mounted, the best two, and so on: what each gains, and the work it is.
+
+    One change is one ring touched: set anew on its link, carried to another, added, or taken away.
+
+    Example: place-rings improve n3_16_55 --target V_S --radius 1.5
+
+    Example: place-rings improve mounted.csv --changes 2 --add-sensors 8 --out better
+    """
+    from .improve import improve as run
+
+    cap = resolve_time(time)
+    setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
+    asked = with_floors(with_goals(found, parse_goals(target, radius)), at_least)
+    run(subject, setup, asked, changes, add_sensors, seed, cap, voxel, out, as_json)
+
+
+@app.command
 def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOption = None) -> None:
     """Print every sensor's cone at every pose, as CSV in the base frame.
 
@@ -233,7 +267,7 @@ def study(
 
 
 @app.command
-def schema(name: Literal["scene", "proposal", "verify", "robustness", "result"], /) -> None:
+def schema(name: Literal["scene", "proposal", "verify", "robustness", "result", "improve"], /) -> None:
     """Print the JSON Schema of a file or of a command's JSON.
 
     Example: place-rings schema scene

@@ -107,6 +107,13 @@ def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
     return replace(scene, goals=tuple(goals))
 
 
+def resolve_time(seconds: float | None) -> float:
+    """``--time`` as a cap, infinity where none is given."""
+    if seconds is not None and not 0 < seconds < math.inf:
+        raise UserError(f"--time: found {seconds:g}, allowed: a positive number of seconds")
+    return math.inf if seconds is None else seconds
+
+
 def resolve_pair(targets: Sequence[str]) -> tuple[Target, Target]:
     """The two targets of a front: the near and the far shell where none are given."""
     goals = parse_goals(targets, None) or (Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.5)))

@@ -19,8 +19,9 @@ from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_model, tolerant_model, verify_result
 from ..placement.errors import UserError
 from ..placement.loader import output_folder, to_toml, write_text
-from ..placement.models import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile, VerifyResult
+from ..placement.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
 from ..placement.reach import fewest_sensors
+from ..placement.results import VerifyResult
 from .picture import placement_picture
 from .tables import ring_table, target_label, zeta_table
 
@@ -146,7 +147,7 @@ def place(
         rings=ring_models(result.setup, scene.sensor),
         scene=scene_model(scene),
         zeta=mine,
-        found=_found(result, seed, aim),
+        found=found_model(result, seed, aim),
     )
     lines = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
     placement_picture(files["picture"], scene, result.setup, lines or ["interrupted before it was verified"])
@@ -199,8 +200,9 @@ _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely,
 Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive towards distal."""
 
 
-def _found(result: searching.SearchResult, seed: int, aim: Aim) -> FoundModel:
-    spent = result.statistics
+def found_model(result: searching.SearchResult, seed: int, aim: Aim | None = None) -> FoundModel:
+    """How a proposal was found, with this command and these versions."""
+    spent, aim = result.statistics, aim or Aim()
     return FoundModel(
         outcome=result.outcome.value,
         seed=seed,

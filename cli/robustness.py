@@ -10,7 +10,7 @@ from ..objectives.redundancy import redundancy
 from ..objectives.scene import Scene
 from ..objectives.tolerance import tolerance
 from ..placement.convert import robustness_result
-from ..placement.models import LossModel, RobustnessResult
+from ..placement.results import LossModel, RobustnessResult
 from .aim_options import Robustness
 from .place import check_scene
 from .tables import target_label

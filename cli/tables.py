@@ -6,7 +6,7 @@ from rich.table import Table
 
 from ..coverage.rings import Setup
 from ..coverage.robots import Robot
-from ..placement.models import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult
+from ..placement.results import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult
 
 
 def ring_table(setup: Setup, robot: Robot) -> Table:

@@ -15,24 +15,13 @@ from ..objectives.exact import PoseZeta, Verified
 from ..objectives.redundancy import Loss, Redundancy
 from ..objectives.scene import Goal, Limits, Pose, Rules, Scene
 from ..objectives.tolerance import Tolerance
-from .models import (
-    CurveModel,
-    ErrorsModel,
-    LossModel,
-    MountModel,
-    PoseModel,
-    PoseZetaModel,
-    ProofModel,
-    RingModel,
-    RobustnessResult,
-    RulesModel,
-    SceneFile,
-    SensorModel,
-    TargetModel,
-    VerifyResult,
-)
+from .changes import Change, Work
+from .models import CurveModel, MountModel, PoseModel, RingModel, RulesModel, SceneFile, SensorModel, TargetModel
+from .proposals import ChangeModel, WorkModel
+from .results import ErrorsModel, LossModel, PoseZetaModel, ProofModel, RobustnessResult, VerifyResult
 
 DIGITS_DEG = 4  # decimals of an angle in a file
+DIGITS_MM = 3  # decimals of a length in millimetres
 DIGITS_POSITION = 6  # decimals of a ring's position in a file
 
 
@@ -157,6 +146,39 @@ def ring_models(setup: Setup, sensor: Sensor) -> list[RingModel]:
 def rounded(setup: Setup, sensor: Sensor) -> Setup:
     """The setup as it reads back from a proposal's file; what is verified is what is written."""
     return setup_of(ring_models(setup, sensor), sensor)
+
+
+def change_model(change: Change, mounted: int, sensor: Sensor) -> ChangeModel:
+    """The record of a change to one of so many mounted rings; ``sensor`` is the scene's."""
+    before, after = (
+        None if ring is None else ring_models(Setup((ring,)), sensor)[0] for ring in (change.before, change.after)
+    )
+    return ChangeModel(
+        ring=change.place if change.place < mounted else None,
+        done=change.kind.value,
+        before=before,
+        after=after,
+        sensors=change.sensors,
+        moved_mm=_millimetres(change.moved),
+        tilted_deg=round(math.degrees(change.tilted), DIGITS_DEG),
+        turned_deg=round(math.degrees(change.turned), DIGITS_DEG),
+    )
+
+
+def work_model(work: Work) -> WorkModel:
+    """The record of the work that changes are."""
+    return WorkModel(
+        rings_touched=work.rings,
+        rings_carried=work.carried,
+        sensors_added=work.sensors,
+        moved_mm=_millimetres(work.moved),
+        tilted_deg=round(math.degrees(work.tilted), DIGITS_DEG),
+        turned_deg=round(math.degrees(work.turned), DIGITS_DEG),
+    )
+
+
+def _millimetres(length: float) -> float:
+    return round(1000 * length, DIGITS_MM)
 
 
 def verify_result(name: str, verified: Verified) -> VerifyResult:

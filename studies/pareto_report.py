@@ -6,7 +6,7 @@ from typing import Any
 
 from ..placement.convert import ring_models, scene_model
 from ..placement.loader import to_toml
-from ..placement.models import ProposalFile
+from ..placement.proposals import ProposalFile
 from .pages import csv_text, html, table
 from .pareto import Point, dominated, front, hypervolume, is_papers, setup_of_point
 from .plotting import COLOURS, INK, MARKERS, plain, save, sheet

@@ -19,7 +19,8 @@ from place_rings.coverage.slots import sensor_cones
 from place_rings.objectives.exact import Verifier
 from place_rings.placement import search as searching
 from place_rings.placement.loader import read_proposal
-from place_rings.placement.models import RobustnessResult, SearchFile, VerifyResult
+from place_rings.placement.proposals import SearchFile
+from place_rings.placement.results import RobustnessResult, VerifyResult
 from place_rings.placement.search import Schedule, Stage
 
 
@@ -204,6 +205,7 @@ def test_schemas_are_json(run):
 @pytest.mark.parametrize("delay", [3, 9], ids=["early", "in the search"])
 def test_ctrl_c_keeps_the_best_so_far(tmp_path, delay):
     program = Path(sys.executable).parent / "place-rings"
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # where it is ignored, a child would ignore it too
     process = subprocess.Popen(
         [program, "--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--out", str(tmp_path / "out")],
         stdout=subprocess.PIPE,
@@ -211,6 +213,7 @@ def test_ctrl_c_keeps_the_best_so_far(tmp_path, delay):
         text=True,
         cwd=tmp_path,
     )
+    signal.signal(signal.SIGINT, before)
     time.sleep(delay)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=120)
