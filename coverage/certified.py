@@ -8,7 +8,6 @@ bounded however narrow the interval, and each pass leaves a valid interval.
 
 import itertools
 import math
-import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -20,6 +19,7 @@ from jaxtyping import Bool, Float, Int
 from .allocation import keep_freed_memory
 from .arrays import rows
 from .cells import Cells, first_cells, leaves
+from .processors import processors
 from .share import Share
 from .solids import Parts, Solid, fold
 from .verdicts import SLACK, verdicts
@@ -28,6 +28,7 @@ from .voxelset import centre
 _IN_TARGET, _SEEN = 1, 2  # bits of a cell's mark
 _LEVELS = 19  # of halving a cell, from the scene's box down to the smallest
 _PAIRS = 1 << 17  # of cell and part worked on at once: enough that arithmetic outweighs calls, some 100 MB
+_SHARES = 16  # of the first cells: what each gives does not depend on how many work at once
 _WORTH = 2000  # a cell this many times the threshold is split without a look at its shares
 _EMPTY = 0.05  # of its box: a target that may be this large at most, and of which nothing is certain, counts as empty
 _SUM = 1e-12  # rounding of sums of volumes, relative
@@ -177,11 +178,10 @@ def _unless(known: Bool[np.ndarray, " M"], pairs: tuple[Int[np.ndarray, " P"], I
 
 
 def _run(work: _Pass, start: Cells) -> _Tally:
-    """One pass, a share of the first cells for each processor."""
-    workers = os.cpu_count() or 1
-    share = np.arange(len(start)) % workers
-    with ThreadPoolExecutor(workers) as pool:
-        jobs = [pool.submit(work.run, start.only(share == i)) for i in range(workers)]
+    """One pass by all processors; the first cells are shared out alike on every machine, so that sums round alike."""
+    share = np.arange(len(start)) % _SHARES
+    with ThreadPoolExecutor(processors()) as pool:
+        jobs = [pool.submit(work.run, start.only(share == i)) for i in range(_SHARES)]
         try:
             tallies = [job.result() for job in jobs]
         except BaseException:

@@ -1,7 +1,6 @@
 """The search: unlike starts climb the soft zeta while it sharpens, then unlike variants of the best; the exact count
 chooses among those that came furthest."""
 
-import os
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
@@ -13,6 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.cloud import Cloud
+from ..coverage.processors import processors
 from ..coverage.rings import Setup
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
 from ..objectives.exact import Verifier
@@ -135,7 +135,7 @@ def search(
     widest, evaluations, progress = points.clouds(max(sizes)), 0, Progress(stages=len(schedule.stages))
     begin = starts(scene, layout, max(schedule.draws, schedule.starts), seed)
     pool, finalists = begin[: schedule.starts], [begin[0]]
-    with ThreadPoolExecutor(os.cpu_count()) as threads:
+    with ThreadPoolExecutor(processors()) as threads:
 
         def best(values: Pool, count: int, width: float, clouds: Cloud, known: Pool) -> Pool:
             """The ``count`` best of ``values`` that are unlike each other and the ``known``, by their soft zeta."""
@@ -177,7 +177,7 @@ def search(
 
 def _scores(threads: ThreadPoolExecutor, objective: CoverageObjective, values: Pool, width: float, clouds: Cloud) -> Any:
     """Soft zetas (S,) of many setups, on all processors."""
-    parts = [part for part in np.array_split(values, os.cpu_count() or 1) if len(part)]
+    parts = [part for part in np.array_split(values, processors()) if len(part)]
     return np.concatenate([np.empty(0), *threads.map(lambda part: objective.zetas(part, clouds, width), parts)])
 
 
