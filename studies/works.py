@@ -11,8 +11,10 @@ from ..objectives.exact import Rule, Verifier
 from ..objectives.scene import Scene
 from ..placement.convert import ring_models, scene_of, setup_of
 from ..placement.models import RingModel, SceneFile
+from ..placement.search import Outcome
 from ..placement.search import search as searching
 from ..placement.variables import ring_layout
+from .store import Cell
 
 Rings = list[dict[str, Any]]
 
@@ -44,18 +46,35 @@ def zeta(
     voxel: float | None,
     width: float = 0.0,
 ) -> dict[str, Any]:
-    """Exact zeta of a setup for one target, in percent with its bounds, the voxels counted, and the seconds it took."""
+    """Exact zeta of a setup for one target, in percent with its bounds, the voxels counted, and the seconds it took.
+
+    Raises:
+        KeyboardInterrupt: also where Ctrl-C left an interval wider than was asked for: a study must not keep that.
+    """
     verifier = _verifier(json.dumps(scene, sort_keys=True), rule, voxel, width)
     found = verifier.verify(setup_from(setup, verifier.scene), Target(target, radius))
+    if any(pose.proof is not None and width > 0 and not pose.proof.reached for pose in found.poses):
+        raise KeyboardInterrupt
     percents = {f"{key}_percent": 100 * getattr(found, key) for key in ("zeta", "low", "high")}
     return percents | {"target": found.target_voxels, "covered": found.covered_voxels, "seconds": found.seconds}
 
 
 def place(scene: Mapping[str, Any], rings_per_link: int, sensors_per_ring: int, seed: int) -> Rings:
-    """The rings of a searched setup, as a proposal lists them."""
+    """The rings of a searched setup, as a proposal lists them.
+
+    Raises:
+        KeyboardInterrupt: also where Ctrl-C left the best so far: a study must not keep that.
+    """
     asked = scene_from(scene)
     found = searching(asked, ring_layout(asked, rings_per_link, sensors_per_ring), seed)
+    if found.outcome is Outcome.INTERRUPTED:
+        raise KeyboardInterrupt
     return [ring.model_dump(exclude_none=True) for ring in ring_models(found.setup, asked.sensor)]
+
+
+def shared(cell: Cell) -> str:
+    """What cells with costly preparation in common have in common: everything but the setup."""
+    return Cell(cell.work, {key: value for key, value in cell.arguments.items() if key != "setup"}).key
 
 
 WORKS: dict[str, Callable[..., Any]] = {"zeta": zeta, "place": place}
