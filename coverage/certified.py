@@ -22,7 +22,7 @@ from .cells import Cells, first_cells, leaves
 from .processors import processors
 from .share import Share
 from .solids import Parts, Solid, fold
-from .verdicts import SLACK, verdicts
+from .verdicts import SLACK, scale, verdicts
 from .voxelset import centre
 
 _IN_TARGET, _SEEN = 1, 2  # bits of a cell's mark
@@ -31,7 +31,7 @@ _PAIRS = 1 << 17  # of cell and part worked on at once: enough that arithmetic o
 _SHARES = 16  # of the first cells: what each gives does not depend on how many work at once
 _WORTH = 2000  # a cell this many times the threshold is split without a look at its shares
 _EMPTY = 0.05  # of its box: a target that may be this large at most, and of which nothing is certain, counts as empty
-_SUM = 1e-12  # rounding of sums of volumes, relative
+_SUM = 1e-12  # rounding of a sum of volumes, relative; adding up such sums adds to it
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Bracket:
 
 @dataclass
 class _Tally:
-    """Bounds of the covered and the uncovered volume of the target, m^3, cells that gave them, and the smallest level."""
+    """Bounds of the covered and the uncovered volume of the target, m^3, their cells, smallest level and number of sums."""
 
     covered_low: float = 0.0
     covered_high: float = 0.0
@@ -64,16 +64,13 @@ class _Tally:
     uncovered_high: float = 0.0
     cells: int = 0
     level: int = _LEVELS + 2
+    sums: int = 0
 
     def add(self, covered: Share, uncovered: Share, volume: float, level: int) -> None:
         """Settle cells of one ``volume``."""
-        self.covered_low += volume * float(covered.low.sum())
-        self.covered_high += volume * float(covered.high.sum())
-        self.uncovered_low += volume * float(uncovered.low.sum())
-        self.uncovered_high += volume * float(uncovered.high.sum())
-        self.cells += len(covered.low)
-        if len(covered.low):
-            self.level = min(self.level, level)
+        sums = [volume * float(v.sum()) for v in (covered.low, covered.high, uncovered.low, uncovered.high)]
+        cells = len(covered.low)
+        self.join(_Tally(*sums, cells, level if cells else self.level, 1))
 
     def join(self, other: "_Tally") -> None:
         """Add what another thread settled."""
@@ -83,11 +80,13 @@ class _Tally:
         self.uncovered_high += other.uncovered_high
         self.cells += other.cells
         self.level = min(self.level, other.level)
+        self.sums += other.sums
 
     def bracket(self, passes: int, unit: float, width: float) -> Bracket:
         """The interval; sums are widened by their rounding."""
-        c, u = self.covered_low * (1 - _SUM), self.uncovered_low * (1 - _SUM)
-        more_c, more_u = self.covered_high * (1 + _SUM), self.uncovered_high * (1 + _SUM)
+        rounding = _SUM + self.sums * 2.0**-52
+        c, u = self.covered_low * (1 - rounding), self.uncovered_low * (1 - rounding)
+        more_c, more_u = self.covered_high * (1 + rounding), self.uncovered_high * (1 + rounding)
         low = c / (c + more_u) * (1 - _SUM) if c > 0 else 0.0
         high = min(more_c / (more_c + u) * (1 + _SUM), 1.0) if more_c > 0 else 0.0
         return Bracket(low, high, c + u, more_c + more_u, passes, self.cells, unit * 2.0**self.level, high - low <= width)
@@ -224,8 +223,9 @@ def bracket(
     size = float(np.ptp(box, axis=0).max())
     if not size > 0:
         raise ValueError("the target is empty: its box has no volume")
-    unit = voxel if voxel is not None else size / 2.0**_LEVELS
-    slack = SLACK * max(1.0, float(np.abs(box).max()), float(np.abs(seen.bounds()).max()))
+    furthest = float(np.abs(box).max())  # the lattice ends at 2^19 units from the origin
+    unit = voxel if voxel is not None else max(size, 1.001 * furthest) / 2.0**_LEVELS
+    slack = SLACK * max(scale(target), scale(seen))
     start = first_cells(leaves(target) + leaves(seen), box, unit, 0)
     volume = float(np.prod(np.ptp(box, axis=0)))
     threshold = width * volume / 100 if width > 0 else 0.0

@@ -178,12 +178,23 @@ def curvature(distance: Float[np.ndarray, " P"]) -> Float[np.ndarray, " P"]:
     return np.where(distance > 0, 1 / np.where(distance > 0, distance, 1.0), SHARP)
 
 
+AXIS = 1e-4  # of a cube's side: nearer to an axis, the direction away from it is lost to rounding, even along the axis
+
+
+def away(v: Float[np.ndarray, "P 3"], side: float) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, "P 3"]]:
+    """Length (P,) m of ``v`` (P, 3) m and its direction (P, 3), for a convex distance and its gradient; both 0 where ``v``
+    is next to nothing in a cube of ``side`` m. The plane of value and gradient 0 lies below every distance."""
+    length = np.sqrt(dot(v, v))
+    length = np.where(length > AXIS * side, length, 0.0)
+    known = (length > 0)[:, None]
+    return length, np.where(known, v, 0.0) / np.where(known, length[:, None], 1.0)
+
+
 def distance_tangent(v: Float[np.ndarray, "P 3"], radius: Any, side: float) -> Tangent:
     """Tangent of ``distance from a convex body - radius``, where ``v`` (P, 3) m leads from the nearest point of the body
     to the cube's centre.
 
     The distance from the body is at most that from this one point, whose curvature is at most 1 / distance.
     """
-    distance = np.sqrt(dot(v, v))
-    normal = v / np.where(distance > 0, distance, 1.0)[:, None]
+    distance, normal = away(v, side)
     return Tangent(distance - radius, normal, curvature(distance - np.abs(normal).sum(axis=1) * side / 2))

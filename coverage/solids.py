@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .arrays import Array, dot, namespace, root, rows
-from .share import Share, Tangent, curvature, distance_tangent, either
+from .share import Share, Tangent, away, curvature, distance_tangent, either
 
 
 @runtime_checkable
@@ -155,9 +155,7 @@ class Cones(Parts):
         axis, v = rows(self.axis, index), points - rows(self.apex, index)
         cosine, sine = np.cos(self.half_angle)[index], np.sin(self.half_angle)[index]
         d = dot(v, axis)
-        across = v - d[:, None] * axis
-        rho = root(dot(across, across))
-        radial = across / np.where(rho > 0, rho, 1.0)[:, None]
+        rho, radial = away(v - d[:, None] * axis, side)
         around = np.cross(axis, radial)
         bend = curvature(rho - np.abs(radial).sum(axis=1) * side / 2) * cosine
         normal = cosine[:, None] * radial - sine[:, None] * axis

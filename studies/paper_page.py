@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..coverage.robots import ROBOTS
-from . import paper, paper_figures
+from . import octree_figures, paper, paper_figures
 from .pages import csv_text, html, table
 from .paper import CHAINS, COUNTS, SETUPS, TARGETS, Row
 from .paper_figures import COUNT_NAMES, value
@@ -14,6 +15,9 @@ from .paper_open import SETUPS as OPEN_SETUPS
 from .paper_open import TARGETS as OPEN_TARGETS
 from .paper_statements import Statement, coverage
 from .paper_study import Findings
+from .works import scene_from
+
+SHOWN, SHOWN_RADIUS, SHOWN_VOXEL = ("n2_16_25", "n3_16_55"), 0.9, 0.04  # of the octree pictures, m
 
 CHOICES = (
     ("robot", "UR10 (CB3), both by its public URDF (`ur10`) and by its Denavit–Hartenberg table (`ur10_dh`)"),
@@ -38,13 +42,27 @@ def write(findings: Findings, folder: Path, command: str) -> dict[str, str]:
     shown = (motion.time_s >= f.cycle[0].at) & (motion.time_s <= f.cycle[-1].at)
     paper_figures.cycle(f.cycle, motion.time_s[shown], motion.tcp_speed(ROBOTS["ur10"])[shown], folder / "task.png")
     paper_figures.openness(f.open, folder / "open.png")
-    text = "\n".join(_page(f, list(coverage(f.configurations, f.tilts)), command))
+    cones, octrees = _octrees(folder)
+    text = "\n".join(_page(f, list(coverage(f.configurations, f.tilts)), cones, command))
     tables = {name: getattr(f, name) for name in ("configurations", "tilts", "cycle", "open")}
     files = {f"{name}.csv": csv_text(paper.records(rows)) for name, rows in tables.items()}
+    files |= {"cone.csv": csv_text(cones), "octrees.csv": csv_text(octrees)}
     return files | {"README.md": text, "report.html": html(text, folder, "The paper, reproduced")}
 
 
-def _page(f: Findings, statements: Sequence[Statement], command: str) -> Iterator[str]:
+def _octrees(folder: Path) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Draw the octree pictures; the counts of one cone, and those of setups in shells."""
+    where = scene_from(paper.scene("ur10"))
+    found = [
+        {"setup": name, "radius": SHOWN_RADIUS}
+        | octree_figures.four_panels(folder / f"octree_{name}.png", where, name, SHOWN_RADIUS, SHOWN_VOXEL)
+        for name in SHOWN
+    ]
+    octree_figures.shells(folder / "octree_shells.png", where, SHOWN[0], (0.5, 0.9, 1.5), SHOWN_VOXEL)
+    return octree_figures.one_cone(folder / "cone.png"), found
+
+
+def _page(f: Findings, statements: Sequence[Statement], cones: Sequence[dict[str, Any]], command: str) -> Iterator[str]:
     yield "# The paper, reproduced\n"
     yield f"`{command}` measured and drew all of this; the numbers are in the CSV files beside it. The paper is Kumar"
     yield "and Sahin, *Sensing Volume Coverage of Robot Workspace using On-Robot Time-of-Flight Sensor Arrays*"
@@ -56,6 +74,15 @@ def _page(f: Findings, statements: Sequence[Statement], command: str) -> Iterato
     yield table(
         ("published", "verdict", "here", "why"), ([s.said, f"**{s.verdict.value}**", s.found, s.why] for s in statements)
     )
+    yield "## One cone, and octrees\n"
+    yield "![one cone in voxels](cone.png)\n"
+    yield "The count at one place, and its mean over 100 places on the lattice, in m³:\n"
+    heads = ("rule", "voxel, m", "voxels", "volume", "mean", "deviation")
+    keys = ("rule", "voxel", "voxels", "volume_m3", "mean_m3", "deviation_m3")
+    yield table(heads, ([_short(row[key]) for key in keys] for row in cones))
+    for name in SHOWN:
+        yield f"![V_S, V_FOV, their octrees and what is left over, for {name}](octree_{name}.png)\n"
+    yield "![the shell at three radii](octree_shells.png)\n"
     yield "## Configurations\n"
     yield "![coverage of every setup over all targets](configurations.png)\n"
     yield from _configurations(f)
@@ -71,6 +98,10 @@ def _page(f: Findings, statements: Sequence[Statement], command: str) -> Iterato
     yield "Varied one at a time, on `ur10`, from what was chosen; unbiased counts:\n"
     yield "![change of coverage by each choice](open.png)\n"
     yield from _open(f.open)
+
+
+def _short(number: Any) -> str:
+    return f"{number:.4f}".rstrip("0").rstrip(".") if isinstance(number, float) else f"{number}"
 
 
 def _configurations(f: Findings) -> Iterator[str]:

@@ -143,7 +143,9 @@ def coverage(configurations: Sequence[Row], tilts: Sequence[Row]) -> Iterator[St
         "One sensor's cone holds 0.173 m³, by octree 0.17 m³.",
         f"{exact:.4f} m³ by the closed form; counts in the table of one cone below",
         Verdict.AGREES if abs(exact - 0.173) < 1e-3 else Verdict.DIFFERS,
-        "The closed form is π/3 h³ tan²(12.5°). The unbiased count tends to it at every voxel; touched voxels give more.",
+        "The closed form is π/3 h³ tan²(12.5°), and the unbiased count agrees at every voxel up to 10 cm. Touched voxels of"
+        " 10 cm would give twice as much: this one figure speaks against them, unless it was counted in smaller voxels than"
+        " the coverage; the paper does not say.",
     )
     yield judged(
         "n3_16_55 covers 96.73 % of V_S(0.5).",

@@ -8,13 +8,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.certified import bracket
+from place_rings.coverage.certified import Bracket, _Tally, bracket
 from place_rings.coverage.curve import pose_curve
 from place_rings.coverage.octree import count, voxels
 from place_rings.coverage.rings import named_setup, sensor_cones
 from place_rings.coverage.robots import UR10
+from place_rings.coverage.share import Share
 from place_rings.coverage.solids import Cones, Difference, Spheres, sphere
 from place_rings.coverage.targets import Target, target_solid
+from place_rings.objectives import exact
+from place_rings.objectives.exact import Verifier
+from place_rings.objectives.scene import Scene
 
 from . import drawing
 from .test_octree import drawn_scene
@@ -168,6 +172,19 @@ def test_wholly_seen_and_wholly_unseen():
         assert bracket(ball, away, **how).low == bracket(ball, away, **how).high == 0
 
 
+def test_a_small_target_far_from_the_origin():
+    """The lattice is about the origin: what is far from it has larger units."""
+    for centre in ((0.5, 0, 0), (5.0, -3, 4), (100.0, 0, 0)):
+        b = bracket(sphere(centre, 0.5), sphere(centre, 0.25), 1e-3)
+        assert b.reached
+        assert b.low <= 1 / 8 <= b.high
+
+
+def test_without_cones_nothing_is_seen():
+    none = Cones(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+    assert bracket(sphere([0.0, 0, 0], 0.3), none, 1e-3).high == 0
+
+
 def test_an_empty_target_is_refused():
     nothing = Difference(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 2.0))
     with pytest.raises(ValueError, match="empty"):
@@ -176,6 +193,25 @@ def test_an_empty_target_is_refused():
         bracket(Difference(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 0.3)), sphere([0.0, 0, 0], 1.0), 0.01)
     with pytest.raises(ValueError, match="width"):
         bracket(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 1.0))
+
+
+def test_sums_of_many_cells_hold_their_rounding():
+    """Adding less than half a unit in the last place, over and over, changes nothing; the bounds allow for it."""
+    tally, one = _Tally(), np.ones(1)
+    for volume in (1.0, *[2.0**-53] * 30_000):
+        tally.add(Share(one, one), Share(0 * one, 0 * one), volume, 0)
+    b = tally.bracket(1, 1.0, 0.1)
+    assert b.volume_low <= 1 + 30_000 * 2.0**-53 <= b.volume_high
+
+
+def test_the_mean_over_poses_holds_its_rounding(monkeypatch):
+    """Of 49 poses, 49 times the float nearest to 1/49 is less than 1."""
+    scene = Scene(poses=(Scene().poses[0],) * 49)
+    whole = Bracket(1 - 1e-12, 1.0, 1.0, 1.0, 1, 1, 1.0, True)
+    monkeypatch.setattr(exact, "bracket", lambda *args: whole)
+    verified = Verifier(scene, rule="certified", width=1e-3).verify(named_setup("n1_1_0"), Target("V_S", 0.5))
+    assert verified.low <= whole.low
+    assert verified.high == 1
 
 
 def test_ctrl_c_leaves_the_last_interval():

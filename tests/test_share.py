@@ -107,6 +107,26 @@ def test_a_cube_holds_what_its_pieces_hold(seed):
     assert fine.low.mean() - noise <= seen <= fine.high.mean() + noise
 
 
+@pytest.mark.parametrize("kind", ["cone", "tube"])
+def test_a_cube_about_an_axis(kind):
+    """The way from the axis to the cube's centre is rounding alone there, and may point along the axis."""
+    rng = np.random.default_rng(3)
+    p = rng.uniform(-0.5, 0.5, (20_000, 3))
+    noise = math.sqrt(math.log(2 * 300 * 1e3) / (2 * len(p)))
+    for _ in range(300):
+        axis = rng.choice([-1.0, 1.0], (1, 3)) if rng.random() < 0.3 else rng.normal(size=(1, 3))
+        axis /= np.linalg.norm(axis)
+        if kind == "cone":
+            apex, half = -rng.uniform(0.5, 1.0) * axis, rng.uniform(0.6, 1.2, 1)
+            parts = Cones(apex, axis, half, np.array([5.0]))
+        else:
+            ends = np.concatenate([-rng.uniform(0.3, 1.2) * axis, rng.uniform(0.3, 1.2) * axis])
+            parts = Tube(ends, np.repeat(axis, 2, axis=0), float(rng.uniform(0.7, 0.86)), np.array([0]))
+        share = shares(parts, np.zeros((1, 3)), 1.0)
+        seen = float((parts(p) <= 0).mean())
+        assert share.low[0] - noise <= seen <= share.high[0] + noise
+
+
 @given(drawing.seeds)
 def test_one_smooth_surface_is_second_order(seed):
     """On a ball, a cone's mantle and a straight tube's, the width falls with the side, so what is open with its square."""

@@ -1,0 +1,98 @@
+"""Solids as flat faces for a ``Sheet``: circles, balls and rods, a robot with its rings, cones, discs and hulls."""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..coverage.rings import Setup
+from ..coverage.robots import Robot
+from ..coverage.solids import Spheres, Union
+from .sheet import Sheet
+
+_LINK, _JOINT = "#b4bbc3", "#7d8791"
+_LINK_RADIUS, _JOINT_RADIUS, _FOOT, _RING_WIDTH = 0.048, 0.062, 0.095, 0.04  # m
+
+
+def _polygon(corners: int) -> Any:
+    """Corners (T, 2) of a regular polygon in the circle of radius 1."""
+    return np.array([(np.cos(t), np.sin(t)) for t in np.linspace(0, 2 * np.pi, corners, endpoint=False)])
+
+
+DISC, _FINE_DISC = _polygon(48), _polygon(96)
+_UP = np.eye(3)[2]
+
+
+def circle(centre: Any, axis: Any, radius: float, polygon: Any = DISC) -> Any:
+    """Points (T, 3) m of a circle about the unit ``axis``."""
+    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    return centre + radius / np.linalg.norm(u) * (polygon @ np.stack([u, np.cross(axis, u)]))
+
+
+def loft(circles: Any) -> Any:
+    """Faces (N, 4, 3) m between neighbouring circles (C, T, 3)."""
+    turned = np.roll(circles, -1, axis=1)
+    return np.stack([circles[:-1], turned[:-1], turned[1:], circles[1:]], axis=2).reshape(-1, 4, 3)
+
+
+def ball(c: Any, r: float, n: int) -> Any:
+    """Circles of latitude (n, T, 3) m of the ball about ``c`` (3,) of radius ``r``."""
+    return np.array([circle(c + r * np.sin(b) * _UP, _UP, r * np.cos(b)) for b in np.pi * np.linspace(-0.5, 0.5, n)])
+
+
+def rod(a: Any, b: Any, radius: float) -> Any:
+    """Circles (C, T, 3) m from ``a`` to ``b``, close enough together to be sorted by depth."""
+    return np.array([circle(p, (b - a) / np.linalg.norm(b - a), radius) for p in np.linspace(a, b, 20)])
+
+
+def cone(apex: Any, axis: Any, half_angle: float, range_m: float, steps: int) -> Any:
+    """Faces (N, 4, 3) m of a cone's side and base, in so many steps along its side that cones which cross can be sorted by
+    depth."""
+    share, tangent = np.linspace(1e-3, 1, steps + 1), np.tan(half_angle)
+    side = [(apex + range_m * t * axis, range_m * t * tangent) for t in share]
+    base = [(apex + range_m * axis, range_m * t * tangent) for t in share[::-3]]
+    return loft(np.array([circle(c, axis, r, _FINE_DISC) for c, r in side + base]))
+
+
+def disc(centre: Any, axis: Any, radius: float) -> Any:
+    """Faces (N, 4, 3) m of a filled disc."""
+    return loft(np.array([circle(centre, axis, r, _FINE_DISC) for r in (1e-3 * radius, radius)]))
+
+
+def body(robot: Robot, frames: Any) -> Any:
+    """Centreline (P, 3) m of the links' bodies: joint origins, and the mount axes where links have them."""
+    points = [np.zeros(3)]
+    for j, T in enumerate(frames):
+        ends = [m.start + t * m.axis for m in robot.mounts if m.frame == j for t in (0.0, m.length)]
+        points += [T[:3, :3] @ p + T[:3, 3] for p in (np.zeros(3), *ends)]
+    return np.array([p for i, p in enumerate(points) if i == 0 or np.linalg.norm(p - points[i - 1]) > 1e-6])
+
+
+def add_robot(sheet: Sheet, robot: Robot, frames: Any, setup: Setup, colour: dict[str, str]) -> None:
+    """Add the robot's links, joints and foot, and its rings in the colours of their links.
+
+    Args:
+        frames: T_base_frame (F, 4, 4) from ``forward``.
+    """
+    line = body(robot, frames)
+    for a, b in pairwise(line):
+        sheet.surface(loft(rod(a, b, _LINK_RADIUS)), _LINK)
+    foot = np.array([circle(line[0] + height * _UP, _UP, r) for height, r in ((0, _FOOT), (0.03, _FOOT), (0.03, 0.001))])
+    for circles in (foot, *(ball(p, _JOINT_RADIUS, 13) for p in line[1:-1])):
+        sheet.surface(loft(circles), _JOINT)
+    for ring in setup.rings:
+        m = robot.mount(ring.link)
+        R, origin = frames[m.frame][:3, :3], frames[m.frame][:3, 3]
+        ends = [m.start + (ring.position * m.length + t) * m.axis for t in (-_RING_WIDTH / 2, _RING_WIDTH / 2)]
+        band = np.array([circle(origin + R @ end, R @ m.axis, ring.radius) for end in ends])
+        sheet.surface(loft(band), colour[ring.link])
+
+
+def convex_pieces(outer: Any) -> list[Any]:
+    """Point sets (_, 3) m whose convex hulls together make a target's outer solid: balls and a tube."""
+    if isinstance(outer, Union):
+        return convex_pieces(outer.a) + convex_pieces(outer.b)
+    if isinstance(outer, Spheres):
+        return [ball(c, r, 41).reshape(-1, 3) for c, r in zip(outer.centre, outer.radius, strict=True)]
+    discs = [circle(c, n, outer.radius) for c, n in zip(outer.centre, outer.normal, strict=True)]
+    return [np.concatenate([discs[i], discs[i + 1]]) for i in outer.first]
