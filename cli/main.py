@@ -133,6 +133,12 @@ def study(
     *,
     out: Annotated[Path | None, Parameter(help="Folder for data, pictures and page: results/NAME.")] = None,
     seed: Annotated[int, Parameter(validator=Number(gte=0), help="Of searches and paths; same seed, same figures.")] = 0,
+    workers: Annotated[
+        int, Parameter(validator=Number(gte=1, lte=1024), help="Processes of this machine; 1: this one, with its threads.")
+    ] = 1,
+    scheduler: Annotated[
+        str | None, Parameter(help="A running dask scheduler that you trust, tcp://HOST:PORT, instead of --workers.")
+    ] = None,
 ) -> None:
     """Run a study into a folder; one that was stopped goes on where it was.
 
@@ -141,13 +147,17 @@ def study(
     convergence: ζ of the paper's setups against the side of the voxels, rule by rule, on both UR10 chains.
 
     Example: place-rings study paper
+
+    Example: place-rings study paper --workers 16
     """
     from .study import study_convergence, study_paper
 
+    if scheduler is not None and workers != 1:
+        raise UserError(f"--workers: found {workers} beside --scheduler, allowed: one of the two")
     if name == "convergence":
-        study_convergence(out or Path("results") / name)
+        study_convergence(out or Path("results") / name, workers, scheduler)
     else:
-        study_paper(out or Path("results") / name, seed)
+        study_paper(out or Path("results") / name, seed, workers, scheduler)
 
 
 @app.command

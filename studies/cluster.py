@@ -1,28 +1,21 @@
-"""Runs the cells of a study on many processes, of this machine or of several, by dask.distributed.
+"""Runs the cells of a study on many processes, of this machine or of several.
 
 The one process that has the study's file hands out batches of cells that share costly preparation. A worker tells of each
 cell as soon as it is finished, so that it can be kept at once. What goes to a worker is text: the names of works, which it
-looks up in its own table, and their arguments as JSON. Yet dask's own messages carry Python objects: whoever reaches a
-scheduler can run code on all its machines. So the local cluster listens on 127.0.0.1 only, under a certificate of its own
-that nobody else has, and a scheduler that is joined must be one that is trusted.
+looks up in its own table, and their arguments as JSON.
 """
 
 import json
-import logging
-import signal
 import time
 import uuid
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import cache
-from multiprocessing import resource_tracker
 from queue import Empty, SimpleQueue
 from typing import Any
 
-import dask
-from distributed import Client, Future, KilledWorker, LocalCluster, get_worker
-from distributed.security import Security
+from distributed import Client, Future, KilledWorker, get_worker
 
 from ..placement.errors import UserError
 from .engine import Work, program
@@ -30,62 +23,9 @@ from .store import Cell, Store
 from .works import WORKS, shared
 
 _LOSSES = 3  # workers that a cell may take with it
-_JOIN = 30.0  # s, for a scheduler to answer and to have a worker
+_ALONE = 120.0  # s without any worker, until a study gives up
 _LOOK = 1.0  # s, between looks at how many workers there are
 _SPLIT = 4  # batches for each worker, at least, where there are enough cells
-_LOCAL = {
-    "distributed.worker.multiprocessing-method": "spawn",  # JAX's threads do not survive a fork
-    "distributed.worker.profile.enabled": False,
-    "distributed.scheduler.allowed-failures": 0,  # who was lost is seen here, where it is known what was finished
-    "distributed.scheduler.http.routes": [],
-    "distributed.worker.http.routes": [],
-    "distributed.nanny.http.routes": [],
-}
-
-
-@contextmanager
-def here(workers: int) -> Iterator[Client]:
-    """A cluster of that many processes on this machine. They end with this process, however it ends."""
-    resource_tracker.ensure_running()  # else it is started below, and unblocks what is blocked
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # Ctrl-C is this process's: workers inherit the block
-    with dask.config.set(_LOCAL):
-        try:
-            cluster = LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                memory_limit=0,
-                host="127.0.0.1",
-                protocol="tls://",
-                security=Security.temporary(),
-                dashboard_address=None,
-                scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-                death_timeout=_JOIN,
-                silence_logs=logging.CRITICAL,
-            )
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        with cluster, Client(cluster, set_as_default=False) as client:
-            yield client
-
-
-@contextmanager
-def there(scheduler: str) -> Iterator[Client]:
-    """The cluster of a scheduler that runs already.
-
-    Raises:
-        UserError: if there is none at that address, or one without workers.
-    """
-    try:
-        client = Client(scheduler, timeout=_JOIN, set_as_default=False)
-    except (OSError, ValueError) as error:
-        allowed = "the address of a scheduler, like tcp://HOST:8786"
-        raise UserError(f"--scheduler: found {scheduler}, which does not answer ({error}), allowed: {allowed}") from error
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=_JOIN)
-        except TimeoutError as error:
-            raise UserError(f"--scheduler: found {scheduler} without workers, allowed: a scheduler with some") from error
-        yield client
 
 
 @cache
@@ -114,7 +54,7 @@ class _Study:
         self.news: SimpleQueue[str | Future] = SimpleQueue()  # of finished cells, as text, and of ended batches
         self.out: dict[Future, list[str]] = {}
         self.losses: Counter[str] = Counter()
-        self.workers, self.looked = self._count(), time.monotonic()
+        self.workers, self.looked, self.met = self._count(), time.monotonic(), time.monotonic()
         groups: dict[str, list[str]] = {}
         for key, cell in self.waiting.items():
             groups.setdefault(shared(cell), []).append(key)
@@ -128,6 +68,9 @@ class _Study:
         """As many batches as there are workers: one that waited behind another would be lost with it."""
         if time.monotonic() - self.looked > _LOOK:
             self.workers, self.looked = self._count(), time.monotonic()
+            self.met = self.looked if self.workers else self.met
+            if self.looked - self.met > _ALONE:
+                raise UserError(f"no workers for {_ALONE:g} s; what is measured is kept, run again to go on")
         while self.batches and len(self.out) < self.workers:
             keys = self.batches.popleft()
             future = self.client.submit(_measure, self.asked, self.topic, keys, pure=False)
@@ -137,9 +80,10 @@ class _Study:
     def ended(self, future: Future) -> None:
         """Raise what a batch ended by; put back what a lost worker left."""
         rest = [key for key in self.out.pop(future) if key in self.waiting]
+        status, error = future.status, future.exception() if future.status == "error" else None
+        future.release()  # else it is measured again where its worker is lost now
         self.looked = 0.0
-        if future.status == "error":
-            error = future.exception()
+        if error is not None:
             if isinstance(error, ImportError):
                 raise UserError(f"{error}: found a worker without it, allowed: workers with place-rings as here") from error
             if not isinstance(error, KilledWorker):
@@ -150,7 +94,7 @@ class _Study:
             if self.losses[rest[0]] >= _LOSSES:
                 raise UserError(f"{rest[0]}: found to end its worker, {_LOSSES} times, allowed: cells that can be measured")
             self.batches.extendleft([rest[1:], rest[:1]] if rest[1:] else [rest])  # the one suspected now alone
-        elif future.status != "finished":
+        elif status != "finished":
             raise UserError("the scheduler is gone; what is measured is kept, run again to go on")
         elif rest:
             self.batches.appendleft(rest)

@@ -17,9 +17,10 @@ _ROOMS = ("coverage", "objectives", "placement")  # what works are made of
 def program(works: Mapping[str, Work]) -> str:
     """The program's version, with a digest of the code that measures: a study measures anew what other code measured."""
     files = {file for room in _ROOMS for file in (Path(__file__).parent.parent / room).glob("*.py")}
+    files |= {Path(inspect.getfile(work)) for work in works.values()}
     digest = hashlib.sha256()
-    for file in sorted(files | {Path(inspect.getfile(work)) for work in works.values()}):
-        digest.update(file.read_bytes())
+    for text in sorted(file.read_bytes() for file in files):  # wherever they lie: other machines have them elsewhere
+        digest.update(text)
     return f"{version('place-rings')}+{digest.hexdigest()[:16]}"
 
 
