@@ -18,7 +18,8 @@ import jax.numpy as jnp
 import numpy as np
 from place_rings.coverage.cloud import cloud
 from place_rings.coverage.points import sample
-from place_rings.coverage.rings import named_setup, sensor_cones
+from place_rings.coverage.rings import named_setup
+from place_rings.coverage.slots import sensor_cones
 from place_rings.coverage.soft import soft_zeta
 from place_rings.coverage.solids import Cones, cone
 from place_rings.coverage.targets import Target, target_solid

@@ -41,7 +41,8 @@ def soft(sensors: int, poses: int, points: int) -> float:
     import jax.numpy as jnp
     from place_rings.coverage.cloud import cloud
     from place_rings.coverage.points import sample
-    from place_rings.coverage.rings import Ring, Setup, sensor_cones
+    from place_rings.coverage.rings import Ring, Setup
+    from place_rings.coverage.slots import sensor_cones
     from place_rings.coverage.soft import soft_zeta
     from place_rings.coverage.targets import Target, target_solid
     from place_rings.objectives.scene import Scene

@@ -7,7 +7,8 @@ import numpy as np
 from rich.console import Console
 
 from ..coverage.certified import Bracket
-from ..coverage.rings import Setup, sensor_cones
+from ..coverage.rings import Setup
+from ..coverage.slots import sensor_cones
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..placement.convert import verify_result

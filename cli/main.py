@@ -15,7 +15,7 @@ from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import resolve
 from ..placement.models import MODELS
-from .options import parse_goals, resolve_counting, resolve_scene, with_goals
+from .options import parse_goals, resolve_counting, resolve_scene, resolve_space, with_floors, with_goals
 
 app = App(
     name="place-rings",
@@ -50,6 +50,12 @@ def place(
     robot: RobotOption = None,
     rings_per_link: Count = 2,
     sensors_per_ring: Count = 16,
+    sensors: Annotated[
+        int | None, Parameter(validator=Number(gte=1, lte=2000), help="Spend so many sensors on any rings.")
+    ] = None,
+    at_least: Annotated[
+        tuple[str, ...], Parameter(negative=(), help="A floor: V_S:1.5=60 for 60 percent of it. Repeatable.")
+    ] = (),
     seed: Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")] = 0,
     time: Annotated[float | None, Parameter(help="Cap on the search, s; it ends by its own schedule otherwise.")] = None,
     voxel: Voxel = 0.01,
@@ -64,6 +70,10 @@ def place(
 
     Example: place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4 --rings-per-link 3
 
+    Example: place-rings --target V_S --radius 0.5 --sensors 48
+
+    Example: place-rings --target V_S:0.5 --at-least V_S:1.5=45 --sensors 80
+
     Parameters
     ----------
     rings_per_link
@@ -76,8 +86,9 @@ def place(
     if time is not None and not 0 < time < float("inf"):
         raise UserError(f"--time: found {time:g}, allowed: a positive number of seconds")
     asked = resolve_scene(scene, robot, target, radius) or with_goals(Scene(), parse_goals(target, radius))
+    asked = with_floors(asked, at_least)
     cap = float("inf") if time is None else time
-    run(asked, rings_per_link, sensors_per_ring, seed, cap, voxel, out, as_json)
+    run(asked, resolve_space(asked, rings_per_link, sensors_per_ring, sensors), seed, cap, voxel, out, as_json)
 
 
 @app.command

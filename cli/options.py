@@ -10,7 +10,9 @@ from ..coverage.robots import robot as built_in
 from ..coverage.targets import Target
 from ..objectives.exact import VOXEL, Rule
 from ..objectives.scene import Goal, Scene
+from ..placement.candidates import InfeasibleError, Space
 from ..placement.errors import UserError, shown
+from ..placement.layout import ring_layout
 from ..placement.loader import read_scene
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
@@ -83,6 +85,36 @@ def with_goals(scene: Scene, goals: tuple[Goal, ...]) -> Scene:
                 f"--radius: found {goal.target.radius:g}, allowed: above {inner:g}, the radius of the robot's own V_R"
             )
     return replace(scene, goals=goals) if goals else scene
+
+
+def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
+    """``scene`` with floors NAME[:RADIUS]=PERCENT for its targets; one that is no target of it becomes one of weight 0."""
+    goals = list(scene.goals)
+    for text in floors:
+        match = _TARGET.fullmatch(text)
+        if match is None or not match["weight"]:
+            raise UserError(f"--at-least: found {shown(text)}, allowed: NAME[:RADIUS]=PERCENT, like V_S:1.5=60")
+        percent = positive(f"--at-least {text}, percent", match["weight"])
+        if percent > 100:
+            raise UserError(f"--at-least: found {percent:g}, allowed: percent, above 0 and at most 100")
+        target = parse_goal(text.rpartition("=")[0], None).target
+        with_goals(scene, (Goal(target),))
+        place = next((i for i, g in enumerate(goals) if g.target == target), None)
+        if place is None:
+            goals.append(Goal(target, 0.0, percent / 100))
+        else:
+            goals[place] = replace(goals[place], at_least=percent / 100)
+    return replace(scene, goals=tuple(goals))
+
+
+def resolve_space(scene: Scene, rings_per_link: int, sensors_per_ring: int, sensors: int | None) -> Space:
+    """The setups that a search may choose from; UserError where the rules leave none."""
+    try:
+        if sensors is not None:
+            return Space(scene, sensors=sensors)
+        return Space(scene, ring_layout(scene, rings_per_link, sensors_per_ring))
+    except InfeasibleError as error:
+        raise UserError(f"rules: {error}") from error
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,8 @@ from scipy.spatial import ConvexHull
 
 from ..coverage.chain import forward
 from ..coverage.points import sample
-from ..coverage.rings import Setup, sensor_cones
+from ..coverage.rings import Setup
+from ..coverage.slots import sensor_cones
 from ..coverage.solids import Cones, Solid
 from ..coverage.targets import target_solid
 from ..objectives.scene import Scene

@@ -14,11 +14,11 @@ from ..coverage.targets import Target, target_solid
 from ..objectives.exact import Verifier, check_voxel, target_voxels
 from ..objectives.scene import Scene
 from ..placement import search as searching
+from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_model, verify_result
 from ..placement.errors import UserError
 from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.models import FoundModel, ProposalFile, SearchFile, VerifyResult
-from ..placement.variables import ring_layout
 from .picture import placement_picture
 from .tables import ring_table, target_label, zeta_table
 
@@ -41,7 +41,7 @@ def check_scene(scene: Scene, voxel: float) -> None:
             raise UserError(f"--voxel: {error}") from error
 
 
-def find(scene: Scene, layout: Setup, seed: int, time_cap: float, voxel: float, console: Console) -> searching.SearchResult:
+def find(scene: Scene, space: Space, seed: int, time_cap: float, voxel: float, console: Console) -> searching.SearchResult:
     """Run the search with a progress bar on ``console``."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
@@ -52,7 +52,7 @@ def find(scene: Scene, layout: Setup, seed: int, time_cap: float, voxel: float, 
             what = "counting the finalists" if done == total else f"stage {p.stage} of {p.stages}"
             bar.update(task, description=what, total=total, completed=done, best=f"best so far {100 * p.best:.1f} %")
 
-        return searching.search(scene, layout, seed, time_cap, voxel=voxel, tell=tell)
+        return searching.search(scene, space, seed, time_cap, voxel=voxel, tell=tell)
 
 
 def compare(scene: Scene, setup: Setup, voxel: float, console: Console) -> list[VerifyResult]:
@@ -77,8 +77,7 @@ def compare(scene: Scene, setup: Setup, voxel: float, console: Console) -> list[
 
 def place(
     scene: Scene,
-    rings_per_link: int,
-    sensors_per_ring: int,
+    space: Space,
     seed: int,
     time_cap: float,
     voxel: float,
@@ -89,8 +88,7 @@ def place(
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
     folder = output_folder(out)
-    layout = ring_layout(scene, rings_per_link, sensors_per_ring)
-    result = find(scene, layout, seed, time_cap, voxel, log)
+    result = find(scene, space, seed, time_cap, voxel, log)
     comparison = compare(scene, result.setup, voxel, log)
     goals = {(g.target.name, g.target.radius) for g in scene.goals}
     mine = [r for r in comparison if r.setup == "proposal" and (r.target, r.radius) in goals]

@@ -17,7 +17,7 @@ from ..studies import convergence, convergence_report, paper_page, paper_study
 from ..studies.engine import program, run
 from ..studies.pages import csv_text
 from ..studies.store import Cell, Store
-from ..studies.works import WORKS
+from ..studies.works import MEASURING, WORKS
 
 Measure = Callable[[str, list[Cell]], list[Any]]
 
@@ -43,7 +43,7 @@ def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Me
     """Measures cells under a progress bar with a heading; what the folder holds already is not measured again."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with (
-        Store(folder / "cells.sqlite", program(WORKS)) as store,
+        Store(folder / "cells.sqlite", program(WORKS, MEASURING)) as store,
         Progress(*columns, console=Console(stderr=True), transient=True) as bar,
     ):
         try:

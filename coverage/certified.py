@@ -74,7 +74,9 @@ class _Tally:
         """Settle cells of one ``volume``."""
         sums = [volume * float(v.sum()) for v in (covered.low, covered.high, uncovered.low, uncovered.high)]
         cells = len(covered.low)
-        self.join(_Tally(*sums, cells, level if cells else self.level, 1))
+        covered_low, covered_high, uncovered_low, uncovered_high = sums
+        level = level if cells else self.level
+        self.join(_Tally(covered_low, covered_high, uncovered_low, uncovered_high, cells, level, 1))
 
     def join(self, other: "_Tally") -> None:
         """Add what another thread settled."""

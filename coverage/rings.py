@@ -1,18 +1,14 @@
-"""Rings of sensors, setups of rings, and the cones they see."""
+"""Rings of sensors, and setups of rings."""
 
 import math
 import re
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from .arrays import Array, dot, namespace
-from .chain import forward
-from .robots import Robot
+from .arrays import Array
 from .sensors import PAPER_SENSOR, Sensor
-from .solids import Cones
 
 RING_RADIUS = 0.08  # m, of the paper's setups
 
@@ -89,49 +85,9 @@ def ring_values(setup: Setup) -> RingValues:
     return RingValues(*(np.array([getattr(r, key) for r in setup.rings], float) for key in ("position", "tilt", "phase")))
 
 
-def sensor_axes(
-    robot: Robot, setup: Setup, values: RingValues, frames: Float[Array, "*batch F 4 4"]
-) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
-    """Apexes (..., K, 3) m and unit axes (..., K, 3) of all sensors in the base frame, ring by ring.
-
-    Args:
-        robot: whose mounts carry the rings.
-        setup: gives links, counts and radii; its positions, tilts and phases are not used.
-        values: positions, tilts and phases; NumPy or JAX, differentiable in the latter.
-        frames: T_base_frame (..., F, 4, 4) from ``forward``.
-    """
-    xp = namespace(values.position)
-    dtype = values.position.dtype
-    ring = np.repeat(np.arange(len(setup.rings)), [r.count for r in setup.rings])
-    turn = np.concatenate([np.arange(r.count) * (2 * np.pi / r.count) for r in setup.rings])
-    mounts = [robot.mount(r.link) for r in setup.rings]
-
-    def constant(rows: Any) -> Any:
-        return xp.asarray(np.array(rows)[ring], dtype=dtype)
-
-    start, axis, zero, side = (constant([getattr(m, key) for m in mounts]) for key in ("start", "axis", "zero", "side"))
-    length, radius = constant([m.length for m in mounts]), constant([r.radius for r in setup.rings])
-    angle = values.phase[ring] + xp.asarray(turn, dtype=dtype)
-    radial = xp.cos(angle)[:, None] * zero + xp.sin(angle)[:, None] * side
-    tilt = values.tilt[ring][:, None]
-    apex = start + (values.position[ring] * length)[:, None] * axis + radius[:, None] * radial
-    look = xp.cos(tilt) * radial + xp.sin(tilt) * axis
-    T = frames[..., np.array([m.frame for m in mounts])[ring], :, :]
-    rotation, origin = T[..., :3, :3], T[..., :3, 3]
-    batch = (1,) * (T.ndim - 3)
-    apex, look = (v.reshape(*batch, -1, 1, 3) for v in (apex, look))
-    return origin + dot(rotation, apex), dot(rotation, look)
-
-
 def sensor_optics(setup: Setup) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
     """Half angle (K,) rad and range (K,) m of all sensors, ring by ring."""
     return (
         np.concatenate([np.full(r.count, r.sensor.fov / 2) for r in setup.rings]),
         np.concatenate([np.full(r.count, r.sensor.range_m) for r in setup.rings]),
     )
-
-
-def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cones:
-    """V_FOV at pose ``q`` (J,) rad: one cone for each sensor, ring by ring, in the base frame (64-bit NumPy)."""
-    apex, axis = sensor_axes(robot, setup, ring_values(setup), forward(robot.chain, q))
-    return Cones(apex, axis, *sensor_optics(setup))

@@ -1,4 +1,4 @@
-"""Robots that are built in: their chains, the mount axes of their links, their reach."""
+"""Robots that are built in: their chains, the mount axes and the bodies of their links, their reach."""
 
 import math
 from dataclasses import dataclass
@@ -32,13 +32,26 @@ class Mount:
 
 
 @dataclass(frozen=True)
+class Body:
+    """A capsule that stands for a part of the robot: all points within ``radius`` m of the segment from ``start`` to ``end``
+    (3,) m, both in frame ``frame`` of ``forward``'s."""
+
+    name: str
+    frame: int
+    start: Float[np.ndarray, " 3"]
+    end: Float[np.ndarray, " 3"]
+    radius: float
+
+
+@dataclass(frozen=True)
 class Robot:
-    """A chain with its mounts. reach: radius of V_O, m."""
+    """A chain with its mounts. reach: radius of V_O, m. bodies: the robot's solid; none where nothing asks for it."""
 
     name: str
     chain: Chain
     mounts: tuple[Mount, ...]
     reach: float
+    bodies: tuple[Body, ...] = ()
 
     @property
     def links(self) -> tuple[str, ...]:
@@ -81,6 +94,18 @@ UR10 = Robot(
         Mount("tool", 6, _O, _Y, _X, 0.0),
     ),
     reach=1.3,
+    # Radii of the public collision meshes' tubes and housings, on the mounts' axes: thinner than the paper's rings. The base
+    # turns about its own axis, so that it may ride on the first frame.
+    bodies=(
+        Body("base", 0, -0.0523 * _Z, _O, 0.075),
+        Body("shoulder", 0, _O, 0.185 * _Y, 0.075),
+        Body("upper_arm", 1, _O, 0.612 * _Z, 0.054),
+        Body("elbow", 1, 0.612 * _Z, 0.612 * _Z - 0.1719 * _Y, 0.06),
+        Body("forearm", 2, _O, 0.5723 * _Z, 0.045),
+        Body("wrist_1", 3, _O, 0.1149 * _Y, 0.046),
+        Body("wrist_2", 4, _O, 0.1157 * _Z, 0.046),
+        Body("wrist_3", 5, _O, 0.0472 * _Y, 0.045),
+    ),
 )
 
 # Frames of the UR10's (CB3) Denavit-Hartenberg table: the link end points P_0 ... P_6 of the paper.
@@ -107,6 +132,15 @@ UR10_DH = Robot(
         Mount("tool", 6, _O, _Z, _X, 0.0),
     ),
     reach=1.3,
+    # The same radii on the lines between the link end points, as this chain leaves out the links' sideways offsets.
+    bodies=(
+        Body("base", 0, 0.075 * _Z, 0.1273 * _Z, 0.075),
+        Body("upper_arm", 1, _O, -0.612 * _X, 0.054),
+        Body("forearm", 2, _O, -0.5723 * _X, 0.045),
+        Body("wrist_1", 3, _O, 0.163941 * _Z, 0.046),
+        Body("wrist_2", 4, _O, 0.1157 * _Z, 0.046),
+        Body("wrist_3", 5, _O, 0.0472 * _Z, 0.045),
+    ),
 )
 
 ROBOTS = {robot.name: robot for robot in (UR10, UR10_DH)}

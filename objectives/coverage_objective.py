@@ -12,12 +12,15 @@ from jaxtyping import Float
 from ..coverage.chain import forward
 from ..coverage.cloud import BLOCK, Cloud, cloud
 from ..coverage.points import sample
-from ..coverage.rings import RingValues, Setup, sensor_axes, sensor_optics
-from ..coverage.soft import SHARP, soft_zeta
+from ..coverage.slots import Slots, slot_axes
+from ..coverage.soft import SHARP, Soft, soft_zeta
 from ..coverage.solids import Cones
 from ..coverage.targets import target_solid
 from .scene import Scene
+from .space import Stretch, decode
 
+MARGIN = 0.003  # above a floor, so that a soft value that reaches it does so when counted
+STEEP = 100.0  # of the parabola under a floor: 0.01 short costs 0.01, and 2 for each further
 _PIECE = {"cpu": (16, None)}  # setups in one call, and how many of these at once: on a CPU one after the other,
 _PIECE_ELSEWHERE = (256, 4)  # on an accelerator several, as memory holds them
 
@@ -46,7 +49,6 @@ class TargetPoints:
             sample(target_solid(scene.goals[g].target, scene.robot, scene.poses[p].q, scene.shape), count, int(s))
             for (g, p), s in zip(self.terms, seeds, strict=True)
         ]
-        self.weights = np.array([scene.goal_weights[g] * scene.pose_weights[p] for g, p in self.terms])
 
     def clouds(self, count: int) -> Cloud:
         """The first ``count`` points of each term as one cloud with a leading axis of terms.
@@ -59,68 +61,100 @@ class TargetPoints:
 
 
 class CoverageObjective:
-    """Weighted mean of zeta over a scene's goals and poses, for setups with the links, counts and radii of ``setup``.
+    """Weighted mean of zeta over a scene's goals and poses, for setups with one number of rings and sensors.
 
-    Setups are given by their values (3, R): positions, tilts and phases of the rings. Arithmetic is in 32 bit, which is
-    enough for a search that the exact count judges. One object serves many threads, and compiles once for all clouds of
-    its points, widths and numbers of setups.
+    A setup is given by its arrays (``Slots`` and ``Stretch``) and its values (3, R), which ``decode`` reads. A goal whose
+    zeta falls short of its floor lowers the value by a steep parabola. Arithmetic is in 32 bit, which is enough for a search
+    that the exact count judges. One object serves many threads, and compiles once for all clouds of its points, widths,
+    links, counts and numbers of setups.
     """
 
-    def __init__(self, scene: Scene, setup: Setup, points: TargetPoints) -> None:
-        """Raises ValueError if a ring sits on a link that the robot has not."""
-        self.scene, self.setup = scene, setup
-        self._pose = jnp.asarray([p for _, p in points.terms])
-        self._weights = jnp.asarray(points.weights, jnp.float32)
+    def __init__(self, scene: Scene, points: TargetPoints) -> None:
+        """Take the scene's goals and poses, and the points that were drawn for them."""
+        self.scene = scene
+        self._goal, self._pose = (jnp.asarray(column) for column in zip(*points.terms, strict=True))
+        self._goal_weights = jnp.asarray(scene.goal_weights, jnp.float32)
+        self._floors = jnp.asarray([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals], jnp.float32)
         frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
         self._frames = jnp.asarray(frames, jnp.float32)
-        self._optics = tuple(jnp.asarray(a, jnp.float32) for a in sensor_optics(setup))
         self._soft = jax.jit(self._of_each)
 
-    def _axes(self, values: Any) -> tuple[Any, Any]:
-        return sensor_axes(self.scene.robot, self.setup, RingValues(*values), self._frames)
+    def _mean(self, slots: Slots, where: Stretch, values: Any, clouds: Cloud, poses: Any, width: Any, slopes: Any) -> Any:
+        """Value and gradient of one setup; ``poses`` (P,): weights of the poses, those of weight 0 are not looked at."""
 
-    def _mean(self, values: Any, clouds: Cloud, width: Any, slopes: Any) -> tuple[Any, Any]:
-        (apex, axis), pull_back = jax.vjp(self._axes, values)
+        def sensors(x: Any) -> tuple[Any, Any]:
+            position, tilt, phase = decode(where, x)
+            return slot_axes(slots, position, tilt, phase, self._frames)
+
+        (apex, axis), pull_back = jax.vjp(sensors, values)
+
+        def look(pose_cloud: Any) -> Any:
+            pose, points = pose_cloud
+            return soft_zeta(Cones(apex[pose], axis[pose], slots.half_angle, slots.range_m), points, width, slopes=slopes)
+
+        def skip(_: Any) -> Soft:
+            return Soft(jnp.zeros((), apex.dtype), jnp.zeros_like(apex[0]), jnp.zeros_like(axis[0]))
 
         def term(pose_cloud: Any) -> Any:
-            pose, points = pose_cloud
-            return soft_zeta(Cones(apex[pose], axis[pose], *self._optics), points, width, slopes=slopes)
+            return jax.lax.cond(poses[pose_cloud[0]] > 0, look, skip, pose_cloud)
 
         each = _each(term, (self._pose, clouds))
-        weighted = partial(jnp.multiply, self._weights[:, None, None])
+        share = poses[self._pose]
+        zeta = jnp.zeros_like(self._goal_weights).at[self._goal].add(share * each.zeta)
+        short = jnp.maximum(self._floors - zeta, 0.0)
+        worth = self._goal_weights + 2 * STEEP * short
+        weighted = partial(jnp.multiply, (share * worth[self._goal])[:, None, None])
         by_apex = jnp.zeros_like(apex).at[self._pose].add(weighted(each.by_apex))
         by_axis = jnp.zeros_like(axis).at[self._pose].add(weighted(each.by_axis))
-        return jnp.dot(self._weights, each.zeta), pull_back((by_apex, by_axis))[0]
+        return jnp.dot(self._goal_weights, zeta) - STEEP * jnp.dot(short, short), pull_back((by_apex, by_axis))[0]
 
-    def _of_each(self, values: Any, count: Any, *where: Any) -> tuple[Any, Any]:
-        """Of the first ``count`` setups of ``values``; the others only fill its shape, which is the same for any count."""
+    def _of_each(self, setups: Any, values: Any, count: Any, *where: Any) -> tuple[Any, Any]:
+        """Of the first ``count`` setups; the others only fill their shape, which is the same for any count."""
 
         def one(row: Any) -> Any:
+            wanted, (slots, stretch), x = row
             return jax.lax.cond(
-                row[0], self._mean, lambda x, *_: (jnp.zeros((), x.dtype), jnp.zeros_like(x)), row[1], *where
+                wanted, lambda: self._mean(slots, stretch, x, *where), lambda: (jnp.zeros((), x.dtype), jnp.zeros_like(x))
             )
 
-        return _each(one, (jnp.arange(len(values)) < count, values))
+        return _each(one, (jnp.arange(len(values)) < count, setups, values))
 
-    def _in_pieces(self, values: Any, *where: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _in_pieces(self, setups: Any, values: Any, *where: Any) -> tuple[np.ndarray, np.ndarray]:
         size, found = _piece()[0], []
         for i in range(0, len(values), size):
-            piece = values[i : i + size]
-            padded = np.zeros((size, *piece.shape[1:]), np.float32)
-            padded[: len(piece)] = piece
-            found.append([np.asarray(a[: len(piece)], float) for a in self._soft(padded, len(piece), *where)])
+            index = np.minimum(np.arange(i, i + size), len(values) - 1)
+            n = min(size, len(values) - i)
+            some, x = jax.tree.map(lambda a, index=index: _narrow(a[index]), (setups, np.asarray(values)))
+            found.append([np.asarray(a[:n], float) for a in self._soft(some, x, n, *where)])
         zetas, slopes = zip(*found, strict=True)
         return np.concatenate(zetas), np.concatenate(slopes)
 
     def soft(
-        self, values: Float[np.ndarray, "S 3 R"], width: float, clouds: Cloud
+        self, setups: Any, values: Float[np.ndarray, "S 3 R"], width: float, clouds: Cloud, poses: Any = None
     ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"]]:
-        """Soft zeta in [0, 1] of S setups, and its gradients by positions, tilts and phases."""
-        return self._in_pieces(values, clouds, float(width), True)
+        """Soft values of S setups, and their gradients by the setups' values.
 
-    def zetas(self, values: Float[np.ndarray, "S 3 R"], clouds: Cloud, width: float = SHARP) -> Float[np.ndarray, " S"]:
-        """Soft zeta in [0, 1] of S setups without gradients, in a quarter of the time.
-
-        At the default width it is the share of the points inside a cone.
+        Args:
+            setups: their ``(Slots, Stretch)``, stacked along a first axis.
+            values: of the rings, as ``decode`` reads them.
+            width: of the sigmoid, m.
+            clouds: points of every goal at every pose.
+            poses: weights (P,) of the poses, by default the scene's.
         """
-        return self._in_pieces(values, clouds, float(width), False)[0]
+        return self._in_pieces(setups, values, clouds, self._weights(poses), float(width), True)
+
+    def zetas(
+        self, setups: Any, values: Float[np.ndarray, "S 3 R"], clouds: Cloud, width: float = SHARP, poses: Any = None
+    ) -> Float[np.ndarray, " S"]:
+        """Soft values of S setups without gradients, in a quarter of the time.
+
+        At the default width zeta is the share of the points inside a cone.
+        """
+        return self._in_pieces(setups, values, clouds, self._weights(poses), float(width), False)[0]
+
+    def _weights(self, poses: Any) -> Any:
+        return jnp.asarray(self.scene.pose_weights if poses is None else poses, jnp.float32)
+
+
+def _narrow(array: Any) -> Any:
+    return array.astype(np.float32) if array.dtype.kind == "f" else array.astype(np.int32)

@@ -12,7 +12,8 @@ import psutil
 from ..coverage.cells import Region
 from ..coverage.certified import Bracket, bracket
 from ..coverage.octree import count, regions, voxels
-from ..coverage.rings import Setup, sensor_cones
+from ..coverage.rings import Setup
+from ..coverage.slots import sensor_cones
 from ..coverage.solids import Difference, Solid
 from ..coverage.targets import Target, target_solid
 from ..coverage.voxelset import VoxelSet
@@ -191,7 +192,9 @@ class Verifier:
             low, high = low * (1 - rounding), min(high * (1 + rounding), 1.0)
         return Verified(target, self.rule, self.voxel, zeta, low, high, poses, time.perf_counter() - start, self.width)
 
-    def objective(self, setup: Setup) -> float:
-        """Weighted mean in [0, 1] of zeta over the scene's goals."""
-        parts = zip(self.scene.goal_weights, self.scene.goals, strict=True)
-        return math.fsum(float(w) * self.verify(setup, goal.target).zeta for w, goal in parts)
+    def judge(self, setup: Setup) -> tuple[float, float]:
+        """By how much zeta falls short of the goals' floors, all together, and its weighted mean over the goals: both
+        in [0, 1]. A setup is better than another if it falls less short, or else if its mean is higher."""
+        zetas = [self.verify(setup, goal.target).zeta for goal in self.scene.goals]
+        short = math.fsum(max(goal.at_least - zeta, 0.0) for goal, zeta in zip(self.scene.goals, zetas, strict=True))
+        return short, math.fsum(float(w) * z for w, z in zip(self.scene.goal_weights, zetas, strict=True))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.rings import RING_RADIUS
+from ..coverage.rings import RING_RADIUS, Ring
 from ..coverage.robots import UR10, Robot
 from ..coverage.sensors import PAPER_SENSOR, Sensor
 from ..coverage.targets import Shape, Target
@@ -24,18 +24,35 @@ class Pose:
 
 @dataclass(frozen=True)
 class Goal:
-    """A target volume and its weight in the objective."""
+    """A target volume, its weight in the objective (0: none), and the zeta in [0, 1] that it shall have at least."""
 
     target: Target
     weight: float = 1.0
+    at_least: float = 0.0
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Where rings may sit and how they may tilt: position (low, high) on each link's mount axis, tilt (low, high) rad."""
+    """Where rings may sit on a link and how they may tilt: position (low, high) on its mount axis, intervals within that
+    are kept free of rings, tilt (low, high) rad."""
 
     position: tuple[float, float] = (0.0, 1.0)
     tilt: tuple[float, float] = (math.radians(-70), math.radians(70))
+    keep_out: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What makes a setup buildable: least distance of two rings on a link, m, and of a ring from the link's ends, m; least
+    and most sensors of a ring; most rings on a link; whether all rings have one tilt, up to its sign; and rings that are
+    there and stay."""
+
+    spacing: float = 0.03
+    from_joints: float = 0.0
+    sensors: tuple[int, int] = (3, 24)
+    rings_per_link: int = 8
+    shared_tilt: bool = False
+    fixed: tuple[Ring, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -52,6 +69,7 @@ class Scene:
     ring_radius: float = RING_RADIUS
     shape: Shape = field(default_factory=Shape)
     limits: dict[str, Limits] = field(default_factory=dict)
+    rules: Rules = field(default_factory=Rules)
 
     def limits_of(self, link: str) -> Limits:
         """The limits of ``link``."""

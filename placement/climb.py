@@ -3,6 +3,7 @@
 import threading
 import time
 from dataclasses import dataclass, field
+from typing import Any
 
 import nlopt
 import numpy as np
@@ -38,14 +39,17 @@ class Climb:
 
 def climb(
     objective: CoverageObjective,
+    setup: Any,
     box: tuple[Values, Values],
     start: Values,
     width: float,
     steps: int,
     clouds: Cloud,
     brake: Brake,
+    poses: Any = None,
 ) -> Climb:
-    """L-BFGS from ``start`` within ``box`` at one ``width`` (m), ``steps`` evaluations at most.
+    """L-BFGS from ``start`` within ``box`` at one ``width`` (m), ``steps`` evaluations at most, for the rings and sensors of
+    ``setup`` (its ``Slots`` and ``Stretch`` with a first axis of 1) at poses of these weights.
 
     Returns:
         The best point met, not the last; ``start`` at least, even with the brake on.
@@ -61,7 +65,7 @@ def climb(
         trial = values.ravel().copy()
         trial[free] = x
         trial = trial.reshape(values.shape)
-        (soft,), (gradient,) = objective.soft(trial[None], width, clouds)
+        (soft,), (gradient,) = objective.soft(setup, trial[None], width, clouds, poses)
         if slope.size:
             slope[:] = gradient.ravel()[free]
         if soft > top:
@@ -78,4 +82,4 @@ def climb(
     optimizer.set_ftol_abs(1e-6)
     optimizer.set_max_objective(value_and_slope)
     optimizer.optimize(values.ravel()[free])
-    return Climb(best, top, float(objective.zetas(best[None], clouds)[0]), calls)
+    return Climb(best, top, float(objective.zetas(setup, best[None], clouds, poses=poses)[0]), calls)

@@ -1,6 +1,7 @@
 """Between the models of files and what they stand for in code."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from ..coverage.robots import robot
 from ..coverage.sensors import Sensor
 from ..coverage.targets import Shape, Target
 from ..objectives.exact import PoseZeta, Verified
-from ..objectives.scene import Goal, Limits, Pose, Scene
+from ..objectives.scene import Goal, Limits, Pose, Rules, Scene
 from .models import (
     CurveModel,
     MountModel,
@@ -17,6 +18,7 @@ from .models import (
     PoseZetaModel,
     ProofModel,
     RingModel,
+    RulesModel,
     SceneFile,
     SensorModel,
     TargetModel,
@@ -57,14 +59,26 @@ def scene_of(model: SceneFile) -> Scene:
     return Scene(
         robot=robot(model.robot),
         poses=tuple(Pose(np.radians(p.q_deg), p.weight) for p in model.poses),
-        goals=tuple(Goal(Target(t.name, t.radius), t.weight) for t in model.targets),
+        goals=tuple(Goal(Target(t.name, t.radius), t.weight, t.at_least / 100) for t in model.targets),
         sensor=sensor_of(model.sensor),
         ring_radius=model.ring_radius,
         shape=Shape(**model.curve.model_dump()),
         limits={
-            link: Limits((m.position[0], m.position[1]), (math.radians(m.tilt_deg[0]), math.radians(m.tilt_deg[1])))
+            link: Limits(
+                (m.position[0], m.position[1]),
+                (math.radians(m.tilt_deg[0]), math.radians(m.tilt_deg[1])),
+                tuple((low, high) for low, high in m.keep_out),
+            )
             for link, m in model.mounts.items()
         },
+        rules=Rules(
+            model.rules.spacing,
+            model.rules.from_joints,
+            (model.rules.sensors_per_ring[0], model.rules.sensors_per_ring[1]),
+            model.rules.rings_per_link,
+            model.rules.shared_tilt,
+            setup_of(model.fixed, sensor_of(model.sensor), model.ring_radius).rings,
+        ),
     )
 
 
@@ -76,12 +90,27 @@ def scene_model(scene: Scene) -> SceneFile:
         sensor=sensor_model(scene.sensor),
         curve=CurveModel(**vars(scene.shape)),
         mounts={
-            link: MountModel(position=list(m.position), tilt_deg=[_degrees(t) for t in m.tilt])
+            link: MountModel(
+                position=list(m.position), tilt_deg=[_degrees(t) for t in m.tilt], keep_out=[list(k) for k in m.keep_out]
+            )
             for link, m in scene.limits.items()
         },
         poses=[PoseModel(q_deg=[_degrees(a) for a in p.q], weight=p.weight) for p in scene.poses],
-        targets=[TargetModel(name=g.target.name, radius=g.target.radius, weight=g.weight) for g in scene.goals],  # type: ignore[arg-type]
+        targets=[_target_model(goal) for goal in scene.goals],
+        rules=RulesModel(
+            spacing=scene.rules.spacing,
+            from_joints=scene.rules.from_joints,
+            sensors_per_ring=list(scene.rules.sensors),
+            rings_per_link=scene.rules.rings_per_link,
+            shared_tilt=scene.rules.shared_tilt,
+        ),
+        fixed=ring_models(Setup(scene.rules.fixed), scene.sensor),
     )
+
+
+def _target_model(goal: Goal) -> TargetModel:
+    name: Any = goal.target.name
+    return TargetModel(name=name, radius=goal.target.radius, weight=goal.weight, at_least=round(100 * goal.at_least, 9))
 
 
 def setup_of(rings: list[RingModel], sensor: Sensor, radius: float = RING_RADIUS) -> Setup:

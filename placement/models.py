@@ -7,7 +7,16 @@ error. What a model stands for in code is made in ``convert``.
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from ..coverage.rings import RING_RADIUS
@@ -46,7 +55,8 @@ class PoseModel(_Model):
 class TargetModel(_Model):
     name: Literal["V_O", "V_T", "V_OT", "V_S"]
     radius: Metres | None = Field(default=None, validate_default=True, description="metres, of V_S only")
-    weight: Weight = 1.0
+    weight: float = Field(default=1.0, ge=0, le=1e6, description="relative weight, 0: only its floor counts")
+    at_least: float = Field(default=0.0, ge=0, le=100, description="percent that it shall have at least")
 
     @field_validator("radius")
     @classmethod
@@ -71,16 +81,41 @@ class CurveModel(_Model):
     tcp_range: Metres = TCP_RANGE
 
 
-class MountModel(_Model):
-    position: list[Position] = Field(default=[0.0, 1.0], min_length=2, max_length=2)
-    tilt_deg: list[Tilt] = Field(default=[-70.0, 70.0], min_length=2, max_length=2)
+def _ascending(pair: list[Any]) -> list[Any]:
+    if pair[0] > pair[1]:
+        raise _fault(f"{pair}", "the lower value first")
+    return pair
 
-    @field_validator("position", "tilt_deg")
-    @classmethod
-    def _ascending(cls, pair: list[float]) -> list[float]:
-        if pair[0] > pair[1]:
-            raise _fault(f"{pair}", "the lower value first")
-        return pair
+
+Interval = Annotated[list[Position], Field(min_length=2, max_length=2), AfterValidator(_ascending)]
+
+
+class MountModel(_Model):
+    position: Interval = [0.0, 1.0]
+    tilt_deg: Annotated[list[Tilt], Field(min_length=2, max_length=2), AfterValidator(_ascending)] = [-70.0, 70.0]
+    keep_out: list[Interval] = Field(default=[], max_length=100, description="intervals without rings")
+
+
+class RulesModel(_Model):
+    """What makes a setup buildable."""
+
+    spacing: float = Field(default=0.03, ge=0, le=10, description="metres, between two rings on a link")
+    from_joints: float = Field(default=0.0, ge=0, le=10, description="metres, from a link's ends")
+    sensors_per_ring: Annotated[
+        list[Annotated[int, Field(ge=1, le=1000)]], Field(min_length=2, max_length=2), AfterValidator(_ascending)
+    ] = [3, 24]
+    rings_per_link: int = Field(default=8, ge=1, le=200, description="rings, at most")
+    shared_tilt: bool = Field(default=False, description="all rings have one tilt, up to its sign")
+
+
+class RingModel(_Model):
+    link: Annotated[str, Field(max_length=100)]
+    position: Position = 0.0
+    count: int = Field(ge=1, le=1000, description="sensors")
+    tilt_deg: Tilt = 0.0
+    phase_deg: float = Field(default=0.0, ge=-360, le=360, description="degrees")
+    radius: Metres | None = Field(default=None, description="metres; the scene's, if none is given")
+    sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
 
 
 class SceneFile(_Model):
@@ -94,6 +129,8 @@ class SceneFile(_Model):
     mounts: dict[str, MountModel] = {}
     poses: list[PoseModel] = Field(default=[PoseModel(q_deg=list(REFERENCE_POSE_DEG))], min_length=1, max_length=10_000)
     targets: list[TargetModel] = Field(default=[TargetModel(name="V_S", radius=0.5)], min_length=1, max_length=100)
+    rules: RulesModel = RulesModel()
+    fixed: list[RingModel] = Field(default=[], max_length=1000, description="rings that are there and stay")
 
     @field_validator("robot")
     @classmethod
@@ -118,22 +155,19 @@ class SceneFile(_Model):
                     (("targets", i, "radius"), target.radius, f"above {inner:g}, the radius of the robot's own V_R")
                 )
         faults += [
+            (("fixed", i, "link"), ring.link, f"a link of {self.robot}: {', '.join(links)}")
+            for i, ring in enumerate(self.fixed)
+            if ring.link not in links
+        ]
+        if not any(target.weight > 0 for target in self.targets):
+            faults.append((("targets", 0, "weight"), self.targets[0].weight, "above 0 for one target at least"))
+        faults += [
             (("mounts", link), link, f"a link of {self.robot}: {', '.join(links)}")
             for link in self.mounts
             if link not in links
         ]
         _refuse(faults)
         return self
-
-
-class RingModel(_Model):
-    link: Annotated[str, Field(max_length=100)]
-    position: Position = 0.0
-    count: int = Field(ge=1, le=1000, description="sensors")
-    tilt_deg: Tilt = 0.0
-    phase_deg: float = Field(default=0.0, ge=-360, le=360, description="degrees")
-    radius: Metres | None = Field(default=None, description="metres; the scene's, if none is given")
-    sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
 
 
 class ProofModel(_Model):

@@ -2,31 +2,30 @@
 chooses among those that came furthest."""
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from ..coverage.cloud import Cloud
 from ..coverage.processors import processors
 from ..coverage.rings import Setup
+from ..coverage.soft import SHARP
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
+from .candidates import Candidate, Space, stacked, unlike_first
 from .climb import Brake, Climb, climb
 from .convert import rounded
-from .variables import PAPER_TILTS_DEG, bounds, place, starts, unlike_first, variants
+from .drawing import fitted, fresh, papers, vary
 
 FINALISTS = 3  # climbs that the exact count compares, beside the best start
-UNLIKE = 0.3  # rad, or share of a link: how far apart starts and variants are
-ALIKE = 0.05  # climbs that end this close count as one
+UNLIKE = 0.12  # share of the sensors that sit elsewhere, from which on starts and variants are unlike
+ALIKE = 0.03  # climbs that end this close count as one
 _SCORE_WIDTH = 0.05  # m, where starts are scored: at 0.1 m nearly all of a near shell counts as seen
-
-Pool = Float[np.ndarray, "_ 3 R"]
 
 
 @dataclass(frozen=True)
@@ -77,11 +76,13 @@ class Statistics:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The setup, its soft value and its exact value (weighted means in [0, 1]), how the search ended and what it spent."""
+    """The setup, its soft value and its exact value (weighted means in [0, 1]), by how much the exact zetas fall short of
+    the goals' floors, how the search ended and what it spent."""
 
     setup: Setup
     soft: float
     exact: float
+    short: float
     outcome: Outcome
     statistics: Statistics
 
@@ -99,14 +100,16 @@ class Progress:
 
 def search(
     scene: Scene,
-    layout: Setup,
+    space: Space,
     seed: int = 0,
     time_cap: float = float("inf"),
     schedule: Schedule | None = None,
     voxel: float = 0.01,
     tell: Callable[[Progress], None] = lambda progress: None,
+    known: Sequence[Setup] = (),
 ) -> SearchResult:
-    """Find positions, tilts and phases for the rings of ``layout`` that cover most of the scene's goals.
+    """Find the setup of ``space`` that covers most of the scene's goals: positions, tilts and phases of its rings, and which
+    rings there are where that is free.
 
     The same seed gives the same answer on the same machine: the search ends by its schedule. ``time_cap`` seconds or a
     KeyboardInterrupt only cut it short, and then the best so far is returned. The paper's tilts are among the starts and
@@ -114,15 +117,16 @@ def search(
 
     Args:
         scene: robot, poses, goals, limits.
-        layout: gives links, counts, radii and sensors of the rings.
+        space: the setups to choose from.
         seed: of the starts and of the points.
         time_cap: seconds, from the call on.
         schedule: starts and stages.
         voxel: side of the voxels of the exact count, m.
         tell: is given the progress from time to time, in this thread.
+        known: setups to start from beside the drawn ones, fitted to the space.
 
     Raises:
-        ValueError: for an empty target, or a layout that does not fit the robot.
+        ValueError: for an empty target.
     """
     began = time.monotonic()
     schedule = schedule or Schedule()
@@ -130,77 +134,97 @@ def search(
     terms = len(scene.goals) * len(scene.poses)
     sizes = [max(256, stage.points // terms) for stage in schedule.stages]
     points = TargetPoints(scene, max(sizes), seed)
-    objective = CoverageObjective(scene, layout, points)
-    box, rng = bounds(scene, layout), np.random.default_rng((seed, 1))
+    objective, rng = CoverageObjective(scene, points), np.random.default_rng((seed, 1))
     widest, evaluations, progress = points.clouds(max(sizes)), 0, Progress(stages=len(schedule.stages))
-    begin = starts(scene, layout, max(schedule.draws, schedule.starts), seed)
-    pool, finalists = begin[: schedule.starts], [begin[0]]
-    with ThreadPoolExecutor(processors()) as threads:
+    pool = [*papers(space), *(c for c in (fitted(space, setup) for setup in known) if c is not None)]
+    finalists: list[Candidate] = []
+    workers = processors()
+    with ThreadPoolExecutor(workers) as threads:
 
-        def best(values: Pool, count: int, width: float, clouds: Cloud, known: Pool) -> Pool:
-            """The ``count`` best of ``values`` that are unlike each other and the ``known``, by their soft zeta."""
-            values = values[np.argsort(-_scores(threads, objective, values, width, clouds), kind="stable")]
-            return values[unlike_first(layout, values, UNLIKE, known)[:count]]
+        def scores(some: list[Candidate], width: float, clouds: Cloud) -> Any:
+            """Soft values of candidates, on all processors."""
+            jobs = [
+                threads.submit(_soft, objective, space, some[i::workers], width, clouds)
+                for i in range(min(workers, len(some)))
+            ]
+            found = np.empty(len(some))
+            for i, job in enumerate(jobs):
+                found[i::workers] = job.result()
+            return found
+
+        def best(some: list[Candidate], count: int, width: float, clouds: Cloud, known: list[Candidate]) -> list[Candidate]:
+            """The ``count`` best of ``some`` that are unlike each other and the ``known``, by their soft values."""
+            order = np.argsort(-scores(some, width, clouds), kind="stable")
+            return unlike_first(space, [some[i] for i in order[: 8 * count]], UNLIKE, known)[:count]
 
         try:
-            papers, drawn = np.split(begin, [min(len(PAPER_TILTS_DEG), schedule.starts)])
-            drawn = best(drawn, schedule.starts - len(papers), _SCORE_WIDTH, points.clouds(sizes[0]), papers)
-            pool = np.concatenate([papers, drawn])
-            finalists = [pool[np.argmax(objective.zetas(pool, widest))]]
+            drawn = [fresh(space, rng) for _ in range(schedule.draws)]
+            pool += best(drawn, max(schedule.starts - len(pool), 0), _SCORE_WIDTH, points.clouds(sizes[0]), pool)
+            finalists = [pool[int(np.argmax(scores(pool, SHARP, widest)))]]
             for number, (stage, size) in enumerate(zip(schedule.stages, sizes, strict=True)):
                 clouds = points.clouds(size)
                 if stage.variants:
-                    varied = variants(scene, layout, pool, schedule.draws, rng)
-                    pool = np.concatenate([pool, best(varied, stage.variants, stage.width, clouds, pool)])
-                jobs = [threads.submit(climb, objective, box, x, stage.width, stage.steps, clouds, brake) for x in pool]
+                    varied = [vary(space, pool[int(rng.integers(len(pool)))], rng) for _ in range(schedule.draws)]
+                    pool += best(varied, stage.variants, stage.width, clouds, pool)
+                jobs = [threads.submit(_climb, objective, space, c, stage, clouds, brake) for c in pool]
                 progress.stage, progress.done, progress.climbs = number + 1, 0, len(jobs)
                 _watch(jobs, brake, progress, tell)
-                climbs = sorted((job.result() for job in jobs), key=lambda c: -c.hard)
-                evaluations += sum(c.evaluations for c in climbs)
-                pool = np.stack([c.values for c in climbs])
-                pool = pool[unlike_first(layout, pool, ALIKE)[: stage.keep]]
+                climbs = sorted((job.result() for job in jobs), key=lambda found: -found[1].hard)
+                evaluations += sum(c.evaluations for _, c in climbs)
+                pool = unlike_first(space, [c for c, _ in climbs], ALIKE)[: stage.keep]
                 if brake.on():
                     break
         except KeyboardInterrupt:
             brake.pulled.set()
-    finalists += list(pool[:FINALISTS])
+    finalists = [*finalists, *pool[:FINALISTS]] or [fresh(space, rng)]
     verifier = Verifier(scene, voxel)
     last = schedule.stages[max(progress.stage, 1) - 1].width
-    setups = [rounded(place(layout, x), scene.sensor) for x in finalists]
-    exact = _count(verifier, setups, brake)
-    chosen = int(np.argmax(exact))
-    soft = float(objective.zetas(finalists[chosen][None], widest, last)[0])
+    setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
+    judged = _judge(verifier, setups, brake)
+    chosen = min(range(len(judged)), key=lambda i: (judged[i][0], -judged[i][1]))
+    soft = float(_soft(objective, space, [finalists[chosen]], last, widest)[0])
     outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
     spent = Statistics(schedule.starts, evaluations, time.monotonic() - began, last)
-    return SearchResult(setups[chosen], soft, exact[chosen], outcome, spent)
+    return SearchResult(setups[chosen], soft, judged[chosen][1], judged[chosen][0], outcome, spent)
 
 
-def _scores(threads: ThreadPoolExecutor, objective: CoverageObjective, values: Pool, width: float, clouds: Cloud) -> Any:
-    """Soft zetas (S,) of many setups, on all processors."""
-    parts = [part for part in np.array_split(values, processors()) if len(part)]
-    return np.concatenate([np.empty(0), *threads.map(lambda part: objective.zetas(part, clouds, width), parts)])
+def _soft(objective: CoverageObjective, space: Space, some: list[Candidate], width: float, clouds: Cloud) -> Any:
+    values = np.stack([space.values(c) for c in some])
+    return objective.zetas(stacked([space.arrays(c) for c in some]), values, clouds, width)
 
 
-def _count(verifier: Verifier, setups: list[Setup], brake: Brake) -> list[float]:
-    """Exact values of the first setups: of all, unless Ctrl-C comes; of one at least."""
-    exact: list[float] = []
+def _climb(
+    objective: CoverageObjective, space: Space, c: Candidate, stage: Stage, clouds: Cloud, brake: Brake
+) -> tuple[Candidate, Climb]:
+    """Where a candidate climbs to."""
+    setup, box = stacked([space.arrays(c)]), space.box(c)
+    low, high = (np.concatenate([edge[:, : space.places], space.values(c)[:, space.places :]], axis=1) for edge in box)
+    found = climb(objective, setup, (low, high), space.values(c), stage.width, stage.steps, clouds, brake)
+    return replace(c, values=found.values[:, : space.places]), found
+
+
+def _judge(verifier: Verifier, setups: list[Setup], brake: Brake) -> list[tuple[float, float]]:
+    """The verifier's judgements of the first setups: of all, unless Ctrl-C comes; of one at least."""
+    found: list[tuple[float, float]] = []
     for setup in setups:
         try:
-            exact.append(verifier.objective(setup))
+            found.append(verifier.judge(setup))
         except KeyboardInterrupt:
             brake.pulled.set()
-            return exact or [verifier.objective(setup)]
-    return exact
+            return found or [verifier.judge(setup)]
+    return found
 
 
-def _watch(jobs: Iterable[Future[Climb]], brake: Brake, progress: Progress, tell: Callable[[Progress], None]) -> None:
+def _watch(
+    jobs: Iterable[Future[tuple[Candidate, Climb]]], brake: Brake, progress: Progress, tell: Callable[[Progress], None]
+) -> None:
     """Wait for all jobs, tell how far they are, and turn Ctrl-C into a request to stop."""
     waiting = set(jobs)
     while waiting:
         try:
             done, waiting = wait(waiting, timeout=0.2, return_when=FIRST_COMPLETED)
             progress.done += len(done)
-            progress.best = max([progress.best, *(job.result().hard for job in done)])
+            progress.best = max([progress.best, *(job.result()[1].hard for job in done)])
             tell(progress)
         except KeyboardInterrupt:
             brake.pulled.set()

@@ -3,9 +3,10 @@
 import hashlib
 import inspect
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from .store import Cell, Store
@@ -14,10 +15,13 @@ Work = Callable[..., Any]
 _ROOMS = ("coverage", "objectives", "placement")  # what works are made of
 
 
-def program(works: Mapping[str, Work]) -> str:
-    """The program's version, with a digest of the code that measures: a study measures anew what other code measured."""
+def program(works: Mapping[str, Work], made_of: Iterable[ModuleType] = ()) -> str:
+    """The program's version, with a digest of the code that measures: a study measures anew what other code measured.
+
+    That is the rooms below, the modules of ``works``, and those that these are ``made_of``.
+    """
     files = {file for room in _ROOMS for file in (Path(__file__).parent.parent / room).glob("*.py")}
-    files |= {Path(inspect.getfile(work)) for work in works.values()}
+    files |= {Path(inspect.getfile(work)) for work in works.values()} | {Path(inspect.getfile(part)) for part in made_of}
     digest = hashlib.sha256()
     for text in sorted(file.read_bytes() for file in files):  # wherever they lie: other machines have them elsewhere
         digest.update(text)

@@ -11,7 +11,8 @@ from scipy.spatial import ConvexHull
 
 from ..coverage.chain import forward
 from ..coverage.octree import voxels
-from ..coverage.rings import Setup, named_setup, sensor_cones
+from ..coverage.rings import Setup, named_setup
+from ..coverage.slots import sensor_cones
 from ..coverage.solids import Cones, Difference, Solid, Union
 from ..coverage.targets import Target, robot_curve, target_solid
 from ..coverage.voxelset import VoxelSet

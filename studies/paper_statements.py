@@ -216,7 +216,7 @@ def coverage(configurations: Sequence[Row], tilts: Sequence[Row]) -> Iterator[St
         "Conclusion: 25° and 0° are optimal for the closer and the farther region.",
         near_best,
         {
-            Verdict.DIFFERS: "For the far region 0° and 25° hold (above). For the near region the paper's own trend says"
+            Verdict.DIFFERS: "For the far region see above. For the near region the paper's own trend says"
             " otherwise, and so do all readings: near coverage is best at the steepest tilts, and 25° is far below.",
         },
     )

@@ -4,8 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from . import paper, paper_open
+from . import paper, paper_distance, paper_open
 from .paper import Row
+from .paper_distance import Results
 from .store import Cell
 from .works import Rings
 
@@ -21,6 +22,8 @@ class Findings:
     tilts: list[Row]
     cycle: list[Row]
     open: list[Row]
+    distances: Results
+    approaches: dict[str, Any]
 
 
 def measure(run: Measure, seed: int = 0) -> Findings:
@@ -31,10 +34,13 @@ def measure(run: Measure, seed: int = 0) -> Findings:
     def rows(heading: str, questions: list[paper.Question]) -> list[Row]:
         return paper.answer(questions, lambda cells: run(heading, cells))
 
+    cells, ways = paper_distance.distances(searched, seed), paper_distance.approaches(searched)
     return Findings(
         searched,
         rows("configurations", paper.configurations(searched)),
         rows("sweeps of the tilt", paper.tilts()),
         rows("along the task", paper.cycle(searched)),
         rows("what the paper leaves open", paper_open.openness()),
+        paper_distance.gathered(cells, run("minimum distance", list(cells.values()))),
+        dict(zip(ways, run("unseen approaches", list(ways.values())), strict=True)),
     )

@@ -2,19 +2,27 @@
 
 import json
 from collections.abc import Callable, Mapping
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
+import numpy as np
+
 from ..coverage.rings import Setup, named_setup
+from ..coverage.robots import ROBOTS
 from ..coverage.targets import Target
 from ..objectives.exact import Rule, Verifier
 from ..objectives.scene import Scene
+from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_of, setup_of
+from ..placement.layout import ring_layout
 from ..placement.models import RingModel, SceneFile
 from ..placement.search import Outcome
 from ..placement.search import search as searching
-from ..placement.variables import ring_layout
+from . import approach, distance, human, objects, task, walk
+from .approach import unseen_approaches
+from .distance import repeated
 from .store import Cell
+from .task import Motion, pick_and_place
 
 Rings = list[dict[str, Any]]
 
@@ -66,10 +74,34 @@ def place(scene: Mapping[str, Any], rings_per_link: int, sensors_per_ring: int, 
         KeyboardInterrupt: also where Ctrl-C left the best so far: a study must not keep that.
     """
     asked = scene_from(scene)
-    found = searching(asked, ring_layout(asked, rings_per_link, sensors_per_ring), seed)
+    found = searching(asked, Space(asked, ring_layout(asked, rings_per_link, sensors_per_ring)), seed)
     if found.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
     return [ring.model_dump(exclude_none=True) for ring in ring_models(found.setup, asked.sensor)]
+
+
+@cache
+def _task(robot: str, rate: float, duration: float) -> Motion:
+    """The paper's task, again and again for so many seconds."""
+    once = pick_and_place(ROBOTS[robot]).every(rate)
+    time_s, q = repeated(once.time_s, once.q, duration)
+    return Motion(time_s, q, np.zeros(len(q), bool))
+
+
+def minimum_distance(
+    robot: str, setup: str | Rings, thing: str, seed: int, mode: str, rate: float, duration: float
+) -> dict[str, float | None]:
+    """What rings make of the distance of a human or a thing while the robot does the paper's task: ``distance.cell``."""
+    motion = _task(robot, rate, duration)
+    where = scene_from({"robot": robot})
+    return distance.cell(where.robot, setup_from(setup, where), motion.time_s, motion.q, thing, seed, mode)
+
+
+def unseen_approach(robot: str, setup: str | Rings, q_deg: list[float], radii: list[float]) -> list[dict[str, Any]]:
+    """The ways of balls that come nearest to the robot's moving parts without being seen: see ``approach``."""
+    where = scene_from({"robot": robot})
+    found = unseen_approaches(where.robot, setup_from(setup, where), np.radians(q_deg), tuple(radii))
+    return [{"radius": a.radius, "gap_m": a.gap_m, "path": np.round(a.path, 6).tolist()} for a in found]
 
 
 def shared(cell: Cell) -> str:
@@ -77,4 +109,10 @@ def shared(cell: Cell) -> str:
     return Cell(cell.work, {key: value for key, value in cell.arguments.items() if key != "setup"}).key
 
 
-WORKS: dict[str, Callable[..., Any]] = {"zeta": zeta, "place": place}
+MEASURING = (approach, distance, human, objects, task, walk)  # modules of this room that works are made of
+WORKS: dict[str, Callable[..., Any]] = {
+    "zeta": zeta,
+    "place": place,
+    "minimum distance": minimum_distance,
+    "unseen approach": unseen_approach,
+}

@@ -14,8 +14,10 @@ from jaxtyping import install_import_hook
 _checker = ModuleType("place_rings_checker")
 _checker.check = beartype(conf=BeartypeConf(is_pep484_tower=True))
 sys.modules[_checker.__name__] = _checker
+_STUDIES = (f"place_rings.studies.{name}" for name in ("human", "walk", "objects", "distance", "approach"))
 install_import_hook(
-    ["place_rings.coverage", "place_rings.objectives", "place_rings.placement.search"], f"{_checker.__name__}.check"
+    ["place_rings.coverage", "place_rings.objectives", "place_rings.placement.search", *_STUDIES],
+    f"{_checker.__name__}.check",
 )
 
 jax.config.update("jax_enable_x64", True)

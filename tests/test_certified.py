@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from place_rings.coverage.certified import Bracket, _Tally, bracket
 from place_rings.coverage.curve import pose_curve
 from place_rings.coverage.octree import count, voxels
-from place_rings.coverage.rings import named_setup, sensor_cones
+from place_rings.coverage.rings import named_setup
 from place_rings.coverage.robots import UR10
 from place_rings.coverage.share import Share
+from place_rings.coverage.slots import sensor_cones
 from place_rings.coverage.solids import Cones, Difference, Spheres, sphere
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.objectives import exact

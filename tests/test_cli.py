@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from place_rings.cli import main as command_line
-from place_rings.coverage.rings import named_setup, sensor_cones
+from place_rings.coverage.rings import named_setup
 from place_rings.coverage.robots import UR10
+from place_rings.coverage.slots import sensor_cones
 from place_rings.objectives.exact import Verifier
 from place_rings.placement import search as searching
 from place_rings.placement.loader import read_proposal

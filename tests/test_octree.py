@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.octree import PROBES, count, regions, voxels
-from place_rings.coverage.rings import sensor_cones
 from place_rings.coverage.robots import ROBOTS, UR10
+from place_rings.coverage.slots import sensor_cones
 from place_rings.coverage.solids import Cones, Difference, sphere
 from place_rings.coverage.targets import Shape, Target, target_solid
 from place_rings.coverage.voxelset import VoxelSet

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings import named_setup
 from place_rings.objectives.scene import Scene
 from place_rings.studies import paper, paper_open, paper_page, paper_study
+from place_rings.studies.distance import Series, measures
 from place_rings.studies.pages import csv_text, html, table
 from place_rings.studies.paper_figures import value
 from place_rings.studies.paper_statements import Verdict, coverage, judged
@@ -61,13 +62,18 @@ def findings():
     """Every table of the study, with counts that are quick and wrong: what matters is what is made of them."""
     rng = np.random.default_rng(7)
 
-    def quick(heading, cells):
-        return [
-            paper_open.rings("n2_16_25") if cell.work == "place" else {"zeta_percent": float(rng.uniform(30, 90))}
-            for cell in cells
-        ]
+    def told():
+        true, off, seen = rng.uniform(0, 2, 50), rng.normal(0, 0.1, 50), rng.uniform(size=50) < 0.8
+        speeds = rng.normal(size=(2, 50, 2))
+        return measures(Series(np.arange(50) / 10, true, true + off, true + off, seen, *speeds), 1.5)
 
-    return paper_study.measure(quick)
+    answers = {
+        "place": lambda: paper_open.rings("n2_16_25"),
+        "zeta": lambda: {"zeta_percent": float(rng.uniform(30, 90))},
+        "minimum distance": told,
+        "unseen approach": lambda: [{"radius": r, "gap_m": 0.2, "path": [[2, 0, 0], [1, 0, 0.5]]} for r in (0.05, 0.1)],
+    }
+    return paper_study.measure(lambda heading, cells: [answers[cell.work]() for cell in cells])
 
 
 def test_the_study_asks_for_all_that_the_paper_measured(findings):

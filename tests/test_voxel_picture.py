@@ -6,7 +6,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 from place_rings.coverage.octree import count, voxels
-from place_rings.coverage.rings import named_setup, sensor_cones
+from place_rings.coverage.rings import named_setup
+from place_rings.coverage.slots import sensor_cones
 from place_rings.coverage.solids import sphere
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxelset import VoxelSet

@@ -1,0 +1,242 @@
+"""Candidates of a search: which rings there are and where they sit; how they are drawn, varied, compared and built."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..coverage.rings import Ring, Setup
+from ..coverage.slots import Slots, slots
+from ..objectives.scene import Scene
+from ..objectives.space import Segment, Stretch, decode, encode, segments, stretch
+
+_MOST_RINGS = 16  # of a search for counts
+_POSITIONS, _TILTS = 7, 13  # places of the grid on which candidates are compared
+Rng = np.random.Generator
+
+
+class InfeasibleError(ValueError):
+    """Rules that no setup can keep; the text says why."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """R places for rings: the segment of each (-1: no ring), its sensors, its values (3, R) as ``decode`` reads them, and
+    the sign of its tilt where all share one."""
+
+    segment: Int[np.ndarray, " R"]
+    count: Int[np.ndarray, " R"]
+    values: Float[np.ndarray, "3 R"]
+    sign: Float[np.ndarray, " R"]
+
+    @property
+    def rings(self) -> Int[np.ndarray, " N"]:
+        """The places that hold a ring."""
+        return np.flatnonzero(self.segment >= 0)
+
+
+class Space:
+    """All setups that keep a scene's rules: with the links and counts of a layout, or with so many sensors in any rings."""
+
+    def __init__(self, scene: Scene, layout: Setup | None = None, sensors: int | None = None) -> None:
+        """Give one of ``layout`` and ``sensors``. The scene's fixed rings count among ``sensors``, not among the layout's.
+
+        Raises:
+            InfeasibleError: if no setup keeps the rules.
+        """
+        self.scene, self.layout, self.segments = scene, layout, segments(scene)
+        self.fixed = scene.rules.fixed
+        held = sum(ring.count for ring in self.fixed)
+        self.free = layout.sensors if layout else (sensors or 0) - held
+        self.sensors = self.free + held
+        self.least, self.most = scene.rules.sensors
+        if scene.rules.shared_tilt and self._shared_tilt()[1] < 0:
+            raise InfeasibleError("a shared tilt needs limits that allow a tilt and its opposite on every link")
+        if layout is None:
+            rooms = min(self._rooms(), _MOST_RINGS)
+            self.places = min(rooms, max(self.free, 0) // self.least)
+            _check_budget(self, rooms, held)
+        else:
+            self.places = len(layout.rings)
+            _check_layout(self, layout)
+
+    def room(self, used: Sequence[int], link: str | None = None) -> list[int]:
+        """Segments (of one link) that take one ring more, beside those at ``used``."""
+        rings = [self.segments[i].link for i in used if i >= 0]
+        most = self.scene.rules.rings_per_link
+        held = [ring.link for ring in self.fixed]
+        return [
+            i
+            for i, s in enumerate(self.segments)
+            if (link is None or s.link == link)
+            and list(used).count(i) < s.room
+            and rings.count(s.link) + held.count(s.link) < most
+        ]
+
+    def _rooms(self) -> int:
+        """Rings that the links have room for beside the fixed ones."""
+        most, held = self.scene.rules.rings_per_link, [ring.link for ring in self.fixed]
+        links = {s.link: sum(t.room for t in self.segments if t.link == s.link) for s in self.segments}
+        return sum(min(room, max(most - held.count(link), 0)) for link, room in links.items())
+
+    def _shared_tilt(self) -> tuple[float, float]:
+        """Bounds of the one tilt that all rings have up to its sign, rad."""
+        tilts = [self.scene.limits_of(s.link).tilt for s in self.segments]
+        return 0.0, min((min(-low, high) for low, high in tilts), default=0.0)
+
+    def pick(self, rng: Rng, free: Sequence[int]) -> int:
+        """One of some segments, the longer the likelier."""
+        size = np.array([self._length(self.segments[i]) for i in free])
+        return int(rng.choice(free, p=size / size.sum()))
+
+    def _length(self, s: Segment) -> float:
+        return max((s.high - s.low) * self.scene.robot.mount(s.link).length, 0.1)
+
+    def limits(self, segment: int, count: int) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
+        """Bounds of a ring's values: place in what is free, tilt rad, phase rad. A phase may turn by one sensor's spacing
+        either way: what lies beyond repeats."""
+        s = self.segments[segment]
+        tilt, turn = self.scene.limits_of(s.link).tilt, 2 * math.pi / count
+        if self.scene.rules.shared_tilt:
+            tilt = self._shared_tilt()
+        return np.array([0.0, tilt[0], -turn]), np.array([float(s.high > s.low), tilt[1], turn])
+
+    def box(self, c: Candidate) -> tuple[Float[np.ndarray, "3 R"], Float[np.ndarray, "3 R"]]:
+        """Bounds of all values of a candidate, equal where there is nothing to choose."""
+        low, high = np.zeros((2, 3, self.places + len(self.fixed)))
+        for i in c.rings:
+            low[:, i], high[:, i] = self.limits(c.segment[i], c.count[i])
+        if self.scene.rules.shared_tilt and len(c.rings):
+            tilts = low[1, c.rings[0]], high[1, c.rings[0]]
+            low[1], high[1] = 0.0, 0.0
+            low[1, 0], high[1, 0] = tilts
+        return low, high
+
+    def _ring(self, link: str, count: int) -> Ring:
+        like = next((r for r in self.layout.rings if r.link == link), None) if self.layout else None
+        ring = Ring(link, 0.0, count, 0.0, 0.0, self.scene.ring_radius, self.scene.sensor)
+        return ring if like is None else replace(ring, radius=like.radius, sensor=like.sensor)
+
+    def arrays(self, c: Candidate) -> tuple[Slots, Stretch]:
+        """A candidate for the objective; all candidates have one shape."""
+        links = [self.segments[i].link if i >= 0 else self.scene.robot.links[0] for i in c.segment]
+        rings = [self._ring(link, int(n)) for link, n in zip(links, c.count, strict=True)]
+        shared = np.concatenate([c.sign, np.ones(len(self.fixed))]) if self.scene.rules.shared_tilt else None
+        which = np.concatenate([c.segment, np.full(len(self.fixed), -1)])
+        where = stretch(self.segments, which, shared)
+        if self.fixed:  # they stay, and keep their own tilts
+            n = len(c.segment)
+            where.low[n:] = [ring.position for ring in self.fixed]
+            where.tilt_of[n:] = np.arange(n, n + len(self.fixed))
+        return slots(self.scene.robot, (*rings, *self.fixed), self.sensors), where
+
+    def values(self, c: Candidate) -> Float[np.ndarray, "3 R"]:
+        """Values of a candidate's rings and of the fixed ones."""
+        held = np.array([(0.0, ring.tilt, ring.phase) for ring in self.fixed]).reshape(-1, 3).T
+        return np.concatenate([c.values, held], axis=1)
+
+    def setup(self, c: Candidate) -> Setup:
+        """The setup that a candidate stands for: each phase in [0, spacing), the rings of a link from proximal to distal,
+        the fixed ones as they are."""
+        position, tilt, phase = decode(self.arrays(c)[1], self.values(c))
+        rings = [
+            replace(
+                self._ring(self.segments[c.segment[i]].link, int(c.count[i])),
+                position=float(np.clip(position[i], 0, 1)),
+                tilt=float(tilt[i]),
+                phase=float(phase[i] % (2 * math.pi / c.count[i])),
+            )
+            for i in c.rings
+        ]
+        order = self.scene.robot.links
+        return Setup(tuple(sorted([*rings, *self.fixed], key=lambda r: (order.index(r.link), r.position))))
+
+    def candidate(self, setup: Setup) -> Candidate | None:
+        """The candidate nearest to a setup's free rings; None where the rules have no place for them."""
+        segment, count, values = np.full(self.places, -1), np.zeros(self.places, int), np.zeros((3, self.places))
+        rings = [ring for ring in setup.rings if ring not in self.fixed]
+        if len(rings) > self.places or sum(r.count for r in rings) > self.free:
+            return None
+        for i, ring in enumerate(rings):
+            free = self.room(segment.tolist(), ring.link)
+            if not free:
+                return None
+            segment[i] = min(free, key=lambda j: _off(self.segments[j], ring.position))
+            count[i], values[:, i] = ring.count, (ring.position, ring.tilt, ring.phase)
+        sign = np.where(values[1] < 0, -1.0, 1.0)
+        if self.scene.rules.shared_tilt:
+            values[1] = np.abs(values[1]).mean()
+        c = Candidate(segment, count, values, sign)
+        along = encode(self.arrays(c)[1], np.concatenate([values[0], [r.position for r in self.fixed]]))
+        values[0] = along[: self.places]
+        low, high = self.box(c)
+        return replace(c, values=np.clip(values, low[:, : self.places], high[:, : self.places]))
+
+
+def _off(s: Segment, position: float) -> float:
+    return max(s.low - position, position - s.high, 0.0)
+
+
+def _check_budget(space: Space, rooms: int, held: int) -> None:
+    least, most = space.least, space.most
+    if space.free < 0:
+        raise InfeasibleError(f"{space.sensors} sensors are fewer than the {held} of the fixed rings")
+    if 0 < space.free < least:
+        raise InfeasibleError(f"{space.free} sensors are fewer than the least of one ring, {least}")
+    if space.free > rooms * most:
+        raise InfeasibleError(f"{space.free} sensors do not fit: there is room for {rooms} rings of at most {most}")
+    if space.free and not any(n * least <= space.free <= n * most for n in range(1, space.places + 1)):
+        raise InfeasibleError(f"{space.free} sensors are no sum of rings of {least} to {most}")
+
+
+def _check_layout(space: Space, layout: Setup) -> None:
+    used: list[int] = []
+    for ring in sorted(layout.rings, key=lambda r: r.link):
+        free = space.room(used, ring.link)
+        if not free:
+            n = sum(r.link == ring.link for r in layout.rings)
+            raise InfeasibleError(f"no room for {n} rings on {ring.link} beside limits, keep-outs, spacing, fixed rings")
+        used.append(free[0])
+
+
+def stacked(each: Sequence[Any]) -> Any:
+    """Arrays of several candidates along a new first axis."""
+
+    return jax.tree.map(lambda *a: np.stack(a), *each)
+
+
+def features(space: Space, c: Candidate) -> Float[np.ndarray, " F"]:
+    """Where a candidate's sensors sit: their shares on a grid of links, positions and tilts, spread over the four nearest
+    places. Half the sum of differences of two of them is the share of sensors that sit elsewhere."""
+    links = space.scene.robot.links
+    grid = np.zeros((len(links), _POSITIONS + 1, _TILTS + 1))
+    position, tilt, _ = decode(space.arrays(c)[1], space.values(c))
+    for i in c.rings:
+        x, y = np.clip(position[i], 0, 1) * (_POSITIONS - 1), (tilt[i] / math.pi + 0.5) * (_TILTS - 1)
+        a, b = int(x), int(y)
+        share = c.count[i] / space.sensors
+        link = links.index(space.segments[c.segment[i]].link)
+        for dx, u in ((0, a + 1 - x), (1, x - a)):
+            for dy, v in ((0, b + 1 - y), (1, y - b)):
+                grid[link, a + dx, b + dy] += share * u * v
+    return grid.ravel()
+
+
+def unlike_first(space: Space, some: Sequence[Candidate], apart: float, known: Sequence[Candidate] = ()) -> list[Candidate]:
+    """The candidates in an order in which the first of each kind come first: those unlike all ``known`` and all before
+    them. Two are unlike when more than a share ``apart`` of their sensors sit elsewhere."""
+    if not some:
+        return []
+    kinds = np.stack([features(space, c) for c in some])
+    unlike, first = np.ones(len(some), bool), np.zeros(len(some), bool)
+    for other in known:
+        unlike &= np.abs(kinds - features(space, other)).sum(axis=1) / 2 > apart
+    for i in range(len(some)):
+        if unlike[i]:
+            first[i] = True
+            unlike &= np.abs(kinds - kinds[i]).sum(axis=1) / 2 > apart
+    return [some[i] for i in np.argsort(~first, kind="stable")]

@@ -1,0 +1,177 @@
+"""A jointed human body of capsules: postures of walking and reaching, and the balls that stand for it.
+
+Lengths are shares of stature after Drillis and Contini (1966), as reprinted in Winter, Biomechanics and Motor Control of
+Human Movement, figure 4.1. Radii are our rounding of typical girths. Positions are in the robot's base frame, which stands
+on a pedestal above the floor.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+PEDESTAL = 0.75  # m, height of the base frame over the floor
+TALLEST = 1.95  # m, stature for which the number of balls is fixed
+BALL_ERROR = 1e-3  # m, by which a capsule stands out of its balls at most
+
+# Shares of stature.
+ANKLE, SHANK, THIGH, FOOT = 0.039, 0.246, 0.245, 0.152
+TRUNK, NECK, HEAD = 0.288, 0.052, 0.130  # hips to shoulders (0.818 - 0.530), shoulders to chin (0.870), chin to crown
+UPPER_ARM, FOREARM, HAND = 0.186, 0.146, 0.108
+HIPS, SHOULDERS = 0.191, 0.259  # widths between the joints of both sides
+_HEEL, _CHEST = 0.03, 0.055  # heel behind the ankle; middles of the trunk's halves off the spine
+RADII = {
+    "foot": 0.022,
+    "shank": 0.032,
+    "thigh": 0.046,
+    "trunk": 0.072,
+    "neck": 0.034,
+    "head": 0.052,
+    "upper_arm": 0.027,
+    "forearm": 0.023,
+    "hand": 0.021,
+}
+
+_HIP_SWING, _KNEE_SWING, _KNEE_REST = np.radians((25.0, 60.0, 5.0))
+_ARM_SWING, _ELBOW_REST = np.radians((20.0, 20.0))
+_POLE = np.array([-0.6, 0.3, -0.75])  # where elbows point in the trunk's frame: back, outward, down
+_SIDES = (1.0, -1.0)  # left and right: y points left
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+class Posture(NamedTuple):
+    """T postures. position (T, 2) m: of the pelvis over the floor. heading (T,) rad: of the face about z. phase (T,) rad: of
+    the gait. stride (T,): 0 standing ... 1 full strides. lean (T,) rad: of the trunk forward. reach (T, 2): of the left and
+    the right hand, 0 at rest ... 1 at its goal, which is goal (T, 2, 3) m."""
+
+    position: Float[np.ndarray, "T 2"]
+    heading: Float[np.ndarray, " T"]
+    phase: Float[np.ndarray, " T"]
+    stride: Float[np.ndarray, " T"]
+    lean: Float[np.ndarray, " T"]
+    reach: Float[np.ndarray, "T 2"]
+    goal: Float[np.ndarray, "T 2 3"]
+
+
+@dataclass(frozen=True)
+class Bones:
+    """Named segments of the body, each start and end (T, 3) m and radius m; arms and legs of both sides, left first.
+    shoulder and wrist: joints (T, 2, 3) m of left and right."""
+
+    names: tuple[str, ...]
+    start: Float[np.ndarray, "T S 3"]
+    end: Float[np.ndarray, "T S 3"]
+    radius: Float[np.ndarray, " S"]
+    shoulder: Float[np.ndarray, "T 2 3"]
+    wrist: Float[np.ndarray, "T 2 3"]
+
+
+def two_bones(
+    shoulder: Float[np.ndarray, "T 3"], target: Float[np.ndarray, "T 3"], pole: Float[np.ndarray, "T 3"], a: float, b: float
+) -> tuple[Float[np.ndarray, "T 3"], Float[np.ndarray, "T 3"]]:
+    """Elbow and wrist (T, 3) m of an arm of lengths ``a`` and ``b`` m whose wrist is at ``target``, or on the way there as
+    far as the arm reaches; the elbow lies to the side of ``pole``, a direction. By the law of cosines."""
+    way = target - shoulder
+    far = np.linalg.norm(way, axis=1)
+    d = np.clip(far, abs(a - b) + 1e-3, (a + b) * 0.9999)
+    unit = way / np.maximum(far, 1e-9)[:, None]
+    side = pole - (pole * unit).sum(axis=1, keepdims=True) * unit
+    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
+    along = (d**2 + a**2 - b**2) / (2 * d)
+    elbow = shoulder + along[:, None] * unit + np.sqrt(np.maximum(a**2 - along**2, 0))[:, None] * side
+    return elbow, shoulder + d[:, None] * unit
+
+
+def bones(stature: float, posture: Posture) -> Bones:
+    """The body of ``stature`` m in T postures.
+
+    The higher leg bends, the hips stand as high as the longer leg reaches to the floor; feet stay level. Hands at rest swing
+    against the legs; a reaching wrist moves on the straight line from there to its goal.
+    """
+    t, h = len(posture.heading), stature
+    c, s, zero = np.cos(posture.heading), np.sin(posture.heading), np.zeros(t)
+    forward, left = np.stack([c, s, zero], axis=1), np.stack([-s, c, zero], axis=1)
+    names: list[str] = []
+    start, end = [], []
+
+    def add(name: str, a: Float[np.ndarray, "T 3"], b: Float[np.ndarray, "T 3"]) -> None:
+        names.append(name)
+        start.append(a)
+        end.append(b)
+
+    def swung(angle: Float[np.ndarray, " T"]) -> Float[np.ndarray, "T 3"]:
+        """The way down, turned forward by ``angle``."""
+        return np.sin(angle)[:, None] * forward - np.cos(angle)[:, None] * _UP
+
+    legs = []
+    for i in range(2):
+        phase = posture.phase + i * np.pi
+        hip = posture.stride * _HIP_SWING * np.sin(phase)
+        knee = _KNEE_REST + posture.stride * _KNEE_SWING * np.maximum(np.cos(phase), 0) ** 2
+        legs.append((THIGH * h * swung(hip), SHANK * h * swung(hip - knee)))
+    height = ANKLE * h + np.maximum(*(-(thigh + shank)[:, 2] for thigh, shank in legs)) - PEDESTAL
+    pelvis = np.column_stack([posture.position, height])
+    for side, (thigh, shank) in zip(_SIDES, legs, strict=True):
+        hip_joint = pelvis + side * HIPS / 2 * h * left
+        ankle = hip_joint + thigh + shank
+        heel = ankle - (_HEEL * h - RADII["foot"] * h) * forward - (ANKLE - RADII["foot"]) * h * _UP
+        add("thigh", hip_joint, hip_joint + thigh)
+        add("shank", hip_joint + thigh, ankle)
+        add("foot", heel, heel + (FOOT - 2 * RADII["foot"]) * h * forward)
+
+    spine = np.sin(posture.lean)[:, None] * forward + np.cos(posture.lean)[:, None] * _UP
+    front = np.cross(left, spine)
+    neck = pelvis + TRUNK * h * spine
+    for side in _SIDES:
+        middle = pelvis + side * _CHEST * h * left
+        add("trunk", middle, middle + (TRUNK - RADII["trunk"] * 0.8) * h * spine)
+    add("neck", neck, neck + NECK * h * spine)
+    add("head", neck + (NECK + RADII["head"]) * h * spine, neck + (NECK + HEAD - RADII["head"]) * h * spine)
+
+    a, b = UPPER_ARM * h, FOREARM * h
+    shoulders, wrists = [], []
+    for i, side in enumerate(_SIDES):
+        shoulder = neck + side * SHOULDERS / 2 * h * left
+        swing = -posture.stride * _ARM_SWING * np.sin(posture.phase + i * np.pi)
+        rest = shoulder + a * swung(swing) + b * swung(swing + _ELBOW_REST)
+        target = rest + posture.reach[:, i, None] * (posture.goal[:, i] - rest)
+        pole = _POLE[0] * front + side * _POLE[1] * left + _POLE[2] * spine
+        elbow, wrist = two_bones(shoulder, target, pole, a, b)
+        add("upper_arm", shoulder, elbow)
+        add("forearm", elbow, wrist)
+        add("hand", wrist, wrist + (wrist - elbow) / b * (HAND - RADII["hand"]) * h)
+        shoulders.append(shoulder)
+        wrists.append(wrist)
+    radius = h * np.array([RADII[name] for name in names])
+    return Bones(tuple(names), np.stack(start, 1), np.stack(end, 1), radius, np.stack(shoulders, 1), np.stack(wrists, 1))
+
+
+def balls_along(
+    start: Float[np.ndarray, "T S 3"], end: Float[np.ndarray, "T S 3"], radius: Float[np.ndarray, " S"], count: list[int]
+) -> tuple[Float[np.ndarray, "T B 3"], Float[np.ndarray, " B"]]:
+    """Balls in place of capsules, ``count`` of them evenly from end to end of each: centres (T, B, 3) m, radii (B,) m."""
+    share = np.concatenate([np.linspace(0, 1, n) for n in count])[None, :, None]
+    segment = np.repeat(np.arange(len(count)), count)
+    return start[:, segment] + share * (end - start)[:, segment], radius[segment]
+
+
+def ball_counts(length: Float[np.ndarray, " S"], radius: Float[np.ndarray, " S"], error: float = BALL_ERROR) -> list[int]:
+    """How many balls a capsule needs that stands out of their union by at most ``error`` m.
+
+    Half way between two balls of radius r at a spacing of d the union is thinner by r - sqrt(r^2 - d^2/4), so that
+    d = 2 sqrt(error (2 r - error)) will do.
+    """
+    spacing = 2 * np.sqrt(error * (2 * radius - error))
+    return [int(n) + 1 for n in np.ceil(length / spacing)]
+
+
+def body_balls(
+    stature: float, posture: Posture, error: float = BALL_ERROR
+) -> tuple[Float[np.ndarray, "T B 3"], Float[np.ndarray, " B"]]:
+    """The body as balls: centres (T, B, 3) m, radii (B,) m; as many for every stature up to ``TALLEST``."""
+    if not 0 < stature <= TALLEST:
+        raise ValueError(f"stature is {stature} m; it must be above 0 and at most {TALLEST} m")
+    body = bones(stature, posture)
+    length = np.linalg.norm(body.end[0] - body.start[0], axis=1) * (TALLEST / stature)
+    return balls_along(body.start, body.end, body.radius, ball_counts(length, body.radius * (TALLEST / stature), error))

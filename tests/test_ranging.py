@@ -1,0 +1,245 @@
+"""Readings: a ball in a cone against samples of the ball, distances of segments against a minimiser, shadows and blocks."""
+
+import math
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from place_rings.coverage.capsules import (
+    Capsules,
+    gap_to_capsules,
+    point_to_segment,
+    robot_capsules,
+    segment_to_segment,
+)
+from place_rings.coverage.chain import forward
+from place_rings.coverage.ranging import BLOCK, ball_in_cone, least_gap, readings
+from place_rings.coverage.rings import named_setup, sensor_optics
+from place_rings.coverage.robots import ROBOTS, UR10, Robot
+from place_rings.coverage.slots import sensor_axes, sensor_cones
+from scipy.optimize import minimize_scalar
+
+from . import drawing
+
+
+def nearest_by_convexity(apex, axis, half, range_m, centre, radius):
+    """The apex projected on ball and cone together by Dykstra's alternating projections; how far apart both still are."""
+    x, p, q = apex.copy(), np.zeros(3), np.zeros(3)
+    for _ in range(4000):
+        y = project_on_ball(x + p, centre, radius)
+        p = x + p - y
+        z = project_on_cone(y + q, apex, axis, half, range_m)
+        q = y + q - z
+        x = z
+    return x, np.linalg.norm(project_on_ball(x, centre, radius) - x)
+
+
+def project_on_ball(p, centre, radius):
+    v = p - centre
+    d = np.linalg.norm(v)
+    return p if d <= radius else centre + v / d * radius
+
+
+def project_on_cone(p, apex, axis, half, range_m):
+    """Nearest point of a solid cone with a flat base: in the half-plane (d, rho) it is a triangle."""
+    v = p - apex
+    d = v @ axis
+    across = v - d * axis
+    rho = np.linalg.norm(across)
+    unit = across / rho if rho > 0 else np.zeros(3)
+    edge = np.array([range_m, range_m * math.tan(half)])
+    if 0 <= d <= range_m and rho <= d * math.tan(half):
+        return p
+    candidates = []
+    for a, b in (((0, 0), edge), (np.array([range_m, 0]), edge), ((0, 0), np.array([range_m, 0]))):
+        a, b = np.array(a, float), np.array(b, float)
+        t = np.clip((np.array([d, rho]) - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+        candidates.append(a + t * (b - a))
+    best = min(candidates, key=lambda c: np.hypot(c[0] - d, c[1] - rho))
+    return apex + best[0] * axis + best[1] * unit
+
+
+def draw_pair(rng):
+    """A cone and a ball that often cuts its side, its base or its apex."""
+    half, range_m = rng.uniform(0.05, 1.2), rng.uniform(0.3, 1.5)
+    apex, axis = rng.uniform(-0.5, 0.5, 3), drawing.unit(rng, 1)[0]
+    centre = apex + rng.uniform(-0.3, 1.4) * range_m * axis + rng.normal(0, 0.4, 3) * range_m * math.tan(half)
+    return apex, axis, half, range_m, centre, rng.uniform(0.02, 0.5)
+
+
+@given(drawing.seeds)
+def test_reading_of_a_ball_against_dense_samples(seed):
+    """No sample of the ball in the cone is nearer than the reading, and some are nearly as near."""
+    rng = np.random.default_rng(seed)
+    apex, axis, half, range_m, centre, radius = draw_pair(rng)
+    distance, point = ball_in_cone(apex, axis, half, range_m, centre, radius)
+    n = 20_000
+    ways = drawing.unit(rng, n)
+    ball = centre + radius * ways * np.append(np.ones(n // 2), rng.uniform(0, 1, n - n // 2) ** (1 / 3))[:, None]
+    v = ball - apex
+    d = v @ axis
+    rho = np.linalg.norm(v - d[:, None] * axis, axis=1)
+    inside = (d >= 0) & (d <= range_m) & (rho <= d * math.tan(half))
+    found = np.linalg.norm(v[inside], axis=1).min(initial=np.inf)
+    assert distance <= found + 1e-12
+    if np.isinf(distance):
+        assert not inside.any()
+        return
+    assert np.linalg.norm(point - apex) == pytest.approx(distance, abs=1e-12)
+    assert np.linalg.norm(point - centre) <= radius + 1e-9
+    offset = point - apex
+    along = offset @ axis
+    assert -1e-9 <= along <= range_m + 1e-9
+    assert np.linalg.norm(offset - along * axis) <= along * math.tan(half) + 1e-9
+
+
+@settings(max_examples=25)
+@given(drawing.seeds)
+def test_reading_of_a_ball_is_the_projection_on_both(seed):
+    rng = np.random.default_rng(seed)
+    apex, axis, half, range_m, centre, radius = draw_pair(rng)
+    distance, point = ball_in_cone(apex, axis, half, range_m, centre, radius)
+    if np.isfinite(distance):
+        nearest, apart = nearest_by_convexity(apex, axis, half, range_m, centre, radius)
+        if apart < 1e-6:
+            assert np.linalg.norm(nearest - apex) == pytest.approx(distance, abs=2e-3)
+            assert np.linalg.norm(nearest - point) < 0.05
+
+
+def test_every_case_of_ball_and_cone():
+    eye, look, half = np.zeros(3), np.array([1.0, 0, 0]), math.radians(20)
+    cases = [
+        ((0.05, 0, 0), 0.1, 0.0),  # holds the apex
+        ((1, 0, 0), 0.1, 0.9),  # straight ahead
+        ((1.55, 0, 0), 0.1, 1.45),  # just before the base
+        ((1.65, 0, 0), 0.1, np.inf),  # behind the base
+        ((-0.2, 0, 0), 0.1, np.inf),  # behind the apex
+        ((1, math.tan(half) + 0.05, 0), 0.1, None),  # cut by the side
+        ((1, math.tan(half) + 0.2, 0), 0.1, np.inf),  # beside it
+        ((1.598, 0.4, 0), 0.1, None),  # begins behind the base on its way, reaches it
+    ]
+    for centre, radius, expected in cases:
+        distance, point = ball_in_cone(eye, look, half, 1.5, np.array(centre), radius)
+        if expected is not None:
+            assert distance == pytest.approx(expected)
+        else:
+            assert np.linalg.norm(point - np.array(centre)) == pytest.approx(radius)
+            assert math.atan2(point[1], point[0]) <= half + 1e-12
+    assert point[0] == pytest.approx(1.5)
+
+
+@given(drawing.seeds)
+def test_segments_against_a_minimiser(seed):
+    rng = np.random.default_rng(seed)
+    a, b, c, d = rng.uniform(-1, 1, (4, 3))
+    if rng.uniform() < 0.2:
+        d = c + (b - a) * rng.uniform(0.1, 2)  # parallel
+    if rng.uniform() < 0.1:
+        d = c  # a point
+    for t, s in ((rng.uniform(), rng.uniform()), (0.0, 1.0)):
+        assert segment_to_segment(a, b, c, d) <= np.linalg.norm(a + t * (b - a) - c - s * (d - c)) + 1e-9
+
+    def from_second(t):
+        """Distance of a place on the first segment from the second: convex in the place."""
+        v = a + t * (b - a) - c
+        s = np.clip(v @ (d - c) / max((d - c) @ (d - c), 1e-300), 0, 1)
+        return np.linalg.norm(v - s * (d - c))
+
+    best = minimize_scalar(from_second, bounds=(0, 1), method="bounded", options={"xatol": 1e-10}).fun
+    assert segment_to_segment(a, b, c, d) == pytest.approx(best, abs=1e-4)
+    assert segment_to_segment(c, d, a, b) == pytest.approx(segment_to_segment(a, b, c, d), abs=1e-9)
+    shares = np.linspace(0, 1, 2001)[:, None]
+    dense = np.linalg.norm(a + shares * (b - a) - c, axis=1).min()
+    assert point_to_segment(c, a, b) == pytest.approx(dense, abs=2e-3)
+
+
+@settings(max_examples=5)
+@given(drawing.seeds)
+def test_bodies_move_with_their_links(seed):
+    q = drawing.pose(np.random.default_rng(seed))
+    for robot in ROBOTS.values():
+        bodies = robot_capsules(robot, forward(robot.chain, q))
+        again = robot_capsules(robot, forward(robot.chain, jnp.asarray(q)))
+        assert np.allclose(bodies.start, again.start)
+        assert np.allclose(bodies.end, again.end)
+        length = np.linalg.norm(bodies.end - bodies.start, axis=1)
+        assert np.allclose(length, [np.linalg.norm(b.end - b.start) for b in robot.bodies])
+        names = [b.name for b in robot.bodies]
+        tcp = forward(robot.chain, q)[-1, :3, 3]
+        last = names.index("wrist_3")
+        assert np.linalg.norm(tcp - bodies.end[last]) == pytest.approx(0.045, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_rings_in_the_middle_stand_outside_all_bodies(name, reference_pose):
+    robot = ROBOTS[name]
+    frames = forward(robot.chain, reference_pose)
+    bodies = robot_capsules(robot, frames)
+    cones = sensor_cones(robot, named_setup("n1_16_0"), reference_pose)
+    assert np.all(gap_to_capsules(cones.apex, bodies.start, bodies.end, bodies.radius) > 0.005)
+
+
+def test_a_robot_without_bodies_is_refused(reference_pose):
+    bare = Robot("bare", UR10.chain, UR10.mounts, UR10.reach)
+    with pytest.raises(ValueError, match="bare has no bodies"):
+        robot_capsules(bare, forward(bare.chain, reference_pose))
+
+
+def scene(rng, poses=3, balls=40):
+    """Sensors of a UR10 in a few poses and balls about it."""
+    setup = drawing.setup(rng)
+    frames = forward(UR10.chain, np.stack([drawing.pose(rng) for _ in range(poses)]))
+    eyes = (*sensor_axes(UR10, setup, frames), *sensor_optics(setup))
+    return eyes, rng.uniform(-1.5, 1.5, (poses, balls, 3)), rng.uniform(0.01, 0.2, balls), robot_capsules(UR10, frames)
+
+
+@settings(max_examples=25)
+@given(drawing.seeds)
+def test_blocks_leave_out_nothing(seed):
+    """Rows that are left out could not have been read: every reading is the least over all balls, one by one."""
+    eyes, centre, radius, bodies = scene(np.random.default_rng(seed), balls=BLOCK + 5)
+    apex, axis, half, range_m = eyes
+    read = readings(*eyes, centre, radius)
+    all_of = ball_in_cone(
+        apex[:, :, None], axis[:, :, None], half[None, :, None], range_m[None, :, None], centre[:, None], radius
+    )
+    assert np.allclose(read.distance, all_of[0].min(axis=2), atol=1e-9)
+    seen = np.isfinite(read.distance)
+    assert np.allclose(np.linalg.norm(read.point - apex, axis=2)[seen], read.distance[seen])
+    assert np.isnan(read.point[~seen]).all()
+    gap = gap_to_capsules(centre, bodies.start[:, None], bodies.end[:, None], bodies.radius) - radius
+    assert np.allclose(least_gap(centre, radius, bodies), gap.min(axis=1), atol=1e-9)
+
+
+@settings(max_examples=25)
+@given(drawing.seeds)
+def test_shadows_only_take_away(seed):
+    """A reading in shadow is never nearer, and is the nearest ball whose nearest point can be seen."""
+    eyes, centre, radius, bodies = scene(np.random.default_rng(seed))
+    apex, axis, half, range_m = eyes
+    free, hidden = readings(*eyes, centre, radius), readings(*eyes, centre, radius, bodies)
+    assert np.all(hidden.distance >= free.distance)
+    distance, point = ball_in_cone(
+        apex[:, :, None], axis[:, :, None], half[None, :, None], range_m[None, :, None], centre[:, None], radius
+    )
+    blocked = segment_to_segment(
+        np.broadcast_to(apex[:, :, None, None], (*point.shape[:3], 1, 3)),
+        point[..., None, :],
+        bodies.start[:, None, None],
+        bodies.end[:, None, None],
+    )
+    visible = np.where((blocked < bodies.radius).any(axis=3), np.inf, distance).min(axis=2)
+    assert np.allclose(hidden.distance, visible, atol=1e-9)
+
+
+def test_a_body_hides_what_is_behind_it():
+    eye, look = np.zeros((1, 1, 3)), np.array([[[1.0, 0, 0]]])
+    optics = np.array([0.2]), np.array([1.5])
+    bodies = Capsules(np.array([[[0.5, -1.0, 0]]]), np.array([[[0.5, 1.0, 0]]]), np.array([0.05]))
+    near, far = np.array([[[0.3, 0, 0]]]), np.array([[[1.0, 0, 0]]])
+    radius = np.array([0.02])
+    assert readings(eye, look, *optics, far, radius).distance[0, 0] == pytest.approx(0.98)
+    assert np.isinf(readings(eye, look, *optics, far, radius, bodies).distance[0, 0])
+    both = np.concatenate([far, near], axis=1)
+    assert readings(eye, look, *optics, both, np.repeat(radius, 2), bodies).distance[0, 0] == pytest.approx(0.28)
