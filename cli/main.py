@@ -15,7 +15,7 @@ from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import resolve
 from ..placement.models import MODELS
-from .options import parse_goals, resolve_counting, resolve_scene, resolve_space, with_floors, with_goals
+from .options import check_machines, parse_goals, resolve_counting, resolve_scene, resolve_space, with_floors, with_goals
 
 app = App(
     name="place-rings",
@@ -163,8 +163,7 @@ def study(
     """
     from .study import study_convergence, study_paper
 
-    if scheduler is not None and workers != 1:
-        raise UserError(f"--workers: found {workers} beside --scheduler, allowed: one of the two")
+    check_machines(workers, scheduler)
     if name == "convergence":
         study_convergence(out or Path("results") / name, workers, scheduler)
     else:

@@ -8,7 +8,6 @@ scheduler that is joined must be one that is trusted.
 import asyncio
 import logging
 import os
-import re
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -18,7 +17,7 @@ import dask
 from distributed import Client, LocalCluster
 from distributed.security import Security
 
-from ..placement.errors import UserError, shown
+from ..placement.errors import UserError
 
 _JOIN = 30.0  # s, for a scheduler to answer and to have a worker
 _GRACE = 1.0  # s, for a worker to end
@@ -79,8 +78,6 @@ def there(scheduler: str) -> Iterator[Client]:
     Raises:
         UserError: if there is none at that address, or one without workers.
     """
-    if not re.fullmatch(r"(tcp|tls)://\S+:\d+", scheduler):
-        raise UserError(f"--scheduler: found {shown(scheduler)}, allowed: tcp://HOST:PORT or tls://HOST:PORT")
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what goes wrong is told in a line
     try:
         client = Client(scheduler, timeout=_JOIN, set_as_default=False)
