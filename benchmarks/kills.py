@@ -27,8 +27,8 @@ from place_rings.studies.works import WORKS
 
 _START = 6.0  # s, that a study takes to start, roughly: some kills come before it has
 _BETWEEN = 12  # cells, at most, from one kill to the next, and then a moment
-_MOMENT = 0.3  # s
-CELLS = 400
+_MOMENT = 0.2  # s
+CELLS = 600
 _PATIENCE = 60.0  # s, for the next cell, or for processes to be gone
 
 
@@ -50,14 +50,14 @@ class Disturbed:
 
     def __init__(self, folder: Path, count: int, seed: int) -> None:
         self.folder, self.count, self.rng, self.damage = folder, count, np.random.default_rng(seed), Damage()
-        self.notes, self.before = folder / "notes", {}
+        self.notes, self.errors, self.before = folder / "notes", (folder / "errors").open("w+"), {}
         self.notes.touch()
 
     def start(self) -> subprocess.Popen:
         """The study's driver in a group of its own, as a terminal's foreground has it."""
         command = [sys.executable, str(Path(__file__).with_name("noted.py")), str(self.folder), str(self.count)]
         environment = {**os.environ, NOTES: str(self.notes)}
-        return subprocess.Popen(command, env=environment, start_new_session=True, stderr=subprocess.DEVNULL)
+        return subprocess.Popen(command, env=environment, start_new_session=True, stderr=self.errors)
 
     def kept(self) -> int:
         """Cells noted as kept, up to now."""
@@ -96,12 +96,13 @@ class Disturbed:
         driver = self.start()
         for _ in range(kills):
             self.await_moment(driver, first=False)
-            workers = [p for p in psutil.Process(driver.pid).children() if "spawn_main" in " ".join(p.cmdline())]
-            if driver.poll() is None and workers:
+            with suppress(psutil.NoSuchProcess):
+                workers = [p for p in psutil.Process(driver.pid).children() if "spawn_main" in " ".join(p.cmdline())]
                 workers[self.rng.integers(len(workers))].kill()
                 self.damage.kills += 1
-        if driver.wait(3 * _PATIENCE):
-            raise SystemExit(f"the driver ended by {driver.returncode}")
+        if driver.wait(10 * _PATIENCE):
+            self.errors.seek(0)
+            raise SystemExit(f"the driver ended by {driver.returncode}: {self.errors.read()}")
         self.look()
 
     def look(self) -> None:
@@ -151,26 +152,30 @@ def results(file: Path) -> dict[str, tuple[Any, float]]:
     return {key: (json.loads(result), seconds) for key, result, seconds in rows}
 
 
-def disturb(drivers: int, workers: int, interrupts: int, count: int, seed: int = 0) -> Damage:
-    """A study of so many cells that is disturbed so often, held against one that is not."""
+def undisturbed(count: int) -> dict[str, Any]:
+    """Results by cell of a study that nothing disturbs."""
+    with tempfile.TemporaryDirectory() as folder, Store(Path(folder) / "cells.sqlite", "kills") as store:
+        found = engine.run(cells(count), WORKS, store)
+    return {cell.key: _timeless(result) for cell, result in zip(cells(count), found, strict=True)}
+
+
+def disturb(drivers: int, workers: int, interrupts: int, wanted: dict[str, Any], seed: int = 0) -> Damage:
+    """A study that is disturbed so often, held against the results of one that was not."""
     with tempfile.TemporaryDirectory() as folder:
-        with Store(Path(folder) / "undisturbed.sqlite", "kills") as store:
-            found = engine.run(cells(count), WORKS, store)
-        undisturbed = {cell.key: _timeless(result) for cell, result in zip(cells(count), found, strict=True)}
-        study = Disturbed(Path(folder), count, seed)
+        study = Disturbed(Path(folder), len(wanted), seed)
         for how in [signal.SIGKILL] * drivers + [signal.SIGINT] * interrupts:
             if not study.strike_driver(how):
                 break
         study.strike_workers(workers)
-        return study.finish(undisturbed)
+        return study.finish(wanted)
 
 
 def report() -> list[str]:
     """Twenty of each kind."""
     kinds = {"`kill -9` of the driver": (20, 0, 0), "`kill -9` of a worker": (0, 20, 0), "Ctrl-C": (0, 0, 20)}
-    rows = []
+    rows, wanted = [], undisturbed(CELLS)
     for name, (drivers, workers, interrupts) in kinds.items():
-        d = disturb(drivers, workers, interrupts, CELLS)
+        d = disturb(drivers, workers, interrupts, wanted)
         gone = "" if workers else f"{d.gone:.2f}"
         rows.append((name, d.kills, d.starting, d.lost, d.again, d.wasted, d.different, gone))
     columns = ("what", "times", "before the first cell of a run", "kept cells lost", "kept cells measured again")
@@ -190,7 +195,7 @@ def report() -> list[str]:
 def main() -> None:
     """A study disturbed on a small scale, which must take no harm."""
     drivers, workers, interrupts, count = map(int, sys.argv[1:])
-    damage = disturb(drivers, workers, interrupts, count)
+    damage = disturb(drivers, workers, interrupts, undisturbed(count))
     print(damage)
     if damage.lost or damage.again or damage.different or damage.kills != drivers + workers + interrupts:
         raise SystemExit("the study took harm, or was not disturbed as often as asked")

@@ -22,6 +22,7 @@ from .engine import Work, program
 from .store import Cell, Store
 from .works import MEASURING, WORKS, shared
 
+_GONE = "the scheduler is gone; what is measured is kept, run again to go on"
 _LOSSES = 3  # workers that a cell may take with it
 _ALONE = 120.0  # s without any worker, until a study gives up
 _LOOK = 1.0  # s, between looks at how many workers there are
@@ -62,7 +63,10 @@ class _Study:
         self.batches = deque(keys[i : i + most] for keys in groups.values() for i in range(0, len(keys), most))
 
     def _count(self) -> int:
-        return sum(self.client.nthreads().values())
+        try:
+            return sum(self.client.nthreads().values())
+        except OSError as error:
+            raise UserError(_GONE) from error
 
     def hand_out(self) -> None:
         """As many batches as there are workers: one that waited behind another would be lost with it."""
@@ -84,8 +88,6 @@ class _Study:
         future.release()  # else it is measured again where its worker is lost now
         self.looked = 0.0
         if error is not None:
-            if isinstance(error, ImportError):
-                raise UserError(f"{error}: found a worker without it, allowed: workers with place-rings as here") from error
             if not isinstance(error, KilledWorker):
                 raise error
             if not rest:
@@ -95,7 +97,7 @@ class _Study:
                 raise UserError(f"{rest[0]}: found to end its worker, {_LOSSES} times, allowed: cells that can be measured")
             self.batches.extendleft([rest[1:], rest[:1]] if rest[1:] else [rest])  # the one suspected now alone
         elif status != "finished":
-            raise UserError("the scheduler is gone; what is measured is kept, run again to go on")
+            raise UserError(_GONE)
         elif rest:
             self.batches.appendleft(rest)
 

@@ -11,6 +11,7 @@ import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from importlib.util import find_spec
 from multiprocessing import resource_tracker
 
 import dask
@@ -19,7 +20,9 @@ from distributed.security import Security
 
 from ..placement.errors import UserError
 
+_NEEDED = f"{__package__}.cluster"
 _JOIN = 30.0  # s, for a scheduler to answer and to have a worker
+_START = 300.0  # s, for a worker to start, on a machine however busy
 _GRACE = 1.0  # s, for a worker to end
 _LOCAL = {
     "distributed.worker.multiprocessing-method": "spawn",  # JAX's threads do not survive a fork
@@ -51,7 +54,7 @@ def here(workers: int) -> Iterator[Client]:
                 security=Security.temporary(),
                 dashboard_address=None,
                 scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-                death_timeout=_JOIN,
+                death_timeout=_START,
                 silence_logs=logging.CRITICAL,
             )
         finally:
@@ -76,16 +79,27 @@ def there(scheduler: str) -> Iterator[Client]:
     """The cluster of a scheduler that runs already.
 
     Raises:
-        UserError: if there is none at that address, or one without workers.
+        UserError: if there is none at that address, or one without workers, or without place-rings.
     """
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what goes wrong is told in a line
     try:
         client = Client(scheduler, timeout=_JOIN, set_as_default=False)
-    except (OSError, ValueError) as error:
+    except OSError as error:
         raise UserError(f"--scheduler: found {scheduler}, where none answers, allowed: a running one") from error
     with client:
         try:
             client.wait_for_workers(1, timeout=_JOIN)
         except TimeoutError as error:
             raise UserError(f"--scheduler: found {scheduler} without workers, allowed: a scheduler with some") from error
+        _check(client)
         yield client
+
+
+def _check(client: Client) -> None:
+    """See that the scheduler and its workers have the program, as a message with a name that they lack would end them."""
+    try:
+        found = [client.run_on_scheduler(find_spec, _NEEDED), *client.run(find_spec, _NEEDED).values()]
+    except ImportError:
+        found = [None]
+    if not all(found):
+        raise UserError(f"--scheduler: found a process without {_NEEDED}, allowed: all with place-rings installed as here")

@@ -113,14 +113,31 @@ def test_a_worker_with_another_program_measures_nothing(client, store):
     assert [store.get(cell) for cell in cells] == [None] * len(cells)
 
 
-def test_a_running_scheduler_is_joined(client, store, tmp_path):
-    """The one of the tests' own cluster, by its certificate."""
+@pytest.fixture
+def certificate(client):
+    """Who has it may join the tests' own cluster."""
     names = {"ca-file": "tls_ca_file", "client.cert": "tls_client_cert", "client.key": "tls_client_key"}
-    with (
-        dask.config.set({f"distributed.comm.tls.{key}": getattr(client.security, name) for key, name in names.items()}),
-        machines.there(client.scheduler.address) as joined,
-    ):
+    with dask.config.set({f"distributed.comm.tls.{key}": getattr(client.security, name) for key, name in names.items()}):
+        yield
+
+
+def test_a_running_scheduler_is_joined(client, certificate, store, tmp_path):
+    with machines.there(client.scheduler.address) as joined:
         assert cluster.run(joined, ends(tmp_path, 0, 0), ALL, store) == [0, 1]
+
+
+@pytest.mark.parametrize("needed", ["place_rings.soul", "soul.place_rings"])
+def test_a_cluster_without_the_program_is_refused_in_a_line(needed, client, certificate, monkeypatch):
+    monkeypatch.setattr(machines, "_NEEDED", needed)
+    with pytest.raises(UserError, match=f"without {needed}"), machines.there(client.scheduler.address):
+        pass
+
+
+def test_the_local_cluster_is_joined_by_no_other(client, monkeypatch):
+    monkeypatch.setattr(machines, "_JOIN", 1.0)
+    plain = client.scheduler.address.replace("tls://", "tcp://")
+    with pytest.raises(UserError, match="none answers"), machines.there(plain):
+        pass
 
 
 def test_a_scheduler_that_cannot_be_used_is_refused_in_a_line(monkeypatch):
