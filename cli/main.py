@@ -19,6 +19,7 @@ from ..placement.loader import resolve
 from ..placement.proposals import MODELS
 from .aim_options import mounting_errors, resolve_aim, resolve_robustness
 from .options import (
+    check_machines,
     parse_goals,
     resolve_counting,
     resolve_pair,
@@ -240,6 +241,12 @@ def study(
     scene: SceneFileOption = None,
     out: Annotated[Path | None, Parameter(help="Folder for data, pictures and page: results/NAME.")] = None,
     seed: Annotated[int, Parameter(validator=Number(gte=0), help="Of searches and paths; same seed, same figures.")] = 0,
+    workers: Annotated[
+        int, Parameter(validator=Number(gte=1, lte=1024), help="Processes of this machine; 1: this one, with its threads.")
+    ] = 1,
+    scheduler: Annotated[
+        str | None, Parameter(help="A running dask scheduler that you trust, tcp://HOST:PORT, instead of --workers.")
+    ] = None,
 ) -> None:
     """Run a study into a folder; one that was stopped goes on where it was.
 
@@ -249,21 +256,22 @@ def study(
 
     pareto: fronts of two targets, by default V_S:0.5 against V_S:1.5, each point a proposal.
 
-    Example: place-rings study paper
+    Example: place-rings study paper --workers 16
 
     Example: place-rings study pareto --sensors 80 --target V_S:0.5 --target V_S:1.5
     """
     from .study import study_convergence, study_paper, study_pareto
 
+    check_machines(workers, scheduler)
     folder = out or Path("results") / name
     if name != "pareto" and (target or scene):
         raise UserError(f"study {name}: found --target or --scene, allowed: only with pareto")
     if name == "convergence":
-        study_convergence(folder)
+        study_convergence(folder, workers, scheduler)
     elif name == "paper":
-        study_paper(folder, seed)
+        study_paper(folder, seed, workers, scheduler)
     else:
-        study_pareto(folder, seed, resolve_pair(target), sensors, scene)
+        study_pareto(folder, seed, resolve_pair(target), sensors, scene, workers, scheduler)
 
 
 @app.command

@@ -169,3 +169,11 @@ def resolve_counting(rule: Rule, voxel: float | None, width: float | None, memor
     if width is None:
         width = WIDTH if voxel is None else 0.0
     return Counting(rule, voxel, None, width / 100)
+
+
+def check_machines(workers: int, scheduler: str | None) -> None:
+    """Where a study shall run: on so many processes of this machine, or where a scheduler says; UserError if on both."""
+    if scheduler is not None and not re.fullmatch(r"(tcp|tls)://\S+:\d+", scheduler):
+        raise UserError(f"--scheduler: found {shown(scheduler)}, allowed: tcp://HOST:PORT or tls://HOST:PORT")
+    if scheduler is not None and workers != 1:
+        raise UserError(f"--workers: found {workers} beside --scheduler, allowed: one of the two")

@@ -1,7 +1,6 @@
 """The search: unlike starts climb the soft zeta while it sharpens, then unlike variants of the best; the exact count
 chooses among those that came furthest."""
 
-import os
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..coverage.cloud import Cloud
+from ..coverage.processors import processors
 from ..coverage.rings import Setup
 from ..coverage.soft import SHARP
 from ..objectives.aim import Aim, judge
@@ -142,7 +142,7 @@ def search(
     widest, evaluations, progress = points.clouds(max(sizes)), 0, Progress(stages=len(schedule.stages))
     pool = [*papers(space), *(c for c in (fitted(space, setup) for setup in known) if c is not None)]
     finalists: list[Candidate] = []
-    workers = os.cpu_count() or 1
+    workers = processors()
     with ThreadPoolExecutor(workers) as threads:
 
         def scores(some: list[Candidate], width: float, clouds: Cloud) -> Any:
