@@ -201,12 +201,12 @@ def test_gradient_of_an_aim_is_the_central_difference(one_pose, aim):
 
 def test_a_search_is_judged_by_its_own_aim(one_pose):
     scene, schedule = one_pose.scene, Schedule(3, (Stage(0.1, 256, 8, 1),), draws=3)
-    layout, aim = ring_layout(scene, 2, 6), Aim(2, ERRORS, draws=2)
+    layout, aim = ring_layout(scene, 2, 6), Aim(2)
     found = search(scene, Space(scene, layout), seed=1, schedule=schedule, voxel=0.05, aim=aim)
     assert (found.short, found.exact) == judge(one_pose, found.setup, aim)
     assert found.exact > judge(one_pose, layout, aim)[1]
     with pytest.raises(ValueError, match="mountings"):
-        CoverageObjective(scene, TargetPoints(scene, 64, 0), aim)
+        CoverageObjective(scene, TargetPoints(scene, 64, 0, 2), aim)
 
 
 def test_floors_are_of_what_is_aimed_at(one_pose):
