@@ -179,6 +179,7 @@ def test_ctrl_c_keeps_the_best_so_far(tmp_path, delay):
         assert "interrupted" in out
         assert (tmp_path / "out" / "proposal.toml").exists()
     else:  # the first climbs had not begun on this machine
-        assert process.returncode == 130, err
-        assert "interrupted before there was anything to keep" in err
+        assert process.returncode in (130, -signal.SIGINT), err
+        if process.returncode == 130:  # else Python itself had not begun
+            assert "interrupted before there was anything to keep" in err
         assert not (tmp_path / "out" / "proposal.toml").exists()
