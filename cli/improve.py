@@ -176,14 +176,14 @@ def _show(record: ImproveResult, found: improving.Improved, scene: Scene, consol
     """What each number of changes gains and costs, and what to do."""
     table = Table(title=f"{record.setup}: exact ζ in percent, and the work", title_justify="left")
     labels = [target_label(r) for r in record.zeta]
-    for column in ("changes", *labels, "gain", "sensors", "mm", "tilt °", "turn °", "carried"):
+    for column in ("changes", *labels, "gain", "sensors", "mm", "tilt °", "turn °"):
         table.add_column(column, justify="right")
     table.add_row("0", *(f"{r.zeta_percent:.2f}" for r in record.zeta))
     for step in record.steps:
         cells = [f"{r.zeta_percent:.2f}" for r in step.zeta] or [""] * len(labels)
         w = step.work
         costs = (f"{w.sensors_added:+d}", f"{w.moved_mm:.0f}", f"{w.tilted_deg:.1f}", f"{w.turned_deg:.1f}")
-        table.add_row(str(len(step.changes)), *cells, f"{step.gain_percent:+.2f}", *costs, str(w.rings_carried))
+        table.add_row(str(len(step.changes)), *cells, f"{step.gain_percent:+.2f}", *costs)
     console.print(table)
     for answer in found.steps:
         console.print(f"{_changes(len(answer.changes))}:")
