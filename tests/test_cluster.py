@@ -154,4 +154,5 @@ def test_a_scheduler_that_cannot_be_used_is_refused_in_a_line(monkeypatch):
 def test_studies_survive_kills(tmp_path):
     """Up to two kills of the driver, then of workers; the script checks cells and processes."""
     command = [sys.executable, str(BENCHMARKS / "kills.py"), "2", "2", "0", "60"]
-    subprocess.run(command, check=True, timeout=300, stdout=subprocess.DEVNULL)
+    own = {key: value for key, value in os.environ.items() if key != "PYTHONSAFEPATH"}  # the script imports its neighbours
+    subprocess.run(command, check=True, timeout=300, stdout=subprocess.DEVNULL, env=own)
