@@ -151,6 +151,7 @@ def test_a_scheduler_that_cannot_be_used_is_refused_in_a_line(monkeypatch):
         pass
 
 
+@pytest.mark.slow
 def test_studies_survive_kills(tmp_path):
     """Up to two kills of the driver, then of workers; the script checks cells and processes."""
     command = [sys.executable, str(BENCHMARKS / "kills.py"), "2", "2", "0", "60"]
