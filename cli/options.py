@@ -107,6 +107,32 @@ def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
     return replace(scene, goals=tuple(goals))
 
 
+def resolve_time(seconds: float | None) -> float:
+    """``--time`` as a cap, infinity where none is given."""
+    if seconds is not None and not 0 < seconds < math.inf:
+        raise UserError(f"--time: found {seconds:g}, allowed: a positive number of seconds")
+    return math.inf if seconds is None else seconds
+
+
+def resolve_pair(targets: Sequence[str]) -> tuple[Target, Target]:
+    """The two targets of a front: the near and the far shell where none are given."""
+    goals = parse_goals(targets, None) or (Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.5)))
+    if len(goals) != 2 or goals[0].target == goals[1].target:
+        raise UserError(f"--target: found {len(goals)} target(s), allowed: two different ones")
+    return goals[0].target, goals[1].target
+
+
+def resolve_reach(reach: float | None, sensors: int | None) -> float | None:
+    """``--reach`` as a share; UserError where it is none, or where the number of sensors is given too."""
+    if reach is None:
+        return None
+    if not 0 < reach < 100:
+        raise UserError(f"--reach: found {reach:g}, allowed: percent, above 0 and below 100")
+    if sensors is not None:
+        raise UserError(f"--reach: found {reach:g} with --sensors {sensors}, allowed: only one of them")
+    return reach / 100
+
+
 def resolve_space(scene: Scene, rings_per_link: int, sensors_per_ring: int, sensors: int | None) -> Space:
     """The setups that a search may choose from; UserError where the rules leave none."""
     try:

@@ -12,8 +12,9 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from ..placement.loader import output_folder, write_text
-from ..studies import convergence, convergence_report, paper_page, paper_study
+from ..coverage.targets import Target
+from ..placement.loader import output_folder, scene_keys, write_text
+from ..studies import convergence, convergence_report, paper_page, paper_study, pareto, pareto_report
 from ..studies.engine import program, run
 from ..studies.pages import csv_text
 from ..studies.store import Cell, Store
@@ -72,6 +73,28 @@ def study_convergence(out: Path, workers: int = 1, scheduler: str | None = None)
     write_text(folder / "data.csv", csv_text([vars(row) for row in rows]))
     convergence_report.picture(rows, folder / "convergence.png")
     write_text(folder / "README.md", convergence_report.page(rows, shlex.join(["place-rings", "study", "convergence"])))
+    print(folder / "README.md")
+
+
+def study_pareto(
+    out: Path,
+    seed: int,
+    targets: tuple[Target, Target],
+    sensors: int,
+    scene: Path | None,
+    workers: int = 1,
+    scheduler: str | None = None,
+) -> None:
+    """Search, draw and write the front of two targets, with fewer points for the paper's numbers of sensors."""
+    folder = output_folder(out)
+    keys = scene_keys(scene) if scene else {}
+    budgets = dict.fromkeys((24, 48, 80, 112), pareto.FEWER) | {sensors: pareto.POINTS}
+    with _measuring(folder, workers, scheduler) as measure:
+        points = pareto.measure(measure, keys, targets, budgets, seed)
+    command = shlex.join(["place-rings", *sys.argv[1:]])
+    names = (str(targets[0]), str(targets[1]))
+    for name, text in pareto_report.write(points, names, keys, folder, command).items():
+        write_text(folder / name, text)
     print(folder / "README.md")
 
 

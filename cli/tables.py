@@ -6,7 +6,7 @@ from rich.table import Table
 
 from ..coverage.rings import Setup
 from ..coverage.robots import Robot
-from ..placement.models import PoseZetaModel, ProofModel, VerifyResult
+from ..placement.results import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult
 
 
 def ring_table(setup: Setup, robot: Robot) -> Table:
@@ -21,7 +21,7 @@ def ring_table(setup: Setup, robot: Robot) -> Table:
     return table
 
 
-def target_label(result: VerifyResult) -> str:
+def target_label(result: VerifyResult | RobustnessResult) -> str:
     """``V_S(0.5)`` or ``V_OT``."""
     return result.target if result.radius is None else f"{result.target}({result.radius:g})"
 

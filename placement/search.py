@@ -14,6 +14,7 @@ from ..coverage.cloud import Cloud
 from ..coverage.processors import processors
 from ..coverage.rings import Setup
 from ..coverage.soft import SHARP
+from ..objectives.aim import Aim, judge
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
@@ -76,8 +77,8 @@ class Statistics:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The setup, its soft value and its exact value (weighted means in [0, 1]), by how much the exact zetas fall short of
-    the goals' floors, how the search ended and what it spent."""
+    """The setup, soft and exact value of its aim (weighted means in [0, 1]), by how much the exact ones fall short of the
+    goals' floors, how the search ended and what it spent."""
 
     setup: Setup
     soft: float
@@ -107,6 +108,7 @@ def search(
     voxel: float = 0.01,
     tell: Callable[[Progress], None] = lambda progress: None,
     known: Sequence[Setup] = (),
+    aim: Aim | None = None,
 ) -> SearchResult:
     """Find the setup of ``space`` that covers most of the scene's goals: positions, tilts and phases of its rings, and which
     rings there are where that is free.
@@ -124,17 +126,19 @@ def search(
         voxel: side of the voxels of the exact count, m.
         tell: is given the progress from time to time, in this thread.
         known: setups to start from beside the drawn ones, fitted to the space.
+        aim: what is made large; by default zeta itself.
 
     Raises:
-        ValueError: for an empty target.
+        ValueError: for an empty target, or floors of goals that the aim cannot keep.
     """
     began = time.monotonic()
     schedule = schedule or Schedule()
     brake = Brake(began + time_cap)
-    terms = len(scene.goals) * len(scene.poses)
+    aim = aim or Aim()
+    terms = len(scene.goals) * len(scene.poses) * aim.mountings
     sizes = [max(256, stage.points // terms) for stage in schedule.stages]
-    points = TargetPoints(scene, max(sizes), seed)
-    objective, rng = CoverageObjective(scene, points), np.random.default_rng((seed, 1))
+    points = TargetPoints(scene, max(sizes), seed, aim.mountings)
+    objective, rng = CoverageObjective(scene, points, aim), np.random.default_rng((seed, 1))
     widest, evaluations, progress = points.clouds(max(sizes)), 0, Progress(stages=len(schedule.stages))
     pool = [*papers(space), *(c for c in (fitted(space, setup) for setup in known) if c is not None)]
     finalists: list[Candidate] = []
@@ -180,7 +184,7 @@ def search(
     verifier = Verifier(scene, voxel)
     last = schedule.stages[max(progress.stage, 1) - 1].width
     setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
-    judged = _judge(verifier, setups, brake)
+    judged = _judge(verifier, setups, aim, brake)
     chosen = min(range(len(judged)), key=lambda i: (judged[i][0], -judged[i][1]))
     soft = float(_soft(objective, space, [finalists[chosen]], last, widest)[0])
     outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
@@ -203,15 +207,15 @@ def _climb(
     return replace(c, values=found.values[:, : space.places]), found
 
 
-def _judge(verifier: Verifier, setups: list[Setup], brake: Brake) -> list[tuple[float, float]]:
+def _judge(verifier: Verifier, setups: list[Setup], aim: Aim, brake: Brake) -> list[tuple[float, float]]:
     """The verifier's judgements of the first setups: of all, unless Ctrl-C comes; of one at least."""
     found: list[tuple[float, float]] = []
     for setup in setups:
         try:
-            found.append(verifier.judge(setup))
+            found.append(judge(verifier, setup, aim))
         except KeyboardInterrupt:
             brake.pulled.set()
-            return found or [verifier.judge(setup)]
+            return found or [judge(verifier, setup, aim)]
     return found
 
 

@@ -84,7 +84,7 @@ def test_a_study_has_its_file_alone(tmp_path):
 def test_what_ctrl_c_cut_short_is_not_kept(work, monkeypatch, tmp_path):
     """A search gives the best so far and a proof its last interval; neither is what was asked for."""
     best = SimpleNamespace(outcome=Outcome.INTERRUPTED)
-    monkeypatch.setattr(works, "searching", lambda *_: best)
+    monkeypatch.setattr(works, "searching", lambda *_, **__: best)
     monkeypatch.setattr(exact, "bracket", lambda *_: Bracket(0.1, 0.9, 1.0, 1.0, 1, 1, 1.0, reached=False))
     counted = {"setup": "n1_8_0", "target": "V_S", "radius": 0.5, "rule": "certified", "voxel": None, "width": 0.01}
     cells = {
