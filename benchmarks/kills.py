@@ -177,6 +177,7 @@ def report() -> list[str]:
     for name, (drivers, workers, interrupts) in kinds.items():
         d = disturb(drivers, workers, interrupts, wanted)
         gone = "" if workers else f"{d.gone:.2f}"
+        print(name, d, flush=True)
         rows.append((name, d.kills, d.starting, d.lost, d.again, d.wasted, d.different, gone))
     columns = ("what", "times", "before the first cell of a run", "kept cells lost", "kept cells measured again")
     columns += (

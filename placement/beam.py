@@ -4,7 +4,6 @@ Each ring not yet touched is drawn anew many times; the best of these climb the 
 rings free and all other rings fixed; the best of those are counted exactly, as a file holds them.
 """
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, replace
@@ -12,6 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..coverage.cloud import Cloud
+from ..coverage.processors import processors
 from ..coverage.rings import Setup
 from ..coverage.soft import SHARP
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
@@ -92,7 +92,7 @@ class Beam:
 
     def scores(self, some: list[Placed], points: int, width: float) -> np.ndarray:
         """Soft values (S,) of setups, on all processors."""
-        found, n = np.empty(len(some)), min(os.cpu_count() or 1, len(some))
+        found, n = np.empty(len(some)), min(processors(), len(some))
 
         def part(i: int) -> np.ndarray:
             values = np.stack([p.values for p in some[i::n]])

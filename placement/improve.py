@@ -4,7 +4,6 @@ Each level goes on from the best unlike setups of the one before. At the end eac
 for the answer with a change less. The exact count decides throughout.
 """
 
-import os
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -12,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..coverage.processors import processors
 from ..coverage.rings import Setup
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
 from ..objectives.exact import Verifier
@@ -71,7 +71,7 @@ def improve(
     terms = len(scene.goals) * len(scene.poses)
     points = TargetPoints(scene, max(256, max(plan.points, *(s.points for s in plan.stages)) // terms), seed)
     rng, progress = np.random.default_rng((seed, 2)), Progress(stages=2 * most - 1)
-    with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
+    with ThreadPoolExecutor(processors()) as threads:
         objective, verifier = CoverageObjective(scene, points), Verifier(scene, voxel)
         search = Beam(rework, plan, points, objective, verifier, threads, brake, tell, progress)
         start = search.count(rework.start)

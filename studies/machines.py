@@ -41,10 +41,8 @@ _LOCAL = {
 def here(workers: int) -> Iterator[Client]:
     """A cluster of that many processes on this machine. They end with this process, however it ends."""
     environment = set(os.environ)
-    resource_tracker.ensure_running()  # else it is started below, and unblocks what is blocked
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # Ctrl-C is this process's: workers inherit the block
     with dask.config.set(_LOCAL):
-        try:
+        with _uninterrupted() as pressed:
             cluster = LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
@@ -57,15 +55,32 @@ def here(workers: int) -> Iterator[Client]:
                 death_timeout=_START,
                 silence_logs=logging.CRITICAL,
             )
+            client = Client(cluster, set_as_default=False)
+        try:
+            if pressed:
+                raise KeyboardInterrupt
+            yield client
         finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        with cluster, Client(cluster, set_as_default=False) as client:
-            try:
-                yield client
-            finally:
+            with _uninterrupted():
                 cluster.sync(_close, cluster)
-    for name in set(os.environ) - environment:  # set for the workers
-        del os.environ[name]
+                client.close()
+                cluster.close()
+                for name in set(os.environ) - environment:  # set for the workers
+                    del os.environ[name]
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[list[int]]:
+    """Ctrl-C is only noted, as half a cluster cannot be closed; threads and processes that start here never see it."""
+    pressed: list[int] = []
+    resource_tracker.ensure_running()  # else it is started below, and unblocks what is blocked
+    handler = signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield pressed
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        signal.signal(signal.SIGINT, handler)
 
 
 async def _close(cluster: LocalCluster) -> None:

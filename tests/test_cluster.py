@@ -38,7 +38,7 @@ def store(tmp_path):
 
 def zetas():
     """Cells of two targets and two rules, one of them twice."""
-    counts = (("centre", 0.05, 0.0), ("certified", None, 0.05))
+    counts = (("centre", 0.05, 0.0), ("certified", None, 0.2))
     found = [
         Cell("zeta", {"scene": {}, "setup": s, "target": "V_S", "radius": r, "rule": rule, "voxel": voxel, "width": width})
         for rule, voxel, width in counts
