@@ -20,6 +20,7 @@ from .scene import Scene
 from .space import Stretch, decode
 
 MARGIN = 0.003  # above a floor, so that a soft value that reaches it does so when counted
+TEMPERATURE = 0.005  # of the soft minimum over poses: it exceeds the minimum by at most this times the logarithm of their number
 STEEP = 100.0  # of the parabola under a floor: 0.01 short costs 0.01, and 2 for each further
 _PIECE = {"cpu": (16, None)}  # setups in one call, and how many of these at once: on a CPU one after the other,
 _PIECE_ELSEWHERE = (256, 4)  # on an accelerator several, as memory holds them
@@ -61,7 +62,8 @@ class TargetPoints:
 
 
 class CoverageObjective:
-    """Weighted mean of zeta over a scene's goals and poses, for setups with one number of rings and sensors.
+    """Weighted mean of zeta over a scene's goals and poses, for setups with one number of rings and sensors; where the scene
+    asks for the worst pose, its soft minimum over the poses of the mean over the goals, -T log(mean(exp(-zeta / T))).
 
     A setup is given by its arrays (``Slots`` and ``Stretch``) and its values (3, R), which ``decode`` reads. A goal whose
     zeta falls short of its floor lowers the value by a steep parabola. Arithmetic is in 32 bit, which is enough for a search
@@ -80,7 +82,8 @@ class CoverageObjective:
         self._soft = jax.jit(self._of_each)
 
     def _mean(self, slots: Slots, where: Stretch, values: Any, clouds: Cloud, poses: Any, width: Any, slopes: Any) -> Any:
-        """Value and gradient of one setup; ``poses`` (P,): weights of the poses, those of weight 0 are not looked at."""
+        """Value, gradient and zeta pose by pose (P,) of one setup; ``poses`` (P,): weights of the poses, those of weight 0 are
+        not looked at."""
 
         def sensors(x: Any) -> tuple[Any, Any]:
             position, tilt, phase = decode(where, x)
@@ -101,33 +104,40 @@ class CoverageObjective:
         each = _each(term, (self._pose, clouds))
         share = poses[self._pose]
         zeta = jnp.zeros_like(self._goal_weights).at[self._goal].add(share * each.zeta)
+        by_pose = jnp.zeros_like(poses).at[self._pose].add(self._goal_weights[self._goal] * each.zeta)
         short = jnp.maximum(self._floors - zeta, 0.0)
-        worth = self._goal_weights + 2 * STEEP * short
-        weighted = partial(jnp.multiply, (share * worth[self._goal])[:, None, None])
+        floor = 2 * STEEP * short
+        if self.scene.over_poses == "worst":
+            lack = jnp.where(poses > 0, -by_pose / TEMPERATURE, -jnp.inf)
+            value = TEMPERATURE * (jnp.log(jnp.sum(poses > 0)) - jax.nn.logsumexp(lack))
+            pull = jax.nn.softmax(lack)[self._pose] * self._goal_weights[self._goal] + share * floor[self._goal]
+        else:
+            value = jnp.dot(self._goal_weights, zeta)
+            pull = share * (self._goal_weights + floor)[self._goal]
+        weighted = partial(jnp.multiply, pull[:, None, None])
         by_apex = jnp.zeros_like(apex).at[self._pose].add(weighted(each.by_apex))
         by_axis = jnp.zeros_like(axis).at[self._pose].add(weighted(each.by_axis))
-        return jnp.dot(self._goal_weights, zeta) - STEEP * jnp.dot(short, short), pull_back((by_apex, by_axis))[0]
+        return value - STEEP * jnp.dot(short, short), pull_back((by_apex, by_axis))[0], by_pose
 
-    def _of_each(self, setups: Any, values: Any, count: Any, *where: Any) -> tuple[Any, Any]:
+    def _of_each(self, setups: Any, values: Any, count: Any, *where: Any) -> tuple[Any, Any, Any]:
         """Of the first ``count`` setups; the others only fill their shape, which is the same for any count."""
 
         def one(row: Any) -> Any:
             wanted, (slots, stretch), x = row
-            return jax.lax.cond(
-                wanted, lambda: self._mean(slots, stretch, x, *where), lambda: (jnp.zeros((), x.dtype), jnp.zeros_like(x))
-            )
+            nothing = jnp.zeros((), x.dtype), jnp.zeros_like(x), jnp.zeros(len(self.scene.poses), x.dtype)
+            return jax.lax.cond(wanted, lambda: self._mean(slots, stretch, x, *where), lambda: nothing)
 
         return _each(one, (jnp.arange(len(values)) < count, setups, values))
 
-    def _in_pieces(self, setups: Any, values: Any, *where: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _in_pieces(self, setups: Any, values: Any, *where: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         size, found = _piece()[0], []
         for i in range(0, len(values), size):
             index = np.minimum(np.arange(i, i + size), len(values) - 1)
             n = min(size, len(values) - i)
             some, x = jax.tree.map(lambda a, index=index: _narrow(a[index]), (setups, np.asarray(values)))
             found.append([np.asarray(a[:n], float) for a in self._soft(some, x, n, *where)])
-        zetas, slopes = zip(*found, strict=True)
-        return np.concatenate(zetas), np.concatenate(slopes)
+        zetas, slopes, by_pose = (np.concatenate(part) for part in zip(*found, strict=True))
+        return zetas, slopes, by_pose
 
     def soft(
         self, setups: Any, values: Float[np.ndarray, "S 3 R"], width: float, clouds: Cloud, poses: Any = None
@@ -141,7 +151,7 @@ class CoverageObjective:
             clouds: points of every goal at every pose.
             poses: weights (P,) of the poses, by default the scene's.
         """
-        return self._in_pieces(setups, values, clouds, self._weights(poses), float(width), True)
+        return self._in_pieces(setups, values, clouds, self._weights(poses), float(width), True)[:2]
 
     def zetas(
         self, setups: Any, values: Float[np.ndarray, "S 3 R"], clouds: Cloud, width: float = SHARP, poses: Any = None
@@ -151,6 +161,12 @@ class CoverageObjective:
         At the default width zeta is the share of the points inside a cone.
         """
         return self._in_pieces(setups, values, clouds, self._weights(poses), float(width), False)[0]
+
+    def by_pose(
+        self, setups: Any, values: Float[np.ndarray, "S 3 R"], clouds: Cloud, width: float = SHARP
+    ) -> Float[np.ndarray, "S P"]:
+        """Soft zeta of S setups at every pose, the weighted mean over the goals."""
+        return self._in_pieces(setups, values, clouds, self._weights(None), float(width), False)[2]
 
     def _weights(self, poses: Any) -> Any:
         return jnp.asarray(self.scene.pose_weights if poses is None else poses, jnp.float32)

@@ -50,6 +50,28 @@ def _refuse(faults: Iterable[tuple[tuple[int | str, ...], Any, str]]) -> None:
 class PoseModel(_Model):
     q_deg: list[Annotated[float, Field(ge=-720, le=720, description="degrees")]] = Field(min_length=1, max_length=20)
     weight: Weight = 1.0
+    time_s: float | None = Field(default=None, description="seconds, when a record was there")
+
+
+class TrajectoryModel(_Model):
+    """A recorded motion from which the poses are taken; the file's name alone will do."""
+
+    file: str = Field(min_length=1, max_length=1000, description="CSV, beside the scene or below its folder")
+    unit: Literal["rad", "deg"] = "rad"
+    poses: int = Field(default=200, ge=1, le=2000, description="poses, at most")
+    within_deg: float = Field(default=2.0, ge=0, le=90, description="degrees, nearer than which no pose is added")
+    speed_weight: float = Field(default=1.0, ge=0, le=100, description="0: dwell time alone")
+
+
+class RecordedModel(_Model):
+    """Where the poses come from: a record's file, rows and seconds; the largest distance in any joint of a recorded sample
+    from its pose; and by how much speed added to the weights."""
+
+    file: Annotated[str, Field(max_length=1000)]
+    rows: int = Field(ge=0)
+    seconds: float = Field(ge=0)
+    within_deg: float = Field(ge=0, description="degrees")
+    speed_weight: float = Field(ge=0)
 
 
 class TargetModel(_Model):
@@ -128,6 +150,9 @@ class SceneFile(_Model):
     curve: CurveModel = CurveModel()
     mounts: dict[str, MountModel] = {}
     poses: list[PoseModel] = Field(default=[PoseModel(q_deg=list(REFERENCE_POSE_DEG))], min_length=1, max_length=10_000)
+    trajectory: TrajectoryModel | None = Field(default=None, description="in place of poses")
+    recorded: RecordedModel | None = None
+    over_poses: Literal["mean", "worst"] = "mean"
     targets: list[TargetModel] = Field(default=[TargetModel(name="V_S", radius=0.5)], min_length=1, max_length=100)
     rules: RulesModel = RulesModel()
     fixed: list[RingModel] = Field(default=[], max_length=1000, description="rings that are there and stay")
@@ -138,6 +163,11 @@ class SceneFile(_Model):
         if name not in ROBOTS:
             raise _fault(name, ", ".join(ROBOTS))
         return name
+
+    @field_validator("trajectory", mode="before")
+    @classmethod
+    def _only_a_name(cls, found: Any) -> Any:
+        return {"file": found} if isinstance(found, str) else found
 
     @model_validator(mode="after")
     def _agreeing(self) -> Self:
@@ -159,6 +189,8 @@ class SceneFile(_Model):
             for i, ring in enumerate(self.fixed)
             if ring.link not in links
         ]
+        if self.trajectory is not None and "poses" in self.model_fields_set:
+            faults.append((("trajectory",), self.trajectory.file, "poses or a trajectory, not both"))
         if not any(target.weight > 0 for target in self.targets):
             faults.append((("targets", 0, "weight"), self.targets[0].weight, "above 0 for one target at least"))
         faults += [
@@ -191,8 +223,20 @@ class PoseZetaModel(_Model):
     covered_voxels: int | None = None
 
 
+class WorstModel(_Model):
+    """The pose with the least zeta: which (from 0), when the record was there, and its joint angles."""
+
+    pose: int = Field(ge=0)
+    time_s: float | None = None
+    q_deg: list[float]
+    zeta_percent: Percent
+    low_percent: Percent
+    high_percent: Percent
+
+
 class VerifyResult(_Model):
-    """What ``verify --json`` prints for each target."""
+    """What ``verify --json`` prints for each target: the mean over the poses, the worst of several, and each. A proposal of
+    many poses leaves each out."""
 
     setup: str
     target: str
@@ -205,7 +249,8 @@ class VerifyResult(_Model):
     target_voxels: int | None = None
     covered_voxels: int | None = None
     proof: ProofModel | None = None
-    poses: list[PoseZetaModel]
+    worst: WorstModel | None = None
+    poses: list[PoseZetaModel] = []
     seconds: float = Field(ge=0)
 
 

@@ -15,16 +15,19 @@ from ..coverage.cloud import Cloud
 from ..coverage.rings import Setup
 from ..coverage.soft import SHARP
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
-from ..objectives.exact import Verifier
+from ..objectives.exact import Verified, Verifier
 from ..objectives.scene import Scene
 from .candidates import Candidate, Space, stacked, unlike_first
 from .climb import Brake, Climb, climb
 from .convert import rounded
 from .drawing import fitted, fresh, papers, vary
+from .subset import POINTS, poses_at_once, representative, with_worst
 
 FINALISTS = 3  # climbs that the exact count compares, beside the best start
 UNLIKE = 0.12  # share of the sensors that sit elsewhere, from which on starts and variants are unlike
 ALIKE = 0.03  # climbs that end this close count as one
+MANY = 16  # poses beyond which the finalists are compared on coarser voxels, and the chosen one is then counted as asked
+COARSE = 0.03  # m, side of those voxels
 _SCORE_WIDTH = 0.05  # m, where starts are scored: at 0.1 m nearly all of a near shell counts as seen
 
 
@@ -76,8 +79,10 @@ class Statistics:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The setup, its soft value and its exact value (weighted means in [0, 1]), by how much the exact zetas fall short of
-    the goals' floors, how the search ended and what it spent."""
+    """The setup, its soft value and its exact value (weighted means in [0, 1]; over the poses the mean or the worst, as the
+    scene asks), by how much the exact zetas fall short of the goals' floors, how the search ended and what it spent; the
+    side of the voxels counted, m, which is the one asked for unless Ctrl-C came between; and, where there are many poses,
+    the count goal by goal."""
 
     setup: Setup
     soft: float
@@ -85,17 +90,22 @@ class SearchResult:
     short: float
     outcome: Outcome
     statistics: Statistics
+    voxel: float = 0.01
+    verified: tuple[Verified, ...] = ()
 
 
 @dataclass
 class Progress:
-    """What a search tells while it runs: stage, of how many, climbs done, of how many, best share of points so far."""
+    """What a search tells while it runs: stage, of how many, climbs done, of how many, best share of points so far; then
+    targets at poses counted, of how many (0: not yet counting)."""
 
     stage: int = 0
     stages: int = 0
     done: int = 0
     climbs: int = 0
     best: float = 0.0
+    counted: int = 0
+    to_count: int = 0
 
 
 def search(
@@ -107,13 +117,15 @@ def search(
     voxel: float = 0.01,
     tell: Callable[[Progress], None] = lambda progress: None,
     known: Sequence[Setup] = (),
+    verifier: Verifier | None = None,
 ) -> SearchResult:
     """Find the setup of ``space`` that covers most of the scene's goals: positions, tilts and phases of its rings, and which
     rings there are where that is free.
 
     The same seed gives the same answer on the same machine: the search ends by its schedule. ``time_cap`` seconds or a
     KeyboardInterrupt only cut it short, and then the best so far is returned. The paper's tilts are among the starts and
-    the best of all starts among the finalists, so the answer is never worse than those.
+    the best of all starts among the finalists, so the answer is never worse than those. Of many poses, each stage looks at
+    few that stand for all, more as it sharpens; where the worst pose counts, half of them are the worst so far.
 
     Args:
         scene: robot, poses, goals, limits.
@@ -124,6 +136,7 @@ def search(
         voxel: side of the voxels of the exact count, m.
         tell: is given the progress from time to time, in this thread.
         known: setups to start from beside the drawn ones, fitted to the space.
+        verifier: counts the answer, and keeps the targets for who counts more; by default a new one of ``voxel``.
 
     Raises:
         ValueError: for an empty target.
@@ -131,20 +144,31 @@ def search(
     began = time.monotonic()
     schedule = schedule or Schedule()
     brake = Brake(began + time_cap)
-    terms = len(scene.goals) * len(scene.poses)
-    sizes = [max(256, stage.points // terms) for stage in schedule.stages]
+    at_once = [poses_at_once(stage.points, len(scene.goals), len(scene.poses)) for stage in schedule.stages]
+    sizes = [
+        max(POINTS, stage.points // (len(scene.goals) * n)) for stage, n in zip(schedule.stages, at_once, strict=True)
+    ]
     points = TargetPoints(scene, max(sizes), seed)
-    objective, rng = CoverageObjective(scene, points), np.random.default_rng((seed, 1))
+    objective = CoverageObjective(scene, points)
+    rng, luck = (np.random.default_rng((seed, i)) for i in (1, 2))
     widest, evaluations, progress = points.clouds(max(sizes)), 0, Progress(stages=len(schedule.stages))
     pool = [*papers(space), *(c for c in (fitted(space, setup) for setup in known) if c is not None)]
     finalists: list[Candidate] = []
     workers = os.cpu_count() or 1
     with ThreadPoolExecutor(workers) as threads:
 
-        def scores(some: list[Candidate], width: float, clouds: Cloud) -> Any:
+        def looked_at(count: int, some: list[Candidate], clouds: Cloud) -> Any:
+            """Weights of about ``count`` poses to look at."""
+            worst = count // 2 if scene.over_poses == "worst" and count < len(scene.poses) else 0
+            found = representative(scene.pose_weights, count - worst, luck)
+            if worst == 0:
+                return found
+            return with_worst(found, objective.by_pose(*_arrays(space, some), clouds), worst)
+
+        def scores(some: list[Candidate], width: float, clouds: Cloud, poses: Any) -> Any:
             """Soft values of candidates, on all processors."""
             jobs = [
-                threads.submit(_soft, objective, space, some[i::workers], width, clouds)
+                threads.submit(_soft, objective, space, some[i::workers], width, clouds, poses)
                 for i in range(min(workers, len(some)))
             ]
             found = np.empty(len(some))
@@ -152,21 +176,24 @@ def search(
                 found[i::workers] = job.result()
             return found
 
-        def best(some: list[Candidate], count: int, width: float, clouds: Cloud, known: list[Candidate]) -> list[Candidate]:
-            """The ``count`` best of ``some`` that are unlike each other and the ``known``, by their soft values."""
-            order = np.argsort(-scores(some, width, clouds), kind="stable")
-            return unlike_first(space, [some[i] for i in order[: 8 * count]], UNLIKE, known)[:count]
+        def best(some: list[Candidate], count: int, width: float, clouds: Cloud, poses: Any) -> list[Candidate]:
+            """The ``count`` best of ``some`` that are unlike each other and the pool, by their soft values."""
+            order = np.argsort(-scores(some, width, clouds, poses), kind="stable")
+            return unlike_first(space, [some[i] for i in order[: 8 * count]], UNLIKE, pool)[:count]
 
         try:
-            drawn = [fresh(space, rng) for _ in range(schedule.draws)]
-            pool += best(drawn, max(schedule.starts - len(pool), 0), _SCORE_WIDTH, points.clouds(sizes[0]), pool)
-            finalists = [pool[int(np.argmax(scores(pool, SHARP, widest)))]]
+            drawn, clouds = [fresh(space, rng) for _ in range(schedule.draws)], points.clouds(sizes[0])
+            poses = looked_at(at_once[0], pool or drawn[:1], clouds)
+            pool += best(drawn, max(schedule.starts - len(pool), 0), _SCORE_WIDTH, clouds, poses)
+            poses = looked_at(max(at_once), pool[:FINALISTS], widest)
+            finalists = [pool[int(np.argmax(scores(pool, SHARP, widest, poses)))]]
             for number, (stage, size) in enumerate(zip(schedule.stages, sizes, strict=True)):
                 clouds = points.clouds(size)
+                poses = looked_at(at_once[number], pool[: stage.keep], clouds)
                 if stage.variants:
                     varied = [vary(space, pool[int(rng.integers(len(pool)))], rng) for _ in range(schedule.draws)]
-                    pool += best(varied, stage.variants, stage.width, clouds, pool)
-                jobs = [threads.submit(_climb, objective, space, c, stage, clouds, brake) for c in pool]
+                    pool += best(varied, stage.variants, stage.width, clouds, poses)
+                jobs = [threads.submit(_climb, objective, space, c, stage, clouds, brake, poses) for c in pool]
                 progress.stage, progress.done, progress.climbs = number + 1, 0, len(jobs)
                 _watch(jobs, brake, progress, tell)
                 climbs = sorted((job.result() for job in jobs), key=lambda found: -found[1].hard)
@@ -177,30 +204,75 @@ def search(
         except KeyboardInterrupt:
             brake.pulled.set()
     finalists = [*finalists, *pool[:FINALISTS]] or [fresh(space, rng)]
-    verifier = Verifier(scene, voxel)
     last = schedule.stages[max(progress.stage, 1) - 1].width
     setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
-    judged = _judge(verifier, setups, brake)
-    chosen = min(range(len(judged)), key=lambda i: (judged[i][0], -judged[i][1]))
-    soft = float(_soft(objective, space, [finalists[chosen]], last, widest)[0])
+    counted = _count(verifier or Verifier(scene, voxel), setups, brake, progress, tell)
+    soft = float(_soft(objective, space, [finalists[counted.chosen]], last, widest)[0])
     outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
     spent = Statistics(schedule.starts, evaluations, time.monotonic() - began, last)
-    return SearchResult(setups[chosen], soft, judged[chosen][1], judged[chosen][0], outcome, spent)
+    return SearchResult(
+        setups[counted.chosen], soft, counted.exact, counted.short, outcome, spent, counted.voxel, counted.verified
+    )
 
 
-def _soft(objective: CoverageObjective, space: Space, some: list[Candidate], width: float, clouds: Cloud) -> Any:
-    values = np.stack([space.values(c) for c in some])
-    return objective.zetas(stacked([space.arrays(c) for c in some]), values, clouds, width)
+def _arrays(space: Space, some: list[Candidate]) -> tuple[Any, Any]:
+    return stacked([space.arrays(c) for c in some]), np.stack([space.values(c) for c in some])
+
+
+def _soft(
+    objective: CoverageObjective, space: Space, some: list[Candidate], width: float, clouds: Cloud, poses: Any = None
+) -> Any:
+    return objective.zetas(*_arrays(space, some), clouds, width, poses)
 
 
 def _climb(
-    objective: CoverageObjective, space: Space, c: Candidate, stage: Stage, clouds: Cloud, brake: Brake
+    objective: CoverageObjective, space: Space, c: Candidate, stage: Stage, clouds: Cloud, brake: Brake, poses: Any
 ) -> tuple[Candidate, Climb]:
-    """Where a candidate climbs to."""
+    """Where a candidate climbs to, seen at poses of these weights."""
     setup, box = stacked([space.arrays(c)]), space.box(c)
     low, high = (np.concatenate([edge[:, : space.places], space.values(c)[:, space.places :]], axis=1) for edge in box)
-    found = climb(objective, setup, (low, high), space.values(c), stage.width, stage.steps, clouds, brake)
+    found = climb(objective, setup, (low, high), space.values(c), stage.width, stage.steps, clouds, brake, poses)
     return replace(c, values=found.values[:, : space.places]), found
+
+
+@dataclass(frozen=True)
+class _Counted:
+    """Which of the finalists is best, its judgement, the side of the voxels, and the count goal by goal, if there is one."""
+
+    chosen: int
+    short: float
+    exact: float
+    voxel: float
+    verified: tuple[Verified, ...] = ()
+
+
+def _count(
+    verifier: Verifier, setups: list[Setup], brake: Brake, progress: Progress, tell: Callable[[Progress], None]
+) -> _Counted:
+    """The best of the setups by the exact count; at many poses they are compared on coarser voxels first."""
+    scene, asked = verifier.scene, verifier.voxel or COARSE
+    each = len(scene.goals) * len(scene.poses)
+    many = len(scene.poses) > MANY
+    progress.to_count = each * (len(setups) + many)
+
+    def at(_: int) -> None:
+        tell(progress)
+        progress.counted += 1
+
+    rough = Verifier(scene, max(asked, COARSE), at=at) if many else verifier
+    verifier.at = at
+    judged = _judge(rough, setups, brake)
+    chosen = min(range(len(judged)), key=lambda i: (judged[i][0], -judged[i][1]))
+    found = _Counted(chosen, *judged[chosen], rough.voxel or COARSE)
+    try:
+        if many and not brake.pulled.is_set():
+            verified = tuple(verifier.verify(setups[chosen], goal.target) for goal in scene.goals)
+            found = _Counted(chosen, *verifier.judged(verified), asked, verified)
+    except KeyboardInterrupt:
+        brake.pulled.set()
+    finally:
+        verifier.at = lambda _: None
+    return found
 
 
 def _judge(verifier: Verifier, setups: list[Setup], brake: Brake) -> list[tuple[float, float]]:
