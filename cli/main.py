@@ -15,7 +15,7 @@ from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import resolve
 from ..placement.models import MODELS
-from .options import parse_goals, resolve_counting, resolve_scene, resolve_space, with_floors, with_goals
+from .options import parse_goals, resolve_counting, resolve_scene, resolve_space, with_floors, with_goals, with_motion
 
 app = App(
     name="place-rings",
@@ -35,6 +35,8 @@ Targets = Annotated[
 Radius = Annotated[float | None, Parameter(help="Radius of a --target V_S that has none of its own, m.")]
 SceneFileOption = Annotated[Path | None, Parameter(name="--scene", help="Another scene than the reference scene (TOML).")]
 RobotOption = Annotated[str | None, Parameter(help="A built-in robot: ur10, ur10_dh.")]
+Trajectory = Annotated[Path | None, Parameter(help="A recorded motion (CSV: time and joint angles) in place of the poses.")]
+Degrees = Annotated[bool, Parameter(negative=(), help="The angles of --trajectory are in degrees, not radians.")]
 Voxel = Annotated[float, Parameter(help="Side of a voxel, m.")]
 Json = Annotated[bool, Parameter(name="--json", negative=(), help="Print one JSON object for scripts.")]
 Subject = Annotated[str, Parameter(name="PROPOSAL_OR_NAME", help="A proposal's file, or a name like n2_16_25.")]
@@ -56,6 +58,9 @@ def place(
     at_least: Annotated[
         tuple[str, ...], Parameter(negative=(), help="A floor: V_S:1.5=60 for 60 percent of it. Repeatable.")
     ] = (),
+    trajectory: Trajectory = None,
+    degrees: Degrees = False,
+    worst: Annotated[bool, Parameter(negative=(), help="Make the worst pose good, not the mean of all.")] = False,
     seed: Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")] = 0,
     time: Annotated[float | None, Parameter(help="Cap on the search, s; it ends by its own schedule otherwise.")] = None,
     voxel: Voxel = 0.01,
@@ -74,6 +79,8 @@ def place(
 
     Example: place-rings --target V_S:0.5 --at-least V_S:1.5=45 --sensors 80
 
+    Example: place-rings --target V_S --radius 0.5 --trajectory task.csv --worst
+
     Parameters
     ----------
     rings_per_link
@@ -86,7 +93,7 @@ def place(
     if time is not None and not 0 < time < float("inf"):
         raise UserError(f"--time: found {time:g}, allowed: a positive number of seconds")
     asked = resolve_scene(scene, robot, target, radius) or with_goals(Scene(), parse_goals(target, radius))
-    asked = with_floors(asked, at_least)
+    asked = with_motion(with_floors(asked, at_least), trajectory, degrees, worst)
     cap = float("inf") if time is None else time
     run(asked, resolve_space(asked, rings_per_link, sensors_per_ring, sensors), seed, cap, voxel, out, as_json)
 
@@ -100,6 +107,8 @@ def verify(
     radius: Radius = None,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    trajectory: Trajectory = None,
+    degrees: Degrees = False,
     voxel: Annotated[
         float | None, Parameter(help="Side of a voxel, m: 0.01. With --rule certified: cells of this one size.")
     ] = None,
@@ -123,7 +132,8 @@ def verify(
 
     counting = resolve_counting(rule, voxel, width, memory)
     setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
-    run(subject, setup, with_goals(found, parse_goals(target, radius)), counting, as_json)
+    asked = with_motion(with_goals(found, parse_goals(target, radius)), trajectory, degrees)
+    run(subject, setup, asked, counting, as_json)
 
 
 @app.command
@@ -135,6 +145,21 @@ def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOpt
     from .inspect import cones as run
 
     run(*resolve(subject, resolve_scene(scene, robot)))
+
+
+@app.command
+def task(
+    *,
+    robot: RobotOption = None,
+    rate: Annotated[float, Parameter(validator=Number(gte=1, lte=1000), help="Rows a second.")] = 25.0,
+) -> None:
+    """Print the paper's task (ten products from one table to the other, 100 s) as a recorded motion: CSV in radians.
+
+    Example: place-rings task > task.csv
+    """
+    from .motion import task as run
+
+    run(resolve_scene(None, robot) or Scene(), rate)
 
 
 @app.command

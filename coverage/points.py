@@ -50,6 +50,4 @@ def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
         total += len(hits)
         if total >= count:
             return np.concatenate(found)[:count]
-    raise EmptySolidError(
-        f"only {total} of {_MOST} points tried lie inside the target: it is empty or too thin"
-    )
+    raise EmptySolidError(f"only {total} of {_MOST} points tried lie inside the target: it is empty or too thin")

@@ -20,7 +20,7 @@ from .scene import Scene
 from .space import Stretch, decode
 
 MARGIN = 0.003  # above a floor, so that a soft value that reaches it does so when counted
-TEMPERATURE = 0.005  # of the soft minimum over poses: it exceeds the minimum by at most this times the logarithm of their number
+TEMPERATURE = 0.005  # of the soft minimum over P poses, which exceeds the minimum by at most this times log P
 STEEP = 100.0  # of the parabola under a floor: 0.01 short costs 0.01, and 2 for each further
 _PIECE = {"cpu": (16, None)}  # setups in one call, and how many of these at once: on a CPU one after the other,
 _PIECE_ELSEWHERE = (256, 4)  # on an accelerator several, as memory holds them
@@ -82,8 +82,8 @@ class CoverageObjective:
         self._soft = jax.jit(self._of_each)
 
     def _mean(self, slots: Slots, where: Stretch, values: Any, clouds: Cloud, poses: Any, width: Any, slopes: Any) -> Any:
-        """Value, gradient and zeta pose by pose (P,) of one setup; ``poses`` (P,): weights of the poses, those of weight 0 are
-        not looked at."""
+        """Value, gradient and zeta pose by pose (P,) of one setup; ``poses`` (P,): weights of the poses, of which those of
+        weight 0 are not looked at."""
 
         def sensors(x: Any) -> tuple[Any, Any]:
             position, tilt, phase = decode(where, x)
@@ -109,7 +109,7 @@ class CoverageObjective:
         floor = 2 * STEEP * short
         if self.scene.over_poses == "worst":
             lack = jnp.where(poses > 0, -by_pose / TEMPERATURE, -jnp.inf)
-            value = TEMPERATURE * (jnp.log(jnp.sum(poses > 0)) - jax.nn.logsumexp(lack))
+            value = TEMPERATURE * (jnp.log(jnp.sum(poses > 0, dtype=poses.dtype)) - jax.nn.logsumexp(lack))
             pull = jax.nn.softmax(lack)[self._pose] * self._goal_weights[self._goal] + share * floor[self._goal]
         else:
             value = jnp.dot(self._goal_weights, zeta)

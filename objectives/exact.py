@@ -213,4 +213,6 @@ class Verifier:
         if self.scene.over_poses == "mean":
             return short, math.fsum(w * v.zeta for w, v in zip(weights, each, strict=True))
         at_poses = zip(*(v.poses for v in each), strict=True)
-        return short, min(math.fsum(w * p.zeta for w, p in zip(weights, goal_by_goal, strict=True)) for goal_by_goal in at_poses)
+        return short, min(
+            math.fsum(w * p.zeta for w, p in zip(weights, goal_by_goal, strict=True)) for goal_by_goal in at_poses
+        )

@@ -109,7 +109,7 @@ def thin(record: Record, robot: Robot, how: Thinning | None = None) -> Thinned:
     sums = np.bincount(tree.query(q, p=math.inf)[1], weight, len(chosen))
     distance = [tree.query(record.q[i : i + _CHUNK], p=math.inf)[0].max() for i in range(0, len(record.q), _CHUNK)]
     scale = total / math.fsum(sums)
-    poses = (Pose(q[i], float(w * scale), float(middle[i])) for i, w in zip(chosen, sums, strict=True))
+    poses = (Pose(q[i], float(f"{w * scale:.9g}"), round(float(middle[i]), 6)) for i, w in zip(chosen, sums, strict=True))
     return Thinned(tuple(poses), float(max(distance)))
 
 

@@ -62,7 +62,9 @@ def _scene(path: Path, file: SceneFile, key: str) -> Scene:
     except (OSError, ValueError, RuntimeError) as error:
         raise UserError(f"{path}: {key}.file: found {shown(asked.file)}, allowed: a file's name") from error
     if Path(asked.file).is_absolute() or not record.is_relative_to(folder):
-        raise UserError(f"{path}: {key}.file: found {shown(asked.file)}, allowed: a file in the folder of {path.name} or below")
+        raise UserError(
+            f"{path}: {key}.file: found {shown(asked.file)}, allowed: a file in the folder of {path.name} or below"
+        )
     return with_record(scene, path.parent / asked.file, thinning(asked), asked.unit == "deg")
 
 

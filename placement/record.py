@@ -107,7 +107,9 @@ class _Reader:
         named = ", ".join(shown(name)[1:-1] for name in lower[:_SHOWN]) + ", …" * (len(lower) > _SHOWN)
         found = [name for name in lower if name in TIMES]
         if len(found) != 1:
-            raise self._refuse(1, "", f"{len(found)} columns of times among {named or 'nothing'}", f"one of {', '.join(TIMES)}")
+            raise self._refuse(
+                1, "", f"{len(found)} columns of times among {named or 'nothing'}", f"one of {', '.join(TIMES)}"
+            )
         scheme = max(self.schemes, key=lambda names: sum(name in lower for name in names))
         for name in scheme:
             if lower.count(name) != 1:

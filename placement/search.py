@@ -21,13 +21,13 @@ from .candidates import Candidate, Space, stacked, unlike_first
 from .climb import Brake, Climb, climb
 from .convert import rounded
 from .drawing import fitted, fresh, papers, vary
-from .subset import POINTS, poses_at_once, representative, with_worst
+from .finalists import choose
+from .subset import poses_at_once, representative, with_worst
 
 FINALISTS = 3  # climbs that the exact count compares, beside the best start
 UNLIKE = 0.12  # share of the sensors that sit elsewhere, from which on starts and variants are unlike
 ALIKE = 0.03  # climbs that end this close count as one
-MANY = 16  # poses beyond which the finalists are compared on coarser voxels, and the chosen one is then counted as asked
-COARSE = 0.03  # m, side of those voxels
+_LEAST = 256  # points of a goal at a pose
 _SCORE_WIDTH = 0.05  # m, where starts are scored: at 0.1 m nearly all of a near shell counts as seen
 
 
@@ -81,8 +81,8 @@ class Statistics:
 class SearchResult:
     """The setup, its soft value and its exact value (weighted means in [0, 1]; over the poses the mean or the worst, as the
     scene asks), by how much the exact zetas fall short of the goals' floors, how the search ended and what it spent; the
-    side of the voxels counted, m, which is the one asked for unless Ctrl-C came between; and, where there are many poses,
-    the count goal by goal."""
+    side of the voxels counted, m; and, where there are many poses, the count goal by goal. Where Ctrl-C came before that,
+    the exact value is a rough one, of coarser voxels and some of the poses."""
 
     setup: Setup
     soft: float
@@ -145,9 +145,7 @@ def search(
     schedule = schedule or Schedule()
     brake = Brake(began + time_cap)
     at_once = [poses_at_once(stage.points, len(scene.goals), len(scene.poses)) for stage in schedule.stages]
-    sizes = [
-        max(POINTS, stage.points // (len(scene.goals) * n)) for stage, n in zip(schedule.stages, at_once, strict=True)
-    ]
+    sizes = [max(_LEAST, stage.points // (len(scene.goals) * n)) for stage, n in zip(schedule.stages, at_once, strict=True)]
     points = TargetPoints(scene, max(sizes), seed)
     objective = CoverageObjective(scene, points)
     rng, luck = (np.random.default_rng((seed, i)) for i in (1, 2))
@@ -206,12 +204,17 @@ def search(
     finalists = [*finalists, *pool[:FINALISTS]] or [fresh(space, rng)]
     last = schedule.stages[max(progress.stage, 1) - 1].width
     setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
-    counted = _count(verifier or Verifier(scene, voxel), setups, brake, progress, tell)
-    soft = float(_soft(objective, space, [finalists[counted.chosen]], last, widest)[0])
+
+    def counting(counted: int, to_count: int) -> None:
+        progress.counted, progress.to_count = counted, to_count
+        tell(progress)
+
+    counted = choose(verifier or Verifier(scene, voxel), setups, brake, luck, counting)
+    soft = float(_soft(objective, space, [finalists[counted.index]], last, widest)[0])
     outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
     spent = Statistics(schedule.starts, evaluations, time.monotonic() - began, last)
     return SearchResult(
-        setups[counted.chosen], soft, counted.exact, counted.short, outcome, spent, counted.voxel, counted.verified
+        setups[counted.index], soft, counted.exact, counted.short, outcome, spent, counted.voxel, counted.verified
     )
 
 
@@ -233,58 +236,6 @@ def _climb(
     low, high = (np.concatenate([edge[:, : space.places], space.values(c)[:, space.places :]], axis=1) for edge in box)
     found = climb(objective, setup, (low, high), space.values(c), stage.width, stage.steps, clouds, brake, poses)
     return replace(c, values=found.values[:, : space.places]), found
-
-
-@dataclass(frozen=True)
-class _Counted:
-    """Which of the finalists is best, its judgement, the side of the voxels, and the count goal by goal, if there is one."""
-
-    chosen: int
-    short: float
-    exact: float
-    voxel: float
-    verified: tuple[Verified, ...] = ()
-
-
-def _count(
-    verifier: Verifier, setups: list[Setup], brake: Brake, progress: Progress, tell: Callable[[Progress], None]
-) -> _Counted:
-    """The best of the setups by the exact count; at many poses they are compared on coarser voxels first."""
-    scene, asked = verifier.scene, verifier.voxel or COARSE
-    each = len(scene.goals) * len(scene.poses)
-    many = len(scene.poses) > MANY
-    progress.to_count = each * (len(setups) + many)
-
-    def at(_: int) -> None:
-        tell(progress)
-        progress.counted += 1
-
-    rough = Verifier(scene, max(asked, COARSE), at=at) if many else verifier
-    verifier.at = at
-    judged = _judge(rough, setups, brake)
-    chosen = min(range(len(judged)), key=lambda i: (judged[i][0], -judged[i][1]))
-    found = _Counted(chosen, *judged[chosen], rough.voxel or COARSE)
-    try:
-        if many and not brake.pulled.is_set():
-            verified = tuple(verifier.verify(setups[chosen], goal.target) for goal in scene.goals)
-            found = _Counted(chosen, *verifier.judged(verified), asked, verified)
-    except KeyboardInterrupt:
-        brake.pulled.set()
-    finally:
-        verifier.at = lambda _: None
-    return found
-
-
-def _judge(verifier: Verifier, setups: list[Setup], brake: Brake) -> list[tuple[float, float]]:
-    """The verifier's judgements of the first setups: of all, unless Ctrl-C comes; of one at least."""
-    found: list[tuple[float, float]] = []
-    for setup in setups:
-        try:
-            found.append(verifier.judge(setup))
-        except KeyboardInterrupt:
-            brake.pulled.set()
-            return found or [verifier.judge(setup)]
-    return found
 
 
 def _watch(

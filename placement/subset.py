@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 FEW = 8  # poses up to which a stage looks at all, whatever that leaves of points for each
-POINTS = 256  # that a stage spends at least on each goal at each pose
+POINTS = 512  # that a stage of many poses spends on each goal at each of those it looks at
 _NO_PART = 1e-9  # weight of a pose that is looked at but has no part in means
 
 
@@ -29,9 +29,7 @@ def representative(weights: Float[np.ndarray, " P"], count: int, rng: np.random.
     return np.bincount(met, minlength=len(weights)) / count
 
 
-def with_worst(
-    weights: Float[np.ndarray, " P"], by_pose: Float[np.ndarray, "S P"], count: int
-) -> Float[np.ndarray, " P"]:
+def with_worst(weights: Float[np.ndarray, " P"], by_pose: Float[np.ndarray, "S P"], count: int) -> Float[np.ndarray, " P"]:
     """``weights`` with ``count`` poses looked at beside: by turns the worst of each setup, whose zetas are ``by_pose``."""
     found: Any = weights.copy()
     for pose in dict.fromkeys(np.argsort(by_pose, axis=1, kind="stable").T.ravel().tolist()):
