@@ -11,9 +11,9 @@ from pathlib import Path
 
 from common import surroundings
 
-NAMES = ("octree", "certified", "estimator", "growth")
+NAMES = ("octree", "certified", "estimator", "growth", "kills")
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
-PACKAGES = ("place-rings", "numpy", "jax", "scipy", "torch", "open3d", "manifold3d")
+PACKAGES = ("place-rings", "numpy", "jax", "scipy", "torch", "open3d", "manifold3d", "distributed")
 
 
 def main() -> None:

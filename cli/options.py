@@ -108,6 +108,7 @@ def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
     return replace(scene, goals=tuple(goals))
 
 
+<<<<<<< HEAD
 def with_motion(scene: Scene, trajectory: Path | None, degrees: bool, worst: bool = False) -> Scene:
     """``scene`` with the poses of a recorded motion in place of its own, where one is given; ``worst``: the worst pose is to
     be made large. UserError for a record that does not serve."""
@@ -116,6 +117,32 @@ def with_motion(scene: Scene, trajectory: Path | None, degrees: bool, worst: boo
     if trajectory is not None:
         scene = with_record(scene, trajectory, degrees=degrees)
     return replace(scene, over_poses="worst") if worst else scene
+=======
+def resolve_time(seconds: float | None) -> float:
+    """``--time`` as a cap, infinity where none is given."""
+    if seconds is not None and not 0 < seconds < math.inf:
+        raise UserError(f"--time: found {seconds:g}, allowed: a positive number of seconds")
+    return math.inf if seconds is None else seconds
+
+
+def resolve_pair(targets: Sequence[str]) -> tuple[Target, Target]:
+    """The two targets of a front: the near and the far shell where none are given."""
+    goals = parse_goals(targets, None) or (Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.5)))
+    if len(goals) != 2 or goals[0].target == goals[1].target:
+        raise UserError(f"--target: found {len(goals)} target(s), allowed: two different ones")
+    return goals[0].target, goals[1].target
+
+
+def resolve_reach(reach: float | None, sensors: int | None) -> float | None:
+    """``--reach`` as a share; UserError where it is none, or where the number of sensors is given too."""
+    if reach is None:
+        return None
+    if not 0 < reach < 100:
+        raise UserError(f"--reach: found {reach:g}, allowed: percent, above 0 and below 100")
+    if sensors is not None:
+        raise UserError(f"--reach: found {reach:g} with --sensors {sensors}, allowed: only one of them")
+    return reach / 100
+>>>>>>> main
 
 
 def resolve_space(scene: Scene, rings_per_link: int, sensors_per_ring: int, sensors: int | None) -> Space:
@@ -154,3 +181,11 @@ def resolve_counting(rule: Rule, voxel: float | None, width: float | None, memor
     if width is None:
         width = WIDTH if voxel is None else 0.0
     return Counting(rule, voxel, None, width / 100)
+
+
+def check_machines(workers: int, scheduler: str | None) -> None:
+    """Where a study shall run: on so many processes of this machine, or where a scheduler says; UserError if on both."""
+    if scheduler is not None and not re.fullmatch(r"(tcp|tls)://\S+:\d+", scheduler):
+        raise UserError(f"--scheduler: found {shown(scheduler)}, allowed: tcp://HOST:PORT or tls://HOST:PORT")
+    if scheduler is not None and workers != 1:
+        raise UserError(f"--workers: found {workers} beside --scheduler, allowed: one of the two")

@@ -109,27 +109,49 @@ def placement_picture(path: Path, scene: Scene, setup: Setup, zeta_lines: Sequen
     Raises:
         UserError: if the file cannot be written; an old one stays as it was.
     """
+    rings = Counter(ring.link for ring in setup.rings)
+    parts = [*_where(scene), f"{setup.sensors} sensors"]
+    parts += [f"{n} ring{'s' * (n > 1)} on the {link.replace('_', ' ')}" for link, n in rings.items()]
+    _draw(path, scene, [(setup, caption, *eye) for caption, *eye in VIEWS], "   ·   ".join(zeta_lines), parts, seed)
+
+
+def comparison_picture(
+    path: Path, scene: Scene, before: Setup, after: Setup, captions: tuple[str, str], title: str, seed: int = 0
+) -> None:
+    """Draw two setups side by side, each with its caption: a PNG like that of ``placement_picture``.
+
+    Raises:
+        UserError: if the file cannot be written; an old one stays as it was.
+    """
+    views = [(setup, caption, *VIEWS[0][1:]) for setup, caption in zip((before, after), captions, strict=True)]
+    _draw(path, scene, views, title, _where(scene), seed)
+
+
+def _where(scene: Scene) -> list[str]:
+    return [scene.robot.name, *([f"pose 0 of {len(scene.poses)}"] * (len(scene.poses) > 1))]
+
+
+def _draw(path: Path, scene: Scene, views: list[Any], title: str, parts: list[str], seed: int) -> None:
+    """Two views (setup, caption, the eye's azimuth, elevation and distance) under a title and a line of ``parts``."""
     robot, q, target = scene.robot, scene.poses[0].q, scene.goals[0].target
-    solid, cones = target_solid(target, robot, q, scene.shape), sensor_cones(robot, setup, q)
-    unseen = (points := sample(solid, _SAMPLES, seed))[cones(points) > 0]
-    corners = np.vstack([*convex_pieces(solid.a), body(robot, forward(robot.chain, q)), cones.apex])
+    solid = target_solid(target, robot, q, scene.shape)
+    points, seen = sample(solid, _SAMPLES, seed), [sensor_cones(robot, setup, q) for setup, *_ in views]
+    corners = np.vstack([*convex_pieces(solid.a), body(robot, forward(robot.chain, q)), *(cones.apex for cones in seen)])
     box = np.stack([corners.min(axis=0) - 0.05, corners.max(axis=0) + 0.05])
     colour = dict(zip(robot.links, cycle(LINK_COLOURS), strict=False))
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
-    for left, (caption, *eye) in zip((0.01, 0.51), VIEWS, strict=True):
+    for left, cones, (setup, caption, *eye) in zip((0.01, 0.51), seen, views, strict=True):
         sheet = Sheet(figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal", xmargin=0.01, ymargin=0.01), box, *eye)
         _draw_room(sheet)
         _draw_seen(sheet, cones, [colour[ring.link] for ring in setup.rings for _ in range(ring.count)], solid.a)
-        _draw_robot(sheet, scene, setup, cones, colour, unseen)
+        _draw_robot(sheet, scene, setup, cones, colour, points[cones(points) > 0])
         sheet.ax.axis("off")
         sheet.ax.text(0, 1.01, caption, transform=sheet.ax.transAxes, fontsize=11, color=GREY, style="italic")
-    title, rings = "   ·   ".join(zeta_lines), Counter(ring.link for ring in setup.rings)
     figure.text(0.5, 0.945, title, ha="center", fontsize=min(18, 1300 / max(1, len(title))), color=INK, weight="bold")
-    parts = [robot.name, *([f"pose 0 of {len(scene.poses)}"] * (len(scene.poses) > 1)), f"{setup.sensors} sensors"]
-    parts += [f"{n} ring{'s' * (n > 1)} on the {link.replace('_', ' ')}" for link, n in rings.items()]
     figure.text(0.5, 0.9, "  ·  ".join(parts), ha="center", fontsize=11, color=GREY)
+    links = dict.fromkeys(ring.link for setup, *_ in views for ring in setup.rings)
     key = [
-        *(Patch(fc=(*to_rgb(colour[k]), 0.4), ec=colour[k], label=f"seen from the {k.replace('_', ' ')}") for k in rings),
+        *(Patch(fc=(*to_rgb(colour[k]), 0.4), ec=colour[k], label=f"seen from the {k.replace('_', ' ')}") for k in links),
         Line2D([], [], linestyle="", marker="o", markersize=5, color=UNSEEN_COLOUR, label=f"unseen part of {target}"),
         Patch(fc=_TARGET, ec=_TARGET_EDGE, label=f"target {target}"),
     ]

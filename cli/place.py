@@ -11,16 +11,27 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..coverage.rings import Setup, named_setup
 from ..coverage.targets import Target, target_solid
+<<<<<<< HEAD
 from ..objectives.exact import Verified, Verifier, check_voxel, target_voxels
+=======
+from ..objectives.aim import Aim, judge
+from ..objectives.exact import Verifier, check_voxel, target_voxels
+>>>>>>> main
 from ..objectives.scene import Scene
 from ..placement import search as searching
 from ..placement.candidates import Space
-from ..placement.convert import ring_models, scene_model, verify_result
+from ..placement.convert import ring_models, scene_model, tolerant_model, verify_result
 from ..placement.errors import UserError
 from ..placement.finalists import MANY
 from ..placement.loader import output_folder, to_toml, write_text
+<<<<<<< HEAD
 from ..placement.models import FoundModel, ProposalFile, SearchFile, VerifyResult
 from .motion import record_line, worst_line
+=======
+from ..placement.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
+from ..placement.reach import fewest_sensors
+from ..placement.results import VerifyResult
+>>>>>>> main
 from .picture import placement_picture
 from .tables import ring_table, target_label, zeta_table
 
@@ -44,9 +55,15 @@ def check_scene(scene: Scene, voxel: float) -> None:
 
 
 def find(
+<<<<<<< HEAD
     scene: Scene, space: Space, seed: int, time_cap: float, verifier: Verifier, console: Console
 ) -> searching.SearchResult:
     """Run the search with a progress bar on ``console``; ``verifier`` counts its answer."""
+=======
+    scene: Scene, space: Space, seed: int, time_cap: float, voxel: float, console: Console, aim: Aim
+) -> searching.SearchResult:
+    """Run the search with a progress bar on ``console``."""
+>>>>>>> main
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("drawing points", total=None, best="")
@@ -58,7 +75,34 @@ def find(
                 what, total, done = "counting the finalists", p.to_count, p.counted
             bar.update(task, description=what, total=total, completed=done, best=f"best so far {100 * p.best:.1f} %")
 
+<<<<<<< HEAD
         return searching.search(scene, space, seed, time_cap, tell=tell, verifier=verifier)
+=======
+        return searching.search(scene, space, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
+
+
+def find_fewest(
+    scene: Scene, wanted: float, seed: int, time_cap: float, voxel: float, console: Console, aim: Aim
+) -> tuple[searching.SearchResult, ReachModel]:
+    """Run the searches for fewest sensors with a progress bar on ``console``."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("drawing points", total=None, best="")
+
+        def tell(sensors: int, p: searching.Progress) -> None:
+            done = p.stage - 1 + p.done / p.climbs
+            bar.update(
+                task,
+                description=f"{sensors} sensors",
+                total=p.stages,
+                completed=done,
+                best=f"best so far {100 * p.best:.1f} %",
+            )
+
+        found = fewest_sensors(scene, wanted, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
+    tried = [ReachedModel(sensors=n, exact_percent=100 * v, reached=ok) for n, (v, ok) in found.tried.items()]
+    return found.result, ReachModel(wanted_percent=100 * wanted, reached=found.reached, tried=tried)
+>>>>>>> main
 
 
 def compare(
@@ -88,30 +132,62 @@ def compare(
     return results
 
 
+def asked_values(scene: Scene, setup: Setup, value: float, voxel: float, console: Console, aim: Aim) -> dict[str, float]:
+    """What was asked for, in percent, of the proposal and of the paper's setups, where it is not zeta itself."""
+    if aim.plain:
+        return {}
+    verifier, found = Verifier(scene, voxel), {"proposal": 100 * value}
+    try:
+        with console.status("counting what was asked for"):
+            for name in PAPER_SETUPS:
+                found[name] = 100 * judge(verifier, named_setup(name, scene.sensor, scene.ring_radius), aim)[1]
+    except KeyboardInterrupt:
+        console.print("interrupted: the comparison ends here, the proposal is kept")
+    return found
+
+
 def place(
     scene: Scene,
-    space: Space,
+    space: Space | None,
+    reach: float | None,
     seed: int,
     time_cap: float,
     voxel: float,
     out: Path,
     as_json: bool,
+    aim: Aim,
 ) -> None:
-    """Search a placement for ``scene``, verify it beside the paper's setups, write proposal, picture and result."""
+    """Search a placement for ``scene`` that is good by ``aim``, verify it beside the paper's setups, and write proposal,
+    picture and result."""
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
     folder = output_folder(out)
+<<<<<<< HEAD
     verifier = Verifier(scene, voxel)
     result = find(scene, space, seed, time_cap, verifier, log)
     comparison = compare(scene, result.setup, result.verified, verifier, log)
+=======
+    reached = None
+    if space is not None:
+        result = find(scene, space, seed, time_cap, voxel, log, aim)
+    else:
+        result, reached = find_fewest(scene, reach or 0.0, seed, time_cap, voxel, log, aim)
+    comparison = compare(scene, result.setup, voxel, log)
+    asked = asked_values(scene, result.setup, result.exact, voxel, log, aim)
+>>>>>>> main
     goals = {(g.target.name, g.target.radius) for g in scene.goals}
     mine = [r for r in comparison if r.setup == "proposal" and (r.target, r.radius) in goals]
     files = {key: folder / name for key, name in _FILES.items()}
     proposal = ProposalFile(
         rings=ring_models(result.setup, scene.sensor),
         scene=scene_model(scene),
+<<<<<<< HEAD
         zeta=mine if len(scene.poses) <= MANY else [r.model_copy(update={"poses": []}) for r in mine],
         found=_found(result, seed),
+=======
+        zeta=mine,
+        found=found_model(result, seed, aim),
+>>>>>>> main
     )
     lines = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
     placement_picture(files["picture"], scene, result.setup, lines or ["interrupted before it was verified"])
@@ -119,7 +195,10 @@ def place(
         proposal=proposal,
         soft_minus_exact_percent=100 * (result.soft - result.exact),
         comparison=comparison,
+        asked_percent=asked,
         files={key: str(path) for key, path in files.items()},
+        reach=reached,
+        short_percent=100 * result.short,
     )
     write_text(files["result"], record.model_dump_json(indent=2) + "\n")
     write_text(files["proposal"], to_toml(proposal, _HEADING))
@@ -131,6 +210,9 @@ def place(
     title = f"ζ in percent, rule centre, voxels of {voxel:g} m, robot {scene.robot.name}, {len(scene.poses)} pose(s)"
     order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
     console.print(zeta_table(sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)), sensors, title))
+    if asked:
+        each = ", ".join(f"{name} {value:.2f}" for name, value in asked.items())
+        console.print(f"Asked for, {aim}, in percent: {each}.", highlight=False)
     spent = result.statistics
     for line in (*(worst_line(r) for r in mine), record_line(scene)):
         if line:
@@ -142,8 +224,19 @@ def place(
         f" difference {100 * (result.soft - result.exact):+.2f}); {spent.starts} starts, {spent.evaluations} evaluations,"
         f" {spent.seconds:.0f} s; {result.outcome.value}."
     )
+    if reached:
+        console.print(_told(reached))
+    if result.short:
+        console.print(f"The floors are missed by {100 * result.short:.2f} points.")
     for path in files.values():
         console.print(f"  {path}", highlight=False, soft_wrap=True)
+
+
+def _told(reached: ReachModel) -> str:
+    tried = ", ".join(f"{t.sensors}: {t.exact_percent:.2f}" for t in reached.tried)
+    if not reached.reached:
+        return f"{reached.wanted_percent:g} % was not reached; sensors and ζ in percent of each search: {tried}."
+    return f"Fewest sensors found for {reached.wanted_percent:g} %; each search, sensors and ζ in percent: {tried}."
 
 
 _FILES = {"proposal": "proposal.toml", "picture": "placement.png", "result": "result.json"}
@@ -152,8 +245,9 @@ _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely,
 Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive towards distal."""
 
 
-def _found(result: searching.SearchResult, seed: int) -> FoundModel:
-    spent = result.statistics
+def found_model(result: searching.SearchResult, seed: int, aim: Aim | None = None) -> FoundModel:
+    """How a proposal was found, with this command and these versions."""
+    spent, aim = result.statistics, aim or Aim()
     return FoundModel(
         outcome=result.outcome.value,
         seed=seed,
@@ -166,4 +260,7 @@ def _found(result: searching.SearchResult, seed: int) -> FoundModel:
         command=shlex.join(["place-rings", *sys.argv[1:]]),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         versions={name: version(name) for name in _PACKAGES} | {"python": sys.version.split()[0]},
+        redundancy=aim.seen,
+        losing=aim.losing,
+        tolerant=tolerant_model(aim),
     )

@@ -1,17 +1,20 @@
 """The commands that run studies into a folder."""
 
 import shlex
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from ..placement.loader import output_folder, write_text
-from ..studies import convergence, convergence_report, paper_page, paper_study
+from ..coverage.targets import Target
+from ..placement.loader import output_folder, scene_keys, write_text
+from ..studies import convergence, convergence_report, paper_page, paper_study, pareto, pareto_report
 from ..studies.engine import program, run
 from ..studies.pages import csv_text
 from ..studies.store import Cell, Store
@@ -21,30 +24,51 @@ Measure = Callable[[str, list[Cell]], list[Any]]
 
 
 @contextmanager
-def _measuring(folder: Path) -> Iterator[Measure]:
+def _runner(workers: int, scheduler: str | None) -> Iterator[Callable[..., list[Any]]]:
+    """Runs cells in this process, on so many processes of this machine, or where a scheduler says."""
+    if workers == 1 and scheduler is None:
+        yield run
+        return
+    from ..studies import cluster, machines
+
+    before = signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # a worker that is gone is an error to handle, not the end
+    try:
+        with machines.there(scheduler) if scheduler is not None else machines.here(workers) as client:
+            yield partial(cluster.run, client)
+    finally:
+        signal.signal(signal.SIGPIPE, before)
+
+
+@contextmanager
+def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Measure]:
     """Measures cells under a progress bar with a heading; what the folder holds already is not measured again."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with (
         Store(folder / "cells.sqlite", program(WORKS, MEASURING)) as store,
         Progress(*columns, console=Console(stderr=True), transient=True) as bar,
     ):
-
-        def measure(heading: str, cells: list[Cell]) -> list[Any]:
-            task = bar.add_task(heading, total=len(cells))
-            return run(cells, WORKS, store, lambda done, total: bar.update(task, completed=done, total=total))
-
         try:
-            yield measure
+            with _runner(workers, scheduler) as run_cells:
+
+                def measure(heading: str, cells: list[Cell]) -> list[Any]:
+                    task = bar.add_task(heading, total=len(cells))
+                    return run_cells(cells, WORKS, store, partial(_show, bar, task))
+
+                yield measure
         except KeyboardInterrupt:
             bar.stop()
             print(f"place-rings: stopped; what is measured is kept in {store.file}, run again to go on", file=sys.stderr)
             sys.exit(130)
 
 
-def study_convergence(out: Path) -> None:
+def _show(bar: Progress, task: TaskID, done: int, total: int) -> None:
+    bar.update(task, completed=done, total=total)
+
+
+def study_convergence(out: Path, workers: int = 1, scheduler: str | None = None) -> None:
     """Measure, draw and write the convergence study."""
     folder = output_folder(out)
-    with _measuring(folder) as measure:
+    with _measuring(folder, workers, scheduler) as measure:
         rows = convergence.measure(lambda cells: measure("measuring", cells))
     write_text(folder / "data.csv", csv_text([vars(row) for row in rows]))
     convergence_report.picture(rows, folder / "convergence.png")
@@ -52,10 +76,32 @@ def study_convergence(out: Path) -> None:
     print(folder / "README.md")
 
 
-def study_paper(out: Path, seed: int) -> None:
+def study_pareto(
+    out: Path,
+    seed: int,
+    targets: tuple[Target, Target],
+    sensors: int,
+    scene: Path | None,
+    workers: int = 1,
+    scheduler: str | None = None,
+) -> None:
+    """Search, draw and write the front of two targets, with fewer points for the paper's numbers of sensors."""
+    folder = output_folder(out)
+    keys = scene_keys(scene) if scene else {}
+    budgets = dict.fromkeys((24, 48, 80, 112), pareto.FEWER) | {sensors: pareto.POINTS}
+    with _measuring(folder, workers, scheduler) as measure:
+        points = pareto.measure(measure, keys, targets, budgets, seed)
+    command = shlex.join(["place-rings", *sys.argv[1:]])
+    names = (str(targets[0]), str(targets[1]))
+    for name, text in pareto_report.write(points, names, keys, folder, command).items():
+        write_text(folder / name, text)
+    print(folder / "README.md")
+
+
+def study_paper(out: Path, seed: int, workers: int = 1, scheduler: str | None = None) -> None:
     """Measure, draw and write the reproduction of the paper."""
     folder = output_folder(out)
-    with _measuring(folder) as measure:
+    with _measuring(folder, workers, scheduler) as measure:
         findings = paper_study.measure(measure, seed)
         command = ["place-rings", "study", "paper", *(["--seed", str(seed)] if seed else [])]
         for name, text in paper_page.write(findings, folder, shlex.join(command)).items():

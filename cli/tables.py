@@ -6,9 +6,13 @@ from rich.table import Table
 
 from ..coverage.rings import Setup
 from ..coverage.robots import Robot
+<<<<<<< HEAD
 from ..placement.models import PoseZetaModel, ProofModel, VerifyResult, WorstModel
 
 _WIDE = 3  # targets up to which the worst pose has columns of its own
+=======
+from ..placement.results import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult
+>>>>>>> main
 
 
 def ring_table(setup: Setup, robot: Robot) -> Table:
@@ -23,7 +27,7 @@ def ring_table(setup: Setup, robot: Robot) -> Table:
     return table
 
 
-def target_label(result: VerifyResult) -> str:
+def target_label(result: VerifyResult | RobustnessResult) -> str:
     """``V_S(0.5)`` or ``V_OT``."""
     return result.target if result.radius is None else f"{result.target}({result.radius:g})"
 

@@ -8,7 +8,6 @@ bounded however narrow the interval, and each pass leaves a valid interval.
 
 import itertools
 import math
-import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -20,6 +19,7 @@ from jaxtyping import Bool, Float, Int
 from .allocation import keep_freed_memory
 from .arrays import rows
 from .cells import Cells, first_cells, leaves
+from .processors import processors
 from .share import Share
 from .solids import Parts, Solid, fold
 from .verdicts import SLACK, scale, verdicts
@@ -28,6 +28,11 @@ from .voxelset import centre
 _IN_TARGET, _SEEN = 1, 2  # bits of a cell's mark
 _LEVELS = 19  # of halving a cell, from the scene's box down to the smallest
 _PAIRS = 1 << 17  # of cell and part worked on at once: enough that arithmetic outweighs calls, some 100 MB
+_SHARES = (
+    4,
+    64,
+)  # that the first cells are dealt into, at least and at most: for machines of any number of processors alike
+_SHARE = 1 << 18  # cells of a pass, from where on another share pays
 _WORTH = 2000  # a cell this many times the threshold is split without a look at its shares
 _EMPTY = 0.05  # of its box: a target that may be this large at most, and of which nothing is certain, counts as empty
 _SUM = 1e-12  # rounding of a sum of volumes, relative; adding up such sums adds to it
@@ -177,12 +182,12 @@ def _unless(known: Bool[np.ndarray, " M"], pairs: tuple[Int[np.ndarray, " P"], I
     return pairs[0][keep], pairs[1][keep]
 
 
-def _run(work: _Pass, start: Cells) -> _Tally:
-    """One pass, a share of the first cells for each processor."""
-    workers = os.cpu_count() or 1
-    share = np.arange(len(start)) % workers
-    with ThreadPoolExecutor(workers) as pool:
-        jobs = [pool.submit(work.run, start.only(share == i)) for i in range(workers)]
+def _run(work: _Pass, start: Cells, cells: int) -> _Tally:
+    """One pass after one of so many cells, in shares that are the same on every machine, so that sums round alike."""
+    shares = min(max(cells // _SHARE, _SHARES[0]), _SHARES[1])
+    share = np.arange(len(start)) % shares
+    with ThreadPoolExecutor(processors()) as pool:
+        jobs = [pool.submit(work.run, start.only(share == i)) for i in range(shares)]
         try:
             tallies = [job.result() for job in jobs]
         except BaseException:
@@ -235,7 +240,7 @@ def bracket(
     found: Bracket | None = None
     for passes in itertools.count(1):
         try:
-            tally = _run(work, start)
+            tally = _run(work, start, found.cells if found else 0)
             before, found = found, tally.bracket(passes, unit, width)
             if found.volume_low == 0 and found.volume_high < _EMPTY * volume:
                 raise ValueError("the target is empty or too thin to tell: nothing is certain to lie in it")

@@ -7,7 +7,6 @@ part outside the cell is outside all its children.
 
 import itertools
 import math
-import os
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -21,6 +20,7 @@ from .allocation import keep_freed_memory
 from .arrays import rows
 from .blocks import CORNER, LEVEL, VOXELS, Grid, Words, packed, words
 from .cells import Cells, Pairs, Region, first_cells, leaves
+from .processors import processors
 from .solids import Parts, Solid, fold
 from .verdicts import SLACK, scale, values, verdicts
 from .voxelset import VoxelSet, centre, runs
@@ -166,9 +166,9 @@ def _each(
     if region is not None:
         start = region.start(leaves(solid), mark, LEVEL)
     x, y, z = np.ptp(box, axis=0) / voxel
-    processors = os.cpu_count() or 1
-    pairs = CHUNK * processors if memory is None else int(memory / _PAIR_BYTES)
-    workers = max(min(processors, pairs // _SHARED_CHUNK), 1) if x * y + y * z + z * x > _MUCH else 1
+    threads = processors()
+    pairs = CHUNK * threads if memory is None else int(memory / _PAIR_BYTES)
+    workers = max(min(threads, pairs // _SHARED_CHUNK), 1) if x * y + y * z + z * x > _MUCH else 1
     chunk = min(max(pairs // workers, _LEAST_CHUNK), CHUNK)
     descent = Descent(solid, voxel, rule, within, scale(solid), chunk)
     if workers == 1:

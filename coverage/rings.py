@@ -5,7 +5,7 @@ import re
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from .arrays import Array
 from .sensors import PAPER_SENSOR, Sensor
@@ -41,6 +41,11 @@ class Setup:
     def sensors(self) -> int:
         """Number of sensors of all rings together."""
         return sum(ring.count for ring in self.rings)
+
+    @property
+    def ring_of_sensor(self) -> Int[np.ndarray, " K"]:
+        """Number of each sensor's ring."""
+        return np.repeat(np.arange(len(self.rings)), [ring.count for ring in self.rings])
 
 
 _NAME = re.compile(r"n([123])_([1-9]\d{0,3})_(-?\d{1,2}(?:\.\d+)?)")

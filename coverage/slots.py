@@ -4,7 +4,7 @@ As arrays, setups with other links and counts share one compilation.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -72,6 +72,45 @@ def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None) -> 
     )
 
 
+class Seats(NamedTuple):
+    """Where K sensors sit, each in the frame of its link, all (K, 3).
+
+    apex m; look: unit, where the sensor looks; centre m of its ring; along: unit, mount axis; radial: unit, from the centre
+    to the sensor.
+    """
+
+    apex: Any
+    look: Any
+    centre: Any
+    along: Any
+    radial: Any
+
+
+def seats(slots: Slots, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"]) -> Seats:
+    """The seats of all sensors; for the arguments see ``slot_axes``."""
+    xp, ring = namespace(position), slots.ring
+
+    def of_sensor(values: Any) -> Any:
+        return xp.asarray(values, dtype=position.dtype)[ring]
+
+    start, axis, zero, side = (of_sensor(v) for v in (slots.start, slots.axis, slots.zero, slots.side))
+    angle = phase[ring] + xp.asarray(slots.turn, dtype=position.dtype)
+    radial = xp.cos(angle)[:, None] * zero + xp.sin(angle)[:, None] * side
+    lean = tilt[ring][:, None]
+    centre = start + (position[ring] * of_sensor(slots.length))[:, None] * axis
+    apex = centre + of_sensor(slots.radius)[:, None] * radial
+    return Seats(apex, xp.cos(lean) * radial + xp.sin(lean) * axis, centre, axis, radial)
+
+
+def in_base(slots: Slots, apex: Any, look: Any, frames: Any) -> tuple[Any, Any]:
+    """Apexes (..., K, 3) m and unit axes (..., K, 3) from the frames of their links to the base frame, where the robot's
+    frames are ``frames``, T_base_frame (..., F, 4, 4); leading axes broadcast, and are as many."""
+    T = frames[..., slots.frame[slots.ring], :, :]
+    rotation, origin = T[..., :3, :3], T[..., :3, 3]
+    apex, look = (v[..., None, :] for v in (apex, look))
+    return origin + dot(rotation, apex), dot(rotation, look)
+
+
 def slot_axes(
     slots: Slots, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
 ) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
@@ -82,21 +121,8 @@ def slot_axes(
         position, tilt, phase: of each ring, NumPy or JAX, differentiable in the latter.
         frames: T_base_frame (..., F, 4, 4) from ``forward``.
     """
-    xp, ring = namespace(position), slots.ring
-
-    def of_sensor(values: Any) -> Any:
-        return xp.asarray(values, dtype=position.dtype)[ring]
-
-    start, axis, zero, side = (of_sensor(v) for v in (slots.start, slots.axis, slots.zero, slots.side))
-    angle = phase[ring] + xp.asarray(slots.turn, dtype=position.dtype)
-    radial = xp.cos(angle)[:, None] * zero + xp.sin(angle)[:, None] * side
-    lean = tilt[ring][:, None]
-    apex = start + (position[ring] * of_sensor(slots.length))[:, None] * axis + of_sensor(slots.radius)[:, None] * radial
-    look = xp.cos(lean) * radial + xp.sin(lean) * axis
-    T = frames[..., slots.frame[ring], :, :]
-    rotation, origin = T[..., :3, :3], T[..., :3, 3]
-    apex, look = (v.reshape(*(1,) * (T.ndim - 3), -1, 1, 3) for v in (apex, look))
-    return origin + dot(rotation, apex), dot(rotation, look)
+    here, batch = seats(slots, position, tilt, phase), (1,) * (frames.ndim - 3)
+    return in_base(slots, here.apex.reshape(*batch, -1, 3), here.look.reshape(*batch, -1, 3), frames)
 
 
 def sensor_axes(

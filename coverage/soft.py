@@ -9,6 +9,7 @@ product of sigmoids needs no logarithm. And the gradient is written down rather 
 sums over points, which are matrix products.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -29,9 +30,12 @@ class Soft(NamedTuple):
     """Soft zeta in [0, 1]; its gradient by the cones' apexes (K, 3), 1/m, and by their axes (K, 3), as if these were free
     vectors."""
 
-    zeta: Float[jax.Array, ""]
+    zeta: Float[jax.Array, "*shape"]
     by_apex: Float[jax.Array, "K 3"]
     by_axis: Float[jax.Array, "K 3"]
+
+
+AddGroup = Callable[..., tuple[Any, Any]]
 
 
 def soft_zeta(cones: Cones, cloud: Cloud, width: Any, cut: Any = CUT, slopes: Any = True) -> Soft:
@@ -48,6 +52,13 @@ def soft_zeta(cones: Cones, cloud: Cloud, width: Any, cut: Any = CUT, slopes: An
             a point by less than exp(-cut); infinity leaves none out.
         slopes: False, which may be traced, leaves the gradient at 0 and takes a quarter of the time.
     """
+    return over_groups(add_group, cones, cloud, width, cut, slopes)
+
+
+def over_groups(
+    add: AddGroup, cones: Cones, cloud: Cloud, width: Any, cut: Any, slopes: Any, zetas: tuple[int, ...] = ()
+) -> Soft:
+    """What ``soft_zeta`` does, with another ``add_group``, which may add up a whole array of zetas of this shape."""
     k, (n, _) = len(cones), cloud.weight.shape
     most, _ = _at_once()
     group = min(most, n)
@@ -63,13 +74,13 @@ def soft_zeta(cones: Cones, cloud: Cloud, width: Any, cut: Any = CUT, slopes: An
         for a, nothing in zip((apex, axis, *shape), (0, 0, 0, 0, -jnp.inf), strict=True)
     )
 
-    def add(i: Any, total: Any) -> Any:
+    def one(i: Any, total: Any) -> Any:
         some = tuple(jax.lax.dynamic_slice_in_dim(a, i * group, group) for a in blocks)
-        return _group(parts, some, width, cut, slopes, *total)
+        return add(near_cones(parts, some, width, cut), some, width, slopes, *total)
 
     dtype = cloud.points.dtype
     groups = -(-(cloud.weight[:, 0] > 0).sum() // group)
-    unseen, slope = jax.lax.fori_loop(0, groups, add, (jnp.zeros((), dtype), jnp.zeros((k + 1, 6), dtype)))
+    unseen, slope = jax.lax.fori_loop(0, groups, one, (jnp.zeros(zetas, dtype), jnp.zeros((k + 1, 6), dtype)))
     size = cloud.weight.sum()
     by_apex, by_axis = jnp.split(-slope[:k] / (size * width), 2, axis=1)
     return Soft(1 - unseen / size, by_apex, by_axis)
@@ -79,49 +90,63 @@ def _at_once() -> tuple[int, int]:
     return _AT_ONCE.get(jax.default_backend(), _AT_ONCE_ELSEWHERE)
 
 
-def _group(
-    parts: Any, blocks: Any, width: Any, cut: Any, slopes: Any, unseen_before: Any, slope_before: Any
-) -> tuple[Any, Any]:
-    """Add a group of g blocks: the sum of prod(1 - p), and ``width`` times its gradient (K + 1, 6) by apexes and axes.
+class Near(NamedTuple):
+    """The near cones of each block of a group, in pieces of the same length for all blocks: how many pieces there are, and
+    may be; and for the number of a piece the cones (g, c), K for none, and what they are made of (g, c, ...)."""
 
-    The near cones of each block come first, in pieces of the same length for all blocks; one run over the pieces
-    multiplies, a second one, which knows the product, differentiates. To compute twice is cheaper than to store.
-    """
-    points, weight, centre, radius = blocks
+    pieces: Any
+    most: int
+    cones_of: Callable[[Any], tuple[Any, tuple[Any, ...]]]
+
+
+def near_cones(parts: Any, blocks: Any, width: Any, cut: Any) -> Near:
+    """The cones of ``parts`` (K + 1) that come within ``cut`` widths of each block."""
+    _, weight, centre, radius = blocks
     k = len(parts[0]) - 1
     piece = min(_at_once()[1], k)
     gap = cone(centre[:, None], *(a[None, :k] for a in parts)) - radius[:, None]
     near = (gap < cut * width) & (weight[:, :1] > 0)
     index = jnp.sort(jnp.where(near, jnp.arange(k, dtype=jnp.int32)[None], k), axis=1)
     index = jnp.pad(index, ((0, 0), (0, -k % piece)), constant_values=k)
-    pieces = -(-near.sum(axis=1).max() // piece)
 
     def cones_of(j: Any) -> tuple[Any, tuple[Any, ...]]:
         chosen = jax.lax.dynamic_slice_in_dim(index, j * piece, piece, axis=1)
         return chosen, tuple(a[chosen] for a in parts)
 
-    def multiply(j: Any, product: Any) -> Any:
-        t, *_ = _pairs(points, cones_of(j)[1], width)
-        return product * _free_and_occupied(t)[0].prod(axis=1)
+    return Near(-(-near.sum(axis=1).max() // piece), index.shape[1] // piece, cones_of)
 
-    unseen = jax.lax.fori_loop(0, pieces, multiply, weight)
+
+def add_group(near: Near, blocks: Any, width: Any, slopes: Any, unseen_before: Any, slope_before: Any) -> tuple[Any, Any]:
+    """Add a group of g blocks: the sum of prod(1 - p), and ``width`` times its gradient (K + 1, 6) by apexes and axes.
+
+    One run over the pieces multiplies, a second one, which knows the product, differentiates. To compute twice is cheaper
+    than to store.
+    """
+    points, weight, *_ = blocks
+
+    def multiply(j: Any, product: Any) -> Any:
+        t, *_ = pairs(points, near.cones_of(j)[1], width)
+        return product * free_and_occupied(t)[0].prod(axis=1)
+
+    unseen = jax.lax.fori_loop(0, near.pieces, multiply, weight)
 
     def differentiate(j: Any, slope: Any) -> Any:
-        chosen, some = cones_of(j)
-        t, on_side, d, inverse = _pairs(points, some, width)
-        pull = unseen[:, None] * _free_and_occupied(t)[1]
-        return slope.at[chosen].add(_by_cone(points, some, pull, on_side, d, inverse))
+        chosen, some = near.cones_of(j)
+        t, on_side, d, inverse = pairs(points, some, width)
+        pull = unseen[:, None] * free_and_occupied(t)[1]
+        return slope.at[chosen].add(by_cone(points, some, pull, on_side, d, inverse))
 
-    return unseen_before + unseen.sum(), jax.lax.fori_loop(0, jnp.where(slopes, pieces, 0), differentiate, slope_before)
+    end = jnp.where(slopes, near.pieces, 0)
+    return unseen_before + unseen.sum(), jax.lax.fori_loop(0, end, differentiate, slope_before)
 
 
-def _free_and_occupied(t: Any) -> tuple[Any, Any]:
+def free_and_occupied(t: Any) -> tuple[Any, Any]:
     """1 - p and p = sigmoid(-t) for any t: the exponential cannot overflow, and neither is a difference."""
     e = jnp.exp(-jnp.abs(t))
     return jnp.where(t > 0, 1, e) / (1 + e), jnp.where(t > 0, e, 1) / (1 + e)
 
 
-def _pairs(points: Any, some: Any, width: Any) -> tuple[Any, Any, Any, Any]:
+def pairs(points: Any, some: Any, width: Any) -> tuple[Any, Any, Any, Any]:
     """For g blocks of B points against c cones each, all (g, c, B): f / width, is f the side's (not the base's), distance
     along the axis, and 1 over the distance from the axis, 0 on it."""
     apex, axis, cosine, sine, range_m = (a[..., None] for a in some)
@@ -135,7 +160,7 @@ def _pairs(points: Any, some: Any, width: Any) -> tuple[Any, Any, Any, Any]:
     return jnp.maximum(side, base) * (1 / width), side >= base, d, inverse
 
 
-def _by_cone(points: Any, some: Any, pull: Any, on_side: Any, d: Any, inverse: Any) -> Any:
+def by_cone(points: Any, some: Any, pull: Any, on_side: Any, d: Any, inverse: Any) -> Any:
     """Gradient (g, c, 6) by apex and axis, where the sum over points grows by ``pull`` (g, c, B) with each f.
 
     With v = p - apex and u = v less its part along the axis, f grows by ``across`` u + ``along`` axis per step of p.

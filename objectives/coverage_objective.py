@@ -1,4 +1,4 @@
-"""What the search climbs: weighted zeta over targets and poses, soft with a gradient, and the plain share of points."""
+"""What the search climbs: its aim, weighted over targets and poses, soft with a gradient, and as a share of points."""
 
 from collections.abc import Callable
 from functools import partial
@@ -11,17 +11,22 @@ from jaxtyping import Float
 
 from ..coverage.chain import forward
 from ..coverage.cloud import BLOCK, Cloud, cloud
+from ..coverage.mounting import misplaced_axes
 from ..coverage.points import sample
 from ..coverage.slots import Slots, slot_axes
-from ..coverage.soft import SHARP, Soft, soft_zeta
+from ..coverage.soft import SHARP, Soft
+from ..coverage.soft_loss import soft_losses
+from ..coverage.soft_seen import soft_seen
 from ..coverage.solids import Cones
 from ..coverage.targets import target_solid
+from .aim import Aim, check_floors
 from .scene import Scene
 from .space import Stretch, decode
 
 MARGIN = 0.003  # above a floor, so that a soft value that reaches it does so when counted
 TEMPERATURE = 0.005  # of the soft minimum over P poses, which exceeds the minimum by at most this times log P
 STEEP = 100.0  # of the parabola under a floor: 0.01 short costs 0.01, and 2 for each further
+_SOFTNESS = 0.1  # of the minimum over losses, for each m of a sigmoid's width
 _PIECE = {"cpu": (16, None)}  # setups in one call, and how many of these at once: on a CPU one after the other,
 _PIECE_ELSEWHERE = (256, 4)  # on an accelerator several, as memory holds them
 
@@ -38,13 +43,15 @@ def _piece() -> tuple[int, int | None]:
 class TargetPoints:
     """Points of every goal at every pose of a scene, drawn once: targets do not move with the rings."""
 
-    def __init__(self, scene: Scene, count: int, seed: int) -> None:
-        """Draw ``count`` points in each goal at each pose.
+    def __init__(self, scene: Scene, count: int, seed: int, mountings: int = 1) -> None:
+        """Draw ``count`` points in each goal at each pose, anew for each of so many mountings: the luck of the points then
+        evens out over these, and fewer will do.
 
         Raises:
             ValueError: if a target is empty.
         """
-        self.terms = [(g, p) for g in range(len(scene.goals)) for p in range(len(scene.poses))]
+        self.mountings = mountings
+        self.terms = [(g, p) for _ in range(mountings) for g in range(len(scene.goals)) for p in range(len(scene.poses))]
         seeds = np.random.SeedSequence(seed).generate_state(len(self.terms))
         self.points = [
             sample(target_solid(scene.goals[g].target, scene.robot, scene.poses[p].q, scene.shape), count, int(s))
@@ -62,8 +69,13 @@ class TargetPoints:
 
 
 class CoverageObjective:
+<<<<<<< HEAD
     """Weighted mean of zeta over a scene's goals and poses, for setups with one number of rings and sensors; where the scene
     asks for the worst pose, its soft minimum over the poses of the mean over the goals, -T log(mean(exp(-zeta / T))).
+=======
+    """Weighted mean over a scene's goals and poses of what is aimed at (zeta, unless told otherwise), for setups with one
+    number of rings and sensors.
+>>>>>>> main
 
     A setup is given by its arrays (``Slots`` and ``Stretch``) and its values (3, R), which ``decode`` reads. A goal whose
     zeta falls short of its floor lowers the value by a steep parabola. Arithmetic is in 32 bit, which is enough for a search
@@ -71,10 +83,19 @@ class CoverageObjective:
     links, counts and numbers of setups.
     """
 
-    def __init__(self, scene: Scene, points: TargetPoints) -> None:
-        """Take the scene's goals and poses, and the points that were drawn for them."""
-        self.scene = scene
+    def __init__(self, scene: Scene, points: TargetPoints, aim: Aim | None = None) -> None:
+        """Take the scene's goals and poses, and the points that were drawn for them and for the aim's mountings.
+
+        Raises:
+            ValueError: if the points are for another number of mountings, or the goals have floors that the aim cannot keep.
+        """
+        self.scene, self.aim = scene, aim or Aim()
+        if points.mountings != self.aim.mountings:
+            raise ValueError(f"points are for {points.mountings} mountings, the aim has {self.aim.mountings}")
+        check_floors(scene, self.aim)
         self._goal, self._pose = (jnp.asarray(column) for column in zip(*points.terms, strict=True))
+        mounting = np.arange(len(points.terms)) // (len(points.terms) // points.mountings)
+        self._view = self._pose + jnp.asarray(mounting * len(scene.poses))
         self._goal_weights = jnp.asarray(scene.goal_weights, jnp.float32)
         self._floors = jnp.asarray([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals], jnp.float32)
         frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
@@ -82,19 +103,26 @@ class CoverageObjective:
         self._soft = jax.jit(self._of_each)
 
     def _mean(self, slots: Slots, where: Stretch, values: Any, clouds: Cloud, poses: Any, width: Any, slopes: Any) -> Any:
+<<<<<<< HEAD
         """Value, gradient and zeta pose by pose (P,) of one setup; ``poses`` (P,): weights of the poses, of which those of
         weight 0 are not looked at."""
+=======
+        """Value and gradient of one setup; ``poses`` (P,): weights of the poses, those of weight 0 are not looked at."""
+        (apex, axis), pull_back = jax.vjp(partial(self._views, slots, where), values)
+        share = poses[self._pose] / self.aim.mountings
+>>>>>>> main
 
-        def sensors(x: Any) -> tuple[Any, Any]:
-            position, tilt, phase = decode(where, x)
-            return slot_axes(slots, position, tilt, phase, self._frames)
+        def terms(soft: Callable[[Cones, Cloud], Soft], zetas: tuple[int, ...] = ()) -> Soft:
+            def look(row: Any) -> Any:
+                view, _, points = row
+                return soft(Cones(apex[view], axis[view], slots.half_angle, slots.range_m), points)
 
-        (apex, axis), pull_back = jax.vjp(sensors, values)
+            def skip(_: Any) -> Soft:
+                return Soft(jnp.zeros(zetas, apex.dtype), jnp.zeros_like(apex[0]), jnp.zeros_like(axis[0]))
 
-        def look(pose_cloud: Any) -> Any:
-            pose, points = pose_cloud
-            return soft_zeta(Cones(apex[pose], axis[pose], slots.half_angle, slots.range_m), points, width, slopes=slopes)
+            return _each(lambda row: jax.lax.cond(poses[row[1]] > 0, look, skip, row), (self._view, self._pose, clouds))
 
+<<<<<<< HEAD
         def skip(_: Any) -> Soft:
             return Soft(jnp.zeros((), apex.dtype), jnp.zeros_like(apex[0]), jnp.zeros_like(axis[0]))
 
@@ -118,6 +146,44 @@ class CoverageObjective:
         by_apex = jnp.zeros_like(apex).at[self._pose].add(weighted(each.by_apex))
         by_axis = jnp.zeros_like(axis).at[self._pose].add(weighted(each.by_axis))
         return value - STEEP * jnp.dot(short, short), pull_back((by_apex, by_axis))[0], by_pose
+=======
+        if self.aim.losing is None:
+            each = terms(lambda cones, points: soft_seen(cones, points, width, self.aim.seen, slopes=slopes))
+            zeta = jnp.zeros_like(self._goal_weights).at[self._goal].add(share * each.zeta)
+            short = jnp.maximum(self._floors - zeta, 0.0)
+            worth = self._goal_weights + 2 * STEEP * short
+            value = jnp.dot(self._goal_weights, zeta) - STEEP * jnp.dot(short, short)
+        else:
+            worth = self._goal_weights
+            value, each = self._after_the_worst_loss(slots, terms, share * worth[self._goal], width, slopes)
+        weighted = partial(jnp.multiply, (share * worth[self._goal])[:, None, None])
+        by_apex = jnp.zeros_like(apex).at[self._view].add(weighted(each.by_apex))
+        by_axis = jnp.zeros_like(axis).at[self._view].add(weighted(each.by_axis))
+        return value, pull_back((by_apex, by_axis))[0]
+
+    def _views(self, slots: Slots, where: Stretch, values: Any) -> tuple[Any, Any]:
+        """Apexes and axes (N, K, 3) at all poses, mounting by mounting."""
+        position, tilt, phase = decode(where, values)
+        errors = self.aim.drawn(slots.length.shape[0], slots.ring.shape[0])
+        if errors is None:
+            return slot_axes(slots, position, tilt, phase, self._frames)
+        apex, axis = misplaced_axes(slots, position, tilt, phase, self._frames, errors)
+        return apex.reshape(-1, *apex.shape[2:]), axis.reshape(-1, *axis.shape[2:])
+
+    def _after_the_worst_loss(self, slots: Slots, terms: Any, share: Any, width: Any, slopes: Any) -> tuple[Any, Soft]:
+        """The least of the zetas after each loss, softly: -s log sum exp(-zeta / s). Its slope is that of their mean by the
+        weights that the soft minimum gives them, which takes a first run over all terms."""
+        lost = slots.ring if self.aim.losing == "ring" else jnp.arange(slots.ring.shape[0])
+        losses = (slots.length if self.aim.losing == "ring" else slots.ring).shape
+        softness = width * _SOFTNESS
+
+        def run(weights: Any, slopes: Any) -> Soft:
+            return terms(lambda cones, points: soft_losses(cones, lost, points, width, weights, slopes=slopes), losses)
+
+        zetas = (share[:, None] * run(jnp.ones(losses, share.dtype), False).zeta).sum(axis=0)
+        weights = jax.nn.softmax(-zetas / softness)
+        return -softness * jax.nn.logsumexp(-zetas / softness), run(weights, slopes)
+>>>>>>> main
 
     def _of_each(self, setups: Any, values: Any, count: Any, *where: Any) -> tuple[Any, Any, Any]:
         """Of the first ``count`` setups; the others only fill their shape, which is the same for any count."""

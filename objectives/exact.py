@@ -2,7 +2,11 @@
 
 import math
 import time
+<<<<<<< HEAD
 from collections.abc import Callable, Sequence
+=======
+from collections.abc import Callable, Iterator
+>>>>>>> main
 from dataclasses import dataclass
 from typing import Literal
 
@@ -14,7 +18,7 @@ from ..coverage.certified import Bracket, bracket
 from ..coverage.octree import count, regions, voxels
 from ..coverage.rings import Setup
 from ..coverage.slots import sensor_cones
-from ..coverage.solids import Difference, Solid
+from ..coverage.solids import Difference
 from ..coverage.targets import Target, target_solid
 from ..coverage.voxelset import VoxelSet
 from .scene import Scene
@@ -147,43 +151,63 @@ class Verifier:
     def _target(self, target: Target, pose: int, solid: Difference, voxel: float) -> VoxelSet:
         if (target, pose) in self._targets:
             return self._targets[target, pose]
-        found = target_voxels(solid, voxel, "touch" if self.rule == "touch" else "centre", memory=self.memory / 2)
+        found = target_voxels(solid, voxel, self._rule, memory=self.memory / 2)
         if found.nbytes + sum(kept.nbytes for kept in self._targets.values()) <= self.memory / 4:
             self._targets[target, pose] = found
         return found
+
+    def pieces(self, target: Target, pose: int) -> Iterator[tuple[VoxelSet, Region | None]]:
+        """The voxels of ``target`` at a pose, each once: all of them, or region by region where memory asks for it; of the
+        rule ``touch``, or else ``centre``.
+
+        Raises:
+            ValueError: for a target that holds no voxel, or one whose radius lies within V_R.
+            TooFineError: if the count would take days.
+        """
+        voxel = VOXEL if self.voxel is None else self.voxel
+        solid = target_solid(target, self.scene.robot, self.scene.poses[pose].q, self.scene.shape)
+        check_voxel(solid, voxel)
+        total = 0
+        if surface_voxels(solid, voxel) * _BYTES <= self.memory / 4:
+            wanted = self._target(target, pose, solid, voxel)
+            total = len(wanted)
+            if total:
+                yield wanted, None
+        else:
+            for region in regions(solid, voxel, int(math.sqrt(self.memory / 4 / (_SIDES * _BYTES)))):
+                wanted = target_voxels(solid, voxel, self._rule, region, self.memory / 2)
+                total += len(wanted)
+                if len(wanted):
+                    yield wanted, region
+        if total == 0:
+            raise ValueError(f"target {target} holds no voxel of {voxel:g} m: it is empty or the voxel too large")
+
+    @property
+    def centre_voxel(self) -> float:
+        """Side of the voxels, m, for what counts by the rule ``centre`` alone; ValueError under another rule."""
+        if self.rule != "centre" or self.voxel is None:
+            raise ValueError(f"found rule {self.rule}, allowed for redundancy and tolerance: centre")
+        return self.voxel
+
+    @property
+    def _rule(self) -> Literal["centre", "touch"]:
+        return "touch" if self.rule == "touch" else "centre"
 
     def _at_pose(self, setup: Setup, target: Target, pose: int) -> PoseZeta:
         self.at(pose)
         scene, weight = self.scene, float(self.scene.pose_weights[pose])
         q = scene.poses[pose].q
-        solid, cones = target_solid(target, scene.robot, q, scene.shape), sensor_cones(scene.robot, setup, q)
+        cones = sensor_cones(scene.robot, setup, q)
         if self.rule == "certified" or self.voxel is None:
+            solid = target_solid(target, scene.robot, q, scene.shape)
             b = bracket(solid, cones, self.width, self.voxel, self.tell)
             return PoseZeta(weight, (b.low + b.high) / 2, b.low, b.high, None, None, b)
-        check_voxel(solid, self.voxel)
-        if surface_voxels(solid, self.voxel) * _BYTES > self.memory / 4:
-            total, covered = self._stream(solid, cones, self.voxel)
-            return self._counted(weight, target, total, covered)
-        wanted = self._target(target, pose, solid, self.voxel)
-        return self._counted(
-            weight, target, len(wanted), count(cones, self.voxel, self.rule, wanted, memory=self.memory / 2)
-        )
-
-    def _counted(self, weight: float, target: Target, total: int, covered: int) -> PoseZeta:
-        if total == 0:
-            raise ValueError(f"target {target} holds no voxel of {self.voxel:g} m: it is empty or the voxel too large")
+        total = covered = 0
+        for wanted, region in self.pieces(target, pose):
+            total += len(wanted)
+            covered += count(cones, self.voxel, self._rule, wanted, region, self.memory / 2)
         zeta = covered / total
         return PoseZeta(weight, zeta, zeta, zeta, total, covered)
-
-    def _stream(self, solid: Difference, cones: Solid, voxel: float) -> tuple[int, int]:
-        """Voxels of a target, and those of them covered, region by region."""
-        rule: Literal["centre", "touch"] = "touch" if self.rule == "touch" else "centre"
-        total = covered = 0
-        for region in regions(solid, voxel, int(math.sqrt(self.memory / 4 / (_SIDES * _BYTES)))):
-            wanted = target_voxels(solid, voxel, rule, region, self.memory / 2)
-            total += len(wanted)
-            covered += count(cones, voxel, rule, wanted, region, self.memory / 2) if len(wanted) else 0
-        return total, covered
 
     def verify(self, setup: Setup, target: Target) -> Verified:
         """Zeta of ``setup`` for ``target`` over the scene's poses.

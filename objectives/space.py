@@ -32,13 +32,13 @@ def _inward(low: float, high: float) -> tuple[float, float]:
 
 
 def _without(stretches: list[tuple[float, float]], cut: tuple[float, float]) -> list[tuple[float, float]]:
-    """The stretches less the open interval ``cut``."""
+    """The stretches less the interval ``cut``, whose ends belong to what is left unless nothing else does."""
     found = []
     for low, high in stretches:
         if cut[1] <= low or cut[0] >= high:
             found.append((low, high))
         else:
-            found += [(a, b) for a, b in ((low, cut[0]), (cut[1], high)) if a <= b]
+            found += [(a, b) for a, b in ((low, cut[0]), (cut[1], high)) if a < b]
     return found
 
 

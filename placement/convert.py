@@ -6,11 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from ..coverage.mounting import MountingErrors
 from ..coverage.rings import RING_RADIUS, Ring, Setup
 from ..coverage.robots import robot
 from ..coverage.sensors import Sensor
 from ..coverage.targets import Shape, Target
+from ..objectives.aim import Aim
 from ..objectives.exact import PoseZeta, Verified
+<<<<<<< HEAD
 from ..objectives.scene import Goal, Limits, Pose, Recorded, Rules, Scene
 from ..objectives.trajectory import Thinning
 from .models import (
@@ -29,8 +32,18 @@ from .models import (
     VerifyResult,
     WorstModel,
 )
+=======
+from ..objectives.redundancy import Loss, Redundancy
+from ..objectives.scene import Goal, Limits, Pose, Rules, Scene
+from ..objectives.tolerance import Tolerance
+from .changes import Change, Work
+from .models import CurveModel, MountModel, PoseModel, RingModel, RulesModel, SceneFile, SensorModel, TargetModel
+from .proposals import ChangeModel, WorkModel
+from .results import ErrorsModel, LossModel, PoseZetaModel, ProofModel, RobustnessResult, VerifyResult
+>>>>>>> main
 
 DIGITS_DEG = 4  # decimals of an angle in a file
+DIGITS_MM = 3  # decimals of a length in millimetres
 DIGITS_POSITION = 6  # decimals of a ring's position in a file
 
 
@@ -182,9 +195,47 @@ def rounded(setup: Setup, sensor: Sensor) -> Setup:
     return setup_of(ring_models(setup, sensor), sensor)
 
 
+<<<<<<< HEAD
 def verify_result(name: str, verified: Verified, poses: Sequence[Pose] = ()) -> VerifyResult:
     """The record of a verified zeta, in percent, of the setup called ``name``; the scene's ``poses`` tell more of
     the worst of them."""
+=======
+def change_model(change: Change, mounted: int, sensor: Sensor) -> ChangeModel:
+    """The record of a change to one of so many mounted rings; ``sensor`` is the scene's."""
+    before, after = (
+        None if ring is None else ring_models(Setup((ring,)), sensor)[0] for ring in (change.before, change.after)
+    )
+    return ChangeModel(
+        ring=change.place if change.place < mounted else None,
+        done=change.kind.value,
+        before=before,
+        after=after,
+        sensors=change.sensors,
+        moved_mm=_millimetres(change.moved),
+        tilted_deg=round(math.degrees(change.tilted), DIGITS_DEG),
+        turned_deg=round(math.degrees(change.turned), DIGITS_DEG),
+    )
+
+
+def work_model(work: Work) -> WorkModel:
+    """The record of the work that changes are."""
+    return WorkModel(
+        rings_touched=work.rings,
+        rings_carried=work.carried,
+        sensors_added=work.sensors,
+        moved_mm=_millimetres(work.moved),
+        tilted_deg=round(math.degrees(work.tilted), DIGITS_DEG),
+        turned_deg=round(math.degrees(work.turned), DIGITS_DEG),
+    )
+
+
+def _millimetres(length: float) -> float:
+    return round(1000 * length, DIGITS_MM)
+
+
+def verify_result(name: str, verified: Verified) -> VerifyResult:
+    """The record of a verified zeta, in percent, of the setup called ``name``."""
+>>>>>>> main
 
     def percents(z: Verified | PoseZeta) -> dict[str, float]:
         return {f"{key}_percent": min(100.0, 100 * getattr(z, key)) for key in ("zeta", "low", "high")}
@@ -226,3 +277,53 @@ def _proof(verified: Verified) -> ProofModel | None:
         cells=sum(p.cells for p in proofs),
         smallest=min(p.smallest for p in proofs),
     )
+
+
+def errors_model(errors: MountingErrors, draws: int, seed: int) -> ErrorsModel:
+    """Errors of mounting as a file holds them."""
+    return ErrorsModel(
+        position_mm=round(1000 * errors.position, 9),
+        direction_deg=_degrees(errors.direction),
+        law=errors.law,
+        draws=draws,
+        seed=seed,
+    )
+
+
+def tolerant_model(aim: Aim) -> ErrorsModel | None:
+    """The errors that a search kept in mind, if any."""
+    return errors_model(aim.errors, aim.draws, aim.seed) if aim.errors else None
+
+
+def robustness_result(name: str, setup: Setup, sure: Redundancy, astray: Tolerance) -> RobustnessResult:
+    """The record of redundancy and tolerance, in percent, of the setup called ``name``."""
+    ring_of, first = setup.ring_of_sensor, np.cumsum([0, *(r.count for r in setup.rings)])
+
+    def loss(ring: int, found: Loss, sensor: int | None = None) -> LossModel:
+        return LossModel(ring=ring, link=setup.rings[ring].link, sensor=sensor, zeta_percent=_percent(found.zeta))
+
+    sensor, ring = sure.worst_sensor, sure.worst_ring
+    at = int(ring_of[sensor.index])
+    return RobustnessResult(
+        setup=name,
+        target=sure.target.name,
+        radius=sure.target.radius,
+        voxel=sure.voxel,
+        zeta_percent=_percent(sure.zeta),
+        seen_percent=[_percent(z) for z in sure.zetas],
+        worst_sensor=loss(at, sensor, sensor.index - int(first[at])),
+        worst_ring=loss(ring.index, ring),
+        without_sensor_percent=[_percent(z) for z in sure.without_sensor],
+        without_ring_percent=[_percent(z) for z in sure.without_ring],
+        errors=errors_model(astray.errors, len(astray.zetas), astray.seed),
+        mean_percent=_percent(astray.mean),
+        mean_error_percent=100 * astray.mean_error if math.isfinite(astray.mean_error) else None,
+        fifth_percentile_percent=_percent(astray.fifth_percentile),
+        worst_percent=_percent(astray.worst),
+        drawn_percent=[_percent(z) for z in astray.zetas],
+        seconds=sure.seconds + astray.seconds,
+    )
+
+
+def _percent(share: float) -> float:
+    return min(max(100 * float(share), 0.0), 100.0)

@@ -15,20 +15,26 @@ from ..coverage.rings import Setup, named_setup
 from ..objectives.scene import Scene
 from .convert import ring_models, scene_of, setup_of, thinning
 from .errors import UserError, explain, shown
+<<<<<<< HEAD
 from .models import ProposalFile, RingModel, SceneFile
 from .record import with_record
+=======
+from .models import RingModel, SceneFile
+from .mounted import mounted_setup
+from .proposals import ProposalFile
+>>>>>>> main
 
 _LARGEST = 16 * 2**20  # bytes of a file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
-def _read(path: Path, model: type[_Model]) -> _Model:
-    """The TOML file at ``path`` as ``model``; UserError in one line otherwise."""
+def _text(path: Path, kind: str) -> str:
+    """The UTF-8 text of a file of a ``kind`` like TOML; UserError in one line otherwise."""
     name = str(path)
     try:
         if path.is_dir():
-            raise UserError(f"{name}: found a folder, allowed: a TOML file")
+            raise UserError(f"{name}: found a folder, allowed: a {kind} file")
         with path.open("rb") as file:
             data = file.read(_LARGEST + 1)
     except (OSError, ValueError) as error:
@@ -37,9 +43,16 @@ def _read(path: Path, model: type[_Model]) -> _Model:
     if len(data) > _LARGEST:
         raise UserError(f"{name}: found more than {_LARGEST // 2**20} MB, allowed: less")
     try:
-        return model.model_validate(tomllib.loads(data.decode("utf-8-sig")))
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise UserError(f"{name}: byte {error.start} is not UTF-8, allowed: TOML in UTF-8") from error
+        raise UserError(f"{name}: byte {error.start} is not UTF-8, allowed: {kind} in UTF-8") from error
+
+
+def _read(path: Path, model: type[_Model]) -> _Model:
+    """The TOML file at ``path`` as ``model``; UserError in one line otherwise."""
+    name, text = str(path), _text(path, "TOML")
+    try:
+        return model.model_validate(tomllib.loads(text))
     except ValidationError as error:
         raise explain(name, error, model) from error
     except (ValueError, RecursionError) as error:  # tomllib's own, and int()'s for thousands of digits
@@ -68,6 +81,11 @@ def _scene(path: Path, file: SceneFile, key: str) -> Scene:
     return with_record(scene, path.parent / asked.file, thinning(asked), asked.unit == "deg")
 
 
+def scene_keys(path: Path) -> dict[str, Any]:
+    """The keys of a scene's file that differ from the reference scene's, as JSON has them; UserError as for a scene."""
+    return _read(path, SceneFile).model_dump(mode="json", exclude_defaults=True)
+
+
 def read_proposal(path: Path) -> tuple[Setup, Scene, ProposalFile]:
     """The setup and the scene of a proposal, and the whole file; UserError if it cannot be read or breaks a rule."""
     file = _read(path, ProposalFile)
@@ -76,12 +94,13 @@ def read_proposal(path: Path) -> tuple[Setup, Scene, ProposalFile]:
 
 
 def resolve(name_or_path: str, scene: Scene | None) -> tuple[Setup, Scene]:
-    """A setup and its scene: the paper's setup of that name in ``scene``, or else a proposal's file.
+    """A setup and its scene: the paper's setup of that name in ``scene``, what a CSV of sensors (.csv) has mounted at the
+    poses of ``scene``, or else a proposal's file.
 
-    A proposal brings its own scene unless ``scene`` is given.
+    A proposal brings its own scene unless ``scene`` is given; without one, the others are in the reference scene.
 
     Raises:
-        UserError: if it is neither, or if the scene's robot lacks a link of the setup.
+        UserError: if it is none of them, or if the scene's robot lacks a link of the setup.
     """
     path = Path(name_or_path)
     if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path):
@@ -93,6 +112,9 @@ def resolve(name_or_path: str, scene: Scene | None) -> tuple[Setup, Scene]:
             raise explain(name_or_path, error, RingModel) from error
         except ValueError as error:
             raise UserError(f"setup: {error}") from error
+    elif path.suffix.lower() == ".csv":
+        scene = scene or Scene()
+        setup = mounted_setup(name_or_path, _text(path, "CSV"), scene)
     else:
         setup, own, _ = read_proposal(path)
         scene = scene or own

@@ -32,7 +32,9 @@ Tilt = Annotated[float, Field(gt=-90, lt=90, description="degrees, positive towa
 Position = Annotated[float, Field(ge=0, le=1, description="0 proximal to 1 distal")]
 
 
-class _Model(BaseModel):
+class StrictModel(BaseModel):
+    """No key unknown, no value bent into shape, nothing changed once read."""
+
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
 
@@ -40,14 +42,14 @@ def _fault(found: Any, allowed: str) -> PydanticCustomError:
     return PydanticCustomError("rule", "found {found}, allowed: {allowed}", {"found": shown(found), "allowed": allowed})
 
 
-def _refuse(faults: Iterable[tuple[tuple[int | str, ...], Any, str]]) -> None:
+def refuse(faults: Iterable[tuple[tuple[int | str, ...], Any, str]]) -> None:
     """Raise one error with all faults (key, what was found there, what is allowed), if there are any."""
     details = [InitErrorDetails(type=_fault(found, allowed), loc=loc, input=None) for loc, found, allowed in faults]
     if details:
         raise ValidationError.from_exception_data("file", details)
 
 
-class PoseModel(_Model):
+class PoseModel(StrictModel):
     q_deg: list[Annotated[float, Field(ge=-720, le=720, description="degrees")]] = Field(min_length=1, max_length=20)
     weight: Weight = 1.0
     time_s: float | None = Field(default=None, description="seconds, when a record was there")
@@ -74,7 +76,7 @@ class RecordedModel(_Model):
     speed_weight: float = Field(ge=0)
 
 
-class TargetModel(_Model):
+class TargetModel(StrictModel):
     name: Literal["V_O", "V_T", "V_OT", "V_S"]
     radius: Metres | None = Field(default=None, validate_default=True, description="metres, of V_S only")
     weight: float = Field(default=1.0, ge=0, le=1e6, description="relative weight, 0: only its floor counts")
@@ -91,12 +93,12 @@ class TargetModel(_Model):
         return radius
 
 
-class SensorModel(_Model):
+class SensorModel(StrictModel):
     fov_deg: float = Field(default=25.0, gt=0, lt=180, description="degrees, the full angle")
     range_m: Metres = 1.5
 
 
-class CurveModel(_Model):
+class CurveModel(StrictModel):
     blend: float = Field(default=0.5, gt=0, le=1, description="share of a segment that its two bends take")
     points_per_bend: int = Field(default=20, ge=2, le=1000, description="interpolation points")
     robot_radius: Metres = ROBOT_RADIUS
@@ -112,13 +114,13 @@ def _ascending(pair: list[Any]) -> list[Any]:
 Interval = Annotated[list[Position], Field(min_length=2, max_length=2), AfterValidator(_ascending)]
 
 
-class MountModel(_Model):
+class MountModel(StrictModel):
     position: Interval = [0.0, 1.0]
     tilt_deg: Annotated[list[Tilt], Field(min_length=2, max_length=2), AfterValidator(_ascending)] = [-70.0, 70.0]
     keep_out: list[Interval] = Field(default=[], max_length=100, description="intervals without rings")
 
 
-class RulesModel(_Model):
+class RulesModel(StrictModel):
     """What makes a setup buildable."""
 
     spacing: float = Field(default=0.03, ge=0, le=10, description="metres, between two rings on a link")
@@ -130,7 +132,7 @@ class RulesModel(_Model):
     shared_tilt: bool = Field(default=False, description="all rings have one tilt, up to its sign")
 
 
-class RingModel(_Model):
+class RingModel(StrictModel):
     link: Annotated[str, Field(max_length=100)]
     position: Position = 0.0
     count: int = Field(ge=1, le=1000, description="sensors")
@@ -140,7 +142,28 @@ class RingModel(_Model):
     sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
 
 
-class SceneFile(_Model):
+_Index = Annotated[int, Field(ge=0, le=999, description="counted from 0")]
+_Place = Annotated[float, Field(ge=-100, le=100, description="metres, base frame")]
+_Part = Annotated[float, Field(ge=-1.001, le=1.001, description="part of a unit vector, base frame")]
+
+
+class ConeRow(StrictModel):
+    """A row of ``place-rings cones``: a sensor at a pose, base frame."""
+
+    pose: int = Field(ge=0, lt=10_000, description="counted from 0")
+    ring: _Index
+    sensor: _Index
+    apex_x: _Place
+    apex_y: _Place
+    apex_z: _Place
+    axis_x: _Part
+    axis_y: _Part
+    axis_z: _Part
+    fov_deg: float = Field(gt=0, lt=180, description="degrees, the full angle")
+    range_m: Metres
+
+
+class SceneFile(StrictModel):
     """A scene (TOML). Every key has a default: the empty file is the reference scene."""
 
     robot: str = "ur10"
@@ -198,8 +221,9 @@ class SceneFile(_Model):
             for link in self.mounts
             if link not in links
         ]
-        _refuse(faults)
+        refuse(faults)
         return self
+<<<<<<< HEAD
 
 
 class ProofModel(_Model):
@@ -304,3 +328,5 @@ MODELS: dict[str, type[_Model]] = {
     "verify": VerifyResult,
     "result": SearchFile,
 }
+=======
+>>>>>>> main

@@ -1,7 +1,8 @@
 """Finished cells of a study, kept in an SQLite file, so that a study that was stopped goes on where it was.
 
 A cell is one measurement: the name of a work and its arguments, both of which JSON can hold. Each is stored at once when it
-is finished; a kill loses only what was being measured.
+is finished; a kill loses only what was being measured. One process at a time has the file: the lock is the database's own,
+so that it ends with the process, however that ends.
 """
 
 import json
@@ -33,14 +34,17 @@ class Store:
     """A file of results by cell. ``version``: of the program; what another version measured is measured again."""
 
     def __init__(self, file: Path, version: str) -> None:
-        """Open or make ``file``.
+        """Open or make ``file``, and keep others out of it.
 
         Raises:
-            UserError: if it is not such a file.
+            UserError: if it is not such a file, or another process has it.
         """
         self.file, self.version = file, version
         try:
-            self._base = sqlite3.connect(file, timeout=30.0, isolation_level=None)
+            self._base = sqlite3.connect(file, timeout=1.0, isolation_level=None)
+            self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
+            self._base.execute("BEGIN EXCLUSIVE")
+            self._base.execute("COMMIT")  # the lock stays
             form = self._base.execute("PRAGMA user_version").fetchone()[0]
             tables = self._base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
             if form != _FORM and tables:
@@ -51,6 +55,8 @@ class Store:
             )
             self._base.execute(f"PRAGMA user_version = {_FORM}")
         except sqlite3.Error as error:
+            if error.sqlite_errorcode == sqlite3.SQLITE_BUSY:
+                raise UserError(f"{file}: found another study running into this folder, allowed: one at a time") from error
             raise UserError(
                 f"{file}: found a file that is no database of cells ({error}), allowed: one, or no file"
             ) from error
@@ -68,9 +74,9 @@ class Store:
         return json.loads(found[0]) if found else None
 
     def put(self, cell: Cell, result: Any, seconds: float) -> None:
-        """Keep the result of a cell."""
+        """Keep the result of a cell; where there is one already, that one stays."""
         text = json.dumps(result, allow_nan=False)
-        self._base.execute("INSERT OR REPLACE INTO cells VALUES (?, ?, ?, ?)", (cell.key, self.version, text, seconds))
+        self._base.execute("INSERT OR IGNORE INTO cells VALUES (?, ?, ?, ?)", (cell.key, self.version, text, seconds))
 
     def seconds(self) -> float:
         """What all cells of this version took, s."""

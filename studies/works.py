@@ -1,7 +1,7 @@
 """The measurements that studies are made of: functions of what JSON can hold, returning what JSON can hold."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, lru_cache
 from typing import Any
 
@@ -16,10 +16,12 @@ from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_of, setup_of
 from ..placement.layout import ring_layout
 from ..placement.models import RingModel, SceneFile
+from ..placement.search import Outcome, Schedule, Stage
 from ..placement.search import search as searching
 from . import approach, distance, human, objects, task, walk
 from .approach import unseen_approaches
 from .distance import repeated
+from .store import Cell
 from .task import Motion, pick_and_place
 
 Rings = list[dict[str, Any]]
@@ -52,17 +54,47 @@ def zeta(
     voxel: float | None,
     width: float = 0.0,
 ) -> dict[str, Any]:
-    """Exact zeta of a setup for one target, in percent with its bounds, the voxels counted, and the seconds it took."""
+    """Exact zeta of a setup for one target, in percent with its bounds, the voxels counted, and the seconds it took.
+
+    Raises:
+        KeyboardInterrupt: also where Ctrl-C left an interval wider than was asked for: a study must not keep that.
+    """
     verifier = _verifier(json.dumps(scene, sort_keys=True), rule, voxel, width)
     found = verifier.verify(setup_from(setup, verifier.scene), Target(target, radius))
+    if any(pose.proof is not None and width > 0 and not pose.proof.reached for pose in found.poses):
+        raise KeyboardInterrupt
     percents = {f"{key}_percent": 100 * getattr(found, key) for key in ("zeta", "low", "high")}
     return percents | {"target": found.target_voxels, "covered": found.covered_voxels, "seconds": found.seconds}
 
 
-def place(scene: Mapping[str, Any], rings_per_link: int, sensors_per_ring: int, seed: int) -> Rings:
-    """The rings of a searched setup, as a proposal lists them."""
+SHORT = Schedule(
+    8,
+    (Stage(0.05, 8192, 40, 4, variants=6), Stage(0.02, 16384, 60, 3, variants=3), Stage(0.008, 32768, 80, 2)),
+    draws=256,
+)  # of a search that starts from good setups
+
+
+def place(
+    scene: Mapping[str, Any],
+    seed: int,
+    rings_per_link: int = 2,
+    sensors_per_ring: int = 16,
+    sensors: int | None = None,
+    known: Sequence[Rings] = (),
+    short: bool = False,
+) -> Rings:
+    """The rings of a searched setup, as a proposal lists them: of a layout, or where ``sensors`` are given of any rings;
+    from the ``known`` setups too, and by a short schedule where these are good.
+
+    Raises:
+        KeyboardInterrupt: also where Ctrl-C left the best so far: a study must not keep that.
+    """
     asked = scene_from(scene)
-    found = searching(asked, Space(asked, ring_layout(asked, rings_per_link, sensors_per_ring)), seed)
+    space = Space(asked, None if sensors else ring_layout(asked, rings_per_link, sensors_per_ring), sensors)
+    setups = [setup_from(rings, asked) for rings in known]
+    found = searching(asked, space, seed, schedule=SHORT if short else None, known=setups)
+    if found.outcome is Outcome.INTERRUPTED:
+        raise KeyboardInterrupt
     return [ring.model_dump(exclude_none=True) for ring in ring_models(found.setup, asked.sensor)]
 
 
@@ -88,6 +120,11 @@ def unseen_approach(robot: str, setup: str | Rings, q_deg: list[float], radii: l
     where = scene_from({"robot": robot})
     found = unseen_approaches(where.robot, setup_from(setup, where), np.radians(q_deg), tuple(radii))
     return [{"radius": a.radius, "gap_m": a.gap_m, "path": np.round(a.path, 6).tolist()} for a in found]
+
+
+def shared(cell: Cell) -> str:
+    """What cells with costly preparation in common have in common: everything but the setup."""
+    return Cell(cell.work, {key: value for key, value in cell.arguments.items() if key != "setup"}).key
 
 
 MEASURING = (approach, distance, human, objects, task, walk)  # modules of this room that works are made of

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from place_rings.coverage import certified
 from place_rings.coverage.certified import Bracket, _Tally, bracket
 from place_rings.coverage.curve import pose_curve
 from place_rings.coverage.octree import count, voxels
@@ -213,6 +214,15 @@ def test_the_mean_over_poses_holds_its_rounding(monkeypatch):
     verified = Verifier(scene, rule="certified", width=1e-3).verify(named_setup("n1_1_0"), Target("V_S", 0.5))
     assert verified.low <= whole.low
     assert verified.high == 1
+
+
+def test_the_interval_is_the_same_on_any_number_of_processors(monkeypatch):
+    target, seen, _, _ = closed_forms()["two balls"]
+    found = []
+    for threads in (1, 3):
+        monkeypatch.setattr(certified, "processors", lambda threads=threads: threads)
+        found.append(bracket(target, seen, 1e-3))
+    assert found[0] == found[1]
 
 
 def test_ctrl_c_leaves_the_last_interval():

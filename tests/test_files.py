@@ -13,7 +13,8 @@ from place_rings.placement import loader
 from place_rings.placement.convert import ring_models, rounded, scene_model, scene_of
 from place_rings.placement.errors import UserError
 from place_rings.placement.loader import read_proposal, read_scene, resolve, to_toml, write_text
-from place_rings.placement.models import ProposalFile, SceneFile
+from place_rings.placement.models import SceneFile
+from place_rings.placement.proposals import ProposalFile
 
 from . import drawing
 

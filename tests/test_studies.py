@@ -2,13 +2,18 @@
 
 import json
 import sqlite3
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from place_rings.coverage.certified import Bracket
 from place_rings.coverage.targets import Target
+from place_rings.objectives import exact
 from place_rings.placement.errors import UserError
+from place_rings.placement.search import Outcome
 from place_rings.studies import convergence as study
+from place_rings.studies import works
 from place_rings.studies.convergence_report import page, picture
 from place_rings.studies.engine import program, run
 from place_rings.studies.store import Cell, Store
@@ -63,6 +68,33 @@ def test_a_file_that_is_no_store_is_refused_and_kept(tmp_path):
     base.close()
     with pytest.raises(UserError, match="form 0"):
         Store(tmp_path / "other", "1")
+
+
+def test_a_study_has_its_file_alone(tmp_path):
+    with Store(tmp_path / "cells.sqlite", "1") as store:
+        store.put(Cell("work", {}), 1, 0.5)
+        with pytest.raises(UserError, match="another study"):
+            Store(tmp_path / "cells.sqlite", "1")
+        store.put(Cell("work", {}), 2, 0.5)
+    with Store(tmp_path / "cells.sqlite", "1") as store:
+        assert store.get(Cell("work", {})) == 1  # what is kept stays
+
+
+@pytest.mark.parametrize("work", ["place", "zeta"])
+def test_what_ctrl_c_cut_short_is_not_kept(work, monkeypatch, tmp_path):
+    """A search gives the best so far and a proof its last interval; neither is what was asked for."""
+    best = SimpleNamespace(outcome=Outcome.INTERRUPTED)
+    monkeypatch.setattr(works, "searching", lambda *_, **__: best)
+    monkeypatch.setattr(exact, "bracket", lambda *_: Bracket(0.1, 0.9, 1.0, 1.0, 1, 1, 1.0, reached=False))
+    counted = {"setup": "n1_8_0", "target": "V_S", "radius": 0.5, "rule": "certified", "voxel": None, "width": 0.01}
+    cells = {
+        "place": Cell("place", {"scene": {}, "rings_per_link": 1, "sensors_per_ring": 2, "seed": 0}),
+        "zeta": Cell("zeta", {"scene": {}, **counted}),
+    }
+    with Store(tmp_path / "cells.sqlite", "1") as store:
+        with pytest.raises(KeyboardInterrupt):
+            run([cells[work]], WORKS, store)
+        assert store.get(cells[work]) is None
 
 
 def test_the_program_is_known_by_its_code():

@@ -1,0 +1,205 @@
+"""Studies whose processes are killed at random moments.
+
+Run: python benchmarks kills               the section of the report
+     python benchmarks/kills.py 2 2 1 80   on a small scale: 2 kills of the driver, 2 of workers, 1 Ctrl-C, of 80 cells
+"""
+
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+from common import table
+from noted import NOTES, cells
+from place_rings.studies import engine
+from place_rings.studies.store import Store
+from place_rings.studies.works import WORKS
+
+_START = 6.0  # s, that a study takes to start, roughly: some kills come before it has
+_BETWEEN = 12  # cells, at most, from one kill to the next, and then a moment
+_MOMENT = 0.2  # s
+CELLS = 600
+_PATIENCE = 60.0  # s, for the next cell, or for processes to be gone
+
+
+@dataclass
+class Damage:
+    """What was done to a study, and what came of it."""
+
+    kills: int = 0
+    starting: int = 0  # kills before the first cell of a run was kept
+    lost: int = 0  # cells that were kept, and were not any more or were others after a kill
+    again: int = 0  # cells measured again though kept
+    wasted: int = 0  # cells measured again, as they were not kept yet
+    gone: float = 0.0  # s, the longest that a process outlived its driver
+    different: int = 0  # cells unlike those of the undisturbed run
+
+
+class Disturbed:
+    """A study in a folder of its own, with a hand that disturbs it, at moments that a seed gives."""
+
+    def __init__(self, folder: Path, count: int, seed: int) -> None:
+        self.folder, self.count, self.rng, self.damage = folder, count, np.random.default_rng(seed), Damage()
+        self.notes, self.errors, self.before = folder / "notes", (folder / "errors").open("w+"), {}
+        self.notes.touch()
+
+    def start(self) -> subprocess.Popen:
+        """The study's driver in a group of its own, as a terminal's foreground has it."""
+        command = [sys.executable, str(Path(__file__).with_name("noted.py")), str(self.folder), str(self.count)]
+        environment = {**os.environ, NOTES: str(self.notes)}
+        return subprocess.Popen(command, env=environment, start_new_session=True, stderr=self.errors)
+
+    def kept(self) -> int:
+        """Cells noted as kept, up to now."""
+        return self.notes.read_text().count("kept ")
+
+    def await_moment(self, driver: subprocess.Popen, first: bool) -> None:
+        """A moment drawn at random, in the start of the driver or after some more cells."""
+        more, moment = int(self.rng.integers(0 if first else 1, _BETWEEN)), self.rng.uniform()
+        start, until = self.kept(), time.monotonic() + _PATIENCE
+        while more and self.kept() < start + more and driver.poll() is None and time.monotonic() < until:
+            time.sleep(0.002)
+        time.sleep(moment * (_MOMENT if more else _START))
+        self.damage.starting += first and self.kept() == start
+
+    def strike_driver(self, how: signal.Signals) -> bool:
+        """Start the driver and end it; False where it was done before that."""
+        driver = self.start()
+        self.await_moment(driver, first=True)
+        if driver.poll() is not None:
+            return False
+        family = psutil.Process(driver.pid).children(recursive=True)
+        os.killpg(driver.pid, how) if how == signal.SIGINT else driver.kill()
+        driver.wait(_PATIENCE)
+        struck = time.monotonic()
+        while any(_lives(p) for p in family):
+            if time.monotonic() - struck > _PATIENCE:
+                raise SystemExit("processes outlived their driver")
+            time.sleep(0.01)
+        self.damage.gone = max(self.damage.gone, time.monotonic() - struck)
+        self.damage.kills += 1
+        self.look()
+        return True
+
+    def strike_workers(self, kills: int) -> None:
+        """Start the driver, end workers of its own as it goes, and let it finish."""
+        driver = self.start()
+        for _ in range(kills):
+            self.await_moment(driver, first=False)
+            with suppress(psutil.NoSuchProcess):
+                workers = [p for p in psutil.Process(driver.pid).children() if "spawn_main" in " ".join(p.cmdline())]
+                workers[self.rng.integers(len(workers))].kill()
+                self.damage.kills += 1
+        if driver.wait(10 * _PATIENCE):
+            self.errors.seek(0)
+            raise SystemExit(f"the driver ended by {driver.returncode}: {self.errors.read()}")
+        self.look()
+
+    def look(self) -> None:
+        """Compare what is kept with what was noted as kept, and with what was kept before."""
+        now = results(self.folder / "cells.sqlite")
+        lines = [line.partition(" ") for line in self.notes.read_text().splitlines()]
+        kept = {key for word, _, key in lines if word == "kept"}
+        self.damage.lost += len(kept - set(now)) + sum(now.get(key) != result for key, result in self.before.items())
+        self.before = now
+
+    def finish(self, undisturbed: dict[str, Any]) -> Damage:
+        """The damage, after the study went to its end."""
+        seen, kept = set(), set()
+        for word, _, key in (line.partition(" ") for line in self.notes.read_text().splitlines()):
+            if word == "kept":
+                self.damage.again += key in kept
+                kept.add(key)
+            else:
+                self.damage.again += key in kept
+                self.damage.wasted += key in seen and key not in kept
+                seen.add(key)
+        end = {key: _timeless(result) for key, (result, _) in results(self.folder / "cells.sqlite").items()}
+        self.damage.different = sum(end.get(key) != undisturbed.get(key) for key in {*end, *undisturbed})
+        return self.damage
+
+
+def _lives(process: psutil.Process) -> bool:
+    with suppress(psutil.NoSuchProcess):
+        return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
+    return False
+
+
+def _timeless(result: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in result.items() if key != "seconds"}
+
+
+def results(file: Path) -> dict[str, tuple[Any, float]]:
+    """Result and seconds of every cell in a study's file."""
+    if not file.exists():
+        return {}
+    base = sqlite3.connect(file)
+    try:
+        tables = base.execute("SELECT count(*) FROM sqlite_master WHERE name = 'cells'").fetchone()[0]
+        rows = base.execute("SELECT key, result, seconds FROM cells").fetchall() if tables else []
+    finally:
+        base.close()
+    return {key: (json.loads(result), seconds) for key, result, seconds in rows}
+
+
+def undisturbed(count: int) -> dict[str, Any]:
+    """Results by cell of a study that nothing disturbs."""
+    with tempfile.TemporaryDirectory() as folder, Store(Path(folder) / "cells.sqlite", "kills") as store:
+        found = engine.run(cells(count), WORKS, store)
+    return {cell.key: _timeless(result) for cell, result in zip(cells(count), found, strict=True)}
+
+
+def disturb(drivers: int, workers: int, interrupts: int, wanted: dict[str, Any], seed: int = 0) -> Damage:
+    """A study that is disturbed so often, held against the results of one that was not."""
+    with tempfile.TemporaryDirectory() as folder:
+        study = Disturbed(Path(folder), len(wanted), seed)
+        for how in [signal.SIGKILL] * drivers + [signal.SIGINT] * interrupts:
+            if not study.strike_driver(how):
+                break
+        study.strike_workers(workers)
+        return study.finish(wanted)
+
+
+def report() -> list[str]:
+    """Twenty of each kind."""
+    kinds = {"`kill -9` of the driver": (20, 0, 0), "`kill -9` of a worker": (0, 20, 0), "Ctrl-C": (0, 0, 20)}
+    rows, wanted = [], undisturbed(CELLS)
+    for name, (drivers, workers, interrupts) in kinds.items():
+        d = disturb(drivers, workers, interrupts, wanted)
+        gone = "" if workers else f"{d.gone:.2f}"
+        rows.append((name, d.kills, d.starting, d.lost, d.again, d.wasted, d.different, gone))
+    columns = ("what", "times", "before the first cell of a run", "kept cells lost", "kept cells measured again")
+    columns += (
+        "cells measured again that were under way",
+        "cells unlike the undisturbed run's",
+        "last process gone after, s",
+    )
+    intro = [
+        f"A study of {CELLS} cells on two workers, disturbed at random (seeded) moments and run again until it was done:",
+        "`python benchmarks kills`.",
+        "",
+    ]
+    return intro + table(columns, rows)
+
+
+def main() -> None:
+    """A study disturbed on a small scale, which must take no harm; on a busy machine it may end before the last kill."""
+    drivers, workers, interrupts, count = map(int, sys.argv[1:])
+    damage = disturb(drivers, workers, interrupts, undisturbed(count))
+    print(damage)
+    if damage.lost or damage.again or damage.different or not damage.kills:
+        raise SystemExit("the study took harm, or was not disturbed at all")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+"""The study that kills.py disturbs: quick cells, and every process notes what it does in one file, in the order of time.
+
+Run: python benchmarks/noted.py FOLDER CELLS, with PLACE_RINGS_NOTES naming the file
+"""
+
+import itertools
+import os
+import signal
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import dask
+import numpy as np
+from place_rings.studies import cluster, machines
+from place_rings.studies.store import Cell, Store
+from place_rings.studies.works import WORKS, zeta
+
+NOTES = "PLACE_RINGS_NOTES"
+
+
+def cells(count: int) -> list[Cell]:
+    """Quick cells, of every rule."""
+    counts = (("centre", 0.05, 0.0), ("touch", 0.1, 0.0), ("centre", 0.03, 0.0), ("certified", None, 0.1))
+    targets = (("V_S", 0.5), ("V_T", None), ("V_S", 1.1), ("V_O", None), ("V_S", 0.8))
+    names = [f"n{i}_{j}_{theta}" for i in (1, 2, 3) for j in (8, 16) for theta in range(0, 60, 10)]
+    found = [
+        {"scene": {}, "setup": s, "target": t, "radius": r, "rule": rule, "voxel": voxel, "width": width}
+        for (rule, voxel, width), (t, r), s in itertools.product(counts, targets, names)
+    ]
+    every = np.linspace(0, len(found) - 1, min(count, len(found))).astype(int)
+    return [Cell("zeta", found[i]) for i in every]
+
+
+def note(word: str, key: str) -> None:
+    """Write a line at once: what another process writes later stands below it."""
+    file = os.open(os.environ[NOTES], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+    os.write(file, f"{word} {key}\n".encode())
+    os.close(file)
+
+
+def noted(**arguments: Any) -> Any:
+    """The work of the cells, that says when it starts."""
+    note("start", Cell("zeta", arguments).key)
+    return zeta(**arguments)
+
+
+NOTED = {**WORKS, "zeta": noted}
+
+
+def dask_setup(worker: object) -> None:
+    """Called by dask in each worker: it works as the driver does."""
+    WORKS.update(NOTED)
+
+
+class NotedStore(Store):
+    """Says what is kept, once it is."""
+
+    def put(self, cell: Cell, result: Any, seconds: float) -> None:
+        """Keep and note."""
+        super().put(cell, result, seconds)
+        note("kept", cell.key)
+
+
+def drive(folder: Path, count: int) -> None:
+    """The study that is disturbed, as one process."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background has it ignored
+    with (
+        suppress(KeyboardInterrupt),
+        dask.config.set({"distributed.worker.preload": [__file__]}),
+        NotedStore(folder / "cells.sqlite", "kills") as store,
+        machines.here(2) as client,
+    ):
+        cluster.run(client, cells(count), NOTED, store)
+
+
+if __name__ == "__main__":
+    drive(Path(sys.argv[1]), int(sys.argv[2]))

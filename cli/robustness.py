@@ -1,0 +1,75 @@
+"""The command that asks how robust a setup is: against blind sensors and rings, and against errors of its mounting."""
+
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from ..coverage.rings import Setup
+from ..objectives.exact import Verifier
+from ..objectives.redundancy import redundancy
+from ..objectives.scene import Scene
+from ..objectives.tolerance import tolerance
+from ..placement.convert import robustness_result
+from ..placement.results import LossModel, RobustnessResult
+from .aim_options import Robustness
+from .place import check_scene
+from .tables import target_label
+
+
+def robustness(name: str, setup: Setup, scene: Scene, asked: Robustness, as_json: bool) -> None:
+    """Print redundancy and tolerance of ``setup`` for the scene's goals."""
+    check_scene(scene, asked.voxel)
+    verifier, results = Verifier(scene, asked.voxel), []
+    with Progress(*Progress.get_default_columns(), console=Console(stderr=True), transient=True) as bar:
+        for goal in scene.goals:
+            task = bar.add_task(str(goal.target), total=asked.draws * len(scene.poses))
+            sure = redundancy(verifier, setup, goal.target, asked.most)
+            drawing = (setup, goal.target, asked.errors, asked.draws, asked.seed)
+            astray = tolerance(verifier, *drawing, lambda task=task: bar.advance(task))  # type: ignore[misc]
+            results.append(robustness_result(name, setup, sure, astray))
+    if as_json:
+        records = [r.model_dump_json(indent=2) for r in results]
+        print(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
+        return
+    console = Console()
+    console.print(robustness_table(results))
+    for r in results:
+        console.print(f"{target_label(r)}: {lines(r)}", soft_wrap=True, highlight=False)
+
+
+def robustness_table(results: list[RobustnessResult]) -> Table:
+    """Questions down, targets across, in percent."""
+    first = results[0]
+    title = f"{first.setup} in percent, rule centre, voxels of {first.voxel:g} m"
+    table = Table(title=title, title_justify="left")
+    table.add_column("")
+    for r in results:
+        table.add_column(target_label(r), justify="right")
+
+    def row(what: str, *values: float) -> None:
+        table.add_row(what, *(f"{v:.2f}" for v in values))
+
+    row("ζ", *(r.zeta_percent for r in results))
+    for k in range(1, len(first.seen_percent)):
+        row(f"seen by at least {k + 1} sensors", *(r.seen_percent[k] for r in results))
+    row("ζ without the worst sensor", *(r.worst_sensor.zeta_percent for r in results))
+    row("ζ without the worst ring", *(r.worst_ring.zeta_percent for r in results))
+    e = first.errors
+    luck = f"{e.draws} mountings, ±{e.position_mm:g} mm, ±{e.direction_deg:g}°{' (2 σ)' if e.law == 'normal' else ''}"
+    row(f"mean ζ of {luck}", *(r.mean_percent for r in results))
+    row("5th percentile of these", *(r.fifth_percentile_percent for r in results))
+    return table
+
+
+def lines(r: RobustnessResult) -> str:
+    """Which sensor and ring are missed most, and how far the draws are to be trusted."""
+
+    def lost(loss: LossModel) -> str:
+        ring = f"ring {loss.ring} on {loss.link}"
+        return ring if loss.sensor is None else f"sensor {loss.sensor} of {ring}"
+
+    error = "" if r.mean_error_percent is None else f" ± {r.mean_error_percent:.2f} (standard error)"
+    return (
+        f"missed most: {lost(r.worst_sensor)} and {lost(r.worst_ring)};"
+        f" mean under errors {r.mean_percent:.2f}{error}, least {r.worst_percent:.2f}; {r.seconds:.1f} s"
+    )

@@ -1,0 +1,97 @@
+"""What a search makes large: the share seen by one sensor or several, after the worst loss, under errors of mounting."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ..coverage.mounting import Misplaced, MountingErrors, draw_errors
+from ..coverage.rings import Setup
+from .exact import Verifier
+from .redundancy import redundancy
+from .scene import Scene
+from .tolerance import exact_zetas, mounted_cones, nominal_cones
+
+Losing = Literal["ring", "sensor"]
+DRAWS = 16  # mountings that a search keeps in mind
+
+
+@dataclass(frozen=True)
+class Aim:
+    """The default aim is zeta itself.
+
+    seen: sensors that must see a point. losing: zeta without the ring, or the sensor, that is missed most. errors: where
+    given, the aim is the mean over ``draws`` mountings, drawn once by ``seed``. That is not the seed by which reports draw
+    unless told otherwise: no placement is praised for the errors it was fitted to.
+
+    Raises:
+        ValueError: for fewer than one sensor or draw, or a loss together with several sensors or errors.
+    """
+
+    seen: int = 1
+    errors: MountingErrors | None = None
+    draws: int = DRAWS
+    seed: int = 1
+    losing: Losing | None = None
+
+    def __post_init__(self) -> None:
+        if self.seen < 1 or self.draws < 1:
+            raise ValueError(f"found {self.seen} sensors and {self.draws} draws, allowed: 1 and more")
+        if self.losing and (self.seen > 1 or self.errors):
+            raise ValueError(f"found a lost {self.losing} together with several sensors or errors, allowed: by itself")
+
+    @property
+    def plain(self) -> bool:
+        """Is it zeta itself?"""
+        return self.seen == 1 and self.errors is None and self.losing is None
+
+    @property
+    def mountings(self) -> int:
+        """How many mountings are looked at: 1 where there are no errors."""
+        return self.draws if self.errors else 1
+
+    def drawn(self, rings: int, sensors: int) -> Misplaced | None:
+        """The errors of each mounting of so many rings and sensors; None where there are no errors."""
+        return draw_errors(rings, sensors, self.errors, self.draws, self.seed) if self.errors else None
+
+    def __str__(self) -> str:
+        if self.losing:
+            return f"seen without the worst {self.losing}"
+        seen = "seen" if self.seen == 1 else f"seen by at least {self.seen} sensors"
+        if self.errors is None:
+            return seen
+        return (
+            f"{seen}, mean over {self.draws} mountings within {1000 * self.errors.position:g} mm and"
+            f" {round(math.degrees(self.errors.direction), 6):g}°"
+        )
+
+
+def judge(verifier: Verifier, setup: Setup, aim: Aim) -> tuple[float, float]:
+    """By how much a setup falls short of the goals' floors, all together, and the exact value of an aim, both in [0, 1]: the
+    weighted mean over the scene's goals and poses, and over mountings. Floors are of what is aimed at.
+
+    Raises:
+        ValueError: for an empty target; where the aim is not zeta itself, for a rule other than ``centre``; where it is what
+            a loss leaves, for a floor.
+        TooFineError: if the count would take days.
+    """
+    if aim.plain:
+        return verifier.judge(setup)
+    goals, weights = verifier.scene.goals, verifier.scene.goal_weights
+    if aim.losing:
+        check_floors(verifier.scene, aim)
+        lost = "without_ring" if aim.losing == "ring" else "without_sensor"
+        each = [getattr(redundancy(verifier, setup, goal.target, 1), lost) for goal in goals]
+        return 0.0, max(float((np.stack(each) * weights[:, None]).sum(axis=0).min()), 0.0)
+    drawn = aim.drawn(len(setup.rings), setup.sensors)
+    cones = nominal_cones(verifier, setup) if drawn is None else mounted_cones(verifier, setup, drawn)
+    means = [float(exact_zetas(verifier, goal.target, cones, aim.seen).mean()) for goal in goals]
+    short = math.fsum(max(goal.at_least - mean, 0.0) for goal, mean in zip(goals, means, strict=True))
+    return short, math.fsum(float(w) * mean for w, mean in zip(weights, means, strict=True))
+
+
+def check_floors(scene: Scene, aim: Aim) -> None:
+    """Refuse floors beside a loss: the loss that is worst for one goal may not be the worst for another (ValueError)."""
+    if aim.losing and any(goal.at_least > 0 for goal in scene.goals):
+        raise ValueError(f"found a floor of a goal beside a lost {aim.losing}, allowed: one of them")

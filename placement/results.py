@@ -1,0 +1,90 @@
+"""The models of what commands print for scripts: counts, proofs, robustness."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from .models import Metres, Percent, StrictModel
+
+
+class ProofModel(StrictModel):
+    """How a certified interval was reached: the width asked for, in points (0: none, cells of one side), whether it was
+    reached, passes, cells of the last pass, and the side of the smallest, m. Over several poses: the most, the sum, the
+    least."""
+
+    width_percent: Percent
+    reached: bool
+    passes: int
+    cells: int
+    smallest: Metres
+
+
+class PoseZetaModel(StrictModel):
+    weight: float
+    zeta_percent: Percent
+    low_percent: Percent
+    high_percent: Percent
+    target_voxels: int | None = None
+    covered_voxels: int | None = None
+
+
+class VerifyResult(StrictModel):
+    """What ``verify --json`` prints for each target."""
+
+    setup: str
+    target: str
+    radius: float | None = None
+    rule: Literal["centre", "touch", "certified"]
+    voxel: Metres | None = None
+    zeta_percent: Percent
+    low_percent: Percent
+    high_percent: Percent
+    target_voxels: int | None = None
+    covered_voxels: int | None = None
+    proof: ProofModel | None = None
+    poses: list[PoseZetaModel]
+    seconds: float = Field(ge=0)
+
+
+class ErrorsModel(StrictModel):
+    """Errors of mounting: limits (uniform) or twice the standard deviations (normal) of each ring's place along its link and
+    of each ring's and each sensor's direction; how many mountings were drawn, by which seed."""
+
+    position_mm: float = Field(default=5.0, ge=0, le=1000, description="millimetres along the link")
+    direction_deg: float = Field(default=2.0, ge=0, le=45, description="degrees")
+    law: Literal["uniform", "normal"] = "uniform"
+    draws: int = Field(default=100, ge=1, le=100_000, description="mountings")
+    seed: int = Field(default=0, ge=0)
+
+
+class LossModel(StrictModel):
+    """What a failure leaves: the ring (and the sensor of it, counted from 0), and zeta without it."""
+
+    ring: int
+    link: str
+    sensor: int | None = None
+    zeta_percent: Percent
+
+
+class RobustnessResult(StrictModel):
+    """What ``robustness --json`` prints for each target: zeta, the shares that at least 1, 2, ... sensors see, zeta without
+    the sensor and without the ring that is missed most, and zeta under errors of mounting: mean, its standard error, 5th
+    percentile, the least, and each draw. All are exact counts by the rule ``centre``, but for the luck of the draws."""
+
+    setup: str
+    target: str
+    radius: float | None = None
+    voxel: Metres
+    zeta_percent: Percent
+    seen_percent: list[Percent]
+    worst_sensor: LossModel
+    worst_ring: LossModel
+    without_sensor_percent: list[Percent]
+    without_ring_percent: list[Percent]
+    errors: ErrorsModel
+    mean_percent: Percent
+    mean_error_percent: float | None = Field(default=None, ge=0, description="none for a single draw")
+    fifth_percentile_percent: Percent
+    worst_percent: Percent
+    drawn_percent: list[Percent]
+    seconds: float = Field(ge=0)

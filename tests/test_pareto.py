@@ -1,0 +1,66 @@
+"""Fronts: what dominates what, the area below, and that the study keeps and shows what it searched."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from place_rings.coverage.targets import Target
+from place_rings.placement.loader import read_proposal
+from place_rings.studies import pareto, pareto_report
+from place_rings.studies.pareto import Point, dominated, front, hypervolume
+from place_rings.studies.works import scene_from, setup_from
+
+from . import drawing
+
+TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5))
+RINGS = [{"link": "forearm", "position": 0.5, "count": 8, "tilt_deg": 10.0, "phase_deg": 0.0, "radius": 0.08}]
+
+
+def drawn_points(seed, n=30):
+    rng = np.random.default_rng(seed)
+    each = zip(rng.choice([24, 48], n), rng.integers(0, 20, (n, 2)), strict=True)
+    return [Point(int(s), f"p{i}", RINGS, float(a), float(b)) for i, (s, (a, b)) in enumerate(each)]
+
+
+@given(drawing.seeds)
+def test_a_front_is_what_nothing_beats(seed):
+    points = drawn_points(seed)
+    kept = front(points)
+    for n in (24, 48):
+        mine, all_ = [p for p in kept if p.sensors == n], [p for p in points if p.sensors == n]
+        assert not any(dominated(p, mine) for p in mine)
+        for p in all_:
+            assert any(o.first >= p.first and o.second >= p.second for o in mine)
+        assert len({(p.first, p.second) for p in mine}) == len(mine)
+
+
+@given(st.lists(st.tuples(st.floats(0, 100), st.floats(0, 100)), min_size=1, max_size=12), drawing.seeds)
+def test_the_area_under_a_front_against_random_points(points, seed):
+    at = np.random.default_rng(seed).uniform(0, 100, (20_000, 2))
+    below = np.any([(at[:, 0] <= a) & (at[:, 1] <= b) for a, b in points], axis=0)
+    assert abs(hypervolume(points) - below.mean()) < 0.02
+    assert hypervolume([*points, (0.0, 0.0)]) == hypervolume(points)
+
+
+def test_the_study_shows_every_point_and_writes_proposals(tmp_path):
+    rng = np.random.default_rng(1)
+    asked = []
+
+    def run(heading, cells):
+        asked.extend(cells)
+        return [RINGS if cell.work == "place" else {"zeta_percent": float(rng.uniform(20, 90))} for cell in cells]
+
+    points = pareto.measure(run, {}, TARGETS, {24: 3, 80: 5}, 0)
+    searches = [cell for cell in asked if cell.work == "place"]
+    assert len(searches) == 2 * 3 + 3 + 5
+    assert len({cell.key for cell in searches}) == len(searches)
+    assert sum(pareto.is_papers(p) for p in points) == 6
+    files = pareto_report.write(points, ("V_S(0.5)", "V_S(1.5)"), {}, tmp_path, "place-rings study pareto")
+    assert (tmp_path / "front.png").stat().st_size > 20_000
+    assert files["points.csv"].count("\n") == len(points) + 1
+    proposals = [name for name in files if name.endswith(".toml")]
+    assert len(proposals) == len(front([p for p in points if not pareto.is_papers(p)]))
+    for name in proposals:
+        (tmp_path / name).write_text(files[name])
+        setup, scene, _ = read_proposal(tmp_path / name)
+        assert setup == setup_from(RINGS, scene_from({}))
+        assert scene.robot.name == "ur10"

@@ -1,0 +1,234 @@
+"""Redundancy and tolerance of setups: laws of the reports, of drawn mountings, and of searches that aim at them."""
+
+import math
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.chain import forward
+from place_rings.coverage.mounting import MountingErrors, draw_errors, misplaced_axes, misplaced_cones
+from place_rings.coverage.octree import count
+from place_rings.coverage.rings import Setup, named_setup, ring_values
+from place_rings.coverage.robots import UR10
+from place_rings.coverage.slots import sensor_axes, sensor_cones, slots
+from place_rings.coverage.targets import Target
+from place_rings.objectives.aim import Aim, judge
+from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
+from place_rings.objectives.exact import Verifier
+from place_rings.objectives.redundancy import redundancy
+from place_rings.objectives.scene import Goal, Pose, Scene
+from place_rings.objectives.tolerance import tolerance
+from place_rings.placement.candidates import Space, stacked
+from place_rings.placement.drawing import fresh
+from place_rings.placement.layout import ring_layout
+from place_rings.placement.search import Schedule, Stage, search
+
+from . import drawing
+
+NEAR = Target("V_S", 0.5)
+ERRORS = MountingErrors()
+
+
+@pytest.fixture(scope="module")
+def verifier():
+    """Two poses of unequal weight, voxels of 5 cm."""
+    poses = (Pose(np.radians([0.0, -45, 60, -105, -90, 0]), 2.0), Pose(np.radians([40.0, -80, 90, -105, -90, 0]), 1.0))
+    return Verifier(Scene(poses=poses, goals=(Goal(NEAR),)), 0.05)
+
+
+def drawn_setup(seed, sensors=4):
+    return drawing.setup(np.random.default_rng(seed), sensors)
+
+
+@settings(max_examples=4)
+@given(drawing.seeds)
+def test_redundancy_keeps_its_laws(verifier, seed):
+    setup = drawn_setup(seed)
+    found = redundancy(verifier, setup, NEAR, setup.sensors)
+    assert found.zeta == pytest.approx(verifier.verify(setup, NEAR).zeta, abs=1e-12)
+    assert np.all(np.diff(found.zetas) <= 0)
+    assert np.all(found.without_sensor <= found.zeta)
+    assert found.worst_ring.zeta <= found.worst_sensor.zeta + 1e-12
+    singles = [
+        verifier.verify(Setup((replace(ring, count=1, phase=ring.phase + 2 * math.pi * k / ring.count),)), NEAR).zeta
+        for ring in setup.rings
+        for k in range(ring.count)
+    ]
+    assert found.zetas.sum() == pytest.approx(sum(singles), abs=3e-4)  # a turned sensor's centres on a surface may round
+    for i in range(len(setup.rings)):
+        if len(setup.rings) > 1:
+            rest = Setup(setup.rings[:i] + setup.rings[i + 1 :])
+            assert found.without_ring[i] == pytest.approx(verifier.verify(rest, NEAR).zeta, abs=1e-12)
+        else:
+            assert found.without_ring[i] == pytest.approx(0, abs=1e-12)
+
+
+@settings(max_examples=10)
+@given(drawing.seeds)
+def test_a_doubled_ring_is_seen_twice(verifier, seed):
+    setup = drawn_setup(seed)
+    twins = Setup(tuple(ring for ring in setup.rings for _ in range(2)))
+    one, two = redundancy(verifier, setup, NEAR, 1), redundancy(verifier, twins, NEAR, 2)
+    assert two.zetas[1] >= one.zetas[0]
+    assert two.worst_ring.zeta == two.worst_sensor.zeta == two.zeta
+
+
+@settings(max_examples=3)
+@given(drawing.seeds)
+def test_without_errors_every_mounting_is_as_meant(verifier, seed):
+    setup = drawn_setup(seed)
+    found = tolerance(verifier, setup, NEAR, MountingErrors(0.0, 0.0), draws=3, seed=seed)
+    assert np.all(found.zetas == found.nominal)
+    assert found.nominal == pytest.approx(verifier.verify(setup, NEAR).zeta, abs=1e-12)
+    assert found.mean == pytest.approx(found.nominal, abs=1e-12)
+
+
+@settings(max_examples=3)
+@given(drawing.seeds)
+def test_drawn_mountings_are_counted_one_by_one(verifier, seed):
+    """The report's zetas are those of the octree for each drawn set of cones."""
+    setup = drawn_setup(seed)
+    found = tolerance(verifier, setup, NEAR, ERRORS, draws=3, seed=seed)
+    drawn = draw_errors(len(setup.rings), setup.sensors, ERRORS, 3, seed)
+    expected = np.zeros(3)
+    for i, pose in enumerate(verifier.scene.poses):
+        ((wanted, _),) = verifier.pieces(NEAR, i)
+        covered = [count(c, 0.05, within=wanted) for c in misplaced_cones(UR10, setup, pose.q, drawn)]
+        expected += verifier.scene.pose_weights[i] * np.array(covered) / len(wanted)
+    assert found.zetas == pytest.approx(expected, abs=1e-12)
+    assert found.worst <= found.fifth_percentile <= found.zetas.max()
+    assert found.mean_error == pytest.approx(found.zetas.std(ddof=1) / math.sqrt(3))
+
+
+@settings(max_examples=25)
+@given(drawing.seeds, st.sampled_from(["uniform", "normal"]))
+def test_errors_are_common_seeded_and_within_their_limits(seed, law):
+    errors = MountingErrors(0.004, 0.05, law)
+    few, many = draw_errors(3, 9, errors, 5, seed), draw_errors(3, 9, errors, 50, seed)
+    half = draw_errors(3, 9, MountingErrors(0.002, 0.025, law), 50, seed)
+    for key, limit in (("slip", 0.004), ("turn", 0.05), ("seat", 0.05)):
+        assert np.array_equal(getattr(few, key), getattr(many, key)[:5])
+        assert np.allclose(getattr(half, key), getattr(many, key) / 2)
+        within = np.abs(getattr(many, key)) <= limit
+        assert within.all() if law == "uniform" else within.mean() > 0.8
+    fewer = draw_errors(2, 5, errors, 50, seed)
+    assert np.array_equal(fewer.turn, many.turn[:, :2])
+    assert np.array_equal(fewer.seat, many.seat[:, :5])
+
+
+@settings(max_examples=25)
+@given(drawing.seeds)
+def test_misplaced_sensors_are_where_the_errors_say(seed):
+    """Rings stay rigid, slip along the link as said, look as far astray as said; axes stay unit."""
+    setup, q = drawn_setup(seed), drawing.pose(np.random.default_rng(seed))
+    frames = forward(UR10.chain, q)[None]
+    rings = (slots(UR10, setup.rings), *vars(ring_values(setup)).values())
+    apex, axis = sensor_axes(UR10, setup, frames[0])
+    drawn = draw_errors(len(setup.rings), setup.sensors, MountingErrors(0.01, 0.1), 4, seed)
+    none = 0 * drawn.slip, 0 * drawn.turn, 0 * drawn.seat
+    slip, turn, seat = (misplaced_axes(*rings, frames, replace(drawn, **keep)) for keep in (
+        {"turn": none[1], "seat": none[2]}, {"slip": none[0], "seat": none[2]}, {"slip": none[0], "turn": none[1]},
+    ))  # fmt: skip
+    ring = setup.ring_of_sensor
+    assert np.allclose(np.linalg.norm(slip[0][:, 0] - apex, axis=2), np.abs(drawn.slip[:, ring]))
+    assert np.array_equal(slip[1][:, 0], np.broadcast_to(axis, slip[1][:, 0].shape))
+    for i in range(len(setup.rings)):
+        for there, here in ((turn[0][:, 0, ring == i], apex[ring == i]), (turn[1][:, 0, ring == i], axis[ring == i])):
+            gaps = np.linalg.norm(there[:, :, None] - there[:, None], axis=3)
+            assert np.allclose(gaps, np.linalg.norm(here[:, None] - here[None], axis=2))
+    assert np.array_equal(seat[0][:, 0], np.broadcast_to(apex, seat[0][:, 0].shape))
+    cosine = (seat[1][:, 0] * axis).sum(axis=2)
+    assert np.allclose(cosine, np.cos(np.hypot(drawn.seat[..., 0], drawn.seat[..., 1])))
+    every = misplaced_axes(*rings, frames, drawn)
+    assert np.allclose(np.linalg.norm(every[1], axis=3), 1)
+
+
+def test_misplaced_sensors_are_the_same_in_jax(reference_pose):
+    setup, frames = named_setup("n2_8_25"), forward(UR10.chain, reference_pose)[None]
+    drawn = draw_errors(len(setup.rings), setup.sensors, ERRORS, 4, 0)
+    rings = (slots(UR10, setup.rings), *vars(ring_values(setup)).values())
+    there = jax.jit(lambda *v: misplaced_axes(*v, jnp.asarray(frames), drawn))
+    on_device = jax.tree.map(jnp.asarray, rings)
+    for mine, other in zip(misplaced_axes(*rings, frames, drawn), there(*on_device), strict=True):
+        assert np.allclose(mine, other, atol=1e-12)
+
+
+def test_a_tilted_seat_is_a_tilt(reference_pose):
+    """A sensor astray by its first error alone looks as one of a ring of that tilt."""
+    setup = named_setup("n1_8_0")
+    drawn = draw_errors(len(setup.rings), setup.sensors, ERRORS, 1, 0)
+    up = np.zeros_like(drawn.seat)
+    up[..., 0] = 0.03
+    astray = replace(drawn, slip=0 * drawn.slip, turn=0 * drawn.turn, seat=up)
+    (found,) = misplaced_cones(UR10, setup, reference_pose, astray)
+    tilted = Setup(tuple(replace(ring, tilt=0.03) for ring in setup.rings))
+    assert np.allclose(found.axis, sensor_cones(UR10, tilted, reference_pose).axis, atol=1e-12)
+
+
+@pytest.mark.parametrize("bad", [{"position": -1e-3}, {"direction": math.nan}, {"position": 2.0}])
+def test_errors_that_no_mount_has_are_refused(bad):
+    with pytest.raises(ValueError, match="allowed"):
+        MountingErrors(**bad)
+
+
+@pytest.fixture(scope="module")
+def one_pose(verifier):
+    return Verifier(replace(verifier.scene, poses=verifier.scene.poses[:1]), 0.05)
+
+
+@pytest.mark.parametrize("aim", [Aim(2, ERRORS, draws=2), Aim(losing="ring")], ids=["twice, under errors", "losing"])
+def test_gradient_of_an_aim_is_the_central_difference(one_pose, aim):
+    """In 32 bit: a step of 1e-2 and a tolerance to match; and sharp, the value is near the exact one."""
+    space = Space(one_pose.scene, sensors=30)
+    points = TargetPoints(one_pose.scene, 1024, 0, aim.mountings)
+    objective, clouds = CoverageObjective(one_pose.scene, points, aim), points.clouds(1024)
+    rng = np.random.default_rng(7)
+    for _ in range(8):
+        c = fresh(space, rng)
+        x, d = space.values(c), rng.normal(size=space.values(c).shape)
+        x[0] = 0.1 + 0.8 * rng.permutation(len(x[0])) / len(x[0])  # no two rings change ranks in the step
+        (slope,), step = objective.soft(stacked([space.arrays(c)]), x[None], 0.2, clouds)[1], 1e-2 / np.linalg.norm(d)
+        both = np.stack([x + step * d, x - step * d])
+        up, down = objective.soft(stacked([space.arrays(c)] * 2), both, 0.2, clouds)[0]
+        assert (slope * d).sum() == pytest.approx((up - down) / (2 * step), abs=5e-3 * np.linalg.norm(d))
+    share = objective.zetas(stacked([space.arrays(c)]), space.values(c)[None], clouds)[0]
+    assert share == pytest.approx(judge(one_pose, space.setup(c), aim)[1], abs=0.04)  # 1024 points: a sigma is 0.015
+
+
+def test_a_search_is_judged_by_its_own_aim(one_pose):
+    scene, schedule = one_pose.scene, Schedule(3, (Stage(0.1, 256, 8, 1),), draws=3)
+    layout, aim = ring_layout(scene, 2, 6), Aim(2)
+    found = search(scene, Space(scene, layout), seed=1, schedule=schedule, voxel=0.05, aim=aim)
+    assert (found.short, found.exact) == judge(one_pose, found.setup, aim)
+    assert found.exact > judge(one_pose, layout, aim)[1]
+    with pytest.raises(ValueError, match="mountings"):
+        CoverageObjective(scene, TargetPoints(scene, 64, 0, 2), aim)
+
+
+def test_floors_are_of_what_is_aimed_at(one_pose):
+    floor = replace(one_pose.scene, goals=(Goal(NEAR, at_least=0.5),))
+    setup, verifier = named_setup("n2_16_55"), Verifier(floor, 0.05)
+    for aim in (Aim(), Aim(2), Aim(3)):
+        short, value = judge(verifier, setup, aim)
+        assert short == max(0.5 - value, 0)
+    with pytest.raises(ValueError, match="floor"):
+        judge(verifier, setup, Aim(losing="ring"))
+
+
+@settings(max_examples=5)
+@given(drawing.seeds)
+def test_the_aim_of_a_loss_is_the_reports_worst(verifier, seed):
+    setup = drawn_setup(seed)
+    found = redundancy(verifier, setup, NEAR, 1)
+    assert judge(verifier, setup, Aim(losing="ring"))[1] == pytest.approx(found.worst_ring.zeta, abs=1e-12)
+    assert judge(verifier, setup, Aim(losing="sensor"))[1] == pytest.approx(found.worst_sensor.zeta, abs=1e-12)
+
+
+def test_aims_that_do_not_go_together_are_refused():
+    for bad in ({"seen": 0}, {"draws": 0}, {"seen": 2, "losing": "ring"}, {"errors": ERRORS, "losing": "sensor"}):
+        with pytest.raises(ValueError, match="allowed"):
+            Aim(**bad)
