@@ -12,21 +12,14 @@ from ..coverage.slots import sensor_cones
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..placement.convert import verify_result
-<<<<<<< HEAD
-from .motion import record_line, worst_line
-=======
 from ..placement.mounted import COLUMNS
->>>>>>> main
+from .motion import record_line, worst_line
 from .options import Counting
 from .place import check_scene
 from .tables import percent, proof_line, target_label, zeta_table
 
-<<<<<<< HEAD
 _SHOWN = 16  # poses up to which each is shown
-CONE_COLUMNS = "pose,ring,sensor,apex_x,apex_y,apex_z,axis_x,axis_y,axis_z,fov_deg,range_m".split(",")  # noqa: SIM905
 
-=======
->>>>>>> main
 
 def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: bool) -> None:
     """Print the exact zeta of ``setup`` for the scene's goals."""

@@ -16,10 +16,6 @@ from ..objectives.exact import Rule
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import resolve
-<<<<<<< HEAD
-from ..placement.models import MODELS
-from .options import parse_goals, resolve_counting, resolve_scene, resolve_space, with_floors, with_goals, with_motion
-=======
 from ..placement.proposals import MODELS
 from .aim_options import mounting_errors, resolve_aim, resolve_robustness
 from .options import (
@@ -33,8 +29,8 @@ from .options import (
     resolve_time,
     with_floors,
     with_goals,
+    with_motion,
 )
->>>>>>> main
 
 app = App(
     name="place-rings",
@@ -78,24 +74,17 @@ def place(
     sensors: Annotated[
         int | None, Parameter(validator=Number(gte=1, lte=2000), help="Spend so many sensors on any rings.")
     ] = None,
-<<<<<<< HEAD
-    at_least: Annotated[
-        tuple[str, ...], Parameter(negative=(), help="A floor: V_S:1.5=60 for 60 percent of it. Repeatable.")
-    ] = (),
+    reach: Annotated[float | None, Parameter(help="Find the fewest sensors that cover so many percent.")] = None,
+    at_least: Floors = (),
     trajectory: Trajectory = None,
     degrees: Degrees = False,
     worst: Annotated[bool, Parameter(negative=(), help="Make the worst pose good, not the mean of all.")] = False,
-    seed: Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")] = 0,
-=======
-    reach: Annotated[float | None, Parameter(help="Find the fewest sensors that cover so many percent.")] = None,
-    at_least: Floors = (),
     redundancy: Annotated[int, Parameter(help="Make large what at least so many sensors see.")] = 1,
     losing: Annotated[Losing | None, Parameter(help="Make ζ without the worst ring, or sensor, large.")] = None,
     tolerant: Annotated[bool, Parameter(negative=(), help="Make the mean under errors of mounting large.")] = False,
     position_error_mm: Annotated[float | None, Parameter(help="With --tolerant: see robustness; 5.")] = None,
     direction_error_deg: Annotated[float | None, Parameter(help="With --tolerant: see robustness; 2.")] = None,
     seed: Seed = 0,
->>>>>>> main
     time: Annotated[float | None, Parameter(help="Cap on the search, s; it ends by its own schedule otherwise.")] = None,
     voxel: Voxel = 0.01,
     out: Annotated[Path, Parameter(help="Folder for proposal.toml, placement.png and result.json.")] = Path(
@@ -115,11 +104,9 @@ def place(
 
     Example: place-rings --target V_S:0.5 --at-least V_S:1.5=45 --sensors 80
 
-<<<<<<< HEAD
-    Example: place-rings --target V_S --radius 0.5 --trajectory task.csv --worst
-=======
     Example: place-rings --target V_S --radius 0.5 --redundancy 2
->>>>>>> main
+
+    Example: place-rings --target V_S --radius 0.5 --trajectory task.csv --worst
 
     Parameters
     ----------
@@ -132,17 +119,11 @@ def place(
 
     cap = resolve_time(time)
     asked = resolve_scene(scene, robot, target, radius) or with_goals(Scene(), parse_goals(target, radius))
-<<<<<<< HEAD
     asked = with_motion(with_floors(asked, at_least), trajectory, degrees, worst)
-    cap = float("inf") if time is None else time
-    run(asked, resolve_space(asked, rings_per_link, sensors_per_ring, sensors), seed, cap, voxel, out, as_json)
-=======
-    asked = with_floors(asked, at_least)
     share = resolve_reach(reach, sensors)
     space = None if share else resolve_space(asked, rings_per_link, sensors_per_ring, sensors)
     aim = resolve_aim(asked, redundancy, losing, tolerant, position_error_mm, direction_error_deg)
     run(asked, space, share, seed, cap, voxel, out, as_json, aim)
->>>>>>> main
 
 
 @app.command

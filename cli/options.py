@@ -108,7 +108,6 @@ def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
     return replace(scene, goals=tuple(goals))
 
 
-<<<<<<< HEAD
 def with_motion(scene: Scene, trajectory: Path | None, degrees: bool, worst: bool = False) -> Scene:
     """``scene`` with the poses of a recorded motion in place of its own, where one is given; ``worst``: the worst pose is to
     be made large. UserError for a record that does not serve."""
@@ -117,7 +116,8 @@ def with_motion(scene: Scene, trajectory: Path | None, degrees: bool, worst: boo
     if trajectory is not None:
         scene = with_record(scene, trajectory, degrees=degrees)
     return replace(scene, over_poses="worst") if worst else scene
-=======
+
+
 def resolve_time(seconds: float | None) -> float:
     """``--time`` as a cap, infinity where none is given."""
     if seconds is not None and not 0 < seconds < math.inf:
@@ -142,7 +142,6 @@ def resolve_reach(reach: float | None, sensors: int | None) -> float | None:
     if sensors is not None:
         raise UserError(f"--reach: found {reach:g} with --sensors {sensors}, allowed: only one of them")
     return reach / 100
->>>>>>> main
 
 
 def resolve_space(scene: Scene, rings_per_link: int, sensors_per_ring: int, sensors: int | None) -> Space:

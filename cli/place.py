@@ -11,12 +11,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..coverage.rings import Setup, named_setup
 from ..coverage.targets import Target, target_solid
-<<<<<<< HEAD
-from ..objectives.exact import Verified, Verifier, check_voxel, target_voxels
-=======
 from ..objectives.aim import Aim, judge
-from ..objectives.exact import Verifier, check_voxel, target_voxels
->>>>>>> main
+from ..objectives.exact import Verified, Verifier, check_voxel, target_voxels
 from ..objectives.scene import Scene
 from ..placement import search as searching
 from ..placement.candidates import Space
@@ -24,14 +20,10 @@ from ..placement.convert import ring_models, scene_model, tolerant_model, verify
 from ..placement.errors import UserError
 from ..placement.finalists import MANY
 from ..placement.loader import output_folder, to_toml, write_text
-<<<<<<< HEAD
-from ..placement.models import FoundModel, ProposalFile, SearchFile, VerifyResult
-from .motion import record_line, worst_line
-=======
 from ..placement.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
 from ..placement.reach import fewest_sensors
 from ..placement.results import VerifyResult
->>>>>>> main
+from .motion import record_line, worst_line
 from .picture import placement_picture
 from .tables import ring_table, target_label, zeta_table
 
@@ -55,15 +47,9 @@ def check_scene(scene: Scene, voxel: float) -> None:
 
 
 def find(
-<<<<<<< HEAD
-    scene: Scene, space: Space, seed: int, time_cap: float, verifier: Verifier, console: Console
+    scene: Scene, space: Space, seed: int, time_cap: float, verifier: Verifier, console: Console, aim: Aim
 ) -> searching.SearchResult:
     """Run the search with a progress bar on ``console``; ``verifier`` counts its answer."""
-=======
-    scene: Scene, space: Space, seed: int, time_cap: float, voxel: float, console: Console, aim: Aim
-) -> searching.SearchResult:
-    """Run the search with a progress bar on ``console``."""
->>>>>>> main
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("drawing points", total=None, best="")
@@ -75,10 +61,7 @@ def find(
                 what, total, done = "counting the finalists", p.to_count, p.counted
             bar.update(task, description=what, total=total, completed=done, best=f"best so far {100 * p.best:.1f} %")
 
-<<<<<<< HEAD
-        return searching.search(scene, space, seed, time_cap, tell=tell, verifier=verifier)
-=======
-        return searching.search(scene, space, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
+        return searching.search(scene, space, seed, time_cap, tell=tell, aim=aim, verifier=verifier)
 
 
 def find_fewest(
@@ -102,7 +85,6 @@ def find_fewest(
         found = fewest_sensors(scene, wanted, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
     tried = [ReachedModel(sensors=n, exact_percent=100 * v, reached=ok) for n, (v, ok) in found.tried.items()]
     return found.result, ReachModel(wanted_percent=100 * wanted, reached=found.reached, tried=tried)
->>>>>>> main
 
 
 def compare(
@@ -162,32 +144,21 @@ def place(
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
     folder = output_folder(out)
-<<<<<<< HEAD
-    verifier = Verifier(scene, voxel)
-    result = find(scene, space, seed, time_cap, verifier, log)
-    comparison = compare(scene, result.setup, result.verified, verifier, log)
-=======
-    reached = None
+    verifier, reached = Verifier(scene, voxel), None
     if space is not None:
-        result = find(scene, space, seed, time_cap, voxel, log, aim)
+        result = find(scene, space, seed, time_cap, verifier, log, aim)
     else:
         result, reached = find_fewest(scene, reach or 0.0, seed, time_cap, voxel, log, aim)
-    comparison = compare(scene, result.setup, voxel, log)
+    comparison = compare(scene, result.setup, result.verified, verifier, log)
     asked = asked_values(scene, result.setup, result.exact, voxel, log, aim)
->>>>>>> main
     goals = {(g.target.name, g.target.radius) for g in scene.goals}
     mine = [r for r in comparison if r.setup == "proposal" and (r.target, r.radius) in goals]
     files = {key: folder / name for key, name in _FILES.items()}
     proposal = ProposalFile(
         rings=ring_models(result.setup, scene.sensor),
         scene=scene_model(scene),
-<<<<<<< HEAD
         zeta=mine if len(scene.poses) <= MANY else [r.model_copy(update={"poses": []}) for r in mine],
-        found=_found(result, seed),
-=======
-        zeta=mine,
         found=found_model(result, seed, aim),
->>>>>>> main
     )
     lines = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
     placement_picture(files["picture"], scene, result.setup, lines or ["interrupted before it was verified"])

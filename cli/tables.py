@@ -6,13 +6,9 @@ from rich.table import Table
 
 from ..coverage.rings import Setup
 from ..coverage.robots import Robot
-<<<<<<< HEAD
-from ..placement.models import PoseZetaModel, ProofModel, VerifyResult, WorstModel
+from ..placement.results import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult, WorstModel
 
 _WIDE = 3  # targets up to which the worst pose has columns of its own
-=======
-from ..placement.results import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult
->>>>>>> main
 
 
 def ring_table(setup: Setup, robot: Robot) -> Table:

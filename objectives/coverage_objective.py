@@ -19,7 +19,7 @@ from ..coverage.soft_loss import soft_losses
 from ..coverage.soft_seen import soft_seen
 from ..coverage.solids import Cones
 from ..coverage.targets import target_solid
-from .aim import Aim, check_floors
+from .aim import Aim, check_aim
 from .scene import Scene
 from .space import Stretch, decode
 
@@ -38,6 +38,13 @@ def _each(function: Callable[[Any], Any], arrays: Any) -> Any:
 
 def _piece() -> tuple[int, int | None]:
     return _PIECE.get(jax.default_backend(), _PIECE_ELSEWHERE)
+
+
+def _soft_minimum(zetas: Any, among: Any) -> tuple[Any, Any]:
+    """The soft minimum of some of the zetas (P,), and its slope by each."""
+    lack = jnp.where(among, -zetas / TEMPERATURE, -jnp.inf)
+    count = jnp.sum(among, dtype=zetas.dtype)
+    return TEMPERATURE * (jnp.log(count) - jax.nn.logsumexp(lack)), jax.nn.softmax(lack)
 
 
 class TargetPoints:
@@ -69,13 +76,9 @@ class TargetPoints:
 
 
 class CoverageObjective:
-<<<<<<< HEAD
-    """Weighted mean of zeta over a scene's goals and poses, for setups with one number of rings and sensors; where the scene
-    asks for the worst pose, its soft minimum over the poses of the mean over the goals, -T log(mean(exp(-zeta / T))).
-=======
     """Weighted mean over a scene's goals and poses of what is aimed at (zeta, unless told otherwise), for setups with one
-    number of rings and sensors.
->>>>>>> main
+    number of rings and sensors; where the scene asks for the worst pose, the soft minimum over the poses of the mean over
+    the goals, -T log(mean(exp(-zeta / T))).
 
     A setup is given by its arrays (``Slots`` and ``Stretch``) and its values (3, R), which ``decode`` reads. A goal whose
     zeta falls short of its floor lowers the value by a steep parabola. Arithmetic is in 32 bit, which is enough for a search
@@ -92,7 +95,7 @@ class CoverageObjective:
         self.scene, self.aim = scene, aim or Aim()
         if points.mountings != self.aim.mountings:
             raise ValueError(f"points are for {points.mountings} mountings, the aim has {self.aim.mountings}")
-        check_floors(scene, self.aim)
+        check_aim(scene, self.aim)
         self._goal, self._pose = (jnp.asarray(column) for column in zip(*points.terms, strict=True))
         mounting = np.arange(len(points.terms)) // (len(points.terms) // points.mountings)
         self._view = self._pose + jnp.asarray(mounting * len(scene.poses))
@@ -103,14 +106,10 @@ class CoverageObjective:
         self._soft = jax.jit(self._of_each)
 
     def _mean(self, slots: Slots, where: Stretch, values: Any, clouds: Cloud, poses: Any, width: Any, slopes: Any) -> Any:
-<<<<<<< HEAD
         """Value, gradient and zeta pose by pose (P,) of one setup; ``poses`` (P,): weights of the poses, of which those of
         weight 0 are not looked at."""
-=======
-        """Value and gradient of one setup; ``poses`` (P,): weights of the poses, those of weight 0 are not looked at."""
         (apex, axis), pull_back = jax.vjp(partial(self._views, slots, where), values)
         share = poses[self._pose] / self.aim.mountings
->>>>>>> main
 
         def terms(soft: Callable[[Cones, Cloud], Soft], zetas: tuple[int, ...] = ()) -> Soft:
             def look(row: Any) -> Any:
@@ -122,44 +121,26 @@ class CoverageObjective:
 
             return _each(lambda row: jax.lax.cond(poses[row[1]] > 0, look, skip, row), (self._view, self._pose, clouds))
 
-<<<<<<< HEAD
-        def skip(_: Any) -> Soft:
-            return Soft(jnp.zeros((), apex.dtype), jnp.zeros_like(apex[0]), jnp.zeros_like(axis[0]))
-
-        def term(pose_cloud: Any) -> Any:
-            return jax.lax.cond(poses[pose_cloud[0]] > 0, look, skip, pose_cloud)
-
-        each = _each(term, (self._pose, clouds))
-        share = poses[self._pose]
-        zeta = jnp.zeros_like(self._goal_weights).at[self._goal].add(share * each.zeta)
-        by_pose = jnp.zeros_like(poses).at[self._pose].add(self._goal_weights[self._goal] * each.zeta)
-        short = jnp.maximum(self._floors - zeta, 0.0)
-        floor = 2 * STEEP * short
-        if self.scene.over_poses == "worst":
-            lack = jnp.where(poses > 0, -by_pose / TEMPERATURE, -jnp.inf)
-            value = TEMPERATURE * (jnp.log(jnp.sum(poses > 0, dtype=poses.dtype)) - jax.nn.logsumexp(lack))
-            pull = jax.nn.softmax(lack)[self._pose] * self._goal_weights[self._goal] + share * floor[self._goal]
-        else:
-            value = jnp.dot(self._goal_weights, zeta)
-            pull = share * (self._goal_weights + floor)[self._goal]
-        weighted = partial(jnp.multiply, pull[:, None, None])
-        by_apex = jnp.zeros_like(apex).at[self._pose].add(weighted(each.by_apex))
-        by_axis = jnp.zeros_like(axis).at[self._pose].add(weighted(each.by_axis))
-        return value - STEEP * jnp.dot(short, short), pull_back((by_apex, by_axis))[0], by_pose
-=======
+        by_pose = jnp.zeros_like(poses)
         if self.aim.losing is None:
             each = terms(lambda cones, points: soft_seen(cones, points, width, self.aim.seen, slopes=slopes))
             zeta = jnp.zeros_like(self._goal_weights).at[self._goal].add(share * each.zeta)
+            by_pose = by_pose.at[self._pose].add(self._goal_weights[self._goal] * each.zeta / self.aim.mountings)
             short = jnp.maximum(self._floors - zeta, 0.0)
             worth = self._goal_weights + 2 * STEEP * short
             value = jnp.dot(self._goal_weights, zeta) - STEEP * jnp.dot(short, short)
         else:
             worth = self._goal_weights
             value, each = self._after_the_worst_loss(slots, terms, share * worth[self._goal], width, slopes)
-        weighted = partial(jnp.multiply, (share * worth[self._goal])[:, None, None])
+        pull = share * worth[self._goal]
+        if self.scene.over_poses == "worst":
+            least, weights = _soft_minimum(by_pose, poses > 0)
+            value = least - STEEP * jnp.dot(short, short)
+            pull = pull + (weights - poses)[self._pose] * self._goal_weights[self._goal]
+        weighted = partial(jnp.multiply, pull[:, None, None])
         by_apex = jnp.zeros_like(apex).at[self._view].add(weighted(each.by_apex))
         by_axis = jnp.zeros_like(axis).at[self._view].add(weighted(each.by_axis))
-        return value, pull_back((by_apex, by_axis))[0]
+        return value, pull_back((by_apex, by_axis))[0], by_pose
 
     def _views(self, slots: Slots, where: Stretch, values: Any) -> tuple[Any, Any]:
         """Apexes and axes (N, K, 3) at all poses, mounting by mounting."""
@@ -183,7 +164,6 @@ class CoverageObjective:
         zetas = (share[:, None] * run(jnp.ones(losses, share.dtype), False).zeta).sum(axis=0)
         weights = jax.nn.softmax(-zetas / softness)
         return -softness * jax.nn.logsumexp(-zetas / softness), run(weights, slopes)
->>>>>>> main
 
     def _of_each(self, setups: Any, values: Any, count: Any, *where: Any) -> tuple[Any, Any, Any]:
         """Of the first ``count`` setups; the others only fill their shape, which is the same for any count."""

@@ -2,11 +2,7 @@
 
 import math
 import time
-<<<<<<< HEAD
-from collections.abc import Callable, Sequence
-=======
-from collections.abc import Callable, Iterator
->>>>>>> main
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -164,6 +160,7 @@ class Verifier:
             ValueError: for a target that holds no voxel, or one whose radius lies within V_R.
             TooFineError: if the count would take days.
         """
+        self.at(pose)
         voxel = VOXEL if self.voxel is None else self.voxel
         solid = target_solid(target, self.scene.robot, self.scene.poses[pose].q, self.scene.shape)
         check_voxel(solid, voxel)
@@ -194,11 +191,11 @@ class Verifier:
         return "touch" if self.rule == "touch" else "centre"
 
     def _at_pose(self, setup: Setup, target: Target, pose: int) -> PoseZeta:
-        self.at(pose)
         scene, weight = self.scene, float(self.scene.pose_weights[pose])
         q = scene.poses[pose].q
         cones = sensor_cones(scene.robot, setup, q)
         if self.rule == "certified" or self.voxel is None:
+            self.at(pose)
             solid = target_solid(target, scene.robot, q, scene.shape)
             b = bracket(solid, cones, self.width, self.voxel, self.tell)
             return PoseZeta(weight, (b.low + b.high) / 2, b.low, b.high, None, None, b)

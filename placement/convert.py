@@ -13,15 +13,15 @@ from ..coverage.sensors import Sensor
 from ..coverage.targets import Shape, Target
 from ..objectives.aim import Aim
 from ..objectives.exact import PoseZeta, Verified
-<<<<<<< HEAD
+from ..objectives.redundancy import Loss, Redundancy
 from ..objectives.scene import Goal, Limits, Pose, Recorded, Rules, Scene
+from ..objectives.tolerance import Tolerance
 from ..objectives.trajectory import Thinning
+from .changes import Change, Work
 from .models import (
     CurveModel,
     MountModel,
     PoseModel,
-    PoseZetaModel,
-    ProofModel,
     RecordedModel,
     RingModel,
     RulesModel,
@@ -29,18 +29,9 @@ from .models import (
     SensorModel,
     TargetModel,
     TrajectoryModel,
-    VerifyResult,
-    WorstModel,
 )
-=======
-from ..objectives.redundancy import Loss, Redundancy
-from ..objectives.scene import Goal, Limits, Pose, Rules, Scene
-from ..objectives.tolerance import Tolerance
-from .changes import Change, Work
-from .models import CurveModel, MountModel, PoseModel, RingModel, RulesModel, SceneFile, SensorModel, TargetModel
 from .proposals import ChangeModel, WorkModel
-from .results import ErrorsModel, LossModel, PoseZetaModel, ProofModel, RobustnessResult, VerifyResult
->>>>>>> main
+from .results import ErrorsModel, LossModel, PoseZetaModel, ProofModel, RobustnessResult, VerifyResult, WorstModel
 
 DIGITS_DEG = 4  # decimals of an angle in a file
 DIGITS_MM = 3  # decimals of a length in millimetres
@@ -195,11 +186,6 @@ def rounded(setup: Setup, sensor: Sensor) -> Setup:
     return setup_of(ring_models(setup, sensor), sensor)
 
 
-<<<<<<< HEAD
-def verify_result(name: str, verified: Verified, poses: Sequence[Pose] = ()) -> VerifyResult:
-    """The record of a verified zeta, in percent, of the setup called ``name``; the scene's ``poses`` tell more of
-    the worst of them."""
-=======
 def change_model(change: Change, mounted: int, sensor: Sensor) -> ChangeModel:
     """The record of a change to one of so many mounted rings; ``sensor`` is the scene's."""
     before, after = (
@@ -233,9 +219,9 @@ def _millimetres(length: float) -> float:
     return round(1000 * length, DIGITS_MM)
 
 
-def verify_result(name: str, verified: Verified) -> VerifyResult:
-    """The record of a verified zeta, in percent, of the setup called ``name``."""
->>>>>>> main
+def verify_result(name: str, verified: Verified, poses: Sequence[Pose] = ()) -> VerifyResult:
+    """The record of a verified zeta, in percent, of the setup called ``name``; the scene's ``poses`` tell more of
+    the worst of them."""
 
     def percents(z: Verified | PoseZeta) -> dict[str, float]:
         return {f"{key}_percent": min(100.0, 100 * getattr(z, key)) for key in ("zeta", "low", "high")}

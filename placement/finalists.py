@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..coverage.rings import Setup
+from ..objectives.aim import Aim, judge
 from ..objectives.exact import Verified, Verifier
 from ..objectives.scene import Scene
 from .climb import Brake
@@ -18,7 +19,7 @@ COARSE, ROUGH = 0.03, 64  # m, side of the voxels, and poses that stand for all 
 @dataclass(frozen=True)
 class Chosen:
     """Which of the finalists is best; by how much it falls short of floors, and its value, both in [0, 1]; the side of the
-    voxels counted, m; and, at many poses, the count goal by goal."""
+    voxels counted, m; and, at many poses, zeta goal by goal where it is what is aimed at."""
 
     index: int
     short: float
@@ -30,6 +31,7 @@ class Chosen:
 def choose(
     verifier: Verifier,
     setups: Sequence[Setup],
+    aim: Aim,
     brake: Brake,
     luck: np.random.Generator,
     tell: Callable[[int, int], None] = lambda counted, to_count: None,
@@ -39,6 +41,7 @@ def choose(
     Args:
         verifier: counts the answer; its ``at`` is taken for the progress.
         setups: the finalists, the best guess first.
+        aim: what is made large.
         brake: is pulled by Ctrl-C, which cuts the count short; there is always an answer.
         luck: draws the poses that stand for all.
         tell: is given the targets at poses counted, and of how many, before each.
@@ -59,11 +62,13 @@ def choose(
 
     verifier.at = at
     rough = Verifier(some, max(asked, COARSE), at=at) if many else verifier
-    judged = _judge(rough, setups, brake)
+    judged = _judge(rough, setups, aim, brake)
     index = min(range(len(judged)), key=lambda i: (judged[i][0], -judged[i][1]))
     found = Chosen(index, *judged[index], rough.voxel or COARSE)
     try:
-        if many and not brake.pulled.is_set():
+        if many and not brake.pulled.is_set() and not aim.plain:
+            found = Chosen(index, *judge(verifier, setups[index], aim), asked)
+        elif many and not brake.pulled.is_set():
             verified = tuple(verifier.verify(setups[index], goal.target) for goal in scene.goals)
             found = Chosen(index, *verifier.judged(verified), asked, verified)
     except KeyboardInterrupt:
@@ -80,13 +85,13 @@ def _some(scene: Scene, luck: np.random.Generator) -> Scene:
     return replace(scene, poses=tuple(poses))
 
 
-def _judge(verifier: Verifier, setups: Sequence[Setup], brake: Brake) -> list[tuple[float, float]]:
+def _judge(verifier: Verifier, setups: Sequence[Setup], aim: Aim, brake: Brake) -> list[tuple[float, float]]:
     """The verifier's judgements of the first setups: of all, unless Ctrl-C comes; of one at least."""
     found: list[tuple[float, float]] = []
     for setup in setups:
         try:
-            found.append(verifier.judge(setup))
+            found.append(judge(verifier, setup, aim))
         except KeyboardInterrupt:
             brake.pulled.set()
-            return found or [verifier.judge(setup)]
+            return found or [judge(verifier, setup, aim)]
     return found

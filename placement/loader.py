@@ -15,14 +15,10 @@ from ..coverage.rings import Setup, named_setup
 from ..objectives.scene import Scene
 from .convert import ring_models, scene_of, setup_of, thinning
 from .errors import UserError, explain, shown
-<<<<<<< HEAD
-from .models import ProposalFile, RingModel, SceneFile
-from .record import with_record
-=======
 from .models import RingModel, SceneFile
 from .mounted import mounted_setup
 from .proposals import ProposalFile
->>>>>>> main
+from .record import with_record
 
 _LARGEST = 16 * 2**20  # bytes of a file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")

@@ -55,7 +55,7 @@ class PoseModel(StrictModel):
     time_s: float | None = Field(default=None, description="seconds, when a record was there")
 
 
-class TrajectoryModel(_Model):
+class TrajectoryModel(StrictModel):
     """A recorded motion from which the poses are taken; the file's name alone will do."""
 
     file: str = Field(min_length=1, max_length=1000, description="CSV, beside the scene or below its folder")
@@ -65,7 +65,7 @@ class TrajectoryModel(_Model):
     speed_weight: float = Field(default=1.0, ge=0, le=100, description="0: dwell time alone")
 
 
-class RecordedModel(_Model):
+class RecordedModel(StrictModel):
     """Where the poses come from: a record's file, rows and seconds; the largest distance in any joint of a recorded sample
     from its pose; and by how much speed added to the weights."""
 
@@ -223,110 +223,3 @@ class SceneFile(StrictModel):
         ]
         refuse(faults)
         return self
-<<<<<<< HEAD
-
-
-class ProofModel(_Model):
-    """How a certified interval was reached: the width asked for, in points (0: none, cells of one side), whether it was
-    reached, passes, cells of the last pass, and the side of the smallest, m. Over several poses: the most, the sum, the
-    least."""
-
-    width_percent: Percent
-    reached: bool
-    passes: int
-    cells: int
-    smallest: Metres
-
-
-class PoseZetaModel(_Model):
-    weight: float
-    zeta_percent: Percent
-    low_percent: Percent
-    high_percent: Percent
-    target_voxels: int | None = None
-    covered_voxels: int | None = None
-
-
-class WorstModel(_Model):
-    """The pose with the least zeta: which (from 0), when the record was there, and its joint angles."""
-
-    pose: int = Field(ge=0)
-    time_s: float | None = None
-    q_deg: list[float]
-    zeta_percent: Percent
-    low_percent: Percent
-    high_percent: Percent
-
-
-class VerifyResult(_Model):
-    """What ``verify --json`` prints for each target: the mean over the poses, the worst of several, and each. A proposal of
-    many poses leaves each out."""
-
-    setup: str
-    target: str
-    radius: float | None = None
-    rule: Literal["centre", "touch", "certified"]
-    voxel: Metres | None = None
-    zeta_percent: Percent
-    low_percent: Percent
-    high_percent: Percent
-    target_voxels: int | None = None
-    covered_voxels: int | None = None
-    proof: ProofModel | None = None
-    worst: WorstModel | None = None
-    poses: list[PoseZetaModel] = []
-    seconds: float = Field(ge=0)
-
-
-class FoundModel(_Model):
-    """How a proposal was found."""
-
-    outcome: str
-    seed: int
-    soft_percent: float
-    exact_percent: Percent
-    width: float
-    starts: int
-    evaluations: int
-    seconds: float
-    command: str
-    created: str
-    versions: dict[str, str]
-
-
-class ProposalFile(_Model):
-    """A proposal (TOML): the setup first, then the scene it is for, its verified zeta, and how it was found."""
-
-    rings: list[RingModel] = Field(min_length=1, max_length=1000)
-    scene: SceneFile = SceneFile()
-    zeta: list[VerifyResult] = []
-    found: FoundModel | None = None
-
-    @model_validator(mode="after")
-    def _on_the_robot(self) -> Self:
-        links = ROBOTS[self.scene.robot].links
-        _refuse(
-            (("rings", i, "link"), ring.link, f"a link of {self.scene.robot}: {', '.join(links)}")
-            for i, ring in enumerate(self.rings)
-            if ring.link not in links
-        )
-        return self
-
-
-class SearchFile(_Model):
-    """``result.json`` of a search: the proposal, and its zeta beside the paper's setups by the same verifier."""
-
-    proposal: ProposalFile
-    soft_minus_exact_percent: float
-    comparison: list[VerifyResult]
-    files: dict[str, str]
-
-
-MODELS: dict[str, type[_Model]] = {
-    "scene": SceneFile,
-    "proposal": ProposalFile,
-    "verify": VerifyResult,
-    "result": SearchFile,
-}
-=======
->>>>>>> main

@@ -14,7 +14,7 @@ from ..coverage.cloud import Cloud
 from ..coverage.processors import processors
 from ..coverage.rings import Setup
 from ..coverage.soft import SHARP
-from ..objectives.aim import Aim, judge
+from ..objectives.aim import Aim
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
 from ..objectives.exact import Verified, Verifier
 from ..objectives.scene import Scene
@@ -80,15 +80,10 @@ class Statistics:
 
 @dataclass(frozen=True)
 class SearchResult:
-<<<<<<< HEAD
-    """The setup, its soft value and its exact value (weighted means in [0, 1]; over the poses the mean or the worst, as the
-    scene asks), by how much the exact zetas fall short of the goals' floors, how the search ended and what it spent; the
-    side of the voxels counted, m; and, where there are many poses, the count goal by goal. Where Ctrl-C came before that,
-    the exact value is a rough one, of coarser voxels and some of the poses."""
-=======
-    """The setup, soft and exact value of its aim (weighted means in [0, 1]), by how much the exact ones fall short of the
-    goals' floors, how the search ended and what it spent."""
->>>>>>> main
+    """The setup, soft and exact value of its aim (weighted means in [0, 1]; over the poses the mean or the worst, as the
+    scene asks), by how much the exact ones fall short of the goals' floors, how the search ended and what it spent; the
+    side of the voxels counted, m; and, where there are many poses, zeta goal by goal. Where Ctrl-C came before that, the
+    exact value is a rough one, of coarser voxels and some of the poses."""
 
     setup: Setup
     soft: float
@@ -123,11 +118,8 @@ def search(
     voxel: float = 0.01,
     tell: Callable[[Progress], None] = lambda progress: None,
     known: Sequence[Setup] = (),
-<<<<<<< HEAD
-    verifier: Verifier | None = None,
-=======
     aim: Aim | None = None,
->>>>>>> main
+    verifier: Verifier | None = None,
 ) -> SearchResult:
     """Find the setup of ``space`` that covers most of the scene's goals: positions, tilts and phases of its rings, and which
     rings there are where that is free.
@@ -146,11 +138,8 @@ def search(
         voxel: side of the voxels of the exact count, m.
         tell: is given the progress from time to time, in this thread.
         known: setups to start from beside the drawn ones, fitted to the space.
-<<<<<<< HEAD
-        verifier: counts the answer, and keeps the targets for who counts more; by default a new one of ``voxel``.
-=======
         aim: what is made large; by default zeta itself.
->>>>>>> main
+        verifier: counts the answer, and keeps the targets for who counts more; by default a new one of ``voxel``.
 
     Raises:
         ValueError: for an empty target, or floors of goals that the aim cannot keep.
@@ -158,19 +147,13 @@ def search(
     began = time.monotonic()
     schedule = schedule or Schedule()
     brake = Brake(began + time_cap)
-<<<<<<< HEAD
-    at_once = [poses_at_once(stage.points, len(scene.goals), len(scene.poses)) for stage in schedule.stages]
-    sizes = [max(_LEAST, stage.points // (len(scene.goals) * n)) for stage, n in zip(schedule.stages, at_once, strict=True)]
-    points = TargetPoints(scene, max(sizes), seed)
-    objective = CoverageObjective(scene, points)
-    rng, luck = (np.random.default_rng((seed, i)) for i in (1, 2))
-=======
     aim = aim or Aim()
-    terms = len(scene.goals) * len(scene.poses) * aim.mountings
-    sizes = [max(256, stage.points // terms) for stage in schedule.stages]
+    goals = len(scene.goals) * aim.mountings
+    at_once = [poses_at_once(stage.points, goals, len(scene.poses)) for stage in schedule.stages]
+    sizes = [max(_LEAST, stage.points // (goals * n)) for stage, n in zip(schedule.stages, at_once, strict=True)]
     points = TargetPoints(scene, max(sizes), seed, aim.mountings)
-    objective, rng = CoverageObjective(scene, points, aim), np.random.default_rng((seed, 1))
->>>>>>> main
+    objective = CoverageObjective(scene, points, aim)
+    rng, luck = (np.random.default_rng((seed, i)) for i in (1, 2))
     widest, evaluations, progress = points.clouds(max(sizes)), 0, Progress(stages=len(schedule.stages))
     pool = [*papers(space), *(c for c in (fitted(space, setup) for setup in known) if c is not None)]
     finalists: list[Candidate] = []
@@ -226,19 +209,13 @@ def search(
     finalists = [*finalists, *pool[:FINALISTS]] or [fresh(space, rng)]
     last = schedule.stages[max(progress.stage, 1) - 1].width
     setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
-<<<<<<< HEAD
 
     def counting(counted: int, to_count: int) -> None:
         progress.counted, progress.to_count = counted, to_count
         tell(progress)
 
-    counted = choose(verifier or Verifier(scene, voxel), setups, brake, luck, counting)
+    counted = choose(verifier or Verifier(scene, voxel), setups, aim, brake, luck, counting)
     soft = float(_soft(objective, space, [finalists[counted.index]], last, widest)[0])
-=======
-    judged = _judge(verifier, setups, aim, brake)
-    chosen = min(range(len(judged)), key=lambda i: (judged[i][0], -judged[i][1]))
-    soft = float(_soft(objective, space, [finalists[chosen]], last, widest)[0])
->>>>>>> main
     outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
     spent = Statistics(schedule.starts, evaluations, time.monotonic() - began, last)
     return SearchResult(
@@ -266,21 +243,6 @@ def _climb(
     return replace(c, values=found.values[:, : space.places]), found
 
 
-<<<<<<< HEAD
-=======
-def _judge(verifier: Verifier, setups: list[Setup], aim: Aim, brake: Brake) -> list[tuple[float, float]]:
-    """The verifier's judgements of the first setups: of all, unless Ctrl-C comes; of one at least."""
-    found: list[tuple[float, float]] = []
-    for setup in setups:
-        try:
-            found.append(judge(verifier, setup, aim))
-        except KeyboardInterrupt:
-            brake.pulled.set()
-            return found or [judge(verifier, setup, aim)]
-    return found
-
-
->>>>>>> main
 def _watch(
     jobs: Iterable[Future[tuple[Candidate, Climb]]], brake: Brake, progress: Progress, tell: Callable[[Progress], None]
 ) -> None:
