@@ -82,8 +82,9 @@ def test_the_mean_is_the_weighted_mean_and_the_worst_the_least():
 
 
 @pytest.mark.parametrize("how", ["mean", "worst"])
-def test_a_search_counts_all_poses_in_the_end(how):
-    scene = scene_of(18, over_poses=how)
+def test_a_search_counts_all_poses_in_the_end(how, monkeypatch):
+    monkeypatch.setattr(finalists, "MANY", 4)
+    scene = scene_of(9, over_poses=how)
     told = []
     found = search(
         scene, Space(scene, ring_layout(scene, 2, 8)), schedule=SHORT, voxel=0.1, tell=lambda p: told.append(vars(p).copy())
@@ -99,7 +100,7 @@ def test_a_search_counts_all_poses_in_the_end(how):
 
 
 def test_an_interrupt_before_the_last_count_keeps_the_rough_one(monkeypatch):
-    scene = scene_of(18)
+    scene = scene_of(9)
     real, calls = Verifier.verify, []
 
     def interrupted(self, setup, target):
@@ -109,6 +110,7 @@ def test_an_interrupt_before_the_last_count_keeps_the_rough_one(monkeypatch):
         return real(self, setup, target)
 
     monkeypatch.setattr(Verifier, "verify", interrupted)
+    monkeypatch.setattr(finalists, "MANY", 4)
     monkeypatch.setattr(finalists, "COARSE", 0.2)
     stopped = search(scene, Space(scene, ring_layout(scene, 1, 6)), schedule=SHORT, voxel=0.1)
     assert stopped.outcome is Outcome.INTERRUPTED
