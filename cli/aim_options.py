@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from ..coverage.mounting import Law, MountingErrors
-from ..objectives.aim import Aim, Losing, check_floors
+from ..objectives.aim import Aim, Losing, check_aim
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 
@@ -56,8 +56,10 @@ def resolve_aim(
     _within("--redundancy", redundancy, 1, _MOST_SOUGHT)
     if losing is not None and (tolerant or redundancy > 1):
         raise UserError(f"--losing: found {losing}, allowed: only without --redundancy and --tolerant")
+    if scene.over_poses == "worst" and (losing is not None or tolerant or redundancy > 1):
+        raise UserError("--worst: found with another aim, allowed: only without --redundancy, --losing and --tolerant")
     try:
-        check_floors(scene, Aim(losing=losing))
+        check_aim(scene, Aim(losing=losing))
     except ValueError as error:
         raise UserError(f"--losing: {error}") from error
     if not tolerant:

@@ -13,9 +13,12 @@ from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..placement.convert import verify_result
 from ..placement.mounted import COLUMNS
+from .motion import record_line, worst_line
 from .options import Counting
 from .place import check_scene
 from .tables import percent, proof_line, target_label, zeta_table
+
+_SHOWN = 16  # poses up to which each is shown
 
 
 def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: bool) -> None:
@@ -27,8 +30,12 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
         def tell(b: Bracket) -> None:
             status.update(f"pass {b.passes}: {100 * b.low:.3f} … {100 * b.high:.3f} %, {b.cells:,} cells")
 
-        verifier = Verifier(scene, counting.voxel, counting.rule, counting.width, tell, counting.memory)
-        results = [verify_result(name, verifier.verify(setup, goal.target)) for goal in scene.goals]
+        def at(pose: int) -> None:
+            if len(scene.poses) > 1:
+                status.update(f"counting pose {pose + 1} of {len(scene.poses)}")
+
+        verifier = Verifier(scene, counting.voxel, counting.rule, counting.width, tell, counting.memory, at)
+        results = [verify_result(name, verifier.verify(setup, goal.target), scene.poses) for goal in scene.goals]
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
         print(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
@@ -38,9 +45,13 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
     for r in results:
         if r.proof is not None:
             console.print(proof_line(r, r.proof), soft_wrap=True)
-        if len(scene.poses) > 1:
+        if 1 < len(scene.poses) <= _SHOWN:
             each = ", ".join(percent(p, r.rule) for p in r.poses)
             console.print(f"{target_label(r)}: pose by pose {each}")
+        if line := worst_line(r):
+            console.print(line, highlight=False, soft_wrap=True)
+    if line := record_line(scene):
+        console.print(line, highlight=False, soft_wrap=True)
 
 
 def how(counting: Counting) -> str:

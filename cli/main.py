@@ -29,6 +29,7 @@ from .options import (
     resolve_time,
     with_floors,
     with_goals,
+    with_motion,
 )
 
 app = App(
@@ -49,6 +50,8 @@ Targets = Annotated[
 Radius = Annotated[float | None, Parameter(help="Radius of a --target V_S that has none of its own, m.")]
 SceneFileOption = Annotated[Path | None, Parameter(name="--scene", help="Another scene than the reference scene (TOML).")]
 RobotOption = Annotated[str | None, Parameter(help="A built-in robot: ur10, ur10_dh.")]
+Trajectory = Annotated[Path | None, Parameter(help="A recorded motion (CSV: time and joint angles) in place of the poses.")]
+Degrees = Annotated[bool, Parameter(negative=(), help="The angles of --trajectory are in degrees, not radians.")]
 Voxel = Annotated[float, Parameter(help="Side of a voxel, m.")]
 Json = Annotated[bool, Parameter(name="--json", negative=(), help="Print one JSON object for scripts.")]
 Subject = Annotated[
@@ -73,6 +76,9 @@ def place(
     ] = None,
     reach: Annotated[float | None, Parameter(help="Find the fewest sensors that cover so many percent.")] = None,
     at_least: Floors = (),
+    trajectory: Trajectory = None,
+    degrees: Degrees = False,
+    worst: Annotated[bool, Parameter(negative=(), help="Make the worst pose good, not the mean of all.")] = False,
     redundancy: Annotated[int, Parameter(help="Make large what at least so many sensors see.")] = 1,
     losing: Annotated[Losing | None, Parameter(help="Make ζ without the worst ring, or sensor, large.")] = None,
     tolerant: Annotated[bool, Parameter(negative=(), help="Make the mean under errors of mounting large.")] = False,
@@ -100,6 +106,8 @@ def place(
 
     Example: place-rings --target V_S --radius 0.5 --redundancy 2
 
+    Example: place-rings --target V_S --radius 0.5 --trajectory task.csv --worst
+
     Parameters
     ----------
     rings_per_link
@@ -111,7 +119,7 @@ def place(
 
     cap = resolve_time(time)
     asked = resolve_scene(scene, robot, target, radius) or with_goals(Scene(), parse_goals(target, radius))
-    asked = with_floors(asked, at_least)
+    asked = with_motion(with_floors(asked, at_least), trajectory, degrees, worst)
     share = resolve_reach(reach, sensors)
     space = None if share else resolve_space(asked, rings_per_link, sensors_per_ring, sensors)
     aim = resolve_aim(asked, redundancy, losing, tolerant, position_error_mm, direction_error_deg)
@@ -127,6 +135,8 @@ def verify(
     radius: Radius = None,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    trajectory: Trajectory = None,
+    degrees: Degrees = False,
     voxel: Annotated[
         float | None, Parameter(help="Side of a voxel, m: 0.01. With --rule certified: cells of this one size.")
     ] = None,
@@ -150,7 +160,8 @@ def verify(
 
     counting = resolve_counting(rule, voxel, width, memory)
     setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
-    run(subject, setup, with_goals(found, parse_goals(target, radius)), counting, as_json)
+    asked = with_motion(with_goals(found, parse_goals(target, radius)), trajectory, degrees)
+    run(subject, setup, asked, counting, as_json)
 
 
 @app.command
@@ -229,6 +240,21 @@ def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOpt
     from .inspect import cones as run
 
     run(*resolve(subject, resolve_scene(scene, robot)))
+
+
+@app.command
+def task(
+    *,
+    robot: RobotOption = None,
+    rate: Annotated[float, Parameter(validator=Number(gte=1, lte=1000), help="Rows a second.")] = 25.0,
+) -> None:
+    """Print the paper's task (ten products from one table to the other, 100 s) as a recorded motion: CSV in radians.
+
+    Example: place-rings task > task.csv
+    """
+    from .motion import task as run
+
+    run(resolve_scene(None, robot) or Scene(), rate)
 
 
 @app.command

@@ -14,6 +14,7 @@ from ..placement.candidates import InfeasibleError, Space
 from ..placement.errors import UserError, shown
 from ..placement.layout import ring_layout
 from ..placement.loader import read_scene
+from ..placement.record import with_record
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6
@@ -105,6 +106,16 @@ def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
         else:
             goals[place] = replace(goals[place], at_least=percent / 100)
     return replace(scene, goals=tuple(goals))
+
+
+def with_motion(scene: Scene, trajectory: Path | None, degrees: bool, worst: bool = False) -> Scene:
+    """``scene`` with the poses of a recorded motion in place of its own, where one is given; ``worst``: the worst pose is to
+    be made large. UserError for a record that does not serve."""
+    if degrees and trajectory is None:
+        raise UserError("--degrees: found alone, allowed: only with --trajectory")
+    if trajectory is not None:
+        scene = with_record(scene, trajectory, degrees=degrees)
+    return replace(scene, over_poses="worst") if worst else scene
 
 
 def resolve_time(seconds: float | None) -> float:

@@ -12,16 +12,18 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from ..coverage.rings import Setup, named_setup
 from ..coverage.targets import Target, target_solid
 from ..objectives.aim import Aim, judge
-from ..objectives.exact import Verifier, check_voxel, target_voxels
+from ..objectives.exact import Verified, Verifier, check_voxel, target_voxels
 from ..objectives.scene import Scene
 from ..placement import search as searching
 from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_model, tolerant_model, verify_result
 from ..placement.errors import UserError
+from ..placement.finalists import MANY
 from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
 from ..placement.reach import fewest_sensors
 from ..placement.results import VerifyResult
+from .motion import record_line, worst_line
 from .picture import placement_picture
 from .tables import ring_table, target_label, zeta_table
 
@@ -45,19 +47,21 @@ def check_scene(scene: Scene, voxel: float) -> None:
 
 
 def find(
-    scene: Scene, space: Space, seed: int, time_cap: float, voxel: float, console: Console, aim: Aim
+    scene: Scene, space: Space, seed: int, time_cap: float, verifier: Verifier, console: Console, aim: Aim
 ) -> searching.SearchResult:
-    """Run the search with a progress bar on ``console``."""
+    """Run the search with a progress bar on ``console``; ``verifier`` counts its answer."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
         def tell(p: searching.Progress) -> None:
             total, done = p.stages, p.stage - 1 + p.done / p.climbs
-            what = "counting the finalists" if done == total else f"stage {p.stage} of {p.stages}"
+            what = f"stage {p.stage} of {p.stages}"
+            if p.to_count:
+                what, total, done = "counting the finalists", p.to_count, p.counted
             bar.update(task, description=what, total=total, completed=done, best=f"best so far {100 * p.best:.1f} %")
 
-        return searching.search(scene, space, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
+        return searching.search(scene, space, seed, time_cap, tell=tell, aim=aim, verifier=verifier)
 
 
 def find_fewest(
@@ -83,21 +87,28 @@ def find_fewest(
     return found.result, ReachModel(wanted_percent=100 * wanted, reached=found.reached, tried=tried)
 
 
-def compare(scene: Scene, setup: Setup, voxel: float, console: Console) -> list[VerifyResult]:
-    """Zeta of the proposal and of the paper's setups for all targets, by one verifier."""
+def compare(
+    scene: Scene, setup: Setup, counted: tuple[Verified, ...], verifier: Verifier, console: Console
+) -> list[VerifyResult]:
+    """Zeta of the proposal and of the paper's setups for all targets, by one verifier; ``counted``: what is known already of
+    the proposal."""
     setups = {"proposal": setup} | {name: named_setup(name, scene.sensor, scene.ring_radius) for name in PAPER_SETUPS}
     goals = [g.target for g in scene.goals]
     common = [t for t in PAPER_TARGETS if t.radius is None or t.radius > scene.shape.robot_radius]
     targets = list(dict.fromkeys([*goals, *common] if len(scene.poses) <= _FEW_POSES else goals))
     results: list[VerifyResult] = []
     with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
-        task = bar.add_task("verifying", total=len(targets) * len(setups))
+        task = bar.add_task("verifying", total=len(targets) * len(setups) * len(scene.poses))
+        known = {("proposal", v.target): v for v in counted}
         try:
             for target in targets:
-                verifier = Verifier(scene, voxel)
+                if target not in goals:  # its voxels serve nobody else
+                    verifier = Verifier(scene, verifier.voxel)
+                verifier.at = lambda _: bar.advance(task)
                 for name, one in setups.items():
-                    results.append(verify_result(name, verifier.verify(one, target)))
-                    bar.advance(task)
+                    verified = known.get((name, target)) or verifier.verify(one, target)
+                    results.append(verify_result(name, verified, scene.poses))
+                    bar.update(task, completed=len(results) * len(scene.poses))
         except KeyboardInterrupt:
             console.print("interrupted: the comparison ends here, the proposal is kept")
     return results
@@ -133,12 +144,12 @@ def place(
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
     folder = output_folder(out)
-    reached = None
+    verifier, reached = Verifier(scene, voxel), None
     if space is not None:
-        result = find(scene, space, seed, time_cap, voxel, log, aim)
+        result = find(scene, space, seed, time_cap, verifier, log, aim)
     else:
         result, reached = find_fewest(scene, reach or 0.0, seed, time_cap, voxel, log, aim)
-    comparison = compare(scene, result.setup, voxel, log)
+    comparison = compare(scene, result.setup, result.verified, verifier, log)
     asked = asked_values(scene, result.setup, result.exact, voxel, log, aim)
     goals = {(g.target.name, g.target.radius) for g in scene.goals}
     mine = [r for r in comparison if r.setup == "proposal" and (r.target, r.radius) in goals]
@@ -146,7 +157,7 @@ def place(
     proposal = ProposalFile(
         rings=ring_models(result.setup, scene.sensor),
         scene=scene_model(scene),
-        zeta=mine,
+        zeta=mine if len(scene.poses) <= MANY else [r.model_copy(update={"poses": []}) for r in mine],
         found=found_model(result, seed, aim),
     )
     lines = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
@@ -174,8 +185,13 @@ def place(
         each = ", ".join(f"{name} {value:.2f}" for name, value in asked.items())
         console.print(f"Asked for, {aim}, in percent: {each}.", highlight=False)
     spent = result.statistics
+    for line in (*(worst_line(r) for r in mine), record_line(scene)):
+        if line:
+            console.print(line, highlight=False, soft_wrap=True)
+    sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""
+    sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""
     console.print(
-        f"Found: exact {100 * result.exact:.2f} %, soft {100 * result.soft:.2f} % (width {1000 * spent.width:g} mm,"
+        f"Found{sought}: exact {100 * result.exact:.2f} %, soft {100 * result.soft:.2f} % (width {1000 * spent.width:g} mm,"
         f" difference {100 * (result.soft - result.exact):+.2f}); {spent.starts} starts, {spent.evaluations} evaluations,"
         f" {spent.seconds:.0f} s; {result.outcome.value}."
     )

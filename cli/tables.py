@@ -6,7 +6,9 @@ from rich.table import Table
 
 from ..coverage.rings import Setup
 from ..coverage.robots import Robot
-from ..placement.results import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult
+from ..placement.results import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult, WorstModel
+
+_WIDE = 3  # targets up to which the worst pose has columns of its own
 
 
 def ring_table(setup: Setup, robot: Robot) -> Table:
@@ -26,7 +28,7 @@ def target_label(result: VerifyResult | RobustnessResult) -> str:
     return result.target if result.radius is None else f"{result.target}({result.radius:g})"
 
 
-def percent(result: VerifyResult | PoseZetaModel, rule: str) -> str:
+def percent(result: VerifyResult | PoseZetaModel | WorstModel, rule: str) -> str:
     """Zeta in percent, or its interval where it is certified, rounded outward."""
     if rule == "certified":
         decimals = min(max(2, 1 - math.floor(math.log10(max(result.high_percent - result.low_percent, 1e-9)))), 8)
@@ -52,15 +54,26 @@ def proof_line(result: VerifyResult, proof: ProofModel) -> str:
 
 
 def zeta_table(results: list[VerifyResult], sensors: dict[str, int], title: str) -> Table:
-    """Setups down, targets across, zeta in percent."""
+    """Setups down, targets across, zeta in percent; over several poses the mean, and for few targets the worst too."""
     labels = list(dict.fromkeys(target_label(r) for r in results))
     table = Table(title=title, title_justify="left")
     table.add_column("setup")
     table.add_column("sensors", justify="right")
     for label in labels:
         table.add_column(label, justify="right")
+    worst = [label for label in labels if any(r.worst for r in results if target_label(r) == label)]
+    worst = worst if len(labels) <= _WIDE else []
+    for label in worst:
+        table.add_column(f"{label} worst", justify="right")
     for name in dict.fromkeys(r.setup for r in results):
         cells = {target_label(r): percent(r, r.rule) for r in results if r.setup == name}
+        least = {target_label(r): percent(r.worst, r.rule) for r in results if r.setup == name and r.worst}
         style = "bold" if name == "proposal" else None
-        table.add_row(name, str(sensors[name]), *(cells.get(label, "") for label in labels), style=style)
+        table.add_row(
+            name,
+            str(sensors[name]),
+            *(cells.get(label, "") for label in labels),
+            *(least.get(label, "") for label in worst),
+            style=style,
+        )
     return table

@@ -8,8 +8,9 @@ from scipy.stats import qmc
 
 from .solids import Solid
 
-_BATCH = 1 << 15  # candidates tested at once
-_MAX_BATCHES = 1000
+_BATCH = 1 << 15  # candidates tested at once, at most
+_PER_POINT = 8  # the same, for each point that is asked for
+_MOST = 1000 * _BATCH  # candidates
 _BLOCK = 1 << 10  # candidates in memory against all parts at once
 
 
@@ -41,13 +42,12 @@ def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
     sequence = qmc.Sobol(3, seed=seed)
     found: list[np.ndarray] = []
     total = 0
-    for _ in range(_MAX_BATCHES):
-        candidates = low + (high - low) * sequence.random(_BATCH)
+    batch = min(_BATCH, max(_BLOCK, 1 << (_PER_POINT * count - 1).bit_length()))  # the size changes no point
+    for _ in range(_MOST // batch):
+        candidates = low + (high - low) * sequence.random(batch)
         hits = candidates[np.asarray(_inside(solid, jnp.asarray(candidates)))]
         found.append(hits)
         total += len(hits)
         if total >= count:
             return np.concatenate(found)[:count]
-    raise EmptySolidError(
-        f"only {total} of {_MAX_BATCHES * _BATCH} points tried lie inside the target: it is empty or too thin"
-    )
+    raise EmptySolidError(f"only {total} of {_MOST} points tried lie inside the target: it is empty or too thin")

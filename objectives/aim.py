@@ -72,15 +72,15 @@ def judge(verifier: Verifier, setup: Setup, aim: Aim) -> tuple[float, float]:
     weighted mean over the scene's goals and poses, and over mountings. Floors are of what is aimed at.
 
     Raises:
-        ValueError: for an empty target; where the aim is not zeta itself, for a rule other than ``centre``; where it is what
-            a loss leaves, for a floor.
+        ValueError: for an empty target; where the aim is not zeta itself, for a rule other than ``centre``, or where the
+            scene asks for the worst pose; where it is what a loss leaves, for a floor.
         TooFineError: if the count would take days.
     """
     if aim.plain:
         return verifier.judge(setup)
+    check_aim(verifier.scene, aim)
     goals, weights = verifier.scene.goals, verifier.scene.goal_weights
     if aim.losing:
-        check_floors(verifier.scene, aim)
         lost = "without_ring" if aim.losing == "ring" else "without_sensor"
         each = [getattr(redundancy(verifier, setup, goal.target, 1), lost) for goal in goals]
         return 0.0, max(float((np.stack(each) * weights[:, None]).sum(axis=0).min()), 0.0)
@@ -91,7 +91,10 @@ def judge(verifier: Verifier, setup: Setup, aim: Aim) -> tuple[float, float]:
     return short, math.fsum(float(w) * mean for w, mean in zip(weights, means, strict=True))
 
 
-def check_floors(scene: Scene, aim: Aim) -> None:
-    """Refuse floors beside a loss: the loss that is worst for one goal may not be the worst for another (ValueError)."""
+def check_aim(scene: Scene, aim: Aim) -> None:
+    """Refuse (ValueError) floors beside a loss, as the loss that is worst for one goal may not be the worst for another, and
+    an aim beside the worst pose, which is told for zeta alone."""
     if aim.losing and any(goal.at_least > 0 for goal in scene.goals):
         raise ValueError(f"found a floor of a goal beside a lost {aim.losing}, allowed: one of them")
+    if scene.over_poses == "worst" and not aim.plain:
+        raise ValueError("found the worst pose beside several sensors, a loss or errors, allowed: one of them")

@@ -19,11 +19,12 @@ from ..coverage.soft_loss import soft_losses
 from ..coverage.soft_seen import soft_seen
 from ..coverage.solids import Cones
 from ..coverage.targets import target_solid
-from .aim import Aim, check_floors
+from .aim import Aim, check_aim
 from .scene import Scene
 from .space import Stretch, decode
 
 MARGIN = 0.003  # above a floor, so that a soft value that reaches it does so when counted
+TEMPERATURE = 0.005  # of the soft minimum over P poses, which exceeds the minimum by at most this times log P
 STEEP = 100.0  # of the parabola under a floor: 0.01 short costs 0.01, and 2 for each further
 _SOFTNESS = 0.1  # of the minimum over losses, for each m of a sigmoid's width
 _PIECE = {"cpu": (16, None)}  # setups in one call, and how many of these at once: on a CPU one after the other,
@@ -37,6 +38,13 @@ def _each(function: Callable[[Any], Any], arrays: Any) -> Any:
 
 def _piece() -> tuple[int, int | None]:
     return _PIECE.get(jax.default_backend(), _PIECE_ELSEWHERE)
+
+
+def _soft_minimum(zetas: Any, among: Any) -> tuple[Any, Any]:
+    """The soft minimum of some of the zetas (P,), and its slope by each."""
+    lack = jnp.where(among, -zetas / TEMPERATURE, -jnp.inf)
+    count = jnp.sum(among, dtype=zetas.dtype)
+    return TEMPERATURE * (jnp.log(count) - jax.nn.logsumexp(lack)), jax.nn.softmax(lack)
 
 
 class TargetPoints:
@@ -69,7 +77,8 @@ class TargetPoints:
 
 class CoverageObjective:
     """Weighted mean over a scene's goals and poses of what is aimed at (zeta, unless told otherwise), for setups with one
-    number of rings and sensors.
+    number of rings and sensors; where the scene asks for the worst pose, the soft minimum over the poses of the mean over
+    the goals, -T log(mean(exp(-zeta / T))).
 
     A setup is given by its arrays (``Slots`` and ``Stretch``) and its values (3, R), which ``decode`` reads. A goal whose
     zeta falls short of its floor lowers the value by a steep parabola. Arithmetic is in 32 bit, which is enough for a search
@@ -86,7 +95,7 @@ class CoverageObjective:
         self.scene, self.aim = scene, aim or Aim()
         if points.mountings != self.aim.mountings:
             raise ValueError(f"points are for {points.mountings} mountings, the aim has {self.aim.mountings}")
-        check_floors(scene, self.aim)
+        check_aim(scene, self.aim)
         self._goal, self._pose = (jnp.asarray(column) for column in zip(*points.terms, strict=True))
         mounting = np.arange(len(points.terms)) // (len(points.terms) // points.mountings)
         self._view = self._pose + jnp.asarray(mounting * len(scene.poses))
@@ -97,7 +106,8 @@ class CoverageObjective:
         self._soft = jax.jit(self._of_each)
 
     def _mean(self, slots: Slots, where: Stretch, values: Any, clouds: Cloud, poses: Any, width: Any, slopes: Any) -> Any:
-        """Value and gradient of one setup; ``poses`` (P,): weights of the poses, those of weight 0 are not looked at."""
+        """Value, gradient and zeta pose by pose (P,) of one setup; ``poses`` (P,): weights of the poses, of which those of
+        weight 0 are not looked at."""
         (apex, axis), pull_back = jax.vjp(partial(self._views, slots, where), values)
         share = poses[self._pose] / self.aim.mountings
 
@@ -111,19 +121,26 @@ class CoverageObjective:
 
             return _each(lambda row: jax.lax.cond(poses[row[1]] > 0, look, skip, row), (self._view, self._pose, clouds))
 
+        by_pose = jnp.zeros_like(poses)
         if self.aim.losing is None:
             each = terms(lambda cones, points: soft_seen(cones, points, width, self.aim.seen, slopes=slopes))
             zeta = jnp.zeros_like(self._goal_weights).at[self._goal].add(share * each.zeta)
+            by_pose = by_pose.at[self._pose].add(self._goal_weights[self._goal] * each.zeta / self.aim.mountings)
             short = jnp.maximum(self._floors - zeta, 0.0)
             worth = self._goal_weights + 2 * STEEP * short
             value = jnp.dot(self._goal_weights, zeta) - STEEP * jnp.dot(short, short)
         else:
             worth = self._goal_weights
             value, each = self._after_the_worst_loss(slots, terms, share * worth[self._goal], width, slopes)
-        weighted = partial(jnp.multiply, (share * worth[self._goal])[:, None, None])
+        pull = share * worth[self._goal]
+        if self.scene.over_poses == "worst":
+            least, weights = _soft_minimum(by_pose, poses > 0)
+            value = least - STEEP * jnp.dot(short, short)
+            pull = pull + (weights - poses)[self._pose] * self._goal_weights[self._goal]
+        weighted = partial(jnp.multiply, pull[:, None, None])
         by_apex = jnp.zeros_like(apex).at[self._view].add(weighted(each.by_apex))
         by_axis = jnp.zeros_like(axis).at[self._view].add(weighted(each.by_axis))
-        return value, pull_back((by_apex, by_axis))[0]
+        return value, pull_back((by_apex, by_axis))[0], by_pose
 
     def _views(self, slots: Slots, where: Stretch, values: Any) -> tuple[Any, Any]:
         """Apexes and axes (N, K, 3) at all poses, mounting by mounting."""
@@ -148,26 +165,25 @@ class CoverageObjective:
         weights = jax.nn.softmax(-zetas / softness)
         return -softness * jax.nn.logsumexp(-zetas / softness), run(weights, slopes)
 
-    def _of_each(self, setups: Any, values: Any, count: Any, *where: Any) -> tuple[Any, Any]:
+    def _of_each(self, setups: Any, values: Any, count: Any, *where: Any) -> tuple[Any, Any, Any]:
         """Of the first ``count`` setups; the others only fill their shape, which is the same for any count."""
 
         def one(row: Any) -> Any:
             wanted, (slots, stretch), x = row
-            return jax.lax.cond(
-                wanted, lambda: self._mean(slots, stretch, x, *where), lambda: (jnp.zeros((), x.dtype), jnp.zeros_like(x))
-            )
+            nothing = jnp.zeros((), x.dtype), jnp.zeros_like(x), jnp.zeros(len(self.scene.poses), x.dtype)
+            return jax.lax.cond(wanted, lambda: self._mean(slots, stretch, x, *where), lambda: nothing)
 
         return _each(one, (jnp.arange(len(values)) < count, setups, values))
 
-    def _in_pieces(self, setups: Any, values: Any, *where: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _in_pieces(self, setups: Any, values: Any, *where: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         size, found = _piece()[0], []
         for i in range(0, len(values), size):
             index = np.minimum(np.arange(i, i + size), len(values) - 1)
             n = min(size, len(values) - i)
             some, x = jax.tree.map(lambda a, index=index: _narrow(a[index]), (setups, np.asarray(values)))
             found.append([np.asarray(a[:n], float) for a in self._soft(some, x, n, *where)])
-        zetas, slopes = zip(*found, strict=True)
-        return np.concatenate(zetas), np.concatenate(slopes)
+        zetas, slopes, by_pose = (np.concatenate(part) for part in zip(*found, strict=True))
+        return zetas, slopes, by_pose
 
     def soft(
         self, setups: Any, values: Float[np.ndarray, "S 3 R"], width: float, clouds: Cloud, poses: Any = None
@@ -181,7 +197,7 @@ class CoverageObjective:
             clouds: points of every goal at every pose.
             poses: weights (P,) of the poses, by default the scene's.
         """
-        return self._in_pieces(setups, values, clouds, self._weights(poses), float(width), True)
+        return self._in_pieces(setups, values, clouds, self._weights(poses), float(width), True)[:2]
 
     def zetas(
         self, setups: Any, values: Float[np.ndarray, "S 3 R"], clouds: Cloud, width: float = SHARP, poses: Any = None
@@ -191,6 +207,12 @@ class CoverageObjective:
         At the default width zeta is the share of the points inside a cone.
         """
         return self._in_pieces(setups, values, clouds, self._weights(poses), float(width), False)[0]
+
+    def by_pose(
+        self, setups: Any, values: Float[np.ndarray, "S 3 R"], clouds: Cloud, width: float = SHARP
+    ) -> Float[np.ndarray, "S P"]:
+        """Soft zeta of S setups at every pose, the weighted mean over the goals."""
+        return self._in_pieces(setups, values, clouds, self._weights(None), float(width), False)[2]
 
     def _weights(self, poses: Any) -> Any:
         return jnp.asarray(self.scene.pose_weights if poses is None else poses, jnp.float32)

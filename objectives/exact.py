@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -59,6 +59,11 @@ class Verified:
     poses: tuple[PoseZeta, ...]
     seconds: float
     width: float = 0.0
+
+    @property
+    def worst(self) -> int:
+        """The pose with the least zeta; the first of equals."""
+        return min(range(len(self.poses)), key=lambda i: self.poses[i].zeta)
 
     @property
     def target_voxels(self) -> int | None:
@@ -119,6 +124,7 @@ class Verifier:
         width: float = 0.0,
         tell: Callable[[Bracket], None] = lambda bracket: None,
         memory: float | None = None,
+        at: Callable[[int], None] = lambda pose: None,
     ) -> None:
         """Choose how to count.
 
@@ -130,10 +136,11 @@ class Verifier:
             tell: is given the interval after each pass, when certified.
             memory: bytes that counting may take: half for the work, a quarter for one target's voxels (what needs more is
                 counted region by region) and a quarter for those kept for the next setup. None: half of what is free.
+            at: is given the number of each pose before it is counted.
         """
         self.memory = psutil.virtual_memory().available / 2 if memory is None else memory
         certified = rule == "certified" and width > 0
-        self.scene, self.rule, self.width, self.tell = scene, rule, width, tell
+        self.scene, self.rule, self.width, self.tell, self.at = scene, rule, width, tell, at
         self.voxel = VOXEL if voxel is None and not certified else voxel
         self._targets: dict[tuple[Target, int], VoxelSet] = {}
 
@@ -153,6 +160,7 @@ class Verifier:
             ValueError: for a target that holds no voxel, or one whose radius lies within V_R.
             TooFineError: if the count would take days.
         """
+        self.at(pose)
         voxel = VOXEL if self.voxel is None else self.voxel
         solid = target_solid(target, self.scene.robot, self.scene.poses[pose].q, self.scene.shape)
         check_voxel(solid, voxel)
@@ -187,6 +195,7 @@ class Verifier:
         q = scene.poses[pose].q
         cones = sensor_cones(scene.robot, setup, q)
         if self.rule == "certified" or self.voxel is None:
+            self.at(pose)
             solid = target_solid(target, scene.robot, q, scene.shape)
             b = bracket(solid, cones, self.width, self.voxel, self.tell)
             return PoseZeta(weight, (b.low + b.high) / 2, b.low, b.high, None, None, b)
@@ -213,8 +222,18 @@ class Verifier:
         return Verified(target, self.rule, self.voxel, zeta, low, high, poses, time.perf_counter() - start, self.width)
 
     def judge(self, setup: Setup) -> tuple[float, float]:
-        """By how much zeta falls short of the goals' floors, all together, and its weighted mean over the goals: both
-        in [0, 1]. A setup is better than another if it falls less short, or else if its mean is higher."""
-        zetas = [self.verify(setup, goal.target).zeta for goal in self.scene.goals]
-        short = math.fsum(max(goal.at_least - zeta, 0.0) for goal, zeta in zip(self.scene.goals, zetas, strict=True))
-        return short, math.fsum(float(w) * z for w, z in zip(self.scene.goal_weights, zetas, strict=True))
+        """By how much zeta falls short of the goals' floors, all together, and its weighted mean over the goals, of all
+        poses or of the worst one, as the scene asks: both in [0, 1]. A setup is better than another if it falls less short,
+        or else if its mean is higher."""
+        return self.judged([self.verify(setup, goal.target) for goal in self.scene.goals])
+
+    def judged(self, each: Sequence[Verified]) -> tuple[float, float]:
+        """The judgement of a setup whose goals are verified already, in their order."""
+        goals, weights = self.scene.goals, [float(w) for w in self.scene.goal_weights]
+        short = math.fsum(max(goal.at_least - v.zeta, 0.0) for goal, v in zip(goals, each, strict=True))
+        if self.scene.over_poses == "mean":
+            return short, math.fsum(w * v.zeta for w, v in zip(weights, each, strict=True))
+        at_poses = zip(*(v.poses for v in each), strict=True)
+        return short, min(
+            math.fsum(w * p.zeta for w, p in zip(weights, goal_by_goal, strict=True)) for goal_by_goal in at_poses
+        )

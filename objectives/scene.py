@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -16,10 +17,26 @@ REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
 
 @dataclass(frozen=True)
 class Pose:
-    """Joint angles q (J,) rad and the weight of the pose in the mean."""
+    """Joint angles q (J,) rad, the weight of the pose in the mean, and when a record was there, s, if it is from one."""
 
     q: Float[np.ndarray, " J"]
     weight: float = 1.0
+    time_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """Where a scene's poses come from: the file of a recorded motion, its rows and seconds, the largest distance in any
+    joint of a recorded sample from its pose, rad, and by how much speed added to weights."""
+
+    file: str
+    rows: int
+    seconds: float
+    within: float
+    speed_weight: float
+
+
+OverPoses = Literal["mean", "worst"]
 
 
 @dataclass(frozen=True)
@@ -59,7 +76,8 @@ class Rules:
 class Scene:
     """The empty scene is the reference scene: a UR10 in one pose, V_S(0.5), the paper's sensor and ring radius.
 
-    limits: of each link by name; a link that is not named has the default limits.
+    limits: of each link by name; a link that is not named has the default limits. over_poses: whether the weighted mean over
+    the poses or the worst of them is to be large.
     """
 
     robot: Robot = UR10
@@ -70,6 +88,8 @@ class Scene:
     shape: Shape = field(default_factory=Shape)
     limits: dict[str, Limits] = field(default_factory=dict)
     rules: Rules = field(default_factory=Rules)
+    over_poses: OverPoses = "mean"
+    recorded: Recorded | None = None
 
     def limits_of(self, link: str) -> Limits:
         """The limits of ``link``."""

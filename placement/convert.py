@@ -1,6 +1,7 @@
 """Between the models of files and what they stand for in code."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,24 @@ from ..coverage.targets import Shape, Target
 from ..objectives.aim import Aim
 from ..objectives.exact import PoseZeta, Verified
 from ..objectives.redundancy import Loss, Redundancy
-from ..objectives.scene import Goal, Limits, Pose, Rules, Scene
+from ..objectives.scene import Goal, Limits, Pose, Recorded, Rules, Scene
 from ..objectives.tolerance import Tolerance
+from ..objectives.trajectory import Thinning
 from .changes import Change, Work
-from .models import CurveModel, MountModel, PoseModel, RingModel, RulesModel, SceneFile, SensorModel, TargetModel
+from .models import (
+    CurveModel,
+    MountModel,
+    PoseModel,
+    RecordedModel,
+    RingModel,
+    RulesModel,
+    SceneFile,
+    SensorModel,
+    TargetModel,
+    TrajectoryModel,
+)
 from .proposals import ChangeModel, WorkModel
-from .results import ErrorsModel, LossModel, PoseZetaModel, ProofModel, RobustnessResult, VerifyResult
+from .results import ErrorsModel, LossModel, PoseZetaModel, ProofModel, RobustnessResult, VerifyResult, WorstModel
 
 DIGITS_DEG = 4  # decimals of an angle in a file
 DIGITS_MM = 3  # decimals of a length in millimetres
@@ -54,7 +67,7 @@ def scene_of(model: SceneFile) -> Scene:
     """The scene that a file describes."""
     return Scene(
         robot=robot(model.robot),
-        poses=tuple(Pose(np.radians(p.q_deg), p.weight) for p in model.poses),
+        poses=tuple(Pose(np.radians(p.q_deg), p.weight, p.time_s) for p in model.poses),
         goals=tuple(Goal(Target(t.name, t.radius), t.weight, t.at_least / 100) for t in model.targets),
         sensor=sensor_of(model.sensor),
         ring_radius=model.ring_radius,
@@ -75,7 +88,30 @@ def scene_of(model: SceneFile) -> Scene:
             model.rules.shared_tilt,
             setup_of(model.fixed, sensor_of(model.sensor), model.ring_radius).rings,
         ),
+        over_poses=model.over_poses,
+        recorded=_recorded(model.recorded),
     )
+
+
+def _recorded(model: RecordedModel | None) -> Recorded | None:
+    if model is None:
+        return None
+    return Recorded(model.file, model.rows, model.seconds, math.radians(model.within_deg), model.speed_weight)
+
+
+def recorded_model(found: Recorded | None) -> RecordedModel | None:
+    """Where the poses come from, as a file says it."""
+    if found is None:
+        return None
+    within = _degrees(found.within)
+    return RecordedModel(
+        file=found.file, rows=found.rows, seconds=found.seconds, within_deg=within, speed_weight=found.speed_weight
+    )
+
+
+def thinning(model: TrajectoryModel) -> Thinning:
+    """How the record that a scene names becomes poses."""
+    return Thinning(model.poses, math.radians(model.within_deg), model.speed_weight)
 
 
 def scene_model(scene: Scene) -> SceneFile:
@@ -91,7 +127,9 @@ def scene_model(scene: Scene) -> SceneFile:
             )
             for link, m in scene.limits.items()
         },
-        poses=[PoseModel(q_deg=[_degrees(a) for a in p.q], weight=p.weight) for p in scene.poses],
+        poses=[PoseModel(q_deg=[_degrees(a) for a in p.q], weight=p.weight, time_s=p.time_s) for p in scene.poses],
+        recorded=recorded_model(scene.recorded),
+        over_poses=scene.over_poses,
         targets=[_target_model(goal) for goal in scene.goals],
         rules=RulesModel(
             spacing=scene.rules.spacing,
@@ -181,8 +219,9 @@ def _millimetres(length: float) -> float:
     return round(1000 * length, DIGITS_MM)
 
 
-def verify_result(name: str, verified: Verified) -> VerifyResult:
-    """The record of a verified zeta, in percent, of the setup called ``name``."""
+def verify_result(name: str, verified: Verified, poses: Sequence[Pose] = ()) -> VerifyResult:
+    """The record of a verified zeta, in percent, of the setup called ``name``; the scene's ``poses`` tell more of
+    the worst of them."""
 
     def percents(z: Verified | PoseZeta) -> dict[str, float]:
         return {f"{key}_percent": min(100.0, 100 * getattr(z, key)) for key in ("zeta", "low", "high")}
@@ -197,6 +236,14 @@ def verify_result(name: str, verified: Verified) -> VerifyResult:
         target_voxels=verified.target_voxels,
         covered_voxels=verified.covered_voxels,
         proof=_proof(verified),
+        worst=WorstModel(
+            pose=verified.worst,
+            time_s=poses[verified.worst].time_s,
+            q_deg=[_degrees(a) for a in poses[verified.worst].q],
+            **percents(verified.poses[verified.worst]),
+        )
+        if len(poses) > 1
+        else None,
         poses=[
             PoseZetaModel(weight=p.weight, **percents(p), target_voxels=p.target_voxels, covered_voxels=p.covered_voxels)
             for p in verified.poses

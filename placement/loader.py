@@ -13,11 +13,12 @@ from pydantic import BaseModel, ValidationError
 
 from ..coverage.rings import Setup, named_setup
 from ..objectives.scene import Scene
-from .convert import ring_models, scene_of, setup_of
+from .convert import ring_models, scene_of, setup_of, thinning
 from .errors import UserError, explain, shown
 from .models import RingModel, SceneFile
 from .mounted import mounted_setup
 from .proposals import ProposalFile
+from .record import with_record
 
 _LARGEST = 16 * 2**20  # bytes of a file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
@@ -55,8 +56,25 @@ def _read(path: Path, model: type[_Model]) -> _Model:
 
 
 def read_scene(path: Path) -> Scene:
-    """The scene in a TOML file; UserError if it cannot be read or breaks a rule."""
-    return scene_of(_read(path, SceneFile))
+    """The scene in a TOML file; UserError if it, or the record it names, cannot be read or breaks a rule."""
+    return _scene(path, _read(path, SceneFile), "trajectory")
+
+
+def _scene(path: Path, file: SceneFile, key: str) -> Scene:
+    """The scene of the file at ``path``, with the poses of the record that it names, which lies in its folder or below."""
+    scene, asked = scene_of(file), file.trajectory
+    if asked is None:
+        return scene
+    folder = path.resolve().parent
+    try:
+        record = (folder / asked.file).resolve()
+    except (OSError, ValueError, RuntimeError) as error:
+        raise UserError(f"{path}: {key}.file: found {shown(asked.file)}, allowed: a file's name") from error
+    if Path(asked.file).is_absolute() or not record.is_relative_to(folder):
+        raise UserError(
+            f"{path}: {key}.file: found {shown(asked.file)}, allowed: a file in the folder of {path.name} or below"
+        )
+    return with_record(scene, path.parent / asked.file, thinning(asked), asked.unit == "deg")
 
 
 def scene_keys(path: Path) -> dict[str, Any]:
@@ -67,7 +85,7 @@ def scene_keys(path: Path) -> dict[str, Any]:
 def read_proposal(path: Path) -> tuple[Setup, Scene, ProposalFile]:
     """The setup and the scene of a proposal, and the whole file; UserError if it cannot be read or breaks a rule."""
     file = _read(path, ProposalFile)
-    scene = scene_of(file.scene)
+    scene = _scene(path, file.scene, "scene.trajectory")
     return setup_of(file.rings, scene.sensor, scene.ring_radius), scene, file
 
 

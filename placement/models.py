@@ -52,6 +52,28 @@ def refuse(faults: Iterable[tuple[tuple[int | str, ...], Any, str]]) -> None:
 class PoseModel(StrictModel):
     q_deg: list[Annotated[float, Field(ge=-720, le=720, description="degrees")]] = Field(min_length=1, max_length=20)
     weight: Weight = 1.0
+    time_s: float | None = Field(default=None, description="seconds, when a record was there")
+
+
+class TrajectoryModel(StrictModel):
+    """A recorded motion from which the poses are taken; the file's name alone will do."""
+
+    file: str = Field(min_length=1, max_length=1000, description="CSV, beside the scene or below its folder")
+    unit: Literal["rad", "deg"] = "rad"
+    poses: int = Field(default=200, ge=1, le=2000, description="poses, at most")
+    within_deg: float = Field(default=2.0, ge=0, le=90, description="degrees, nearer than which no pose is added")
+    speed_weight: float = Field(default=1.0, ge=0, le=100, description="0: dwell time alone")
+
+
+class RecordedModel(StrictModel):
+    """Where the poses come from: a record's file, rows and seconds; the largest distance in any joint of a recorded sample
+    from its pose; and by how much speed added to the weights."""
+
+    file: Annotated[str, Field(max_length=1000)]
+    rows: int = Field(ge=0)
+    seconds: float = Field(ge=0)
+    within_deg: float = Field(ge=0, description="degrees")
+    speed_weight: float = Field(ge=0)
 
 
 class TargetModel(StrictModel):
@@ -151,6 +173,9 @@ class SceneFile(StrictModel):
     curve: CurveModel = CurveModel()
     mounts: dict[str, MountModel] = {}
     poses: list[PoseModel] = Field(default=[PoseModel(q_deg=list(REFERENCE_POSE_DEG))], min_length=1, max_length=10_000)
+    trajectory: TrajectoryModel | None = Field(default=None, description="in place of poses")
+    recorded: RecordedModel | None = None
+    over_poses: Literal["mean", "worst"] = "mean"
     targets: list[TargetModel] = Field(default=[TargetModel(name="V_S", radius=0.5)], min_length=1, max_length=100)
     rules: RulesModel = RulesModel()
     fixed: list[RingModel] = Field(default=[], max_length=1000, description="rings that are there and stay")
@@ -161,6 +186,11 @@ class SceneFile(StrictModel):
         if name not in ROBOTS:
             raise _fault(name, ", ".join(ROBOTS))
         return name
+
+    @field_validator("trajectory", mode="before")
+    @classmethod
+    def _only_a_name(cls, found: Any) -> Any:
+        return {"file": found} if isinstance(found, str) else found
 
     @model_validator(mode="after")
     def _agreeing(self) -> Self:
@@ -182,6 +212,8 @@ class SceneFile(StrictModel):
             for i, ring in enumerate(self.fixed)
             if ring.link not in links
         ]
+        if self.trajectory is not None and "poses" in self.model_fields_set:
+            faults.append((("trajectory",), self.trajectory.file, "poses or a trajectory, not both"))
         if not any(target.weight > 0 for target in self.targets):
             faults.append((("targets", 0, "weight"), self.targets[0].weight, "above 0 for one target at least"))
         faults += [

@@ -28,8 +28,20 @@ class PoseZetaModel(StrictModel):
     covered_voxels: int | None = None
 
 
+class WorstModel(StrictModel):
+    """The pose with the least zeta: which (from 0), when the record was there, and its joint angles."""
+
+    pose: int = Field(ge=0)
+    time_s: float | None = None
+    q_deg: list[float]
+    zeta_percent: Percent
+    low_percent: Percent
+    high_percent: Percent
+
+
 class VerifyResult(StrictModel):
-    """What ``verify --json`` prints for each target."""
+    """What ``verify --json`` prints for each target: the mean over the poses, the worst of several, and each. A proposal of
+    many poses leaves each out."""
 
     setup: str
     target: str
@@ -42,7 +54,8 @@ class VerifyResult(StrictModel):
     target_voxels: int | None = None
     covered_voxels: int | None = None
     proof: ProofModel | None = None
-    poses: list[PoseZetaModel]
+    worst: WorstModel | None = None
+    poses: list[PoseZetaModel] = Field(default=[])
     seconds: float = Field(ge=0)
 
 

@@ -14,18 +14,21 @@ from ..coverage.cloud import Cloud
 from ..coverage.processors import processors
 from ..coverage.rings import Setup
 from ..coverage.soft import SHARP
-from ..objectives.aim import Aim, judge
+from ..objectives.aim import Aim
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
-from ..objectives.exact import Verifier
+from ..objectives.exact import Verified, Verifier
 from ..objectives.scene import Scene
 from .candidates import Candidate, Space, stacked, unlike_first
 from .climb import Brake, Climb, climb
 from .convert import rounded
 from .drawing import fitted, fresh, papers, vary
+from .finalists import choose
+from .subset import poses_at_once, representative, with_worst
 
 FINALISTS = 3  # climbs that the exact count compares, beside the best start
 UNLIKE = 0.12  # share of the sensors that sit elsewhere, from which on starts and variants are unlike
 ALIKE = 0.03  # climbs that end this close count as one
+_LEAST = 256  # points of a goal at a pose
 _SCORE_WIDTH = 0.05  # m, where starts are scored: at 0.1 m nearly all of a near shell counts as seen
 
 
@@ -77,8 +80,10 @@ class Statistics:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The setup, soft and exact value of its aim (weighted means in [0, 1]), by how much the exact ones fall short of the
-    goals' floors, how the search ended and what it spent."""
+    """The setup, soft and exact value of its aim (weighted means in [0, 1]; over the poses the mean or the worst, as the
+    scene asks), by how much the exact ones fall short of the goals' floors, how the search ended and what it spent; the
+    side of the voxels counted, m; and, where there are many poses, zeta goal by goal. Where Ctrl-C came before that, the
+    exact value is a rough one, of coarser voxels and some of the poses."""
 
     setup: Setup
     soft: float
@@ -86,17 +91,22 @@ class SearchResult:
     short: float
     outcome: Outcome
     statistics: Statistics
+    voxel: float = 0.01
+    verified: tuple[Verified, ...] = ()
 
 
 @dataclass
 class Progress:
-    """What a search tells while it runs: stage, of how many, climbs done, of how many, best share of points so far."""
+    """What a search tells while it runs: stage, of how many, climbs done, of how many, best share of points so far; then
+    targets at poses counted, of how many (0: not yet counting)."""
 
     stage: int = 0
     stages: int = 0
     done: int = 0
     climbs: int = 0
     best: float = 0.0
+    counted: int = 0
+    to_count: int = 0
 
 
 def search(
@@ -109,13 +119,15 @@ def search(
     tell: Callable[[Progress], None] = lambda progress: None,
     known: Sequence[Setup] = (),
     aim: Aim | None = None,
+    verifier: Verifier | None = None,
 ) -> SearchResult:
     """Find the setup of ``space`` that covers most of the scene's goals: positions, tilts and phases of its rings, and which
     rings there are where that is free.
 
     The same seed gives the same answer on the same machine: the search ends by its schedule. ``time_cap`` seconds or a
     KeyboardInterrupt only cut it short, and then the best so far is returned. The paper's tilts are among the starts and
-    the best of all starts among the finalists, so the answer is never worse than those.
+    the best of all starts among the finalists, so the answer is never worse than those. Of many poses, each stage looks at
+    few that stand for all, more as it sharpens; where the worst pose counts, half of them are the worst so far.
 
     Args:
         scene: robot, poses, goals, limits.
@@ -127,6 +139,7 @@ def search(
         tell: is given the progress from time to time, in this thread.
         known: setups to start from beside the drawn ones, fitted to the space.
         aim: what is made large; by default zeta itself.
+        verifier: counts the answer, and keeps the targets for who counts more; by default a new one of ``voxel``.
 
     Raises:
         ValueError: for an empty target, or floors of goals that the aim cannot keep.
@@ -135,20 +148,30 @@ def search(
     schedule = schedule or Schedule()
     brake = Brake(began + time_cap)
     aim = aim or Aim()
-    terms = len(scene.goals) * len(scene.poses) * aim.mountings
-    sizes = [max(256, stage.points // terms) for stage in schedule.stages]
+    goals = len(scene.goals) * aim.mountings
+    at_once = [poses_at_once(stage.points, goals, len(scene.poses)) for stage in schedule.stages]
+    sizes = [max(_LEAST, stage.points // (goals * n)) for stage, n in zip(schedule.stages, at_once, strict=True)]
     points = TargetPoints(scene, max(sizes), seed, aim.mountings)
-    objective, rng = CoverageObjective(scene, points, aim), np.random.default_rng((seed, 1))
+    objective = CoverageObjective(scene, points, aim)
+    rng, luck = (np.random.default_rng((seed, i)) for i in (1, 2))
     widest, evaluations, progress = points.clouds(max(sizes)), 0, Progress(stages=len(schedule.stages))
     pool = [*papers(space), *(c for c in (fitted(space, setup) for setup in known) if c is not None)]
     finalists: list[Candidate] = []
     workers = processors()
     with ThreadPoolExecutor(workers) as threads:
 
-        def scores(some: list[Candidate], width: float, clouds: Cloud) -> Any:
+        def looked_at(count: int, some: list[Candidate], clouds: Cloud) -> Any:
+            """Weights of about ``count`` poses to look at."""
+            worst = count // 2 if scene.over_poses == "worst" and count < len(scene.poses) else 0
+            found = representative(scene.pose_weights, count - worst, luck)
+            if worst == 0:
+                return found
+            return with_worst(found, objective.by_pose(*_arrays(space, some), clouds), worst)
+
+        def scores(some: list[Candidate], width: float, clouds: Cloud, poses: Any) -> Any:
             """Soft values of candidates, on all processors."""
             jobs = [
-                threads.submit(_soft, objective, space, some[i::workers], width, clouds)
+                threads.submit(_soft, objective, space, some[i::workers], width, clouds, poses)
                 for i in range(min(workers, len(some)))
             ]
             found = np.empty(len(some))
@@ -156,21 +179,24 @@ def search(
                 found[i::workers] = job.result()
             return found
 
-        def best(some: list[Candidate], count: int, width: float, clouds: Cloud, known: list[Candidate]) -> list[Candidate]:
-            """The ``count`` best of ``some`` that are unlike each other and the ``known``, by their soft values."""
-            order = np.argsort(-scores(some, width, clouds), kind="stable")
-            return unlike_first(space, [some[i] for i in order[: 8 * count]], UNLIKE, known)[:count]
+        def best(some: list[Candidate], count: int, width: float, clouds: Cloud, poses: Any) -> list[Candidate]:
+            """The ``count`` best of ``some`` that are unlike each other and the pool, by their soft values."""
+            order = np.argsort(-scores(some, width, clouds, poses), kind="stable")
+            return unlike_first(space, [some[i] for i in order[: 8 * count]], UNLIKE, pool)[:count]
 
         try:
-            drawn = [fresh(space, rng) for _ in range(schedule.draws)]
-            pool += best(drawn, max(schedule.starts - len(pool), 0), _SCORE_WIDTH, points.clouds(sizes[0]), pool)
-            finalists = [pool[int(np.argmax(scores(pool, SHARP, widest)))]]
+            drawn, clouds = [fresh(space, rng) for _ in range(schedule.draws)], points.clouds(sizes[0])
+            poses = looked_at(at_once[0], pool or drawn[:1], clouds)
+            pool += best(drawn, max(schedule.starts - len(pool), 0), _SCORE_WIDTH, clouds, poses)
+            poses = looked_at(max(at_once), pool[:FINALISTS], widest)
+            finalists = [pool[int(np.argmax(scores(pool, SHARP, widest, poses)))]]
             for number, (stage, size) in enumerate(zip(schedule.stages, sizes, strict=True)):
                 clouds = points.clouds(size)
+                poses = looked_at(at_once[number], pool[: stage.keep], clouds)
                 if stage.variants:
                     varied = [vary(space, pool[int(rng.integers(len(pool)))], rng) for _ in range(schedule.draws)]
-                    pool += best(varied, stage.variants, stage.width, clouds, pool)
-                jobs = [threads.submit(_climb, objective, space, c, stage, clouds, brake) for c in pool]
+                    pool += best(varied, stage.variants, stage.width, clouds, poses)
+                jobs = [threads.submit(_climb, objective, space, c, stage, clouds, brake, poses) for c in pool]
                 progress.stage, progress.done, progress.climbs = number + 1, 0, len(jobs)
                 _watch(jobs, brake, progress, tell)
                 climbs = sorted((job.result() for job in jobs), key=lambda found: -found[1].hard)
@@ -181,42 +207,40 @@ def search(
         except KeyboardInterrupt:
             brake.pulled.set()
     finalists = [*finalists, *pool[:FINALISTS]] or [fresh(space, rng)]
-    verifier = Verifier(scene, voxel)
     last = schedule.stages[max(progress.stage, 1) - 1].width
     setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
-    judged = _judge(verifier, setups, aim, brake)
-    chosen = min(range(len(judged)), key=lambda i: (judged[i][0], -judged[i][1]))
-    soft = float(_soft(objective, space, [finalists[chosen]], last, widest)[0])
+
+    def counting(counted: int, to_count: int) -> None:
+        progress.counted, progress.to_count = counted, to_count
+        tell(progress)
+
+    counted = choose(verifier or Verifier(scene, voxel), setups, aim, brake, luck, counting)
+    soft = float(_soft(objective, space, [finalists[counted.index]], last, widest)[0])
     outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
     spent = Statistics(schedule.starts, evaluations, time.monotonic() - began, last)
-    return SearchResult(setups[chosen], soft, judged[chosen][1], judged[chosen][0], outcome, spent)
+    return SearchResult(
+        setups[counted.index], soft, counted.exact, counted.short, outcome, spent, counted.voxel, counted.verified
+    )
 
 
-def _soft(objective: CoverageObjective, space: Space, some: list[Candidate], width: float, clouds: Cloud) -> Any:
-    values = np.stack([space.values(c) for c in some])
-    return objective.zetas(stacked([space.arrays(c) for c in some]), values, clouds, width)
+def _arrays(space: Space, some: list[Candidate]) -> tuple[Any, Any]:
+    return stacked([space.arrays(c) for c in some]), np.stack([space.values(c) for c in some])
+
+
+def _soft(
+    objective: CoverageObjective, space: Space, some: list[Candidate], width: float, clouds: Cloud, poses: Any = None
+) -> Any:
+    return objective.zetas(*_arrays(space, some), clouds, width, poses)
 
 
 def _climb(
-    objective: CoverageObjective, space: Space, c: Candidate, stage: Stage, clouds: Cloud, brake: Brake
+    objective: CoverageObjective, space: Space, c: Candidate, stage: Stage, clouds: Cloud, brake: Brake, poses: Any
 ) -> tuple[Candidate, Climb]:
-    """Where a candidate climbs to."""
+    """Where a candidate climbs to, seen at poses of these weights."""
     setup, box = stacked([space.arrays(c)]), space.box(c)
     low, high = (np.concatenate([edge[:, : space.places], space.values(c)[:, space.places :]], axis=1) for edge in box)
-    found = climb(objective, setup, (low, high), space.values(c), stage.width, stage.steps, clouds, brake)
+    found = climb(objective, setup, (low, high), space.values(c), stage.width, stage.steps, clouds, brake, poses)
     return replace(c, values=found.values[:, : space.places]), found
-
-
-def _judge(verifier: Verifier, setups: list[Setup], aim: Aim, brake: Brake) -> list[tuple[float, float]]:
-    """The verifier's judgements of the first setups: of all, unless Ctrl-C comes; of one at least."""
-    found: list[tuple[float, float]] = []
-    for setup in setups:
-        try:
-            found.append(judge(verifier, setup, aim))
-        except KeyboardInterrupt:
-            brake.pulled.set()
-            return found or [judge(verifier, setup, aim)]
-    return found
 
 
 def _watch(

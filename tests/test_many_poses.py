@@ -1,0 +1,118 @@
+"""Searches over many poses: the mean and the worst one, few looked at, all counted."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from place_rings.coverage.robots import UR10
+from place_rings.coverage.targets import Target
+from place_rings.objectives.aim import Aim, judge
+from place_rings.objectives.coverage_objective import TEMPERATURE, CoverageObjective, TargetPoints
+from place_rings.objectives.exact import Verifier
+from place_rings.objectives.scene import Goal, Pose, Scene
+from place_rings.placement import finalists
+from place_rings.placement.candidates import Space, stacked
+from place_rings.placement.convert import verify_result
+from place_rings.placement.drawing import fresh
+from place_rings.placement.layout import ring_layout
+from place_rings.placement.search import Outcome, Schedule, Stage, search
+from place_rings.studies.task import pick_and_place
+
+SHORT = Schedule(4, (Stage(0.05, 4096, 10, 1),), draws=8)
+GOALS = (Goal(Target("V_S", 0.4), 0.7), Goal(Target("V_S", 0.6), 0.3))
+
+
+def scene_of(poses, **kwargs):
+    """A swing from table to table in so many poses, the later ones heavier."""
+    q = pick_and_place(UR10, 20.0).q[:60]
+    picked = q[np.linspace(0, len(q) - 1, poses).astype(int)]
+    return Scene(poses=tuple(Pose(a, 1.0 + i, 0.05 * i) for i, a in enumerate(picked)), **kwargs)
+
+
+@pytest.fixture(scope="module")
+def worst():
+    """Objective of the worst of three poses, points and a setup."""
+    scene = scene_of(3, goals=GOALS, over_poses="worst")
+    points, space = TargetPoints(scene, 512, 0), Space(scene, ring_layout(scene, 2, 8))
+    c = fresh(space, np.random.default_rng(5))
+    return CoverageObjective(scene, points), points.clouds(512), stacked([space.arrays(c)]), space.values(c)
+
+
+def test_zeta_pose_by_pose_makes_the_soft_minimum(worst):
+    """Of one pose alone the soft minimum is its zeta; of several it lies between their least and their mean."""
+    objective, clouds, setup, x = worst
+    (by_pose,) = objective.by_pose(setup, x[None], clouds)
+    each = [objective.zetas(setup, x[None], clouds, poses=w)[0] for w in np.eye(3)]
+    assert by_pose == pytest.approx(np.array(each), abs=1e-6)
+    soft = objective.zetas(setup, x[None], clouds)[0]
+    assert by_pose.min() <= soft <= min(by_pose.min() + TEMPERATURE * math.log(3) + 1e-6, by_pose.mean())
+
+
+def test_the_slope_of_the_worst_pose_is_that_of_its_value(worst):
+    objective, clouds, setup, x = worst
+    (value,), (slope,) = objective.soft(setup, x[None], 0.2, clouds)
+    rng = np.random.default_rng(0)
+    for _ in range(4):
+        d = rng.normal(size=x.shape)
+        step = 4e-3 / np.linalg.norm(d)
+        up, down = (objective.soft(setup, (x + s * d)[None], 0.2, clouds)[0][0] for s in (step, -step))
+        assert (slope * d).sum() == pytest.approx((up - down) / (2 * step), abs=2e-2 * np.linalg.norm(d) * abs(value))
+
+
+def test_the_mean_is_the_weighted_mean_and_the_worst_the_least():
+    scene = scene_of(3, goals=GOALS)
+    setup = ring_layout(scene, 2, 8)
+    each = [Verifier(scene, 0.1).verify(setup, goal.target) for goal in GOALS]
+    for v in each:
+        assert v.zeta == pytest.approx(sum((1 + i) / 6 * p.zeta for i, p in enumerate(v.poses)))
+        assert v.poses[v.worst].zeta == min(p.zeta for p in v.poses)
+        found = verify_result("x", v, scene.poses).worst
+        assert (found.pose, found.zeta_percent) == (v.worst, 100 * v.poses[v.worst].zeta)
+        assert found.time_s == 0.05 * v.worst
+        assert np.radians(found.q_deg) == pytest.approx(scene.poses[v.worst].q, abs=1e-9)
+    verifiers = [Verifier(replace(scene, over_poses=how), 0.1) for how in ("mean", "worst")]
+    mean, least = (v.judged(each)[1] for v in verifiers)
+    assert mean == pytest.approx(0.7 * each[0].zeta + 0.3 * each[1].zeta)
+    assert least == pytest.approx(
+        min(0.7 * a.zeta + 0.3 * b.zeta for a, b in zip(each[0].poses, each[1].poses, strict=True))
+    )
+    with pytest.raises(ValueError, match="worst pose beside several sensors"):
+        judge(verifiers[1], setup, Aim(seen=2))
+
+
+@pytest.mark.parametrize("how", ["mean", "worst"])
+def test_a_search_counts_all_poses_in_the_end(how, monkeypatch):
+    monkeypatch.setattr(finalists, "MANY", 4)
+    scene = scene_of(9, over_poses=how)
+    told = []
+    found = search(
+        scene, Space(scene, ring_layout(scene, 2, 8)), schedule=SHORT, voxel=0.1, tell=lambda p: told.append(vars(p).copy())
+    )
+    (verified,) = found.verified
+    again = Verifier(scene, 0.1).verify(found.setup, Target("V_S", 0.5))
+    assert (verified.zeta, verified.poses) == (again.zeta, again.poses)
+    assert found.exact == (verified.zeta if how == "mean" else min(p.zeta for p in verified.poses))
+    assert found.voxel == 0.1
+    assert told[-1]["counted"] == told[-1]["to_count"] - 1
+    start = Verifier(scene, 0.1).judge(ring_layout(scene, 2, 8))[1]
+    assert found.exact > start
+
+
+def test_an_interrupt_before_the_last_count_keeps_the_rough_one(monkeypatch):
+    scene = scene_of(9)
+    real, calls = Verifier.verify, []
+
+    def interrupted(self, setup, target):
+        calls.append(self.voxel)
+        if self.voxel == 0.1:
+            raise KeyboardInterrupt
+        return real(self, setup, target)
+
+    monkeypatch.setattr(Verifier, "verify", interrupted)
+    monkeypatch.setattr(finalists, "MANY", 4)
+    monkeypatch.setattr(finalists, "COARSE", 0.2)
+    stopped = search(scene, Space(scene, ring_layout(scene, 1, 6)), schedule=SHORT, voxel=0.1)
+    assert stopped.outcome is Outcome.INTERRUPTED
+    assert (stopped.voxel, stopped.verified) == (0.2, ())
+    assert 0 < stopped.exact < 1
