@@ -139,7 +139,7 @@ def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOpt
 
 @app.command
 def study(
-    name: Literal["convergence", "paper"],
+    name: Literal["bound", "convergence", "paper"],
     /,
     *,
     out: Annotated[Path | None, Parameter(help="Folder for data, pictures and page: results/NAME.")] = None,
@@ -149,13 +149,17 @@ def study(
 
     paper: all that Kumar and Sahin (2019) measured, beside what they published and beside searched setups.
 
+    bound: how far the search can be from the best setup of a grid, by linear and integer programmes.
+
     convergence: ζ of the paper's setups against the side of the voxels, rule by rule, on both UR10 chains.
 
     Example: place-rings study paper
     """
-    from .study import study_convergence, study_paper
+    from .study import study_bound, study_convergence, study_paper
 
-    if name == "convergence":
+    if name == "bound":
+        study_bound(out or Path("results") / name, seed)
+    elif name == "convergence":
         study_convergence(out or Path("results") / name)
     else:
         study_paper(out or Path("results") / name, seed)

@@ -17,9 +17,10 @@ from ..placement.convert import ring_models, scene_of, setup_of
 from ..placement.layout import ring_layout
 from ..placement.models import RingModel, SceneFile
 from ..placement.search import search as searching
-from . import approach, distance, human, objects, task, walk
+from . import approach, distance, grid, human, maxcover, objects, task, walk
 from .approach import unseen_approaches
 from .distance import repeated
+from .grid import Grid, bounded
 from .task import Motion, pick_and_place
 
 Rings = list[dict[str, Any]]
@@ -66,6 +67,28 @@ def place(scene: Mapping[str, Any], rings_per_link: int, sensors_per_ring: int, 
     return [ring.model_dump(exclude_none=True) for ring in ring_models(found.setup, asked.sensor)]
 
 
+def place_any(scene: Mapping[str, Any], sensors: int, seed: int) -> Rings:
+    """The same with so many sensors on any rings that the rules allow."""
+    asked = scene_from(scene)
+    found = searching(asked, Space(asked, sensors=sensors), seed)
+    return [ring.model_dump(exclude_none=True) for ring in ring_models(found.setup, asked.sensor)]
+
+
+def share_of_points(scene: Mapping[str, Any], setup: str | Rings, points: int, seed: int) -> float:
+    """Percent of the points drawn in the scene's first target that a setup covers, at its first pose."""
+    where = scene_from(scene)
+    drawn = grid.points_in(where, where.goals[0].target, points, seed)
+    return 100 * float(grid.covered(where, setup_from(setup, where), drawn).mean())
+
+
+def bound(
+    scene: Mapping[str, Any], sensors: int, seed: int, points: int, grid: Mapping[str, Any], limit: float
+) -> dict[str, Any]:
+    """Upper bounds of what setups of a grid cover of such points, and what some do: see ``grid`` and ``maxcover``."""
+    where = scene_from(scene)
+    return bounded(where, where.goals[0].target, sensors, Grid(**grid), points, seed, limit)
+
+
 @cache
 def _task(robot: str, rate: float, duration: float) -> Motion:
     """The paper's task, again and again for so many seconds."""
@@ -90,10 +113,13 @@ def unseen_approach(robot: str, setup: str | Rings, q_deg: list[float], radii: l
     return [{"radius": a.radius, "gap_m": a.gap_m, "path": np.round(a.path, 6).tolist()} for a in found]
 
 
-MEASURING = (approach, distance, human, objects, task, walk)  # modules of this room that works are made of
+MEASURING = (approach, distance, grid, human, maxcover, objects, task, walk)  # modules of this room that works are made of
 WORKS: dict[str, Callable[..., Any]] = {
     "zeta": zeta,
     "place": place,
+    "place any rings": place_any,
+    "share of points": share_of_points,
+    "bound": bound,
     "minimum distance": minimum_distance,
     "unseen approach": unseen_approach,
 }
