@@ -2,6 +2,7 @@
 
 Run: python benchmarks            all of them
      python benchmarks octree     some of them; the others' sections stay as they are
+     python benchmarks searches   which takes hours, and is run only when asked for; its options as --seeds=2
 """
 
 import importlib
@@ -11,14 +12,16 @@ from pathlib import Path
 
 from common import surroundings
 
-NAMES = ("octree", "certified", "estimator", "growth", "kills")
+NAMES = ("octree", "certified", "estimator", "growth", "kills", "searches")
+_LONG = ("searches",)
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
-PACKAGES = ("place-rings", "numpy", "jax", "scipy", "torch", "open3d", "manifold3d", "distributed")
+PACKAGES = ("place-rings", "numpy", "jax", "scipy", "torch", "open3d", "manifold3d", "distributed", "cma", "optuna", "nlopt")
 
 
 def main() -> None:
     """Measure the sections asked for and put them in their places in the file."""
-    asked = sys.argv[1:] or list(NAMES)
+    options = [word for word in sys.argv[1:] if word.startswith("-")]
+    asked = [word for word in sys.argv[1:] if word not in options] or [name for name in NAMES if name not in _LONG]
     if unknown := [name for name in asked if name not in NAMES]:
         raise SystemExit(f"{unknown[0]}: no such benchmark; known: {', '.join(NAMES)}")
     old = FILE.read_text() if FILE.exists() else ""
@@ -27,7 +30,7 @@ def main() -> None:
         print(f"== {name}", flush=True)
         module = importlib.import_module(name)
         title = (module.__doc__ or name).splitlines()[0].rstrip(".")
-        lines = module.report()
+        lines = module.report(options) if options else module.report()
         sections[name] = "\n".join([f"## {title}", "", *lines, "", surroundings(PACKAGES), "", ""])
         kept = [f"<!-- {n} -->\n{sections[n].rstrip()}\n\n" for n in NAMES if n in sections]
         head = "# Benchmarks\n\nAll by `python benchmarks`; medians, ratios within one run.\n\n"

@@ -1,5 +1,9 @@
 """The search: unlike starts climb the soft zeta while it sharpens, then unlike variants of the best; the exact count
-chooses among those that came furthest."""
+chooses among those that came furthest.
+
+The sigmoid is narrow from the start. A wide one counts what lies between many cones as seen, and so prefers other setups
+than the exact count does: at 0.1 m climbs leave the best ones of a far shell.
+"""
 
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -29,7 +33,6 @@ FINALISTS = 3  # climbs that the exact count compares, beside the best start
 UNLIKE = 0.12  # share of the sensors that sit elsewhere, from which on starts and variants are unlike
 ALIKE = 0.03  # climbs that end this close count as one
 _LEAST = 256  # points of a goal at a pose
-_SCORE_WIDTH = 0.05  # m, where starts are scored: at 0.1 m nearly all of a near shell counts as seen
 
 
 @dataclass(frozen=True)
@@ -49,12 +52,11 @@ class Schedule:
     """How a search ends: so many starts, these stages, then the exact count of the finalists. Starts and variants are the
     best unlike ones among so many ``draws``."""
 
-    starts: int = 24
+    starts: int = 32
     stages: tuple[Stage, ...] = (
-        Stage(0.10, 4096, 30, 10),
-        Stage(0.05, 8192, 40, 6),
-        Stage(0.05, 8192, 40, 6, variants=10),
-        Stage(0.02, 16384, 60, 4, variants=3),
+        Stage(0.03, 2048, 30, 8),
+        Stage(0.02, 4096, 30, 6, variants=12),
+        Stage(0.02, 8192, 40, 4, variants=8),
         Stage(0.008, 32768, 80, 3),
     )
     draws: int = 512
@@ -97,14 +99,15 @@ class SearchResult:
 
 @dataclass
 class Progress:
-    """What a search tells while it runs: stage, of how many, climbs done, of how many, best share of points so far; then
-    targets at poses counted, of how many (0: not yet counting)."""
+    """What a search tells while it runs: stage, of how many, climbs done, of how many, best share of points so far and the
+    setup that has it; then targets at poses counted, of how many (0: not yet counting)."""
 
     stage: int = 0
     stages: int = 0
     done: int = 0
     climbs: int = 0
     best: float = 0.0
+    setup: Setup | None = None
     counted: int = 0
     to_count: int = 0
 
@@ -184,12 +187,19 @@ def search(
             order = np.argsort(-scores(some, width, clouds, poses), kind="stable")
             return unlike_first(space, [some[i] for i in order[: 8 * count]], UNLIKE, pool)[:count]
 
+        def show(c: Candidate, poses: Any) -> None:
+            """Keep a candidate as the best so far, if it is: on the points of the last stage, whatever the stage."""
+            share = float(_soft(objective, space, [c], SHARP, widest, poses)[0])
+            if share > progress.best:
+                progress.best, progress.setup = share, space.setup(c)
+
         try:
             drawn, clouds = [fresh(space, rng) for _ in range(schedule.draws)], points.clouds(sizes[0])
             poses = looked_at(at_once[0], pool or drawn[:1], clouds)
-            pool += best(drawn, max(schedule.starts - len(pool), 0), _SCORE_WIDTH, clouds, poses)
-            poses = looked_at(max(at_once), pool[:FINALISTS], widest)
-            finalists = [pool[int(np.argmax(scores(pool, SHARP, widest, poses)))]]
+            pool += best(drawn, max(schedule.starts - len(pool), 0), SHARP, clouds, poses)
+            judging = looked_at(max(at_once), pool[:FINALISTS], widest)
+            finalists = [pool[int(np.argmax(scores(pool, SHARP, widest, judging)))]]
+            show(finalists[0], judging)
             for number, (stage, size) in enumerate(zip(schedule.stages, sizes, strict=True)):
                 clouds = points.clouds(size)
                 poses = looked_at(at_once[number], pool[: stage.keep], clouds)
@@ -198,7 +208,7 @@ def search(
                     pool += best(varied, stage.variants, stage.width, clouds, poses)
                 jobs = [threads.submit(_climb, objective, space, c, stage, clouds, brake, poses) for c in pool]
                 progress.stage, progress.done, progress.climbs = number + 1, 0, len(jobs)
-                _watch(jobs, brake, progress, tell)
+                _watch(jobs, brake, progress, tell, lambda c, poses=judging: show(c, poses))
                 climbs = sorted((job.result() for job in jobs), key=lambda found: -found[1].hard)
                 evaluations += sum(c.evaluations for _, c in climbs)
                 pool = unlike_first(space, [c for c, _ in climbs], ALIKE)[: stage.keep]
@@ -244,15 +254,23 @@ def _climb(
 
 
 def _watch(
-    jobs: Iterable[Future[tuple[Candidate, Climb]]], brake: Brake, progress: Progress, tell: Callable[[Progress], None]
+    jobs: Iterable[Future[tuple[Candidate, Climb]]],
+    brake: Brake,
+    progress: Progress,
+    tell: Callable[[Progress], None],
+    show: Callable[[Candidate], None],
 ) -> None:
-    """Wait for all jobs, tell how far they are, and turn Ctrl-C into a request to stop."""
-    waiting = set(jobs)
+    """Wait for all jobs, show those that came furthest so far, tell how far all are, and turn Ctrl-C into a request to
+    stop."""
+    waiting, furthest = set(jobs), 0.0
     while waiting:
         try:
             done, waiting = wait(waiting, timeout=0.2, return_when=FIRST_COMPLETED)
             progress.done += len(done)
-            progress.best = max([progress.best, *(job.result()[1].hard for job in done)])
+            for c, climbed in (job.result() for job in done):
+                if climbed.hard > furthest:
+                    furthest = climbed.hard
+                    show(c)
             tell(progress)
         except KeyboardInterrupt:
             brake.pulled.set()

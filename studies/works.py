@@ -18,9 +18,10 @@ from ..placement.layout import ring_layout
 from ..placement.models import RingModel, SceneFile
 from ..placement.search import Outcome, Schedule, Stage
 from ..placement.search import search as searching
-from . import approach, distance, human, objects, task, walk
+from . import approach, distance, grid, human, maxcover, objects, task, walk
 from .approach import unseen_approaches
 from .distance import repeated
+from .grid import Grid, bounded
 from .store import Cell
 from .task import Motion, pick_and_place
 
@@ -69,7 +70,7 @@ def zeta(
 
 SHORT = Schedule(
     8,
-    (Stage(0.05, 8192, 40, 4, variants=6), Stage(0.02, 16384, 60, 3, variants=3), Stage(0.008, 32768, 80, 2)),
+    (Stage(0.03, 4096, 30, 4, variants=6), Stage(0.02, 8192, 40, 3, variants=3), Stage(0.008, 32768, 80, 2)),
     draws=256,
 )  # of a search that starts from good setups
 
@@ -96,6 +97,21 @@ def place(
     if found.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
     return [ring.model_dump(exclude_none=True) for ring in ring_models(found.setup, asked.sensor)]
+
+
+def share_of_points(scene: Mapping[str, Any], setup: str | Rings, points: int, seed: int) -> float:
+    """Percent of the points drawn in the scene's first target that a setup covers, at its first pose."""
+    where = scene_from(scene)
+    drawn = grid.points_in(where, where.goals[0].target, points, seed)
+    return 100 * float(grid.covered(where, setup_from(setup, where), drawn).mean())
+
+
+def bound(
+    scene: Mapping[str, Any], sensors: int, seed: int, points: int, grid: Mapping[str, Any], limit: float
+) -> dict[str, Any]:
+    """Upper bounds of what setups of a grid cover of such points, and what some do: see ``grid`` and ``maxcover``."""
+    where = scene_from(scene)
+    return bounded(where, where.goals[0].target, sensors, Grid(**grid), points, seed, limit)
 
 
 @cache
@@ -127,10 +143,12 @@ def shared(cell: Cell) -> str:
     return Cell(cell.work, {key: value for key, value in cell.arguments.items() if key != "setup"}).key
 
 
-MEASURING = (approach, distance, human, objects, task, walk)  # modules of this room that works are made of
+MEASURING = (approach, distance, grid, human, maxcover, objects, task, walk)  # modules of this room that works are made of
 WORKS: dict[str, Callable[..., Any]] = {
     "zeta": zeta,
     "place": place,
+    "share of points": share_of_points,
+    "bound": bound,
     "minimum distance": minimum_distance,
     "unseen approach": unseen_approach,
 }

@@ -30,8 +30,17 @@ def scene():
 
 
 @pytest.fixture(scope="module")
-def found(scene):
-    return search(scene, Space(scene, ring_layout(scene, 2, 6)), seed=3, schedule=SHORT, voxel=0.05)
+def told():
+    """What the search tells: the best share so far and its setup."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def found(scene, told):
+    space = Space(scene, ring_layout(scene, 2, 6))
+    return search(
+        scene, space, seed=3, schedule=SHORT, voxel=0.05, tell=lambda progress: told.append((progress.best, progress.setup))
+    )
 
 
 def test_bounds_are_kept(scene, found):
@@ -50,6 +59,15 @@ def test_value_is_the_verifiers(scene, found):
     assert found.outcome is Outcome.FINISHED
     assert found.statistics.starts == 4
     assert found.soft > found.exact - 0.01  # a wide sigmoid sees a little beyond its cones
+
+
+def test_what_it_tells_while_it_runs_is_a_setup_and_gets_better_only(scene, found, told):
+    shares = [share for share, _ in told]
+    assert shares == sorted(shares)
+    verifier = Verifier(scene, 0.05)
+    for share, setup in {share: (share, setup) for share, setup in told}.values():
+        assert verifier.judge(setup)[1] == pytest.approx(share, abs=0.05)  # of 256 points in each goal at each pose
+        assert [r.link for r in setup.rings] == [r.link for r in found.setup.rings]
 
 
 def test_same_seed_same_answer(scene, found):

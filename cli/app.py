@@ -1,0 +1,37 @@
+"""The command line's program, and the options that several commands share."""
+
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+from cyclopts.validators import Number
+
+app = App(
+    name="place-rings",
+    help="""Find where rings of Time-of-Flight sensors belong on a robot arm, and prove how much they see.
+
+Examples: ``place-rings --target V_S --radius 0.5`` near the robot,
+``place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4 --rings-per-link 3`` near and far,
+``place-rings verify n2_16_25 --target V_O`` for a setup that is already there.""",
+    version=lambda: version("place-rings"),
+    suppress_keyboard_interrupt=False,
+)
+
+Targets = Annotated[
+    tuple[str, ...],
+    Parameter(name="--target", negative=(), help="V_O, V_T, V_OT, V_S; with radius and weight: V_S:0.5=0.6. Repeatable."),
+]
+Radius = Annotated[float | None, Parameter(help="Radius of a --target V_S that has none of its own, m.")]
+SceneFileOption = Annotated[Path | None, Parameter(name="--scene", help="Another scene than the reference scene (TOML).")]
+RobotOption = Annotated[str | None, Parameter(help="A built-in robot: ur10, ur10_dh.")]
+Trajectory = Annotated[Path | None, Parameter(help="A recorded motion (CSV: time and joint angles) in place of the poses.")]
+Degrees = Annotated[bool, Parameter(negative=(), help="The angles of --trajectory are in degrees, not radians.")]
+Voxel = Annotated[float, Parameter(help="Side of a voxel, m.")]
+Json = Annotated[bool, Parameter(name="--json", negative=(), help="Print one JSON object for scripts.")]
+Subject = Annotated[
+    str, Parameter(name="PROPOSAL_OR_NAME", help="A proposal's file, a CSV of sensors as of cones, or a name like n2_16_25.")
+]
+Floors = Annotated[tuple[str, ...], Parameter(negative=(), help="A floor: V_S:1.5=60 for 60 percent of it. Repeatable.")]
+Seed = Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")]
+Count = Annotated[int, Parameter(validator=Number(gte=1, lte=200))]

@@ -1,0 +1,127 @@
+"""Commands on a setup that is there: verify, robustness, improve."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from ..coverage.mounting import Law
+from ..objectives.exact import Rule
+from ..placement.loader import resolve
+from .aim_options import mounting_errors, resolve_robustness
+from .app import Degrees, Floors, Json, Radius, RobotOption, SceneFileOption, Seed, Subject, Targets, Trajectory, Voxel, app
+from .options import (
+    parse_goals,
+    resolve_counting,
+    resolve_scene,
+    resolve_time,
+    with_floors,
+    with_goals,
+    with_motion,
+)
+
+
+@app.command
+def verify(
+    subject: Subject,
+    /,
+    *,
+    target: Targets = (),
+    radius: Radius = None,
+    scene: SceneFileOption = None,
+    robot: RobotOption = None,
+    trajectory: Trajectory = None,
+    degrees: Degrees = False,
+    voxel: Annotated[
+        float | None, Parameter(help="Side of a voxel, m: 0.01. With --rule certified: cells of this one size.")
+    ] = None,
+    rule: Annotated[Rule, Parameter(help="How a voxel is counted.")] = "centre",
+    width: Annotated[
+        float | None, Parameter(help="With --rule certified: width of the guaranteed interval, in points: 0.1.")
+    ] = None,
+    memory: Annotated[
+        float | None,
+        Parameter(help="GB that sets of voxels may take; what needs more is streamed. Half of the free memory."),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Count the exact coverage of a setup, or prove an interval that holds it.
+
+    Example: place-rings verify n2_16_25 --target V_S --radius 0.5
+
+    Example: place-rings verify n3_16_55 --target V_S --radius 0.5 --rule certified --width 0.01
+    """
+    from .inspect import verify as run
+
+    counting = resolve_counting(rule, voxel, width, memory)
+    setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
+    asked = with_motion(with_goals(found, parse_goals(target, radius)), trajectory, degrees)
+    run(subject, setup, asked, counting, as_json)
+
+
+@app.command
+def robustness(
+    subject: Subject,
+    /,
+    *,
+    target: Targets = (),
+    radius: Radius = None,
+    scene: SceneFileOption = None,
+    robot: RobotOption = None,
+    k: Annotated[int, Parameter(name="--k", help="Tell apart up to so many sensors that see a point.")] = 3,
+    draws: Annotated[int, Parameter(help="Mountings that are drawn.")] = 100,
+    position_error_mm: Annotated[float, Parameter(help="Of each ring, along its link, either way.")] = 5.0,
+    direction_error_deg: Annotated[
+        float, Parameter(help="Of each ring as a whole (rocked two ways and turned) and of each sensor on it, either way.")
+    ] = 2.0,
+    law: Annotated[
+        Law, Parameter(help="uniform: errors up to these limits. normal: the limits are two standard deviations.")
+    ] = "uniform",
+    seed: Seed = 0,
+    voxel: Voxel = 0.01,
+    as_json: Json = False,
+) -> None:
+    """Count what several sensors see, what is lost with a sensor or a ring, and ζ under errors of mounting.
+
+    Example: place-rings robustness n2_16_25 --target V_S --radius 0.5
+    """
+    from .robustness import robustness as run
+
+    asked = resolve_robustness(k, voxel, draws, seed, mounting_errors(position_error_mm, direction_error_deg, law))
+    setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
+    run(subject, setup, with_goals(found, parse_goals(target, radius)), asked, as_json)
+
+
+@app.command
+def improve(
+    subject: Subject,
+    /,
+    *,
+    target: Targets = (),
+    radius: Radius = None,
+    scene: SceneFileOption = None,
+    robot: RobotOption = None,
+    changes: Annotated[int, Parameter(validator=Number(gte=1, lte=20), help="Rings touched, at most.")] = 3,
+    add_sensors: Annotated[int, Parameter(validator=Number(gte=0, lte=1000), help="Sensors more than now, at most.")] = 0,
+    at_least: Floors = (),
+    seed: Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")] = 0,
+    time: Annotated[float | None, Parameter(help="Cap on the search, s; it ends by its own plan otherwise.")] = None,
+    voxel: Voxel = 0.01,
+    out: Annotated[Path | None, Parameter(help="Folder for a proposal of each step, a picture and improve.json.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Find the best single change to what is mounted, the best two, and so on: what each gains, and the work it is.
+
+    One change is one ring touched: set anew on its link, carried to another, added, or taken away.
+
+    Example: place-rings improve n3_16_55 --target V_S --radius 1.5
+
+    Example: place-rings improve mounted.csv --changes 2 --add-sensors 8 --out better
+    """
+    from .improve import improve as run
+
+    cap = resolve_time(time)
+    setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
+    asked = with_floors(with_goals(found, parse_goals(target, radius)), at_least)
+    run(subject, setup, asked, changes, add_sensors, seed, cap, voxel, out, as_json)

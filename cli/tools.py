@@ -1,0 +1,101 @@
+"""Commands beside: cones, task, study, schema."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from ..objectives.scene import Scene
+from ..placement.errors import UserError
+from ..placement.loader import resolve
+from ..placement.proposals import MODELS
+from .app import RobotOption, SceneFileOption, Subject, Targets, app
+from .options import (
+    check_machines,
+    resolve_pair,
+    resolve_scene,
+)
+
+
+@app.command
+def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOption = None) -> None:
+    """Print every sensor's cone at every pose, as CSV in the base frame.
+
+    Example: place-rings cones n2_16_25 > cones.csv
+    """
+    from .inspect import cones as run
+
+    run(*resolve(subject, resolve_scene(scene, robot)))
+
+
+@app.command
+def task(
+    *,
+    robot: RobotOption = None,
+    rate: Annotated[float, Parameter(validator=Number(gte=1, lte=1000), help="Rows a second.")] = 25.0,
+) -> None:
+    """Print the paper's task (ten products from one table to the other, 100 s) as a recorded motion: CSV in radians.
+
+    Example: place-rings task > task.csv
+    """
+    from .motion import task as run
+
+    run(resolve_scene(None, robot) or Scene(), rate)
+
+
+@app.command
+def study(
+    name: Literal["bound", "convergence", "paper", "pareto"],
+    /,
+    *,
+    target: Targets = (),
+    sensors: Annotated[int, Parameter(validator=Number(gte=1, lte=2000), help="pareto: sensors of the front.")] = 80,
+    scene: SceneFileOption = None,
+    out: Annotated[Path | None, Parameter(help="Folder for data, pictures and page: results/NAME.")] = None,
+    seed: Annotated[int, Parameter(validator=Number(gte=0), help="Of searches and paths; same seed, same figures.")] = 0,
+    workers: Annotated[
+        int, Parameter(validator=Number(gte=1, lte=1024), help="Processes of this machine; 1: this one, with its threads.")
+    ] = 1,
+    scheduler: Annotated[
+        str | None, Parameter(help="A running dask scheduler that you trust, tcp://HOST:PORT, instead of --workers.")
+    ] = None,
+) -> None:
+    """Run a study into a folder; one that was stopped goes on where it was.
+
+    paper: all that Kumar and Sahin (2019) measured, beside what they published and beside searched setups.
+
+    bound: how far the search can be from the best setup of a grid, by linear and integer programmes.
+
+    convergence: ζ of the paper's setups against the side of the voxels, rule by rule, on both UR10 chains.
+
+    pareto: fronts of two targets, by default V_S:0.5 against V_S:1.5, each point a proposal.
+
+    Example: place-rings study paper --workers 16
+
+    Example: place-rings study pareto --sensors 80 --target V_S:0.5 --target V_S:1.5
+    """
+    from .study import study_bound, study_convergence, study_paper, study_pareto
+
+    check_machines(workers, scheduler)
+    folder = out or Path("results") / name
+    if name != "pareto" and (target or scene):
+        raise UserError(f"study {name}: found --target or --scene, allowed: only with pareto")
+    if name == "bound":
+        study_bound(folder, seed, workers, scheduler)
+    elif name == "convergence":
+        study_convergence(folder, workers, scheduler)
+    elif name == "paper":
+        study_paper(folder, seed, workers, scheduler)
+    else:
+        study_pareto(folder, seed, resolve_pair(target), sensors, scene, workers, scheduler)
+
+
+@app.command
+def schema(name: Literal["scene", "proposal", "verify", "robustness", "result", "improve"], /) -> None:
+    """Print the JSON Schema of a file or of a command's JSON.
+
+    Example: place-rings schema scene
+    """
+    print(json.dumps(MODELS[name].model_json_schema(), indent=2))
