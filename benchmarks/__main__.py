@@ -12,8 +12,8 @@ from pathlib import Path
 
 from common import surroundings
 
-NAMES = ("octree", "certified", "estimator", "growth", "kills", "searches")
-_LONG = ("searches",)
+NAMES = ("octree", "certified", "estimator", "growth", "kills", "questions", "searches")
+_LONG = ("questions", "searches")
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
 PACKAGES = ("place-rings", "numpy", "jax", "scipy", "torch", "open3d", "manifold3d", "distributed", "cma", "optuna", "nlopt")
 

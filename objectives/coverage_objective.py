@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
+from threading import Lock
 from typing import Any
 
 import jax
@@ -103,7 +104,7 @@ class CoverageObjective:
         self._floors = jnp.asarray([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals], jnp.float32)
         frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
         self._frames = jnp.asarray(frames, jnp.float32)
-        self._soft = jax.jit(self._of_each)
+        self._soft, self._compiling, self._compiled = jax.jit(self._of_each), Lock(), False
 
     def _mean(self, slots: Slots, where: Stretch, values: Any, clouds: Cloud, poses: Any, width: Any, slopes: Any) -> Any:
         """Value, gradient and zeta pose by pose (P,) of one setup; ``poses`` (P,): weights of the poses, of which those of
@@ -181,9 +182,18 @@ class CoverageObjective:
             index = np.minimum(np.arange(i, i + size), len(values) - 1)
             n = min(size, len(values) - i)
             some, x = jax.tree.map(lambda a, index=index: _narrow(a[index]), (setups, np.asarray(values)))
-            found.append([np.asarray(a[:n], float) for a in self._soft(some, x, n, *where)])
+            found.append([np.asarray(a[:n], float) for a in self._run(some, x, n, *where)])
         zetas, slopes, by_pose = (np.concatenate(part) for part in zip(*found, strict=True))
         return zetas, slopes, by_pose
+
+    def _run(self, *arguments: Any) -> Any:
+        """The first call alone, so that of several threads only one compiles."""
+        if self._compiled:
+            return self._soft(*arguments)
+        with self._compiling:
+            found = self._soft(*arguments)
+            self._compiled = True
+        return found
 
     def soft(
         self, setups: Any, values: Float[np.ndarray, "S 3 R"], width: float, clouds: Cloud, poses: Any = None
