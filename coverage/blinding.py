@@ -119,7 +119,8 @@ def capsule_in_beam(beam: Beam, start: Any, end: Any, radius: Any, margin: float
 
     def distance_at(place: Any, given: Any) -> Any:
         beam, start, along, radius = given
-        return ball_in_cone(*beam, start + place[..., None] * along, radius)[0]
+        centre = start + place[..., None] * along
+        return ball_in_cone(beam.apex, beam.axis, beam.half_angle, beam.range_m, centre, radius)[0]
 
     best = _golden(lambda t: gap_at(t, still), zero, one)
     gap = gap_at(best, (beam, start, along, radius))

@@ -51,7 +51,7 @@ class Shadow(NamedTuple):
 
     def rows(self, index: Any) -> "Shadow":
         """Those of ``index``, where there is one axis of shadows."""
-        return Shadow(*(rows(a, index) if a.ndim == 2 else a[index] for a in self))
+        return self._make(rows(a, index) if a.ndim == 2 else a[index] for a in self)
 
 
 def _perpendicular(v: Any) -> Any:
@@ -102,7 +102,8 @@ def capsule_shadow(apex: Any, start: Any, end: Any, radius: Any) -> Shadow:
         rays.append(xp.stack([place / safe, height / safe], axis=-1))
         growths.append(xp.clip(radius / safe, 0.0, _STEEPEST))
     flat = radius / xp.where(height > radius / 2, height, radius / 2)
-    return Shadow(apex, along, away, across, near, far, height, radius, *rays, *growths, flat)
+    (near_ray, far_ray), (near_growth, far_growth) = rays, growths
+    return Shadow(apex, along, away, across, near, far, height, radius, near_ray, far_ray, near_growth, far_growth, flat)
 
 
 def _gain(growth: Any) -> Any:

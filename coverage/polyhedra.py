@@ -78,7 +78,8 @@ def hull(points: Float[np.ndarray, "N 3"]) -> Polyhedron:
         found = ConvexHull(points)
     except (QhullError, ValueError) as error:
         raise ValueError("the points span no volume") from error
-    planes, face = [], np.empty(len(found.simplices), int)
+    planes: list[np.ndarray] = []
+    face = np.empty(len(found.simplices), int)
     for i, plane in enumerate(found.equations):
         same = [j for j, p in enumerate(planes) if np.abs(p - plane).max() < _FLAT]
         face[i] = same[0] if same else len(planes)
