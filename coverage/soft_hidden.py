@@ -1,0 +1,221 @@
+"""Beams past the robot's bodies, as the soft estimator sees them.
+
+Under ``shadow`` a beam is the larger of the cone's function and of minus that of each shadow in it (``occlusion``). Only the
+bodies that come near a cone are looked at, cone by cone, and loops run as far as the cones need; cones with few bodies come
+first, so that they do not wait for those with many. Slopes come from the shadow that counts at each point alone.
+
+Under ``blind`` a beam ends where the nearest body stands in it. That distance jumps where a body is just grazed, so here it
+is smooth: a body is a row of balls; one that stands beside the beam by x counts as if it stood ``_GRAZE`` x
+further off.
+
+A sensor within a body sees nothing; a steep function of its depth says so, and which way is out.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from .arrays import dot, root
+from .capsules import Capsules, point_to_segment
+from .occlusion import Occlusion, behind, capsule_shadow
+from .soft_beams import Near, SoftBeams
+from .solids import Cones
+
+_BALLS = 17  # of a row that stands for a body
+_GRAZE = 200.0
+_OUT = 10.0  # metres that a beam is moved away from all points by, for each that its apex lies within a body
+_HALVINGS = 18
+_NEAR = 6.0  # widths from a shadow within which it matters to a block
+_MARGIN = 0.03  # m from a cone within which a body may matter
+
+
+@partial(jax.tree_util.register_dataclass, data_fields=("cones", "bodies"), meta_fields=("occlusion",))
+@dataclass(frozen=True)
+class Hidden:
+    """Cones, the bodies at the same pose (one axis of N capsules), and how these occlude, which is compiled in."""
+
+    cones: Cones
+    bodies: Capsules
+    occlusion: Occlusion
+
+    def beams(self) -> "SoftBeams":
+        """What the soft estimator asks."""
+        return HiddenBeams(self)
+
+
+def _rows_of_balls(bodies: Capsules) -> Any:
+    """Centres (N, _BALLS, 3) m along the axes."""
+    share = jnp.linspace(0.0, 1.0, _BALLS, dtype=bodies.start.dtype)[None, :, None]
+    return bodies.start[:, None] * (1 - share) + bodies.end[:, None] * share
+
+
+def _with_axes(cones: Cones, count: int) -> Cones:
+    """The same with so many axes behind the first."""
+    return jax.tree.map(lambda a: a.reshape(a.shape[:1] + (1,) * count + a.shape[1:]), cones)
+
+
+def _beside(points: Any, cones: Cones) -> tuple[Any, Any]:
+    """How far points (..., 3) lie outside of cones, 0 within, convex; and their distance from the apexes; all broadcast."""
+    v = points - cones.apex
+    cosine, sine = jnp.cos(cones.half_angle), jnp.sin(cones.half_angle)
+    d, length = dot(v, cones.axis), root(dot(v, v))
+    rho = root(jnp.maximum(length * length - d * d, 0.0))
+    # Behind the apex the cone's function is less than the distance, which counts here.
+    beside = jnp.where(d * cosine + rho * sine < 0, length, jnp.maximum(rho * cosine - d * sine, d - cones.range_m))
+    return jnp.maximum(beside, 0.0), length
+
+
+def _gap(cones: Cones, bodies: Capsules) -> Any:
+    """How far the bodies' axes lie outside of the cones (K, N) m: by a search that halves, as that is convex."""
+    cones, along = _with_axes(cones, 1), bodies.end - bodies.start
+
+    def at(share: Any) -> Any:
+        return _beside(bodies.start[None] + share[..., None] * along[None], cones)[0]
+
+    def closer(_: Any, between: Any) -> Any:
+        low, high = between
+        a, b = low + 0.382 * (high - low), high - 0.382 * (high - low)
+        left = at(a) < at(b)
+        return jnp.where(left, low, a), jnp.where(left, b, high)
+
+    ends = (
+        jnp.zeros((cones.apex.shape[0], len(along)), along.dtype),
+        jnp.ones((cones.apex.shape[0], len(along)), along.dtype),
+    )
+    low, high = jax.lax.fori_loop(0, _HALVINGS, closer, ends)
+    return at((low + high) / 2)
+
+
+def soft_stop(cones: Cones, bodies: Capsules) -> Any:
+    """Where sensors are blinded (K,) m, smoothly; their range and more where they are not."""
+    centre = _rows_of_balls(bodies)[None]
+    radius = bodies.radius[None, :, None]
+    beside, length = _beside(centre, _with_axes(cones, 2))
+    within = jnp.minimum(beside, radius)
+    stop = length - radius + within * within / radius + _GRAZE * (beside - within)
+    longest = cones.range_m / jnp.cos(cones.half_angle)
+    return jnp.minimum(jnp.maximum(stop, 0.0).min(axis=(1, 2)), 1.1 * longest)
+
+
+class HiddenBeams(SoftBeams):
+    """See ``SoftBeams``."""
+
+    def __init__(self, hidden: Hidden) -> None:
+        super().__init__(hidden.cones)
+        self.bodies, self.blind = hidden.bodies, hidden.occlusion == "blind"
+        cones = hidden.cones
+        if self.blind:
+            self.columns = 7
+            stop, self._pull_stop = jax.vjp(
+                lambda apex, axis: soft_stop(Cones(apex, axis, cones.half_angle, cones.range_m), self.bodies),
+                cones.apex,
+                cones.axis,
+            )
+            self.parts = (*self.parts, jnp.append(stop, jnp.zeros(1, stop.dtype)))
+            return
+        matters = _gap(cones, self.bodies) < self.bodies.radius[None] + _MARGIN
+        self._first = jnp.argsort(~matters, axis=1, stable=True).astype(jnp.int32)
+        self._number = matters.sum(axis=1, dtype=jnp.int32)
+
+    def near(self, blocks: Any, width: Any, cut: Any) -> Near:
+        """See ``SoftBeams``; a beam that a body hides from a whole block is left out of it, and a body that leaves a whole
+        block to a beam is not looked at there. Beams that bodies reach into come first, so that most pieces have none."""
+        if self.blind:
+            return super().near(blocks, width, cut)
+        _, _, centre, radius = blocks
+        near, most = self._reach(blocks, width, cut), self._first.shape[1]
+
+        def look(m: Any, state: Any) -> tuple[Any, Any]:
+            hidden, reached = state
+            body = jax.lax.dynamic_index_in_dim(self._first, m, axis=1, keepdims=False)
+            value = self._value(self.cones.apex[None], centre[None], body[None])[0].T
+            there = (m < self._number)[None]
+            hidden |= there & (value > (radius + cut * width)[:, None])
+            some = there & (value > -(radius + _NEAR * width)[:, None])
+            return hidden, jax.lax.dynamic_update_index_in_dim(reached, some, m, axis=2)
+
+        nothing = jnp.zeros_like(near), jnp.zeros((*near.shape, most), bool)
+        hidden, reached = jax.lax.fori_loop(0, self._number.max(), look, nothing)
+        first = jnp.argsort(~reached, axis=2, stable=True)
+        first = jnp.take_along_axis(jnp.broadcast_to(self._first[None], reached.shape), first, axis=2)
+        number = reached.sum(axis=2, dtype=jnp.int32)
+        index, pieces = self._in_pieces(near & ~hidden, most - number)
+        first, number = jnp.pad(first, ((0, 0), (0, 1), (0, 0))), jnp.pad(number, ((0, 0), (0, 1)))
+
+        def beams_of(j: Any) -> tuple[Any, tuple[Any, ...]]:
+            chosen = index(j)
+            bodies = jnp.take_along_axis(first, chosen[..., None], axis=1), jnp.take_along_axis(number, chosen, axis=1)
+            return chosen, (*(a[chosen] for a in self.parts), *bodies)
+
+        return Near(*pieces, beams_of)
+
+    def _value(self, apex: Any, points: Any, body: Any) -> Any:
+        """What a body of each cone (g, c) says of points (g, B): (g, c, B) m, above 0 where it hides them."""
+        start, end, radius = self.bodies.start[body], self.bodies.end[body], self.bodies.radius[body]
+        shadow = jax.tree.map(partial(_for_points, ndim=apex.ndim), capsule_shadow(apex, start, end, radius))
+        depth = radius - point_to_segment(apex, start, end)
+        inside = jnp.where(depth > 0, _OUT * depth, -jnp.inf)
+        return jnp.maximum(-behind(points[:, None], shadow), inside[..., None])
+
+    def _hidden(self, apex: Any, points: Any, first: Any, number: Any, m: Any) -> Any:
+        """The same of the ``m``-th body of each cone."""
+        value = self._value(apex, points, jax.lax.dynamic_index_in_dim(first, m, axis=2, keepdims=False))
+        return jnp.where((m < number)[..., None], value, -jnp.inf)
+
+    def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
+        """As of ``SoftBeams``, and where something hides a point, and what: the number of the body."""
+        t, *geometry = super().pairs(points, some, width)
+        apex = some[0]
+        if self.blind:
+            v = points[:, None] - apex[:, :, None]
+            past = (root(dot(v, v)) - some[5][..., None]) * (1 / width)
+            return jnp.maximum(t, past), *geometry, past > t
+        first, number = some[5:]
+
+        def look(m: Any, state: Any) -> Any:
+            most, which = state
+            value = self._hidden(apex, points, first, number, m)
+            return jnp.maximum(most, value), jnp.where(value > most, m, which)
+
+        nothing = jnp.full(t.shape, -jnp.inf, t.dtype), jnp.full(t.shape, -1, jnp.int32)
+        most, which = jax.lax.fori_loop(0, number.max(), look, nothing)
+        most = most * (1 / width)
+        return jnp.maximum(t, most), *geometry, jnp.where(most > t, which, -1)
+
+    def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
+        """See ``SoftBeams``; behind ``blind``'s end the last column is the slope by the distance of that end."""
+        *geometry, hidden = geometry
+        apex = some[0]
+        if self.blind:
+            found = super().slopes(points, some, jnp.where(hidden, 0, pull), *geometry)
+            v = points[:, None] - apex[:, :, None]
+            pull = jnp.where(hidden, pull, 0)
+            length = root(dot(v, v))
+            by_apex = -((pull / jnp.where(length > 0, length, 1.0))[..., None] * v).sum(axis=2)
+            both = jnp.concatenate([by_apex, jnp.zeros_like(by_apex)], axis=2)
+            return jnp.concatenate([found + both, -pull.sum(axis=2)[..., None]], axis=2)
+        first, number = some[5:]
+
+        def add(m: Any, slope: Any) -> Any:
+            _, pull_back = jax.vjp(lambda a: self._hidden(a, points, first, number, m), apex)
+            return slope + pull_back(jnp.where(hidden == m, pull, 0))[0]
+
+        by_apex = jax.lax.fori_loop(0, number.max(), add, jnp.zeros_like(apex))
+        found = super().slopes(points, some, jnp.where(hidden >= 0, 0, pull), *geometry)
+        return found + jnp.concatenate([by_apex, jnp.zeros_like(by_apex)], axis=2)
+
+    def pulled_back(self, slope: Any) -> tuple[Any, Any]:
+        """See ``SoftBeams``."""
+        by_apex, by_axis = super().pulled_back(slope)
+        if not self.blind:
+            return by_apex, by_axis
+        more_apex, more_axis = self._pull_stop(slope[:, 6])
+        return by_apex + more_apex, by_axis + more_axis
+
+
+def _for_points(a: Any, ndim: int) -> Any:
+    """Values of (g, c) or (g, c, 3 or 2) with an axis for the points between."""
+    return a[..., None] if a.ndim == ndim - 1 else a[..., None, :]
