@@ -8,7 +8,7 @@ Under ``blind`` a beam ends where the nearest body stands in it. That distance j
 is smooth: a body is a row of balls; one that stands beside the beam by x counts as if it stood ``_GRAZE`` x
 further off.
 
-A sensor within a body sees nothing; a steep function of its depth says so, and which way is out.
+A sensor within a body sees nothing, and the slope there says no more than which way is out.
 """
 
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ import jax
 import jax.numpy as jnp
 
 from .arrays import dot, root
-from .capsules import Capsules, point_to_segment
-from .occlusion import Occlusion, behind, capsule_shadow
+from .capsules import Capsules
+from .occlusion import Occlusion, capsule_shadow, nearest_ball
 from .soft_beams import Near, SoftBeams
 from .solids import Cones
 
@@ -117,6 +117,9 @@ class HiddenBeams(SoftBeams):
             self.parts = (*self.parts, jnp.append(stop, jnp.zeros(1, stop.dtype)))
             return
         matters = _gap(cones, self.bodies) < self.bodies.radius[None] + _MARGIN
+        depth, _ = self._depth(cones.apex[:, None], self.bodies.start[None], self.bodies.end[None], self.bodies.radius[None])
+        deepest = jnp.arange(depth.shape[1])[None] == depth.argmax(axis=1)[:, None]
+        matters = jnp.where((depth > 0).any(axis=1, keepdims=True), deepest, matters)  # one is enough to see nothing
         self._first = jnp.argsort(~matters, axis=1, stable=True).astype(jnp.int32)
         self._number = matters.sum(axis=1, dtype=jnp.int32)
 
@@ -131,7 +134,7 @@ class HiddenBeams(SoftBeams):
         def look(m: Any, state: Any) -> tuple[Any, Any]:
             hidden, reached = state
             body = jax.lax.dynamic_index_in_dim(self._first, m, axis=1, keepdims=False)
-            value = self._value(self.cones.apex[None], centre[None], body[None])[0].T
+            value = self._value(self.cones.apex[None], centre[None], body[None])[0][0].T
             there = (m < self._number)[None]
             hidden |= there & (value > (radius + cut * width)[:, None])
             some = there & (value > -(radius + _NEAR * width)[:, None])
@@ -152,60 +155,65 @@ class HiddenBeams(SoftBeams):
 
         return Near(*pieces, beams_of)
 
-    def _value(self, apex: Any, points: Any, body: Any) -> Any:
-        """What a body of each cone (g, c) says of points (g, B): (g, c, B) m, above 0 where it hides them."""
+    def _value(self, apex: Any, points: Any, body: Any) -> tuple[Any, Any]:
+        """What a body of each cone (g, c) says of points (g, B): (g, c, B) m, above 0 where it hides them; and its three
+        slopes by the apex.
+
+        A ball of a shadow lies about a + t (k - a), with k on the body's axis and t >= 1, and its radius is r t. Where the
+        apex a moves, k and t of the ball that counts may be held, as they are the best: so the way from its centre to the
+        point, u in length 1, says that -behind grows by (1 - t) u.
+        """
         start, end, radius = self.bodies.start[body], self.bodies.end[body], self.bodies.radius[body]
         shadow = jax.tree.map(partial(_for_points, ndim=apex.ndim), capsule_shadow(apex, start, end, radius))
-        depth = radius - point_to_segment(apex, start, end)
-        inside = jnp.where(depth > 0, _OUT * depth, -jnp.inf)
-        return jnp.maximum(-behind(points[:, None], shadow), inside[..., None])
+        ball = nearest_ball(points[:, None], shadow)
+        length = root(ball.along * ball.along + ball.away * ball.away + ball.across * ball.across)
+        share = (1 - ball.radius / shadow.radius) / jnp.where(length > 0, length, 1.0)
+        ways = (ball.along, shadow.along), (ball.away, shadow.away), (ball.across, shadow.across)
+        slopes = tuple(share * sum(way * axis[..., i] for way, axis in ways) for i in range(3))
+        depth, out = self._depth(apex, start, end, radius)
+        within = (depth > 0)[..., None]
+        value = jnp.where(within, jnp.maximum(_OUT * depth[..., None], ball.radius - length), ball.radius - length)
+        return value, tuple(jnp.where(within, -_OUT * out[..., None, i], s) for i, s in enumerate(slopes))
 
-    def _hidden(self, apex: Any, points: Any, first: Any, number: Any, m: Any) -> Any:
-        """The same of the ``m``-th body of each cone."""
-        value = self._value(apex, points, jax.lax.dynamic_index_in_dim(first, m, axis=2, keepdims=False))
-        return jnp.where((m < number)[..., None], value, -jnp.inf)
+    @staticmethod
+    def _depth(apex: Any, start: Any, end: Any, radius: Any) -> tuple[Any, Any]:
+        """How deep apexes (..., 3) stand in bodies, m, and which way is out (..., 3)."""
+        along, v = end - start, apex - start
+        square = dot(along, along)
+        v = v - jnp.clip(dot(v, along) / jnp.where(square > 0, square, 1.0), 0.0, 1.0)[..., None] * along
+        length = root(dot(v, v))
+        return radius - length, v / jnp.where(length > 0, length, 1.0)[..., None]
 
     def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
-        """As of ``SoftBeams``, and where something hides a point, and what: the number of the body."""
+        """As of ``SoftBeams``, and where something hides a point, and the slopes of that by the apex."""
         t, *geometry = super().pairs(points, some, width)
         apex = some[0]
         if self.blind:
             v = points[:, None] - apex[:, :, None]
-            past = (root(dot(v, v)) - some[5][..., None]) * (1 / width)
-            return jnp.maximum(t, past), *geometry, past > t
+            length = root(dot(v, v))
+            past = (length - some[5][..., None]) * (1 / width)
+            by = (-v[..., i] / jnp.where(length > 0, length, 1.0) for i in range(3))
+            return jnp.maximum(t, past), *geometry, past > t, *by
         first, number = some[5:]
 
         def look(m: Any, state: Any) -> Any:
-            most, which = state
-            value = self._hidden(apex, points, first, number, m)
-            return jnp.maximum(most, value), jnp.where(value > most, m, which)
+            most, *before = state
+            value, slopes = self._value(apex, points, jax.lax.dynamic_index_in_dim(first, m, axis=2, keepdims=False))
+            more = (m < number)[..., None] & (value > most)
+            return tuple(jnp.where(more, new, old) for new, old in zip((value, *slopes), (most, *before), strict=True))
 
-        nothing = jnp.full(t.shape, -jnp.inf, t.dtype), jnp.full(t.shape, -1, jnp.int32)
-        most, which = jax.lax.fori_loop(0, number.max(), look, nothing)
+        nothing = (jnp.full(t.shape, -jnp.inf, t.dtype), *(jnp.zeros_like(t),) * 3)
+        most, *slopes = jax.lax.fori_loop(0, number.max(), look, nothing)
         most = most * (1 / width)
-        return jnp.maximum(t, most), *geometry, jnp.where(most > t, which, -1)
+        return jnp.maximum(t, most), *geometry, most > t, *slopes
 
-    def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
-        """See ``SoftBeams``; behind ``blind``'s end the last column is the slope by the distance of that end."""
-        *geometry, hidden = geometry
-        apex = some[0]
-        if self.blind:
-            found = super().slopes(points, some, jnp.where(hidden, 0, pull), *geometry)
-            v = points[:, None] - apex[:, :, None]
-            pull = jnp.where(hidden, pull, 0)
-            length = root(dot(v, v))
-            by_apex = -((pull / jnp.where(length > 0, length, 1.0))[..., None] * v).sum(axis=2)
-            both = jnp.concatenate([by_apex, jnp.zeros_like(by_apex)], axis=2)
-            return jnp.concatenate([found + both, -pull.sum(axis=2)[..., None]], axis=2)
-        first, number = some[5:]
-
-        def add(m: Any, slope: Any) -> Any:
-            _, pull_back = jax.vjp(lambda a: self._hidden(a, points, first, number, m), apex)
-            return slope + pull_back(jnp.where(hidden == m, pull, 0))[0]
-
-        by_apex = jax.lax.fori_loop(0, number.max(), add, jnp.zeros_like(apex))
-        found = super().slopes(points, some, jnp.where(hidden >= 0, 0, pull), *geometry)
-        return found + jnp.concatenate([by_apex, jnp.zeros_like(by_apex)], axis=2)
+    def slopes(self, points: Any, some: Any, pull: Any, on_side: Any, d: Any, inverse: Any, hidden: Any, *by: Any) -> Any:
+        """See ``SoftBeams``; under ``blind`` the last column is the slope by the distance where it ends."""
+        found = super().slopes(points, some, jnp.where(hidden, 0, pull), on_side, d, inverse)
+        pull = jnp.where(hidden, pull, 0)
+        by_apex = jnp.stack([(pull * slope).sum(axis=2) for slope in by], axis=2)
+        found = found + jnp.concatenate([by_apex, jnp.zeros_like(by_apex)], axis=2)
+        return jnp.concatenate([found, -pull.sum(axis=2)[..., None]], axis=2) if self.blind else found
 
     def pulled_back(self, slope: Any) -> tuple[Any, Any]:
         """See ``SoftBeams``."""
