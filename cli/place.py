@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..coverage.rings import Setup, named_setup
-from ..coverage.targets import Target, target_solid
+from ..coverage.targets import Target
 from ..objectives.aim import Aim, judge
 from ..objectives.exact import Verified, Verifier, check_voxel, target_voxels
 from ..objectives.scene import Scene
@@ -38,7 +38,7 @@ def check_scene(scene: Scene, voxel: float) -> None:
     """Refuse what cannot be counted before anything is tried: UserError in one line."""
     for goal in scene.goals:
         try:
-            solid = target_solid(goal.target, scene.robot, scene.poses[0].q, scene.shape)
+            solid = scene.solid(goal.target, 0)
             check_voxel(solid, voxel)
             if voxel > _COARSE and len(target_voxels(solid, voxel, "centre")) == 0:
                 raise ValueError(f"voxel {voxel:g} m is larger than target {goal.target}; allowed: smaller")

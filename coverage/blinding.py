@@ -85,6 +85,22 @@ def _end(function: Any, inner: Any, outer: Any) -> Any:
     return xp.where(function(outer) <= 0, outer, _repeat(_HALVINGS, step, (inner, outer))[0])
 
 
+def capsule_gap(beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0) -> tuple[Any, Any]:
+    """Distance (...) m of capsules from cones, or by how deep they overlap where it is negative; and where along the axis (0 to
+    1) it is least. The distance of a point from a convex cone is convex along the axis. For arguments and gradients see
+    ``capsule_in_beam``."""
+    xp = namespace(beam.apex)
+    radius, along = radius + margin, end - start
+    beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
+    shape = xp.broadcast_shapes(beam.half_angle.shape, along.shape[:-1], xp.shape(radius))
+    still = beam, start, along
+    if xp is not np:
+        still = jax.lax.stop_gradient(still)
+    zero, one = xp.zeros(shape, along.dtype), xp.ones(shape, along.dtype)
+    best = _golden(lambda place: cone_gap(still[0], still[1] + place[..., None] * still[2]), zero, one)
+    return cone_gap(beam, start + best[..., None] * along) - radius, best
+
+
 def capsule_in_beam(beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0) -> tuple[Any, Any]:
     """Nearest point to the apex of what a capsule and a cone have in common, and by how much they miss each other.
 
@@ -104,17 +120,15 @@ def capsule_in_beam(beam: Beam, start: Any, end: Any, radius: Any, margin: float
         it is negative. NumPy or JAX; in JAX differentiable, as at a least value the place does not matter.
     """
     xp = namespace(beam.apex)
-    radius = radius + margin
+    gap, best = capsule_gap(beam, start, end, radius, margin)
+    radius, along = radius + margin, end - start
     beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
-    along = end - start
-    shape = xp.broadcast_shapes(beam.half_angle.shape, along.shape[:-1], xp.shape(radius))
-    zero, one = xp.zeros(shape, along.dtype), xp.ones(shape, along.dtype)
     still = beam, start, along, radius
     if xp is not np:
         still = jax.lax.stop_gradient(still)
 
-    def gap_at(place: Any, given: Any) -> Any:
-        beam, start, along, radius = given
+    def gap_at(place: Any) -> Any:
+        beam, start, along, radius = still
         return cone_gap(beam, start + place[..., None] * along) - radius
 
     def distance_at(place: Any, given: Any) -> Any:
@@ -122,16 +136,12 @@ def capsule_in_beam(beam: Beam, start: Any, end: Any, radius: Any, margin: float
         centre = start + place[..., None] * along
         return ball_in_cone(beam.apex, beam.axis, beam.half_angle, beam.range_m, centre, radius)[0]
 
-    best = _golden(lambda t: gap_at(t, still), zero, one)
-    gap = gap_at(best, (beam, start, along, radius))
-    meets = gap <= 0
-    ends = [_end(lambda t: gap_at(t, still), best, edge) for edge in (zero, one)]
+    ends = [_end(gap_at, best, edge) for edge in (xp.zeros_like(best), xp.ones_like(best))]
     place = _golden(lambda t: distance_at(t, still), *ends)
-    candidates = [distance_at(t, (beam, start, along, radius)) for t in (place, *ends, best)]
-    least = candidates[0]
-    for other in candidates[1:]:
-        least = xp.minimum(least, other)
-    return xp.where(meets, least, xp.inf), gap
+    least = distance_at(place, (beam, start, along, radius))
+    for other in (*ends, best):
+        least = xp.minimum(least, distance_at(other, (beam, start, along, radius)))
+    return xp.where(gap <= 0, least, xp.inf), gap
 
 
 def polyhedron_in_beam(
