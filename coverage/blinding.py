@@ -19,6 +19,7 @@ from .polyhedra import Polyhedron
 from .ranging import ball_in_cone
 from .solids import cone
 
+_CANDIDATES = 1 << 18  # points looked at at once: some tens of megabytes
 MARGIN = 1e-9  # m and rad: rounding of what is in a beam
 _GOLDEN = (5**0.5 - 1) / 2
 _STEPS, _HALVINGS = 52, 40  # of a golden section and of halving: to 1e-11 of an axis
@@ -86,9 +87,9 @@ def _end(function: Any, inner: Any, outer: Any) -> Any:
 
 
 def capsule_gap(beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0) -> tuple[Any, Any]:
-    """Distance (...) m of capsules from cones, or by how deep they overlap where it is negative; and where along the axis (0 to
-    1) it is least. The distance of a point from a convex cone is convex along the axis. For arguments and gradients see
-    ``capsule_in_beam``."""
+    """Distance (...) m of capsules from cones, or by how deep they overlap where it is negative; and where along the axis
+    (0 to 1) it is least. The distance of a point from a convex cone is convex along the axis. For arguments and gradients
+    see ``capsule_in_beam``."""
     xp = namespace(beam.apex)
     radius, along = radius + margin, end - start
     beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
@@ -159,8 +160,10 @@ def polyhedron_in_beam(
     base; on an edge at the apex's foot, at its ends, or where it enters the mantle or the base. Of these points the
     nearest that lies in both counts. ``margin`` (m and rad) widens both. NumPy only.
     """
-    if len(apex) == 0:
-        return np.zeros(0)
+    each = 1 + _CANDIDATES // (5 * len(body.offset) + 7 * len(body.edges))
+    if len(apex) > each:
+        some = [slice(i, i + each) for i in range(0, len(apex), each)]
+        return np.concatenate([polyhedron_in_beam(apex[k], axis[k], half_angle[k], range_m[k], body, margin) for k in some])
     half_angle, range_m = half_angle + margin, range_m + margin
     normal, offset = body.normal[None], body.offset[None] + margin
     c, s = np.cos(half_angle)[:, None], np.sin(half_angle)[:, None]
@@ -187,9 +190,12 @@ def polyhedron_in_beam(
     points = np.where(np.isfinite(points), points, 1e9)
     cosine, sine = np.cos(half_angle + MARGIN)[:, None], np.sin(half_angle + MARGIN)[:, None]
     in_cone = cone(points, apex[:, None], axis[:, None], cosine, sine, range_m[:, None]) <= MARGIN
-    in_body = (dot(points[:, :, None], normal[:, None]) - offset[:, None]).max(axis=2) <= MARGIN
     v = points - apex[:, None]
-    return np.where(in_cone & in_body, np.sqrt(dot(v, v)), np.inf).min(axis=1)
+    distance = np.where(in_cone, np.sqrt(dot(v, v)), np.inf)
+    for i, face in enumerate(body.normal):  # what lies outside of one face needs no look at the others
+        k, n = np.nonzero(np.isfinite(distance))
+        distance[k, n] = np.where(dot(points[k, n], face) <= offset[0, i] + MARGIN, distance[k, n], np.inf)
+    return distance.min(axis=1, initial=np.inf)
 
 
 def _on_edges(apex: Any, axis: Any, angle: Any, range_m: Any, body: Polyhedron) -> list[Any]:

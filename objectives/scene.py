@@ -77,11 +77,13 @@ class Rules:
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A convex thing of the cell: its name, its body in the base frame, and the keys of a scene's file that make it."""
+    """A convex thing of the cell: its name, its body in the base frame, the keys of a scene's file that make it, and whether
+    it is the hull of something that is not convex."""
 
     name: str
     body: Polyhedron
     keys: dict[str, Any] = field(default_factory=dict)
+    hulled: bool = False
 
 
 @dataclass(frozen=True)

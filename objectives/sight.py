@@ -1,6 +1,6 @@
 """What a scene's sensors see past the robot and the cell, and which of them stand in the way of themselves."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -101,7 +101,10 @@ class Unseeing:
 
 
 def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
-    """The sensors of ``setup`` that see less than a hundredth of their cones, pose by pose put together."""
+    """The sensors of ``setup`` that see less than a hundredth of their cones, pose by pose put together. A scene that
+    ignores the robot's body hears of those that would see nothing past it, if the robot has bodies."""
+    if scene.occlusion == "ignore" and scene.robot.bodies:
+        scene = replace(scene, occlusion="shadow")
     ring = setup.ring_of_sensor
     number = np.concatenate([np.arange(r.count) for r in setup.rings]) if setup.rings else ring
     names = [*(b.name for b in scene.robot.bodies if scene.occlusion != "ignore"), *(o.name for o in scene.obstacles)]
