@@ -55,8 +55,8 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
     table = occlusion_table(results)
     if table is not None:
         console.print(table)
-    for line in (*unseeing_lines(results[0].unseeing), *scene_lines(scene), *([ADVICE] if table is not None else [])):
-        console.print(line, highlight=False, soft_wrap=True)
+    for told in (*unseeing_lines(results[0].unseeing), *scene_lines(scene), *([ADVICE] if table is not None else [])):
+        console.print(told, highlight=False, soft_wrap=True)
     for r in results:
         if r.proof is not None:
             console.print(proof_line(r, r.proof), soft_wrap=True)

@@ -195,8 +195,8 @@ def place(
     if table is not None:
         console.print(table)
     own = mine[0].unseeing if mine else []
-    for line in (*unseeing_lines(own), *scene_lines(scene), *([ADVICE] if table is not None else [])):
-        console.print(line, highlight=False, soft_wrap=True)
+    for told in (*unseeing_lines(own), *scene_lines(scene), *([ADVICE] if table is not None else [])):
+        console.print(told, highlight=False, soft_wrap=True)
     if asked:
         each = ", ".join(f"{name} {value:.2f}" for name, value in asked.items())
         console.print(f"Asked for, {aim}, in percent: {each}.", highlight=False)

@@ -245,7 +245,7 @@ def beams(cones: Cones, occluders: Occluders, occlusion: Occlusion, bracketed: b
     occluders = Occluders(bodies, occluders.obstacles)
     if bodies is None and not occluders.obstacles:
         return cones
-    within_, _ = occluders.holds(cones.apex)
+    within_, _ = occluders.holds(np.asarray(cones.apex))
     live = within_ < 0
     cones = Cones(cones.apex, cones.axis, cones.half_angle, np.where(live, cones.range_m, -np.inf))
     k = np.flatnonzero(live)
@@ -287,7 +287,8 @@ def _beams(cones: Cones, stop: Any, late: Any, shadows: Shadow | None, sensor: l
     """Shadows of ``sensor`` (S,) and planes (sensor, normal, offset) in the order of their sensors."""
     count = len(cones)
     if shadows is None:
-        shadows = capsule_shadow(*np.zeros((3, 0, 3)), np.zeros(0))
+        none = np.zeros((0, 3))
+        shadows = capsule_shadow(none, none, none, np.zeros(0))
     most = max((int((offset < 1e8).sum()) for _, _, offset in planes), default=1)
     normal, offset = np.zeros((len(planes), most, 3)), np.full((len(planes), most), 1e9)
     for i, (_, n, o) in enumerate(planes):

@@ -9,9 +9,8 @@ from ..coverage.beams import INSIDE, Beams, Occluders, beams
 from ..coverage.capsules import point_to_segment, robot_capsules
 from ..coverage.chain import forward
 from ..coverage.occlusion import Occlusion
-from ..coverage.rings import Setup
+from ..coverage.rings import Setup, ring_values
 from ..coverage.robots import Body, Mount
-from ..coverage.slots import ring_values as values_of
 from ..coverage.slots import seats, sensor_cones, slots
 from ..coverage.solids import Cones, Parts
 from .scene import Scene
@@ -73,7 +72,7 @@ def check_mounting(scene: Scene, setup: Setup) -> None:
     Raises:
         ValueError: naming ring, sensor, link, body and by how much.
     """
-    values = values_of(setup)
+    values = ring_values(setup)
     apex = seats(slots(scene.robot, setup.rings), values.position, values.tilt, values.phase).apex
     first = np.cumsum([0, *(r.count for r in setup.rings)])
     for i, ring in enumerate(setup.rings):
@@ -115,7 +114,7 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
         seen = sight(scene, cones, pose.q)
         if not isinstance(seen, Beams):
             return []
-        where, depth = occluders(scene, pose.q).holds(cones.apex)
+        where, depth = occluders(scene, pose.q).holds(np.asarray(cones.apex))
         for k in range(len(cones)):
             name = names[where[k]] if where[k] >= 0 else None
             if name is None and np.mean(seen.part(_within_cone(cones, k, unit), k) <= 0) >= _NOTHING:

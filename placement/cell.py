@@ -75,7 +75,7 @@ def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obst
     except ImportError as error:
         raise UserError(f"{key}: a mesh needs trimesh: pip install 'place-rings[meshes]'") from error
     try:
-        mesh = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=True)
+        mesh: Any = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=True)
         pieces = list(mesh.split(only_watertight=False))
     except Exception as error:  # whatever a parser of foreign files raises
         raise UserError(f"{key}: {shown(model.file)} cannot be read as a mesh: {type(error).__name__}") from error

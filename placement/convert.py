@@ -228,7 +228,7 @@ def verify_result(name: str, verified: Verified, poses: Sequence[Pose] = ()) -> 
     """The record of a verified zeta, in percent, of the setup called ``name``; the scene's ``poses`` tell more of
     the worst of them."""
 
-    def percents(z: Verified | PoseZeta) -> dict[str, float]:
+    def percents(z: Verified | PoseZeta) -> dict[str, Any]:
         return {f"{key}_percent": min(100.0, 100 * getattr(z, key)) for key in ("zeta", "low", "high")}
 
     return VerifyResult(

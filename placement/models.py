@@ -198,7 +198,7 @@ class ObstacleModel(StrictModel):
             try:
                 hull(np.array(self.points))
             except ValueError as error:
-                raise _fault("points of no volume", "corners of a solid") from error
+                raise _fault(self.points, "corners of a solid, not all in one plane") from error
         return self
 
 
