@@ -12,7 +12,7 @@ from pathlib import Path
 
 from common import surroundings
 
-NAMES = ("octree", "certified", "estimator", "growth", "kills", "searches")
+NAMES = ("octree", "certified", "estimator", "growth", "occlusion", "kills", "searches")
 _LONG = ("searches",)
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
 PACKAGES = ("place-rings", "numpy", "jax", "scipy", "torch", "open3d", "manifold3d", "distributed", "cma", "optuna", "nlopt")

@@ -22,6 +22,7 @@ from place_rings.placement.loader import read_scene, to_toml
 
 from .test_cli import run  # noqa: F401  (a fixture)
 
+FLAT = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
 NEAR = Target("V_S", 0.5)
 TABLE = Obstacle("table", box((0.6, 0, 0.2), (0.8, 1.2, 0.05)), {"centre": [0.6, 0.0, 0.2], "size": [0.8, 1.2, 0.05]})
 
@@ -118,7 +119,7 @@ centre = [0, 1, 0]
         "[[obstacles]]\nsize = [1, 1, 0]": "obstacles[0].size[2]: found 0, allowed: a number above 0",
         "[[obstacles]]\nsize = [1, 1]": "obstacles[0].size: found a list of 2, allowed: a list of 3",
         "[[obstacles]]\nfloor = nan": "obstacles[0].floor: found nan",
-        "[[obstacles]]\npoints = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]": "obstacles[0]: found a list of 4, allowed: corners of a solid",
+        f"[[obstacles]]\npoints = {FLAT}": "obstacles[0]: found a list of 4, allowed: corners of a solid",
         "[[obstacles]]\nfile = '../a.stl'": "obstacles[0].file: found",
         "[[obstacles]]\nfile = 'none.stl'": "none.stl: cannot be read",
         "[[obstacles]]\nfile = 'bad.stl'": "obstacles[0].file: ",
