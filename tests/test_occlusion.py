@@ -41,7 +41,7 @@ def laws(function, points, step):
     assert np.all(between <= (here + there) / 2 + 1e-12)
 
 
-@settings(max_examples=10)
+@settings(max_examples=4)
 @given(drawing.seeds)
 def test_the_shadow_of_a_capsule_is_where_the_line_of_sight_meets_it(seed):
     rng = np.random.default_rng(seed)
