@@ -12,7 +12,7 @@ from pathlib import Path
 
 from common import surroundings
 
-NAMES = ("octree", "certified", "estimator", "growth", "kills", "questions", "fronts", "searches")
+NAMES = ("octree", "certified", "estimator", "growth", "occlusion", "kills", "questions", "fronts", "searches")
 _LONG = ("questions", "fronts", "searches")
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
 PACKAGES = (

@@ -11,11 +11,15 @@ from ..coverage.rings import Setup
 from ..coverage.slots import sensor_cones
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
+from ..objectives.side_by_side import by_occlusion
+from ..objectives.sight import unseeing
 from ..placement.convert import verify_result
 from ..placement.mounted import COLUMNS
+from ..placement.sighting import with_sight
 from .motion import record_line, worst_line
 from .options import Counting
 from .place import check_scene
+from .sighting import ADVICE, check_sight, occlusion_table, scene_lines, unseeing_lines
 from .tables import percent, proof_line, target_label, zeta_table
 
 _SHOWN = 16  # poses up to which each is shown
@@ -23,6 +27,7 @@ _SHOWN = 16  # poses up to which each is shown
 
 def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: bool) -> None:
     """Print the exact zeta of ``setup`` for the scene's goals."""
+    check_sight(scene, setup)
     if counting.rule != "certified" and counting.voxel is not None:
         check_scene(scene, counting.voxel)
     with Console(stderr=True).status("counting") as status:
@@ -35,13 +40,23 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
                 status.update(f"counting pose {pose + 1} of {len(scene.poses)}")
 
         verifier = Verifier(scene, counting.voxel, counting.rule, counting.width, tell, counting.memory, at)
-        results = [verify_result(name, verifier.verify(setup, goal.target), scene.poses) for goal in scene.goals]
+        counted = [verifier.verify(setup, goal.target) for goal in scene.goals]
+        blocked = unseeing(scene, setup)
+        results = [
+            with_sight(verify_result(name, one, scene.poses), scene, by_occlusion(verifier, setup, one), blocked)
+            for one in counted
+        ]
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
         print(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
         return
     console = Console()
-    console.print(zeta_table(results, {name: setup.sensors}, f"ζ in percent, {how(counting)}, robot {scene.robot.name}"))
+    console.print(zeta_table(results, {name: setup.sensors}, f"ζ in percent, {how(counting)}, {place(scene)}"))
+    table = occlusion_table(results)
+    if table is not None:
+        console.print(table)
+    for told in (*unseeing_lines(results[0].unseeing), *scene_lines(scene), *([ADVICE] if table is not None else [])):
+        console.print(told, highlight=False, soft_wrap=True)
     for r in results:
         if r.proof is not None:
             console.print(proof_line(r, r.proof), soft_wrap=True)
@@ -52,6 +67,11 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
             console.print(line, highlight=False, soft_wrap=True)
     if line := record_line(scene):
         console.print(line, highlight=False, soft_wrap=True)
+
+
+def place(scene: Scene) -> str:
+    """Robot and model of occlusion in words."""
+    return f"robot {scene.robot.name}, occlusion {scene.occlusion}"
 
 
 def how(counting: Counting) -> str:

@@ -13,7 +13,21 @@ from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from . import judging, tools  # noqa: F401  (they add their commands)
 from .aim_options import resolve_aim
-from .app import Count, Degrees, Floors, Json, Radius, RobotOption, SceneFileOption, Seed, Targets, Trajectory, Voxel, app
+from .app import (
+    Count,
+    Degrees,
+    Floors,
+    Json,
+    OcclusionOption,
+    Radius,
+    RobotOption,
+    SceneFileOption,
+    Seed,
+    Targets,
+    Trajectory,
+    Voxel,
+    app,
+)
 from .options import (
     parse_goals,
     resolve_reach,
@@ -23,6 +37,7 @@ from .options import (
     with_floors,
     with_goals,
     with_motion,
+    with_occlusion,
 )
 
 
@@ -33,6 +48,7 @@ def place(
     radius: Radius = None,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    occlusion: OcclusionOption = None,
     rings_per_link: Count = 2,
     sensors_per_ring: Count = 16,
     sensors: Annotated[
@@ -70,6 +86,8 @@ def place(
 
     Example: place-rings --target V_S --radius 0.5 --redundancy 2
 
+    Example: place-rings --target V_S --radius 0.5 --occlusion shadow
+
     Example: place-rings --target V_S --radius 0.5 --trajectory task.csv --worst
 
     Parameters
@@ -83,7 +101,7 @@ def place(
 
     cap = resolve_time(time)
     asked = resolve_scene(scene, robot, target, radius) or with_goals(Scene(), parse_goals(target, radius))
-    asked = with_motion(with_floors(asked, at_least), trajectory, degrees, worst)
+    asked = with_occlusion(with_motion(with_floors(asked, at_least), trajectory, degrees, worst), occlusion)
     share = resolve_reach(reach, sensors)
     space = None if share else resolve_space(asked, rings_per_link, sensors_per_ring, sensors)
     aim = resolve_aim(asked, redundancy, losing, tolerant, position_error_mm, direction_error_deg)

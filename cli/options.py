@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ..coverage.occlusion import Occlusion
 from ..coverage.robots import robot as built_in
 from ..coverage.targets import Target
 from ..objectives.exact import VOXEL, Rule
@@ -86,6 +87,15 @@ def with_goals(scene: Scene, goals: tuple[Goal, ...]) -> Scene:
                 f"--radius: found {goal.target.radius:g}, allowed: above {inner:g}, the radius of the robot's own V_R"
             )
     return replace(scene, goals=goals) if goals else scene
+
+
+def with_occlusion(scene: Scene, occlusion: Occlusion | None) -> Scene:
+    """``scene`` under ``--occlusion``, if that is given; UserError for a robot that has no bodies to shadow or blind."""
+    if occlusion is None:
+        return scene
+    if occlusion != "ignore" and not scene.robot.bodies:
+        raise UserError(f"--occlusion: found {occlusion}, allowed: ignore, as robot {scene.robot.name} has no bodies")
+    return replace(scene, occlusion=occlusion)
 
 
 def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:

@@ -10,10 +10,12 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..coverage.rings import Setup, named_setup
-from ..coverage.targets import Target, target_solid
+from ..coverage.targets import Target
 from ..objectives.aim import Aim, judge
 from ..objectives.exact import Verified, Verifier, check_voxel, target_voxels
 from ..objectives.scene import Scene
+from ..objectives.side_by_side import by_occlusion
+from ..objectives.sight import unseeing
 from ..placement import search as searching
 from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_model, tolerant_model, verify_result
@@ -23,8 +25,10 @@ from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
 from ..placement.reach import fewest_sensors
 from ..placement.results import VerifyResult
+from ..placement.sighting import with_sight
 from .motion import record_line, worst_line
 from .picture import placement_picture
+from .sighting import ADVICE, check_scene_sight, occlusion_table, scene_lines, unseeing_lines
 from .tables import ring_table, target_label, zeta_table
 
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
@@ -38,7 +42,7 @@ def check_scene(scene: Scene, voxel: float) -> None:
     """Refuse what cannot be counted before anything is tried: UserError in one line."""
     for goal in scene.goals:
         try:
-            solid = target_solid(goal.target, scene.robot, scene.poses[0].q, scene.shape)
+            solid = scene.solid(goal.target, 0)
             check_voxel(solid, voxel)
             if voxel > _COARSE and len(target_voxels(solid, voxel, "centre")) == 0:
                 raise ValueError(f"voxel {voxel:g} m is larger than target {goal.target}; allowed: smaller")
@@ -107,7 +111,11 @@ def compare(
                 verifier.at = lambda _: bar.advance(task)
                 for name, one in setups.items():
                     verified = known.get((name, target)) or verifier.verify(one, target)
-                    results.append(verify_result(name, verified, scene.poses))
+                    result = verify_result(name, verified, scene.poses)
+                    if target in goals:
+                        zetas = by_occlusion(verifier, one, verified)
+                        result = with_sight(result, scene, zetas, unseeing(scene, one))
+                    results.append(result)
                     bar.update(task, completed=len(results) * len(scene.poses))
         except KeyboardInterrupt:
             console.print("interrupted: the comparison ends here, the proposal is kept")
@@ -143,6 +151,7 @@ def place(
     picture and result."""
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
+    check_scene_sight(scene)
     folder = output_folder(out)
     verifier, reached = Verifier(scene, voxel), None
     if space is not None:
@@ -178,9 +187,16 @@ def place(
         return
     console.print(ring_table(result.setup, scene.robot))
     sensors = {"proposal": result.setup.sensors} | {n: named_setup(n).sensors for n in PAPER_SETUPS}
-    title = f"ζ in percent, rule centre, voxels of {voxel:g} m, robot {scene.robot.name}, {len(scene.poses)} pose(s)"
+    where = f"robot {scene.robot.name}, occlusion {scene.occlusion}, {len(scene.poses)} pose(s)"
+    title = f"ζ in percent, rule centre, voxels of {voxel:g} m, {where}"
     order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
     console.print(zeta_table(sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)), sensors, title))
+    table = occlusion_table(comparison)
+    if table is not None:
+        console.print(table)
+    own = mine[0].unseeing if mine else []
+    for told in (*unseeing_lines(own), *scene_lines(scene), *([ADVICE] if table is not None else [])):
+        console.print(told, highlight=False, soft_wrap=True)
     if asked:
         each = ", ".join(f"{name} {value:.2f}" for name, value in asked.items())
         console.print(f"Asked for, {aim}, in percent: {each}.", highlight=False)

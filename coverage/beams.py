@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .arrays import dot, root, rows
-from .blinding import MARGIN, Beam, capsule_in_beam, polyhedron_in_beam
+from .blinding import MARGIN, Beam, capsule_gap, capsule_in_beam, polyhedron_in_beam
 from .blocks import CORNER, VOXELS, Grid, Words, packed, within, words
 from .capsules import Capsules, gap_to_capsules
 from .occlusion import Occlusion, Shadow, behind, capsule_shadow, nearest_ball
@@ -245,17 +245,17 @@ def beams(cones: Cones, occluders: Occluders, occlusion: Occlusion, bracketed: b
     occluders = Occluders(bodies, occluders.obstacles)
     if bodies is None and not occluders.obstacles:
         return cones
-    within_, _ = occluders.holds(cones.apex)
+    within_, _ = occluders.holds(np.asarray(cones.apex))
     live = within_ < 0
     cones = Cones(cones.apex, cones.axis, cones.half_angle, np.where(live, cones.range_m, -np.inf))
     k = np.flatnonzero(live)
     apex, axis, half, range_m = (a[k] for a in vars(cones).values())
     beam = Beam(apex[:, None], axis[:, None], half[:, None], range_m[:, None])
 
-    def capsules(margin: float) -> tuple[Any, Any]:
+    def capsules(function: Any, margin: float) -> Any:
         if bodies is None:
-            return np.full((len(k), 0), np.inf), np.full((len(k), 0), np.inf)
-        return capsule_in_beam(beam, bodies.start[None], bodies.end[None], bodies.radius[None], margin)
+            return np.full((len(k), 0), np.inf)
+        return function(beam, bodies.start[None], bodies.end[None], bodies.radius[None], margin)[0]
 
     def obstacles(margin: float) -> Any:
         each = [polyhedron_in_beam(apex, axis, half, range_m, body, margin) for body in occluders.obstacles]
@@ -266,11 +266,14 @@ def beams(cones: Cones, occluders: Occluders, occlusion: Occlusion, bracketed: b
         stops = []
         for margin in (MARGIN, -MARGIN) if bracketed else (0.0,):
             stop = never.copy()
-            stop[k] = np.concatenate([capsules(margin)[0], obstacles(margin)], axis=1).min(axis=1, initial=np.inf) - margin
+            stop[k] = (
+                np.concatenate([capsules(capsule_in_beam, margin), obstacles(margin)], axis=1).min(axis=1, initial=np.inf)
+                - margin
+            )
             stops.append(stop)
         return _beams(cones, stops[0], stops[-1], None, [], [])
     wide = 10 * MARGIN
-    meets, met = capsules(wide)[1] <= 0, np.isfinite(obstacles(wide))
+    meets, met = capsules(capsule_gap, wide) <= 0, np.isfinite(obstacles(wide))
     sensor, body = np.nonzero(meets)
     shadows = None
     if bodies is not None:
@@ -284,7 +287,8 @@ def _beams(cones: Cones, stop: Any, late: Any, shadows: Shadow | None, sensor: l
     """Shadows of ``sensor`` (S,) and planes (sensor, normal, offset) in the order of their sensors."""
     count = len(cones)
     if shadows is None:
-        shadows = capsule_shadow(*np.zeros((3, 0, 3)), np.zeros(0))
+        none = np.zeros((0, 3))
+        shadows = capsule_shadow(none, none, none, np.zeros(0))
     most = max((int((offset < 1e8).sum()) for _, _, offset in planes), default=1)
     normal, offset = np.zeros((len(planes), most, 3)), np.full((len(planes), most), 1e9)
     for i, (_, n, o) in enumerate(planes):

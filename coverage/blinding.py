@@ -19,6 +19,7 @@ from .polyhedra import Polyhedron
 from .ranging import ball_in_cone
 from .solids import cone
 
+_CANDIDATES = 1 << 18  # points looked at at once: some tens of megabytes
 MARGIN = 1e-9  # m and rad: rounding of what is in a beam
 _GOLDEN = (5**0.5 - 1) / 2
 _STEPS, _HALVINGS = 52, 40  # of a golden section and of halving: to 1e-11 of an axis
@@ -85,6 +86,22 @@ def _end(function: Any, inner: Any, outer: Any) -> Any:
     return xp.where(function(outer) <= 0, outer, _repeat(_HALVINGS, step, (inner, outer))[0])
 
 
+def capsule_gap(beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0) -> tuple[Any, Any]:
+    """Distance (...) m of capsules from cones, or by how deep they overlap where it is negative; and where along the axis
+    (0 to 1) it is least. The distance of a point from a convex cone is convex along the axis. For arguments and gradients
+    see ``capsule_in_beam``."""
+    xp = namespace(beam.apex)
+    radius, along = radius + margin, end - start
+    beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
+    shape = xp.broadcast_shapes(beam.half_angle.shape, along.shape[:-1], xp.shape(radius))
+    still = beam, start, along
+    if xp is not np:
+        still = jax.lax.stop_gradient(still)
+    zero, one = xp.zeros(shape, along.dtype), xp.ones(shape, along.dtype)
+    best = _golden(lambda place: cone_gap(still[0], still[1] + place[..., None] * still[2]), zero, one)
+    return cone_gap(beam, start + best[..., None] * along) - radius, best
+
+
 def capsule_in_beam(beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0) -> tuple[Any, Any]:
     """Nearest point to the apex of what a capsule and a cone have in common, and by how much they miss each other.
 
@@ -104,17 +121,15 @@ def capsule_in_beam(beam: Beam, start: Any, end: Any, radius: Any, margin: float
         it is negative. NumPy or JAX; in JAX differentiable, as at a least value the place does not matter.
     """
     xp = namespace(beam.apex)
-    radius = radius + margin
+    gap, best = capsule_gap(beam, start, end, radius, margin)
+    radius, along = radius + margin, end - start
     beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
-    along = end - start
-    shape = xp.broadcast_shapes(beam.half_angle.shape, along.shape[:-1], xp.shape(radius))
-    zero, one = xp.zeros(shape, along.dtype), xp.ones(shape, along.dtype)
     still = beam, start, along, radius
     if xp is not np:
         still = jax.lax.stop_gradient(still)
 
-    def gap_at(place: Any, given: Any) -> Any:
-        beam, start, along, radius = given
+    def gap_at(place: Any) -> Any:
+        beam, start, along, radius = still
         return cone_gap(beam, start + place[..., None] * along) - radius
 
     def distance_at(place: Any, given: Any) -> Any:
@@ -122,16 +137,12 @@ def capsule_in_beam(beam: Beam, start: Any, end: Any, radius: Any, margin: float
         centre = start + place[..., None] * along
         return ball_in_cone(beam.apex, beam.axis, beam.half_angle, beam.range_m, centre, radius)[0]
 
-    best = _golden(lambda t: gap_at(t, still), zero, one)
-    gap = gap_at(best, (beam, start, along, radius))
-    meets = gap <= 0
-    ends = [_end(lambda t: gap_at(t, still), best, edge) for edge in (zero, one)]
+    ends = [_end(gap_at, best, edge) for edge in (xp.zeros_like(best), xp.ones_like(best))]
     place = _golden(lambda t: distance_at(t, still), *ends)
-    candidates = [distance_at(t, (beam, start, along, radius)) for t in (place, *ends, best)]
-    least = candidates[0]
-    for other in candidates[1:]:
-        least = xp.minimum(least, other)
-    return xp.where(meets, least, xp.inf), gap
+    least = distance_at(place, (beam, start, along, radius))
+    for other in (*ends, best):
+        least = xp.minimum(least, distance_at(other, (beam, start, along, radius)))
+    return xp.where(gap <= 0, least, xp.inf), gap
 
 
 def polyhedron_in_beam(
@@ -149,8 +160,10 @@ def polyhedron_in_beam(
     base; on an edge at the apex's foot, at its ends, or where it enters the mantle or the base. Of these points the
     nearest that lies in both counts. ``margin`` (m and rad) widens both. NumPy only.
     """
-    if len(apex) == 0:
-        return np.zeros(0)
+    each = 1 + _CANDIDATES // (5 * len(body.offset) + 7 * len(body.edges))
+    if len(apex) > each:
+        some = [slice(i, i + each) for i in range(0, len(apex), each)]
+        return np.concatenate([polyhedron_in_beam(apex[k], axis[k], half_angle[k], range_m[k], body, margin) for k in some])
     half_angle, range_m = half_angle + margin, range_m + margin
     normal, offset = body.normal[None], body.offset[None] + margin
     c, s = np.cos(half_angle)[:, None], np.sin(half_angle)[:, None]
@@ -177,9 +190,12 @@ def polyhedron_in_beam(
     points = np.where(np.isfinite(points), points, 1e9)
     cosine, sine = np.cos(half_angle + MARGIN)[:, None], np.sin(half_angle + MARGIN)[:, None]
     in_cone = cone(points, apex[:, None], axis[:, None], cosine, sine, range_m[:, None]) <= MARGIN
-    in_body = (dot(points[:, :, None], normal[:, None]) - offset[:, None]).max(axis=2) <= MARGIN
     v = points - apex[:, None]
-    return np.where(in_cone & in_body, np.sqrt(dot(v, v)), np.inf).min(axis=1)
+    distance = np.where(in_cone, np.sqrt(dot(v, v)), np.inf)
+    for i, face in enumerate(body.normal):  # what lies outside of one face needs no look at the others
+        k, n = np.nonzero(np.isfinite(distance))
+        distance[k, n] = np.where(dot(points[k, n], face) <= offset[0, i] + MARGIN, distance[k, n], np.inf)
+    return distance.min(axis=1, initial=np.inf)
 
 
 def _on_edges(apex: Any, axis: Any, angle: Any, range_m: Any, body: Polyhedron) -> list[Any]:

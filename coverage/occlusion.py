@@ -15,6 +15,7 @@ the rays through its ends (bounded by cones about the end's balls). Each of thes
 
 from typing import Any, Literal, NamedTuple, get_args
 
+import jax
 from jaxtyping import Float
 
 from .arrays import Array, dot, namespace, root, rows
@@ -51,7 +52,7 @@ class Shadow(NamedTuple):
 
     def rows(self, index: Any) -> "Shadow":
         """Those of ``index``, where there is one axis of shadows."""
-        return self._make(rows(a, index) if a.ndim == 2 else a[index] for a in self)
+        return jax.tree.map(lambda a: rows(a, index) if a.ndim == 2 else a[index], self)
 
 
 def _perpendicular(v: Any) -> Any:

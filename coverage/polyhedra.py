@@ -17,7 +17,7 @@ from .arrays import Array, dot, namespace
 from .share import Share, Tangent, either
 from .solids import Parts
 
-_FLAT = 1e-7  # of normals: faces of a hull nearer than this are one
+_DIGITS = 7  # of normals: faces of a hull that agree to these are one
 _NOWHERE = 1e9  # m, offset that makes a plane function of normal 0 never count
 
 
@@ -78,19 +78,13 @@ def hull(points: Float[np.ndarray, "N 3"]) -> Polyhedron:
         found = ConvexHull(points)
     except (QhullError, ValueError) as error:
         raise ValueError("the points span no volume") from error
-    planes: list[np.ndarray] = []
-    face = np.empty(len(found.simplices), int)
-    for i, plane in enumerate(found.equations):
-        same = [j for j, p in enumerate(planes) if np.abs(p - plane).max() < _FLAT]
-        face[i] = same[0] if same else len(planes)
-        if not same:
-            planes.append(plane)
-    normal = np.array(planes)[:, :3]
+    planes, face = np.unique(np.round(found.equations, _DIGITS), axis=0, return_inverse=True)
+    normal = planes[:, :3]
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     corners = points[found.vertices]
     offset = (corners @ normal.T).max(axis=0)  # no corner is left out by rounding
     meet: dict[tuple[int, int], list[int]] = {}
-    for triangle, of in zip(found.simplices, face, strict=True):
+    for triangle, of in zip(found.simplices, face.reshape(-1), strict=True):
         for a, b in ((0, 1), (1, 2), (2, 0)):
             meet.setdefault((min(triangle[a], triangle[b]), max(triangle[a], triangle[b])), []).append(int(of))
     edges = [(pair, of) for pair, of in meet.items() if of[0] != of[1]]

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from .chain import forward, joint_origins
 from .curve import PoseCurve, pose_curve
+from .polyhedra import Polyhedron, polyhedra
 from .robots import Robot
 from .solids import Difference, Solid, Union, sphere
 
@@ -55,8 +56,14 @@ def robot_curve(robot: Robot, q: Float[np.ndarray, " J"], shape: Shape) -> PoseC
     return pose_curve(joint_origins(robot.chain, q), shape.blend)
 
 
-def target_solid(target: Target, robot: Robot, q: Float[np.ndarray, " J"], shape: Shape | None = None) -> Difference:
-    """The target at pose ``q`` (J,) rad in the base frame: the outer solid less V_R.
+def target_solid(
+    target: Target,
+    robot: Robot,
+    q: Float[np.ndarray, " J"],
+    shape: Shape | None = None,
+    obstacles: tuple[Polyhedron, ...] = (),
+) -> Difference:
+    """The target at pose ``q`` (J,) rad in the base frame: the outer solid less V_R and ``obstacles``.
 
     Raises:
         ValueError: if the shell's radius is not larger than V_R's, so that nothing is left.
@@ -66,7 +73,7 @@ def target_solid(target: Target, robot: Robot, q: Float[np.ndarray, " J"], shape
     inner = shape.robot_radius
     if target.radius is not None and target.radius <= inner:
         raise ValueError(f"radius {target.radius:g} of target V_S is inside the robot's own V_R; allowed: above {inner:g}")
-    body = curve.tube(shape.robot_radius, shape.points_per_bend)
+    body: Solid = curve.tube(shape.robot_radius, shape.points_per_bend)
     tcp = forward(robot.chain, q)[-1, :3, 3]
     outer: Solid
     if target.radius is not None:
@@ -77,4 +84,6 @@ def target_solid(target: Target, robot: Robot, q: Float[np.ndarray, " J"], shape
         outer = sphere(tcp, shape.tcp_range)
     else:
         outer = Union(sphere(np.zeros(3), robot.reach), sphere(tcp, shape.tcp_range))
+    if obstacles:
+        body = Union(body, polyhedra(obstacles, outer.bounds()))
     return Difference(outer, body)

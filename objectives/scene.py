@@ -2,15 +2,18 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.occlusion import Occlusion
+from ..coverage.polyhedra import Polyhedron
 from ..coverage.rings import RING_RADIUS, Ring
 from ..coverage.robots import UR10, Robot
 from ..coverage.sensors import PAPER_SENSOR, Sensor
-from ..coverage.targets import Shape, Target
+from ..coverage.solids import Difference
+from ..coverage.targets import Shape, Target, target_solid
 
 REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
 
@@ -73,11 +76,23 @@ class Rules:
 
 
 @dataclass(frozen=True)
+class Obstacle:
+    """A convex thing of the cell: its name, its body in the base frame, the keys of a scene's file that make it, and whether
+    it is the hull of something that is not convex."""
+
+    name: str
+    body: Polyhedron
+    keys: dict[str, Any] = field(default_factory=dict)
+    hulled: bool = False
+
+
+@dataclass(frozen=True)
 class Scene:
     """The empty scene is the reference scene: a UR10 in one pose, V_S(0.5), the paper's sensor and ring radius.
 
     limits: of each link by name; a link that is not named has the default limits. over_poses: whether the weighted mean over
-    the poses or the worst of them is to be large.
+    the poses or the worst of them is to be large. occlusion: what the robot's own body does to its sensors; obstacles shadow
+    in any case, and are no part of a target.
     """
 
     robot: Robot = UR10
@@ -90,6 +105,12 @@ class Scene:
     rules: Rules = field(default_factory=Rules)
     over_poses: OverPoses = "mean"
     recorded: Recorded | None = None
+    occlusion: Occlusion = "ignore"
+    obstacles: tuple[Obstacle, ...] = ()
+
+    def solid(self, target: Target, pose: int) -> Difference:
+        """The target volume at a pose, less V_R and the obstacles; ValueError as for ``target_solid``."""
+        return target_solid(target, self.robot, self.poses[pose].q, self.shape, tuple(o.body for o in self.obstacles))
 
     def limits_of(self, link: str) -> Limits:
         """The limits of ``link``."""

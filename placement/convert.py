@@ -17,6 +17,7 @@ from ..objectives.redundancy import Loss, Redundancy
 from ..objectives.scene import Goal, Limits, Pose, Recorded, Rules, Scene
 from ..objectives.tolerance import Tolerance
 from ..objectives.trajectory import Thinning
+from .cell import obstacle_models, obstacles_of
 from .changes import Change, Work
 from .models import (
     CurveModel,
@@ -90,6 +91,8 @@ def scene_of(model: SceneFile) -> Scene:
         ),
         over_poses=model.over_poses,
         recorded=_recorded(model.recorded),
+        occlusion=model.occlusion,
+        obstacles=obstacles_of(model.obstacles),
     )
 
 
@@ -139,6 +142,8 @@ def scene_model(scene: Scene) -> SceneFile:
             shared_tilt=scene.rules.shared_tilt,
         ),
         fixed=ring_models(Setup(scene.rules.fixed), scene.sensor),
+        occlusion=scene.occlusion,
+        obstacles=obstacle_models(scene.obstacles),
     )
 
 
@@ -223,7 +228,7 @@ def verify_result(name: str, verified: Verified, poses: Sequence[Pose] = ()) -> 
     """The record of a verified zeta, in percent, of the setup called ``name``; the scene's ``poses`` tell more of
     the worst of them."""
 
-    def percents(z: Verified | PoseZeta) -> dict[str, float]:
+    def percents(z: Verified | PoseZeta) -> dict[str, Any]:
         return {f"{key}_percent": min(100.0, 100 * getattr(z, key)) for key in ("zeta", "low", "high")}
 
     return VerifyResult(

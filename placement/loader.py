@@ -13,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 
 from ..coverage.rings import Setup, named_setup
 from ..objectives.scene import Scene
+from .cell import with_meshes
 from .convert import ring_models, scene_of, setup_of, thinning
 from .errors import UserError, explain, shown
 from .models import RingModel, SceneFile
@@ -25,8 +26,8 @@ _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
-def _text(path: Path, kind: str) -> str:
-    """The UTF-8 text of a file of a ``kind`` like TOML; UserError in one line otherwise."""
+def _bytes(path: Path, kind: str) -> bytes:
+    """What stands in a file of a ``kind`` like TOML; UserError in one line otherwise."""
     name = str(path)
     try:
         if path.is_dir():
@@ -38,6 +39,12 @@ def _text(path: Path, kind: str) -> str:
         raise UserError(f"{name}: cannot be read: {reason}") from error
     if len(data) > _LARGEST:
         raise UserError(f"{name}: found more than {_LARGEST // 2**20} MB, allowed: less")
+    return data
+
+
+def _text(path: Path, kind: str) -> str:
+    """The UTF-8 text of a file of a ``kind`` like TOML; UserError in one line otherwise."""
+    name, data = str(path), _bytes(path, kind)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -56,25 +63,35 @@ def _read(path: Path, model: type[_Model]) -> _Model:
 
 
 def read_scene(path: Path) -> Scene:
-    """The scene in a TOML file; UserError if it, or the record it names, cannot be read or breaks a rule."""
-    return _scene(path, _read(path, SceneFile), "trajectory")
+    """The scene in a TOML file; UserError if it, or a file it names, cannot be read or breaks a rule."""
+    return _scene(path, _read(path, SceneFile))
 
 
-def _scene(path: Path, file: SceneFile, key: str) -> Scene:
-    """The scene of the file at ``path``, with the poses of the record that it names, which lies in its folder or below."""
-    scene, asked = scene_of(file), file.trajectory
-    if asked is None:
-        return scene
+def _beside(path: Path, key: str, name: str) -> Path:
+    """The file ``name`` that the file at ``path`` names at ``key``: in its folder or below; UserError otherwise."""
     folder = path.resolve().parent
     try:
-        record = (folder / asked.file).resolve()
+        file = (folder / name).resolve()
     except (OSError, ValueError, RuntimeError) as error:
-        raise UserError(f"{path}: {key}.file: found {shown(asked.file)}, allowed: a file's name") from error
-    if Path(asked.file).is_absolute() or not record.is_relative_to(folder):
-        raise UserError(
-            f"{path}: {key}.file: found {shown(asked.file)}, allowed: a file in the folder of {path.name} or below"
-        )
-    return with_record(scene, path.parent / asked.file, thinning(asked), asked.unit == "deg")
+        raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file's name") from error
+    if Path(name).is_absolute() or not file.is_relative_to(folder):
+        raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or below")
+    return path.parent / name
+
+
+def _scene(path: Path, file: SceneFile, key: str = "") -> Scene:
+    """The scene of the file at ``path``, with the meshes and the poses of the record that it names below ``key``."""
+
+    def read(where: str, name: str) -> tuple[Path, bytes]:
+        at = _beside(path, where.removeprefix(f"{path}: "), name)
+        return at, _bytes(at, "mesh")
+
+    scene, asked = scene_of(file), file.trajectory
+    scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read)
+    if asked is None:
+        return scene
+    record = _beside(path, f"{key}trajectory.file", asked.file)
+    return with_record(scene, record, thinning(asked), asked.unit == "deg")
 
 
 def scene_keys(path: Path) -> dict[str, Any]:
@@ -85,7 +102,7 @@ def scene_keys(path: Path) -> dict[str, Any]:
 def read_proposal(path: Path) -> tuple[Setup, Scene, ProposalFile]:
     """The setup and the scene of a proposal, and the whole file; UserError if it cannot be read or breaks a rule."""
     file = _read(path, ProposalFile)
-    scene = _scene(path, file.scene, "scene.trajectory")
+    scene = _scene(path, file.scene, "scene.")
     return setup_of(file.rings, scene.sensor, scene.ring_radius), scene, file
 
 

@@ -7,6 +7,7 @@ error. What a model stands for in code is made in ``convert``.
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -19,6 +20,8 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from ..coverage.occlusion import Occlusion
+from ..coverage.polyhedra import hull
 from ..coverage.rings import RING_RADIUS
 from ..coverage.robots import ROBOTS
 from ..coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
@@ -163,11 +166,47 @@ class ConeRow(StrictModel):
     range_m: Metres
 
 
+_Coordinate = Annotated[float, Field(ge=-100, le=100, description="metres, base frame")]
+_Three = Field(min_length=3, max_length=3)
+_Angle = Annotated[float, Field(ge=-360, le=360, description="degrees")]
+
+
+class ObstacleModel(StrictModel):
+    """Something that stands in the cell: a box (size), a mesh (file), the hull of points, or the floor, all below a height.
+    ``centre`` and ``rpy_deg`` (about x, y, z of the base frame, in this order) place all but the floor."""
+
+    name: str = Field(default="", max_length=100)
+    centre: Annotated[list[_Coordinate], _Three] = [0.0, 0.0, 0.0]
+    rpy_deg: Annotated[list[_Angle], _Three] = [0.0, 0.0, 0.0]
+    size: Annotated[list[Metres], _Three] | None = None
+    file: str | None = Field(default=None, min_length=1, max_length=1000, description="beside the scene or below its folder")
+    scale: float = Field(default=1.0, gt=0, le=1000, description="metres of a unit of the mesh")
+    points: list[Annotated[list[_Coordinate], _Three]] | None = Field(default=None, min_length=4, max_length=20_000)
+    floor: float | None = Field(default=None, ge=-100, le=100, description="metres, its height")
+
+    @model_validator(mode="after")
+    def _of_one_kind(self) -> Self:
+        kinds = ("size", "file", "points", "floor")
+        given = [kind for kind in kinds if getattr(self, kind) is not None]
+        if len(given) != 1:
+            raise PydanticCustomError(
+                "rule",
+                "found {found}, allowed: one of {allowed}",
+                {"found": " and ".join(given) or "none", "allowed": ", ".join(kinds)},
+            )
+        if self.points is not None:
+            try:
+                hull(np.array(self.points))
+            except ValueError as error:
+                raise _fault(self.points, "corners of a solid, not all in one plane") from error
+        return self
+
+
 class SceneFile(StrictModel):
     """A scene (TOML). Every key has a default: the empty file is the reference scene."""
 
     robot: str = "ur10"
-    occlusion: Literal["ignore"] = "ignore"
+    occlusion: Occlusion = Field(default="ignore", description="what the robot's own body does to its sensors")
     ring_radius: Metres = RING_RADIUS
     sensor: SensorModel = SensorModel()
     curve: CurveModel = CurveModel()
@@ -179,6 +218,9 @@ class SceneFile(StrictModel):
     targets: list[TargetModel] = Field(default=[TargetModel(name="V_S", radius=0.5)], min_length=1, max_length=100)
     rules: RulesModel = RulesModel()
     fixed: list[RingModel] = Field(default=[], max_length=1000, description="rings that are there and stay")
+    obstacles: list[ObstacleModel] = Field(
+        default=[], max_length=1000, description="of the cell: no targets, and they shadow"
+    )
 
     @field_validator("robot")
     @classmethod
@@ -212,6 +254,8 @@ class SceneFile(StrictModel):
             for i, ring in enumerate(self.fixed)
             if ring.link not in links
         ]
+        if self.occlusion != "ignore" and not robot.bodies:
+            faults.append((("occlusion",), self.occlusion, f"ignore, as robot {self.robot} has no bodies"))
         if self.trajectory is not None and "poses" in self.model_fields_set:
             faults.append((("trajectory",), self.trajectory.file, "poses or a trajectory, not both"))
         if not any(target.weight > 0 for target in self.targets):

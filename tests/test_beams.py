@@ -117,7 +117,7 @@ def one_cone(half, range_m):
 
 
 def test_closed_forms():
-    """A ball of radius r at height h in a cone's axis hides a cone of half angle asin(r / h), but for what is in front of the
+    """A ball of radius r at height h in a cone's axis hides a cone of half angle asin(r / h), but for what is before the
     ball; and blinds at h - r."""
     half, r, h, reach = 0.5, 0.1, 0.5, 1.0
     cone, around = one_cone(half, reach), sphere(np.zeros(3), reach)
@@ -130,9 +130,6 @@ def test_closed_forms():
     cap = upright - (h - r)
     before -= math.pi * cap**2 * (3 * r - cap) / 3
     free = 2 * math.pi / 3 * (1 - math.cos(half))
-    inside_base = (
-        math.pi / 3 * math.cos(half) ** 3 * 0
-    )  # the cone's flat base lies outside of the ball around: nothing is cut
     volume = 4 / 3 * math.pi
     shares = {
         "ignore": free / volume,
