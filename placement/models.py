@@ -4,9 +4,11 @@ A file is judged here and nowhere else: each key's limits and description also m
 error. What a model stands for in code is made in ``convert``.
 """
 
+import math
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -20,7 +22,7 @@ from pydantic import (
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from ..coverage.rings import RING_RADIUS
-from ..coverage.robots import ROBOTS
+from ..coverage.robots import PAPER_ROBOTS, ROBOTS
 from ..coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
 from ..objectives.scene import REFERENCE_POSE_DEG
 from .errors import shown
@@ -30,6 +32,9 @@ Metres = Annotated[float, Field(gt=0, le=100, description="metres")]
 Percent = Annotated[float, Field(ge=0, le=100, description="percent")]
 Tilt = Annotated[float, Field(gt=-90, lt=90, description="degrees, positive towards distal")]
 Position = Annotated[float, Field(ge=0, le=1, description="0 proximal to 1 distal")]
+
+
+_SLACK_DEG = 1e-6  # by which rounding may carry an angle over its limit
 
 
 class StrictModel(BaseModel):
@@ -195,6 +200,9 @@ class SceneFile(StrictModel):
     @model_validator(mode="after")
     def _agreeing(self) -> Self:
         robot = ROBOTS[self.robot]
+        if "poses" not in self.model_fields_set and self.robot not in PAPER_ROBOTS:
+            rest = PoseModel(q_deg=[round(math.degrees(a), 9) for a in robot.rest])
+            self.__dict__["poses"] = [rest]  # the model is frozen once it is made
         joints, links, inner = len(robot.chain), robot.links, self.curve.robot_radius
         faults: list[tuple[tuple[int | str, ...], Any, str]] = []
         for i, pose in enumerate(self.poses):
@@ -202,6 +210,11 @@ class SceneFile(StrictModel):
                 faults.append(
                     (("poses", i, "q_deg"), len(pose.q_deg), f"{joints} angles, one for each joint of {self.robot}")
                 )
+            elif robot.limits is not None:
+                for j, (q, (low, high)) in enumerate(zip(pose.q_deg, np.degrees(robot.limits), strict=True)):
+                    if not low - _SLACK_DEG <= q <= high + _SLACK_DEG:
+                        allowed = f"{low:.6g} to {high:.6g}, the limits of {robot.chain.joints[j]} of {robot.name}"
+                        faults.append((("poses", i, "q_deg", j), q, allowed))
         for i, target in enumerate(self.targets):
             if target.radius is not None and target.radius <= inner:
                 faults.append(
