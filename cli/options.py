@@ -18,7 +18,7 @@ from ..placement.candidates import InfeasibleError, Space
 from ..placement.convert import scene_model
 from ..placement.errors import UserError, explain, shown
 from ..placement.layout import ring_layout
-from ..placement.loader import read_scene
+from ..placement.loader import read_robot, read_scene
 from ..placement.models import SceneFile
 from ..placement.record import with_record
 
@@ -76,11 +76,23 @@ def resolve_scene(
     goals = parse_goals(targets, radius)
     asked = read_scene(scene) if scene else None
     if robot is not None:
-        try:
-            asked = _on_robot(scene, asked, built_in(robot))
-        except ValueError as error:
-            raise UserError(f"--robot: {error}") from error
+        asked = _on_robot(scene, asked, given_robot(robot))
     return with_goals(asked, goals) if asked is not None else None
+
+
+def given_robot(text: str) -> Robot:
+    """The robot that ``--robot`` means: built in, of a robot's file (.toml), or of a URDF, to which bodies and mounts are
+    then fitted; UserError for none of them."""
+    if text.lower().endswith(".toml"):
+        return read_robot(Path(text))
+    if text.lower().endswith(".urdf"):
+        from .robot_file import import_urdf  # reading meshes takes a while to load
+
+        return import_urdf(Path(text)).robot
+    try:
+        return built_in(text)
+    except ValueError as error:
+        raise UserError(f"--robot: {error}, or a file .toml or .urdf") from error
 
 
 def _on_robot(path: Path | None, scene: Scene | None, robot: Robot) -> Scene:

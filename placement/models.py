@@ -5,27 +5,29 @@ error. What a model stands for in code is made in ``convert``.
 """
 
 import math
-from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import (
     AfterValidator,
-    BaseModel,
-    ConfigDict,
+    Discriminator,
     Field,
-    ValidationError,
+    Tag,
     ValidationInfo,
     field_validator,
     model_validator,
 )
-from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from ..coverage.rings import RING_RADIUS
 from ..coverage.robots import PAPER_ROBOTS, ROBOTS
 from ..coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
 from ..objectives.scene import REFERENCE_POSE_DEG
-from .errors import shown
+from .errors import IN_LINE, NAMED
+from .robot_convert import robot_of
+from .robot_models import RobotFile
+from .strict import StrictModel, fault, refuse
+
+__all__ = ["StrictModel", "refuse"]
 
 Weight = Annotated[float, Field(gt=0, le=1e6, description="relative weight")]
 Metres = Annotated[float, Field(gt=0, le=100, description="metres")]
@@ -35,23 +37,6 @@ Position = Annotated[float, Field(ge=0, le=1, description="0 proximal to 1 dista
 
 
 _SLACK_DEG = 1e-6  # by which rounding may carry an angle over its limit
-
-
-class StrictModel(BaseModel):
-    """No key unknown, no value bent into shape, nothing changed once read."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
-
-
-def _fault(found: Any, allowed: str) -> PydanticCustomError:
-    return PydanticCustomError("rule", "found {found}, allowed: {allowed}", {"found": shown(found), "allowed": allowed})
-
-
-def refuse(faults: Iterable[tuple[tuple[int | str, ...], Any, str]]) -> None:
-    """Raise one error with all faults (key, what was found there, what is allowed), if there are any."""
-    details = [InitErrorDetails(type=_fault(found, allowed), loc=loc, input=None) for loc, found, allowed in faults]
-    if details:
-        raise ValidationError.from_exception_data("file", details)
 
 
 class PoseModel(StrictModel):
@@ -92,9 +77,9 @@ class TargetModel(StrictModel):
     def _where_it_belongs(cls, radius: float | None, info: ValidationInfo) -> float | None:
         name = info.data.get("name")
         if name == "V_S" and radius is None:
-            raise _fault(None, "a radius in metres, as the target is V_S")
+            raise fault(None, "a radius in metres, as the target is V_S")
         if name in NAMES and name != "V_S" and radius is not None:
-            raise _fault(radius, f"no radius, as the target is {name}")
+            raise fault(radius, f"no radius, as the target is {name}")
         return radius
 
 
@@ -112,7 +97,7 @@ class CurveModel(StrictModel):
 
 def _ascending(pair: list[Any]) -> list[Any]:
     if pair[0] > pair[1]:
-        raise _fault(f"{pair}", "the lower value first")
+        raise fault(f"{pair}", "the lower value first")
     return pair
 
 
@@ -168,10 +153,16 @@ class ConeRow(StrictModel):
     range_m: Metres
 
 
+RobotKey = Annotated[
+    Annotated[str, Tag(NAMED)] | Annotated[RobotFile, Tag(IN_LINE)],
+    Discriminator(lambda found: IN_LINE if isinstance(found, dict | RobotFile) else NAMED),
+]
+
+
 class SceneFile(StrictModel):
     """A scene (TOML). Every key has a default: the empty file is the reference scene."""
 
-    robot: str = "ur10"
+    robot: RobotKey = Field(default="ur10", description="a built-in robot, a robot's file (.toml), or a robot in-line")
     occlusion: Literal["ignore"] = "ignore"
     ring_radius: Metres = RING_RADIUS
     sensor: SensorModel = SensorModel()
@@ -187,10 +178,10 @@ class SceneFile(StrictModel):
 
     @field_validator("robot")
     @classmethod
-    def _known(cls, name: str) -> str:
-        if name not in ROBOTS:
-            raise _fault(name, ", ".join(ROBOTS))
-        return name
+    def _known(cls, robot: str | RobotFile) -> str | RobotFile:
+        if isinstance(robot, str) and robot not in ROBOTS:
+            raise fault(robot, f"{', '.join(ROBOTS)}, or a robot's file (.toml)")
+        return robot
 
     @field_validator("trajectory", mode="before")
     @classmethod
@@ -199,7 +190,7 @@ class SceneFile(StrictModel):
 
     @model_validator(mode="after")
     def _agreeing(self) -> Self:
-        robot = ROBOTS[self.robot]
+        robot = robot_of(self.robot)
         if "poses" not in self.model_fields_set and self.robot not in PAPER_ROBOTS:
             rest = PoseModel(q_deg=[round(math.degrees(a), 9) for a in robot.rest])
             self.__dict__["poses"] = [rest]  # the model is frozen once it is made
@@ -208,7 +199,7 @@ class SceneFile(StrictModel):
         for i, pose in enumerate(self.poses):
             if len(pose.q_deg) != joints:
                 faults.append(
-                    (("poses", i, "q_deg"), len(pose.q_deg), f"{joints} angles, one for each joint of {self.robot}")
+                    (("poses", i, "q_deg"), len(pose.q_deg), f"{joints} angles, one for each joint of {robot.name}")
                 )
             elif robot.limits is not None:
                 for j, (q, (low, high)) in enumerate(zip(pose.q_deg, np.degrees(robot.limits), strict=True)):
@@ -221,7 +212,7 @@ class SceneFile(StrictModel):
                     (("targets", i, "radius"), target.radius, f"above {inner:g}, the radius of the robot's own V_R")
                 )
         faults += [
-            (("fixed", i, "link"), ring.link, f"a link of {self.robot}: {', '.join(links)}")
+            (("fixed", i, "link"), ring.link, f"a link of {robot.name}: {', '.join(links)}")
             for i, ring in enumerate(self.fixed)
             if ring.link not in links
         ]
@@ -230,7 +221,7 @@ class SceneFile(StrictModel):
         if not any(target.weight > 0 for target in self.targets):
             faults.append((("targets", 0, "weight"), self.targets[0].weight, "above 0 for one target at least"))
         faults += [
-            (("mounts", link), link, f"a link of {self.robot}: {', '.join(links)}")
+            (("mounts", link), link, f"a link of {robot.name}: {', '.join(links)}")
             for link in self.mounts
             if link not in links
         ]
