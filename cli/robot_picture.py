@@ -64,9 +64,7 @@ def _view(ax: Any, robot: Robot, skin: tuple[Any, Any], box: Any, eye: tuple[flo
         bodies = robot_capsules(robot, frames)
         for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
             outline = _outline(sheet, a, b, float(r))
-            ax.add_patch(
-                Polygon(outline, facecolor=(*_rgb(_CAPSULE), 0.09), edgecolor=(*_rgb(_CAPSULE), 0.7), lw=1.1, zorder=2)
-            )
+            ax.add_patch(Polygon(outline, facecolor=(_CAPSULE, 0.09), edgecolor=(_CAPSULE, 0.7), lw=1.1, zorder=2))
     curve = robot_curve(robot, robot.rest, Shape())
     line = np.concatenate([piece.point(np.linspace(0, 1, 24)) for piece in curve.pieces])
     xy = sheet.project(line)[0]
@@ -78,16 +76,12 @@ def _view(ax: Any, robot: Robot, skin: tuple[Any, Any], box: Any, eye: tuple[flo
         _mount(sheet, frames[m.frame], m)
 
 
-def _rgb(colour: str) -> tuple[float, ...]:
-    return tuple(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-
-
 def _mount(sheet: Sheet, T: Any, m: Any) -> None:
     """The mount's axis, thick where it is usable, with circles about what a ring surrounds, and its name."""
     ax, R = sheet.ax, T[:3, :3]
     place = lambda t: T[:3, 3] + R @ (m.start + t * m.length * m.axis)  # noqa: E731
     radius = max(m.section, 0.02)
-    shares = [0.0] if m.length == 0 else np.linspace(*m.usable, 3)
+    shares = [0.0] if m.length == 0 else np.linspace(m.usable[0], m.usable[1], 3)
     for t in shares:
         xy = sheet.project(circle(place(t), R @ m.axis, radius))[0]
         xy = np.vstack([xy, xy[:1]])
@@ -148,7 +142,7 @@ def robot_picture(path: Path, robot: Robot, links: Sequence[FittedLink] = ()) ->
         color=GREY,
     )
     keys = [
-        Patch(facecolor=(*_rgb(_CAPSULE), 0.15), edgecolor=_CAPSULE, label="bodies (capsules)"),
+        Patch(facecolor=(_CAPSULE, 0.15), edgecolor=_CAPSULE, label="bodies (capsules)"),
         Line2D([], [], color=_MOUNT, lw=4, label="mount axis, usable"),
         Line2D([], [], color=_MOUNT, lw=1.2, ls=(0, (2, 2)), label="mount axis, within joint housings"),
         Line2D([], [], color=_MOUNT, lw=1.6, marker="o", mfc="none", ls="none", ms=9, label="what a ring surrounds"),

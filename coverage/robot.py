@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from .chain import Chain
 
+_ROUNDING = 1e-8  # rad, by which an angle of a file may be over its limit
 BASE = -1  # the frame of a body that no joint moves
 
 
@@ -77,6 +78,13 @@ class Robot:
             return self.home
         rest = np.zeros(len(self.chain))
         return rest if self.limits is None else np.clip(rest, self.limits[:, 0], self.limits[:, 1])
+
+    def beyond(self, q: Float[np.ndarray, " J"]) -> int | None:
+        """The first joint whose angle in ``q`` (J,) rad is beyond its limits by more than rounding; None where none is."""
+        if self.limits is None:
+            return None
+        over = np.flatnonzero((q < self.limits[:, 0] - _ROUNDING) | (q > self.limits[:, 1] + _ROUNDING))
+        return int(over[0]) if len(over) else None
 
     def mount(self, link: str) -> Mount:
         """The mount of ``link``; ValueError names the links there are."""

@@ -36,9 +36,6 @@ Tilt = Annotated[float, Field(gt=-90, lt=90, description="degrees, positive towa
 Position = Annotated[float, Field(ge=0, le=1, description="0 proximal to 1 distal")]
 
 
-_SLACK_DEG = 1e-6  # by which rounding may carry an angle over its limit
-
-
 class PoseModel(StrictModel):
     q_deg: list[Annotated[float, Field(ge=-720, le=720, description="degrees")]] = Field(min_length=1, max_length=20)
     weight: Weight = 1.0
@@ -201,11 +198,10 @@ class SceneFile(StrictModel):
                 faults.append(
                     (("poses", i, "q_deg"), len(pose.q_deg), f"{joints} angles, one for each joint of {robot.name}")
                 )
-            elif robot.limits is not None:
-                for j, (q, (low, high)) in enumerate(zip(pose.q_deg, np.degrees(robot.limits), strict=True)):
-                    if not low - _SLACK_DEG <= q <= high + _SLACK_DEG:
-                        allowed = f"{low:.6g} to {high:.6g}, the limits of {robot.chain.joints[j]} of {robot.name}"
-                        faults.append((("poses", i, "q_deg", j), q, allowed))
+            elif robot.limits is not None and (j := robot.beyond(np.radians(pose.q_deg))) is not None:
+                low, high = np.degrees(robot.limits[j])
+                allowed = f"{low:.6g} to {high:.6g}, the limits of {robot.chain.joints[j]} of {robot.name}"
+                faults.append((("poses", i, "q_deg", j), pose.q_deg[j], allowed))
         for i, target in enumerate(self.targets):
             if target.radius is not None and target.radius <= inner:
                 faults.append(

@@ -14,6 +14,10 @@ _DIGITS = 12  # decimals of metres and of unit vectors in a file
 _DIGITS_DEG = 11
 
 
+def _origin(place: JointModel | TcpModel) -> Float[np.ndarray, "4 4"]:
+    return transform(place.xyz, [math.radians(a) for a in place.rpy_deg])
+
+
 def robot_of(model: str | RobotFile) -> Robot:
     """The robot that a scene's ``robot`` means: a built-in one by its name (KeyError if there is none), or one in-line."""
     if isinstance(model, str):
@@ -25,7 +29,7 @@ def robot_of(model: str | RobotFile) -> Robot:
         name=model.name,
         chain=Chain(
             joints=tuple(names),
-            origin=np.stack([transform(j.xyz, [math.radians(a) for a in j.rpy_deg]) for j in (*model.joints, model.tcp)]),
+            origin=np.stack([*(_origin(j) for j in model.joints), _origin(model.tcp)]),
             axis=np.array([j.axis for j in model.joints], float),
         ),
         mounts=tuple(

@@ -178,11 +178,11 @@ def _rest(chain: Chain, limits: Float[np.ndarray, "J 2"]) -> tuple[float, Float[
     arm above the ground, with few joints turned, and little.
     """
     q = _drawn(limits)
-    points = forward(chain, q)[..., :3, 3]
+    points = np.asarray(forward(chain, q))[..., :3, 3]
     wrist, tip = points[:, -2], points[:, -1]
     far = max(float(np.linalg.norm(p, axis=1).max()) for p in (wrist[:, :2], 0.5 * tip))
     reach = math.ceil(100 * max(far, 0.01) - 1e-9) / 100
-    off = np.linalg.norm(tip - [0.65 * reach, 0, 0.3 * reach], axis=1)
+    off = np.linalg.norm(tip - np.array([0.65, 0, 0.3]) * reach, axis=1)
     low = np.maximum(-points[..., 2].min(axis=1), 0.0)
     elbow = np.abs(points[..., 2].max(axis=1) - tip[:, 2] - 0.3 * reach)
     turned = 0.05 * np.count_nonzero(q, axis=1) + 0.05 * np.abs(q).sum(axis=1)
