@@ -26,7 +26,7 @@ Targets = Annotated[
 ]
 Radius = Annotated[float | None, Parameter(help="Radius of a --target V_S that has none of its own, m.")]
 SceneFileOption = Annotated[Path | None, Parameter(name="--scene", help="Another scene than the reference scene (TOML).")]
-RobotOption = Annotated[str | None, Parameter(help="A built-in robot: ur10, ur10_dh.")]
+RobotOption = Annotated[str | None, Parameter(help="A built-in robot: ur10, ur5e, panda, … (see robots).")]
 OcclusionOption = Annotated[
     Occlusion | None,
     Parameter(name="--occlusion", help="The robot's own body: ignored, throws shadows, or blinds sensors."),

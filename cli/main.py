@@ -11,7 +11,7 @@ from cyclopts.validators import Number
 from ..objectives.aim import Losing
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
-from . import judging, tools  # noqa: F401  (they add their commands)
+from . import judging, robots, tools  # noqa: F401  (they add their commands)
 from .aim_options import resolve_aim
 from .app import (
     Count,

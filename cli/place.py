@@ -50,6 +50,12 @@ def check_scene(scene: Scene, voxel: float) -> None:
             raise UserError(f"--voxel: {error}") from error
 
 
+def comparable(scene: Scene) -> tuple[str, ...]:
+    """The paper's setups that the scene's robot can carry: none where it lacks one of their links."""
+    links = {ring.link for ring in named_setup(PAPER_SETUPS[0]).rings}
+    return tuple(PAPER_SETUPS) if links <= set(scene.robot.links) else ()
+
+
 def find(
     scene: Scene, space: Space, seed: int, time_cap: float, verifier: Verifier, console: Console, aim: Aim
 ) -> searching.SearchResult:
@@ -96,7 +102,7 @@ def compare(
 ) -> list[VerifyResult]:
     """Zeta of the proposal and of the paper's setups for all targets, by one verifier; ``counted``: what is known already of
     the proposal."""
-    setups = {"proposal": setup} | {name: named_setup(name, scene.sensor, scene.ring_radius) for name in PAPER_SETUPS}
+    setups = {"proposal": setup} | {n: named_setup(n, scene.sensor, scene.ring_radius) for n in comparable(scene)}
     goals = [g.target for g in scene.goals]
     common = [t for t in PAPER_TARGETS if t.radius is None or t.radius > scene.shape.robot_radius]
     targets = list(dict.fromkeys([*goals, *common] if len(scene.poses) <= _FEW_POSES else goals))
@@ -129,7 +135,7 @@ def asked_values(scene: Scene, setup: Setup, value: float, voxel: float, console
     verifier, found = Verifier(scene, voxel), {"proposal": 100 * value}
     try:
         with console.status("counting what was asked for"):
-            for name in PAPER_SETUPS:
+            for name in comparable(scene):
                 found[name] = 100 * judge(verifier, named_setup(name, scene.sensor, scene.ring_radius), aim)[1]
     except KeyboardInterrupt:
         console.print("interrupted: the comparison ends here, the proposal is kept")
@@ -186,7 +192,7 @@ def place(
         print(record.model_dump_json(indent=2))
         return
     console.print(ring_table(result.setup, scene.robot))
-    sensors = {"proposal": result.setup.sensors} | {n: named_setup(n).sensors for n in PAPER_SETUPS}
+    sensors = {"proposal": result.setup.sensors} | {n: named_setup(n).sensors for n in comparable(scene)}
     where = f"robot {scene.robot.name}, occlusion {scene.occlusion}, {len(scene.poses)} pose(s)"
     title = f"ζ in percent, rule centre, voxels of {voxel:g} m, {where}"
     order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}

@@ -81,12 +81,13 @@ class SoftBeams:
         side, base = square * inverse * cosine - d * sine, d - range_m
         return jnp.maximum(side, base) * (1 / width), side >= base, d, inverse
 
-    def slopes(self, points: Any, some: Any, pull: Any, on_side: Any, d: Any, inverse: Any) -> Any:
+    def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
         """Gradient (g, c, columns) by apex and axis, where the sum over points grows by ``pull`` (g, c, B) with each f.
 
         With v = p - apex and u = v less its part along the axis, f grows by ``across`` u + ``along`` axis per step of p.
         """
         apex, axis, cosine, sine = some[:4]
+        on_side, d, inverse = geometry
         across = jnp.where(on_side, pull * cosine[..., None] * inverse, 0)
         along = jnp.where(on_side, -pull * sine[..., None], pull)
         with_one = jnp.concatenate([points, jnp.ones_like(points[..., :1])], axis=2)

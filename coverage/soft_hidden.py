@@ -207,11 +207,12 @@ class HiddenBeams(SoftBeams):
         most = most * (1 / width)
         return jnp.maximum(t, most), *geometry, most > t, *slopes
 
-    def slopes(self, points: Any, some: Any, pull: Any, on_side: Any, d: Any, inverse: Any, hidden: Any, *by: Any) -> Any:
+    def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
         """See ``SoftBeams``; under ``blind`` the last column is the slope by the distance where it ends."""
-        found = super().slopes(points, some, jnp.where(hidden, 0, pull), on_side, d, inverse)
+        *of_cone, hidden, x, y, z = geometry
+        found = super().slopes(points, some, jnp.where(hidden, 0, pull), *of_cone)
         pull = jnp.where(hidden, pull, 0)
-        by_apex = jnp.stack([(pull * slope).sum(axis=2) for slope in by], axis=2)
+        by_apex = jnp.stack([(pull * slope).sum(axis=2) for slope in (x, y, z)], axis=2)
         found = found + jnp.concatenate([by_apex, jnp.zeros_like(by_apex)], axis=2)
         return jnp.concatenate([found, -pull.sum(axis=2)[..., None]], axis=2) if self.blind else found
 

@@ -70,10 +70,8 @@ def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obst
     kind = path.suffix.lower().lstrip(".")
     if kind not in MESHES:
         raise UserError(f"{key}: found {shown(model.file)}, allowed: a mesh, {', '.join('.' + m for m in MESHES)}")
-    try:
-        import trimesh
-    except ImportError as error:
-        raise UserError(f"{key}: a mesh needs trimesh: pip install 'place-rings[meshes]'") from error
+    import trimesh  # takes a while
+
     try:
         mesh: Any = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=True)
         pieces = list(mesh.split(only_watertight=False))

@@ -8,7 +8,6 @@ import numpy as np
 
 from ..coverage.mounting import MountingErrors
 from ..coverage.rings import RING_RADIUS, Ring, Setup
-from ..coverage.robots import robot
 from ..coverage.sensors import Sensor
 from ..coverage.targets import Shape, Target
 from ..objectives.aim import Aim
@@ -33,6 +32,7 @@ from .models import (
 )
 from .proposals import ChangeModel, WorkModel
 from .results import ErrorsModel, LossModel, PoseZetaModel, ProofModel, RobustnessResult, VerifyResult, WorstModel
+from .robot_convert import robot_model, robot_of
 
 DIGITS_DEG = 4  # decimals of an angle in a file
 DIGITS_MM = 3  # decimals of a length in millimetres
@@ -67,7 +67,7 @@ def sensor_model(sensor: Sensor) -> SensorModel:
 def scene_of(model: SceneFile) -> Scene:
     """The scene that a file describes."""
     return Scene(
-        robot=robot(model.robot),
+        robot=robot_of(model.robot),
         poses=tuple(Pose(np.radians(p.q_deg), p.weight, p.time_s) for p in model.poses),
         goals=tuple(Goal(Target(t.name, t.radius), t.weight, t.at_least / 100) for t in model.targets),
         sensor=sensor_of(model.sensor),
@@ -120,7 +120,7 @@ def thinning(model: TrajectoryModel) -> Thinning:
 def scene_model(scene: Scene) -> SceneFile:
     """The file that describes a scene."""
     return SceneFile(
-        robot=scene.robot.name,
+        robot=robot_model(scene.robot),
         ring_radius=scene.ring_radius,
         sensor=sensor_model(scene.sensor),
         curve=CurveModel(**vars(scene.shape)),

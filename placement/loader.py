@@ -12,6 +12,7 @@ import tomli_w
 from pydantic import BaseModel, ValidationError
 
 from ..coverage.rings import Setup, named_setup
+from ..coverage.robot import Robot
 from ..objectives.scene import Scene
 from .cell import with_meshes
 from .convert import ring_models, scene_of, setup_of, thinning
@@ -20,6 +21,8 @@ from .models import RingModel, SceneFile
 from .mounted import mounted_setup
 from .proposals import ProposalFile
 from .record import with_record
+from .robot_convert import robot_of
+from .robot_models import RobotFile
 
 _LARGEST = 16 * 2**20  # bytes of a file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
@@ -55,28 +58,47 @@ def _read(path: Path, model: type[_Model]) -> _Model:
     """The TOML file at ``path`` as ``model``; UserError in one line otherwise."""
     name, text = str(path), _text(path, "TOML")
     try:
-        return model.model_validate(tomllib.loads(text))
+        return model.model_validate(_with_robot(path, tomllib.loads(text), model))
     except ValidationError as error:
         raise explain(name, error, model) from error
     except (ValueError, RecursionError) as error:  # tomllib's own, and int()'s for thousands of digits
         raise UserError(f"{name}: not TOML: {error}") from error
 
 
-def read_scene(path: Path) -> Scene:
-    """The scene in a TOML file; UserError if it, or a file it names, cannot be read or breaks a rule."""
-    return _scene(path, _read(path, SceneFile))
+def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+    """The keys of a file, with the robot in-line where its scene names a robot's file."""
+    key, scene = ("scene.robot", raw.get("scene")) if model is ProposalFile else ("robot", raw)
+    if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
+        return raw
+    asked = scene.get("robot")
+    if not isinstance(asked, str) or not asked.lower().endswith((".toml", ".urdf")):
+        return raw
+    if asked.lower().endswith(".urdf"):
+        raise UserError(f"{path}: {key}: found {shown(asked)}, allowed: a robot's file (.toml), which robot makes of a URDF")
+    inside = {**scene, "robot": _read(_beside(path, key, asked), RobotFile)}
+    return {**raw, "scene": inside} if model is ProposalFile else inside
 
 
 def _beside(path: Path, key: str, name: str) -> Path:
-    """The file ``name`` that the file at ``path`` names at ``key``: in its folder or below; UserError otherwise."""
+    """The file of that name in the folder of the file at ``path`` or below; UserError if it leads elsewhere."""
     folder = path.resolve().parent
     try:
-        file = (folder / name).resolve()
+        found = (folder / name).resolve()
     except (OSError, ValueError, RuntimeError) as error:
         raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file's name") from error
-    if Path(name).is_absolute() or not file.is_relative_to(folder):
+    if Path(name).is_absolute() or not found.is_relative_to(folder):
         raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or below")
     return path.parent / name
+
+
+def read_robot(path: Path) -> Robot:
+    """The robot in a TOML file; UserError if it cannot be read or breaks a rule."""
+    return robot_of(_read(path, RobotFile))
+
+
+def read_scene(path: Path) -> Scene:
+    """The scene in a TOML file; UserError if it, or a file it names, cannot be read or breaks a rule."""
+    return _scene(path, _read(path, SceneFile))
 
 
 def _scene(path: Path, file: SceneFile, key: str = "") -> Scene:

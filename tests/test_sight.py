@@ -114,8 +114,8 @@ centre = [0, 1, 0]
 @pytest.mark.parametrize(
     ("text", "line"),
     {
-        "[[obstacles]]\nname = 'x'": "obstacles[0]: found none, allowed: one of size, file, points, floor",
-        "[[obstacles]]\nfloor = 0\nsize = [1, 1, 1]": "obstacles[0]: found size and floor, allowed: one of",
+        "[[obstacles]]\nname = 'x'": "obstacles[0]: found nothing, allowed: one of size, file, points, floor",
+        "[[obstacles]]\nfloor = 0\nsize = [1, 1, 1]": "obstacles[0]: found a list of 2, allowed: one of",
         "[[obstacles]]\nsize = [1, 1, 0]": "obstacles[0].size[2]: found 0, allowed: a number above 0",
         "[[obstacles]]\nsize = [1, 1]": "obstacles[0].size: found a list of 2, allowed: a list of 3",
         "[[obstacles]]\nfloor = nan": "obstacles[0].floor: found nan",
