@@ -13,9 +13,11 @@ from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..placement.convert import verify_result
 from ..placement.mounted import COLUMNS
+from ..placement.sensing import sensor_records
 from .motion import record_line, worst_line
 from .options import Counting
 from .place import check_scene
+from .sensing import sensor_lines
 from .tables import percent, proof_line, target_label, zeta_table
 
 _SHOWN = 16  # poses up to which each is shown
@@ -35,7 +37,8 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
                 status.update(f"counting pose {pose + 1} of {len(scene.poses)}")
 
         verifier = Verifier(scene, counting.voxel, counting.rule, counting.width, tell, counting.memory, at)
-        results = [verify_result(name, verifier.verify(setup, goal.target), scene.poses) for goal in scene.goals]
+        found = [verify_result(name, verifier.verify(setup, goal.target), scene.poses) for goal in scene.goals]
+    results = [r.model_copy(update={"sensors": sensor_records(setup)}) for r in found]
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
         print(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
@@ -50,8 +53,9 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
             console.print(f"{target_label(r)}: pose by pose {each}")
         if line := worst_line(r):
             console.print(line, highlight=False, soft_wrap=True)
-    if line := record_line(scene):
-        console.print(line, highlight=False, soft_wrap=True)
+    for line in (record_line(scene), *sensor_lines(sensor_records(setup))):
+        if line:
+            console.print(line, highlight=False, soft_wrap=True)
 
 
 def how(counting: Counting) -> str:

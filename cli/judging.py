@@ -20,6 +20,7 @@ from .options import (
     with_goals,
     with_motion,
 )
+from .sensing import Ambient, Reflectance, SensorOption, TargetSize, resolve_with_sensor
 
 
 @app.command
@@ -31,6 +32,10 @@ def verify(
     radius: Radius = None,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    sensor: SensorOption = None,
+    ambient: Ambient = None,
+    reflectance: Reflectance = None,
+    target_size: TargetSize = None,
     trajectory: Trajectory = None,
     degrees: Degrees = False,
     voxel: Annotated[
@@ -51,11 +56,15 @@ def verify(
     Example: place-rings verify n2_16_25 --target V_S --radius 0.5
 
     Example: place-rings verify n3_16_55 --target V_S --radius 0.5 --rule certified --width 0.01
+
+    Example: place-rings verify n3_16_55 --sensor vl53l1x --ambient 50kcps --target-size 0.1x0.4
     """
     from .inspect import verify as run
 
     counting = resolve_counting(rule, voxel, width, memory)
-    setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
+    setup, found = resolve_with_sensor(
+        subject, resolve_scene(scene, robot, target, radius), sensor, ambient, reflectance, target_size
+    )
     asked = with_motion(with_goals(found, parse_goals(target, radius)), trajectory, degrees)
     run(subject, setup, asked, counting, as_json)
 

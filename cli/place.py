@@ -23,8 +23,10 @@ from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
 from ..placement.reach import fewest_sensors
 from ..placement.results import VerifyResult
+from ..placement.sensing import sensor_records
 from .motion import record_line, worst_line
 from .picture import placement_picture
+from .sensing import sensor_lines
 from .tables import ring_table, target_label, zeta_table
 
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
@@ -170,6 +172,7 @@ def place(
         files={key: str(path) for key, path in files.items()},
         reach=reached,
         short_percent=100 * result.short,
+        sensors=sensor_records(result.setup),
     )
     write_text(files["result"], record.model_dump_json(indent=2) + "\n")
     write_text(files["proposal"], to_toml(proposal, _HEADING))
@@ -185,7 +188,7 @@ def place(
         each = ", ".join(f"{name} {value:.2f}" for name, value in asked.items())
         console.print(f"Asked for, {aim}, in percent: {each}.", highlight=False)
     spent = result.statistics
-    for line in (*(worst_line(r) for r in mine), record_line(scene)):
+    for line in (*(worst_line(r) for r in mine), record_line(scene), *sensor_lines(record.sensors)):
         if line:
             console.print(line, highlight=False, soft_wrap=True)
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""

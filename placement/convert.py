@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..coverage.effective import effective
 from ..coverage.mounting import MountingErrors
 from ..coverage.rings import RING_RADIUS, Ring, Setup
 from ..coverage.robots import robot
@@ -56,11 +57,18 @@ def _phase_deg(phase: float) -> float:
 
 
 def sensor_of(model: SensorModel) -> Sensor:
-    return Sensor(math.radians(model.fov_deg), model.range_m)
+    """The sensor that a file describes."""
+    return Sensor(math.radians(model.fov_deg), model.range_m) if model.use is None else effective(model.use).sensor
 
 
 def sensor_model(sensor: Sensor) -> SensorModel:
-    return SensorModel(fov_deg=_degrees(sensor.fov), range_m=sensor.range_m)
+    """A sensor as a file holds it: of a model of the catalogue both the use and the beam that follows."""
+    beam: dict[str, Any] = {"fov_deg": _degrees(sensor.fov), "range_m": sensor.range_m}
+    if sensor.use is None:
+        return SensorModel(**beam)
+    u = sensor.use
+    size = None if u.size is None else list(u.size)
+    return SensorModel(model=u.model, ambient=u.ambient, reflectance=u.reflectance, target_size=size, **beam)
 
 
 def scene_of(model: SceneFile) -> Scene:
@@ -223,7 +231,7 @@ def verify_result(name: str, verified: Verified, poses: Sequence[Pose] = ()) -> 
     """The record of a verified zeta, in percent, of the setup called ``name``; the scene's ``poses`` tell more of
     the worst of them."""
 
-    def percents(z: Verified | PoseZeta) -> dict[str, float]:
+    def percents(z: Verified | PoseZeta) -> dict[str, Any]:
         return {f"{key}_percent": min(100.0, 100 * getattr(z, key)) for key in ("zeta", "low", "high")}
 
     return VerifyResult(

@@ -4,6 +4,7 @@ A file is judged here and nowhere else: each key's limits and description also m
 error. What a model stands for in code is made in ``convert``.
 """
 
+import math
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
@@ -19,8 +20,11 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from ..coverage.catalogue import MODELS
+from ..coverage.effective import effective
 from ..coverage.rings import RING_RADIUS
 from ..coverage.robots import ROBOTS
+from ..coverage.sensors import Use
 from ..coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
 from ..objectives.scene import REFERENCE_POSE_DEG
 from .errors import shown
@@ -30,6 +34,8 @@ Metres = Annotated[float, Field(gt=0, le=100, description="metres")]
 Percent = Annotated[float, Field(ge=0, le=100, description="percent")]
 Tilt = Annotated[float, Field(gt=-90, lt=90, description="degrees, positive towards distal")]
 Position = Annotated[float, Field(ge=0, le=1, description="0 proximal to 1 distal")]
+_USES = ("ambient", "reflectance", "target_size")
+_SAME = 1e-6  # degrees and metres, by which a stated beam may be off that of the catalogue
 
 
 class StrictModel(BaseModel):
@@ -94,8 +100,45 @@ class TargetModel(StrictModel):
 
 
 class SensorModel(StrictModel):
+    """A beam; or a model of the catalogue and what it is used for, from which the beam follows. A file may state both, as
+    those that are written do, if they agree."""
+
     fov_deg: float = Field(default=25.0, gt=0, lt=180, description="degrees, the full angle")
     range_m: Metres = 1.5
+    model: Annotated[str, Field(max_length=100)] | None = Field(default=None, description="of the catalogue")
+    ambient: Annotated[str, Field(max_length=100)] | None = Field(default=None, description="light, like 50kcps or 5klx")
+    reflectance: float | None = Field(default=None, gt=0, le=1, description="of the target, a share")
+    target_size: Annotated[list[Metres], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="width and height of the target, metres"
+    )
+
+    @property
+    def use(self) -> Use | None:
+        """What the model is used for; None without one."""
+        if self.model is None:
+            return None
+        size = None if self.target_size is None else (self.target_size[0], self.target_size[1])
+        return Use(self.model, self.ambient, self.reflectance, size)
+
+    @model_validator(mode="after")
+    def _of_the_catalogue(self) -> Self:
+        use, given = self.use, self.model_fields_set
+        if use is None:
+            refuse(((key,), getattr(self, key), "only beside a model") for key in _USES if getattr(self, key) is not None)
+            return self
+        if use.model not in MODELS:
+            refuse([(("model",), use.model, ", ".join(MODELS))])
+        try:
+            found = effective(use).sensor
+        except ValueError as error:
+            raise PydanticCustomError("rule", "{error}", {"error": str(error)}) from error
+        beam = {"fov_deg": math.degrees(found.fov), "range_m": found.range_m}
+        refuse(
+            ((key,), getattr(self, key), f"{value:.9g}, as {use.model} has it here, or no such key")
+            for key, value in beam.items()
+            if key in given and abs(getattr(self, key) - value) > _SAME
+        )
+        return self
 
 
 class CurveModel(StrictModel):

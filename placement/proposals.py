@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from ..coverage.robots import ROBOTS
 from .models import Percent, RingModel, SceneFile, StrictModel, refuse
-from .results import ErrorsModel, RobustnessResult, VerifyResult
+from .results import ErrorsModel, RobustnessResult, SensorRecord, VerifyResult
 
 
 class FoundModel(StrictModel):
@@ -73,6 +73,7 @@ class SearchFile(StrictModel):
     files: dict[str, str]
     short_percent: float = Field(default=0.0, ge=0, description="points by which floors are missed")
     reach: ReachModel | None = None
+    sensors: list[SensorRecord] = Field(default=[])
 
 
 class ChangeModel(StrictModel):

@@ -39,9 +39,36 @@ class WorstModel(StrictModel):
     high_percent: Percent
 
 
+class RuleModel(StrictModel):
+    """A rule that limits a range: what was found for it, metres left after it, and whether that was measured or is a law."""
+
+    rule: str
+    found: str
+    range_m: Metres
+    measured: bool
+
+
+class SensorRecord(StrictModel):
+    """A sensor of the catalogue: what it is used for, how its range came about rule by rule, and where its figures are
+    from."""
+
+    model: str
+    title: str
+    ambient: str | None = None
+    reflectance: float | None = None
+    target_size: list[Metres] | None = None
+    fov_deg: float
+    range_m: Metres
+    rules: list[RuleModel]
+    least_m: float | None = None
+    rate_hz: float | None = None
+    source: str
+    note: str = ""
+
+
 class VerifyResult(StrictModel):
-    """What ``verify --json`` prints for each target: the mean over the poses, the worst of several, and each. A proposal of
-    many poses leaves each out."""
+    """What ``verify --json`` prints for each target: the mean over the poses, the worst of several, each, and the sensors
+    of the catalogue that the setup has. A proposal of many poses leaves each out."""
 
     setup: str
     target: str
@@ -56,6 +83,7 @@ class VerifyResult(StrictModel):
     proof: ProofModel | None = None
     worst: WorstModel | None = None
     poses: list[PoseZetaModel] = Field(default=[])
+    sensors: list[SensorRecord] = Field(default=[])
     seconds: float = Field(ge=0)
 
 
