@@ -17,6 +17,7 @@ from ..placement.sensing import sensor_records
 from .motion import record_line, worst_line
 from .options import Counting
 from .place import check_scene
+from .protective import protective_lines
 from .sensing import sensor_lines
 from .tables import percent, proof_line, target_label, zeta_table
 
@@ -37,7 +38,7 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
                 status.update(f"counting pose {pose + 1} of {len(scene.poses)}")
 
         verifier = Verifier(scene, counting.voxel, counting.rule, counting.width, tell, counting.memory, at)
-        found = [verify_result(name, verifier.verify(setup, goal.target), scene.poses) for goal in scene.goals]
+        found = [verify_result(name, verifier.verify(setup, goal.target), scene) for goal in scene.goals]
     results = [r.model_copy(update={"sensors": sensor_records(setup)}) for r in found]
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
@@ -53,7 +54,8 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
             console.print(f"{target_label(r)}: pose by pose {each}")
         if line := worst_line(r):
             console.print(line, highlight=False, soft_wrap=True)
-    for line in (record_line(scene), *sensor_lines(sensor_records(setup))):
+    sensors = sensor_records(setup)
+    for line in (record_line(scene), *protective_lines(results, sensors), *sensor_lines(sensors)):
         if line:
             console.print(line, highlight=False, soft_wrap=True)
 

@@ -20,7 +20,6 @@ from ..coverage.points import sample
 from ..coverage.rings import Setup
 from ..coverage.slots import sensor_cones
 from ..coverage.solids import Cones, Solid
-from ..coverage.targets import target_solid
 from ..objectives.scene import Scene
 from ..studies.shapes import DISC, add_robot, body, circle, convex_pieces
 from ..studies.sheet import GREY, GRID, INK, LINK_COLOURS, UNSEEN_COLOUR, Sheet, write_png
@@ -134,7 +133,7 @@ def _where(scene: Scene) -> list[str]:
 def _draw(path: Path, scene: Scene, views: list[Any], title: str, parts: list[str], seed: int) -> None:
     """Two views (setup, caption, the eye's azimuth, elevation and distance) under a title and a line of ``parts``."""
     robot, q, target = scene.robot, scene.poses[0].q, scene.goals[0].target
-    solid = target_solid(target, robot, q, scene.shape)
+    solid = scene.solid(target, 0)
     points, seen = sample(solid, _SAMPLES, seed), [sensor_cones(robot, setup, q) for setup, *_ in views]
     corners = np.vstack([*convex_pieces(solid.a), body(robot, forward(robot.chain, q)), *(cones.apex for cones in seen)])
     box = np.stack([corners.min(axis=0) - 0.05, corners.max(axis=0) + 0.05])

@@ -10,10 +10,11 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..coverage.rings import Setup, named_setup
-from ..coverage.targets import Target, target_solid
+from ..coverage.targets import Target
 from ..objectives.aim import Aim, judge
 from ..objectives.exact import Verified, Verifier, check_voxel, target_voxels
 from ..objectives.scene import Scene
+from ..objectives.separations import separations
 from ..placement import search as searching
 from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_model, tolerant_model, verify_result
@@ -26,6 +27,7 @@ from ..placement.results import VerifyResult
 from ..placement.sensing import sensor_records
 from .motion import record_line, worst_line
 from .picture import placement_picture
+from .protective import protective_lines
 from .sensing import sensor_lines
 from .tables import ring_table, target_label, zeta_table
 
@@ -40,7 +42,11 @@ def check_scene(scene: Scene, voxel: float) -> None:
     """Refuse what cannot be counted before anything is tried: UserError in one line."""
     for goal in scene.goals:
         try:
-            solid = target_solid(goal.target, scene.robot, scene.poses[0].q, scene.shape)
+            separations(scene, goal.target)
+        except ValueError as error:
+            raise UserError(f"--target {goal.target}: {error}") from error
+        try:
+            solid = scene.solid(goal.target, 0)
             check_voxel(solid, voxel)
             if voxel > _COARSE and len(target_voxels(solid, voxel, "centre")) == 0:
                 raise ValueError(f"voxel {voxel:g} m is larger than target {goal.target}; allowed: smaller")
@@ -109,7 +115,7 @@ def compare(
                 verifier.at = lambda _: bar.advance(task)
                 for name, one in setups.items():
                     verified = known.get((name, target)) or verifier.verify(one, target)
-                    results.append(verify_result(name, verified, scene.poses))
+                    results.append(verify_result(name, verified, scene))
                     bar.update(task, completed=len(results) * len(scene.poses))
         except KeyboardInterrupt:
             console.print("interrupted: the comparison ends here, the proposal is kept")
@@ -162,8 +168,8 @@ def place(
         zeta=mine if len(scene.poses) <= MANY else [r.model_copy(update={"poses": []}) for r in mine],
         found=found_model(result, seed, aim),
     )
-    lines = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
-    placement_picture(files["picture"], scene, result.setup, lines or ["interrupted before it was verified"])
+    captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
+    placement_picture(files["picture"], scene, result.setup, captions or ["interrupted before it was verified"])
     record = SearchFile(
         proposal=proposal,
         soft_minus_exact_percent=100 * (result.soft - result.exact),
@@ -188,7 +194,13 @@ def place(
         each = ", ".join(f"{name} {value:.2f}" for name, value in asked.items())
         console.print(f"Asked for, {aim}, in percent: {each}.", highlight=False)
     spent = result.statistics
-    for line in (*(worst_line(r) for r in mine), record_line(scene), *sensor_lines(record.sensors)):
+    lines = (
+        *(worst_line(r) for r in mine),
+        record_line(scene),
+        *protective_lines(mine, record.sensors),
+        *sensor_lines(record.sensors),
+    )
+    for line in lines:
         if line:
             console.print(line, highlight=False, soft_wrap=True)
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""

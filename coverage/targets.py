@@ -7,10 +7,12 @@ from jaxtyping import Float
 
 from .chain import forward, joint_origins
 from .curve import PoseCurve, pose_curve
+from .protective import protective
 from .robots import Robot
+from .separation import Safety
 from .solids import Difference, Solid, Union, sphere
 
-NAMES = ("V_O", "V_T", "V_OT", "V_S")
+NAMES = ("V_O", "V_T", "V_OT", "V_S", "V_P")
 ROBOT_RADIUS = 0.15  # m, of V_R: the widest link of a UR10 (the paper)
 TCP_RANGE = 1.5  # m, radius of V_T: one sensor range (the paper)
 
@@ -28,7 +30,7 @@ class Shape:
 
 @dataclass(frozen=True)
 class Target:
-    """A target volume by name: V_O, V_T, V_OT, or V_S with a radius in m.
+    """A target volume by name: V_O, V_T, V_OT, V_P, or V_S with a radius in m.
 
     Raises:
         ValueError: for an unknown name, a radius where none belongs, or none where one does.
@@ -55,11 +57,19 @@ def robot_curve(robot: Robot, q: Float[np.ndarray, " J"], shape: Shape) -> PoseC
     return pose_curve(joint_origins(robot.chain, q), shape.blend)
 
 
-def target_solid(target: Target, robot: Robot, q: Float[np.ndarray, " J"], shape: Shape | None = None) -> Difference:
-    """The target at pose ``q`` (J,) rad in the base frame: the outer solid less V_R.
+def target_solid(
+    target: Target,
+    robot: Robot,
+    q: Float[np.ndarray, " J"],
+    shape: Shape | None = None,
+    rate: Float[np.ndarray, " J"] | None = None,
+    safety: Safety | None = None,
+) -> Difference:
+    """The target at pose ``q`` (J,) rad in the base frame: the outer solid less V_R. V_P follows from ``rate`` (J,) rad/s,
+    the joints' speeds, where they are known, and ``safety``; less V_R and the robot's bodies.
 
     Raises:
-        ValueError: if the shell's radius is not larger than V_R's, so that nothing is left.
+        ValueError: if the shell's radius is not larger than V_R's, so that nothing is left; or if V_P does not follow.
     """
     shape = shape or Shape()
     curve = robot_curve(robot, q, shape)
@@ -69,6 +79,9 @@ def target_solid(target: Target, robot: Robot, q: Float[np.ndarray, " J"], shape
     body = curve.tube(shape.robot_radius, shape.points_per_bend)
     tcp = forward(robot.chain, q)[-1, :3, 3]
     outer: Solid
+    if target.name == "V_P":
+        outer, own = protective(robot, q, rate, safety or Safety())
+        return Difference(outer, Union(body, own))
     if target.radius is not None:
         outer = curve.tube(target.radius, shape.points_per_bend)
     elif target.name == "V_O":

@@ -18,7 +18,6 @@ from ..coverage.soft import SHARP, Soft
 from ..coverage.soft_loss import soft_losses
 from ..coverage.soft_seen import soft_seen
 from ..coverage.solids import Cones
-from ..coverage.targets import target_solid
 from .aim import Aim, check_aim
 from .scene import Scene
 from .space import Stretch, decode
@@ -61,8 +60,7 @@ class TargetPoints:
         self.terms = [(g, p) for _ in range(mountings) for g in range(len(scene.goals)) for p in range(len(scene.poses))]
         seeds = np.random.SeedSequence(seed).generate_state(len(self.terms))
         self.points = [
-            sample(target_solid(scene.goals[g].target, scene.robot, scene.poses[p].q, scene.shape), count, int(s))
-            for (g, p), s in zip(self.terms, seeds, strict=True)
+            sample(scene.solid(scene.goals[g].target, p), count, int(s)) for (g, p), s in zip(self.terms, seeds, strict=True)
         ]
 
     def clouds(self, count: int) -> Cloud:

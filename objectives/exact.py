@@ -15,7 +15,7 @@ from ..coverage.octree import count, regions, voxels
 from ..coverage.rings import Setup
 from ..coverage.slots import sensor_cones
 from ..coverage.solids import Difference
-from ..coverage.targets import Target, target_solid
+from ..coverage.targets import Target
 from ..coverage.voxelset import VoxelSet
 from .scene import Scene
 
@@ -162,7 +162,7 @@ class Verifier:
         """
         self.at(pose)
         voxel = VOXEL if self.voxel is None else self.voxel
-        solid = target_solid(target, self.scene.robot, self.scene.poses[pose].q, self.scene.shape)
+        solid = self.scene.solid(target, pose)
         check_voxel(solid, voxel)
         total = 0
         if surface_voxels(solid, voxel) * _BYTES <= self.memory / 4:
@@ -196,7 +196,7 @@ class Verifier:
         cones = sensor_cones(scene.robot, setup, q)
         if self.rule == "certified" or self.voxel is None:
             self.at(pose)
-            solid = target_solid(target, scene.robot, q, scene.shape)
+            solid = scene.solid(target, pose)
             b = bracket(solid, cones, self.width, self.voxel, self.tell)
             return PoseZeta(weight, (b.low + b.high) / 2, b.low, b.high, None, None, b)
         total = covered = 0

@@ -10,18 +10,22 @@ from jaxtyping import Float
 from ..coverage.rings import RING_RADIUS, Ring
 from ..coverage.robots import UR10, Robot
 from ..coverage.sensors import PAPER_SENSOR, Sensor
-from ..coverage.targets import Shape, Target
+from ..coverage.separation import Safety
+from ..coverage.solids import Difference
+from ..coverage.targets import Shape, Target, target_solid
 
 REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Joint angles q (J,) rad, the weight of the pose in the mean, and when a record was there, s, if it is from one."""
+    """Joint angles q (J,) rad, the weight of the pose in the mean, when a record was there, s, if it is from one, and the
+    joints' speeds ``rate`` (J,) rad/s, where they are known."""
 
     q: Float[np.ndarray, " J"]
     weight: float = 1.0
     time_s: float | None = None
+    rate: Float[np.ndarray, " J"] | None = None
 
 
 @dataclass(frozen=True)
@@ -77,7 +81,7 @@ class Scene:
     """The empty scene is the reference scene: a UR10 in one pose, V_S(0.5), the paper's sensor and ring radius.
 
     limits: of each link by name; a link that is not named has the default limits. over_poses: whether the weighted mean over
-    the poses or the worst of them is to be large.
+    the poses or the worst of them is to be large. safety: what the distances of V_P are made of.
     """
 
     robot: Robot = UR10
@@ -90,6 +94,12 @@ class Scene:
     rules: Rules = field(default_factory=Rules)
     over_poses: OverPoses = "mean"
     recorded: Recorded | None = None
+    safety: Safety = field(default_factory=Safety)
+
+    def solid(self, target: Target, pose: int) -> Difference:
+        """The target at a pose, see ``target_solid``."""
+        at = self.poses[pose]
+        return target_solid(target, self.robot, at.q, self.shape, at.rate, self.safety)
 
     def limits_of(self, link: str) -> Limits:
         """The limits of ``link``."""

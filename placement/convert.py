@@ -11,11 +11,13 @@ from ..coverage.mounting import MountingErrors
 from ..coverage.rings import RING_RADIUS, Ring, Setup
 from ..coverage.robots import robot
 from ..coverage.sensors import Sensor
+from ..coverage.separation import Safety
 from ..coverage.targets import Shape, Target
 from ..objectives.aim import Aim
 from ..objectives.exact import PoseZeta, Verified
 from ..objectives.redundancy import Loss, Redundancy
 from ..objectives.scene import Goal, Limits, Pose, Recorded, Rules, Scene
+from ..objectives.separations import separations
 from ..objectives.tolerance import Tolerance
 from ..objectives.trajectory import Thinning
 from .changes import Change, Work
@@ -26,13 +28,23 @@ from .models import (
     RecordedModel,
     RingModel,
     RulesModel,
+    SafetyModel,
     SceneFile,
     SensorModel,
     TargetModel,
     TrajectoryModel,
 )
 from .proposals import ChangeModel, WorkModel
-from .results import ErrorsModel, LossModel, PoseZetaModel, ProofModel, RobustnessResult, VerifyResult, WorstModel
+from .results import (
+    ErrorsModel,
+    LossModel,
+    PoseZetaModel,
+    ProofModel,
+    RobustnessResult,
+    SeparationModel,
+    VerifyResult,
+    WorstModel,
+)
 
 DIGITS_DEG = 4  # decimals of an angle in a file
 DIGITS_MM = 3  # decimals of a length in millimetres
@@ -75,7 +87,7 @@ def scene_of(model: SceneFile) -> Scene:
     """The scene that a file describes."""
     return Scene(
         robot=robot(model.robot),
-        poses=tuple(Pose(np.radians(p.q_deg), p.weight, p.time_s) for p in model.poses),
+        poses=tuple(Pose(np.radians(p.q_deg), p.weight, p.time_s, _rate(p)) for p in model.poses),
         goals=tuple(Goal(Target(t.name, t.radius), t.weight, t.at_least / 100) for t in model.targets),
         sensor=sensor_of(model.sensor),
         ring_radius=model.ring_radius,
@@ -98,6 +110,32 @@ def scene_of(model: SceneFile) -> Scene:
         ),
         over_poses=model.over_poses,
         recorded=_recorded(model.recorded),
+        safety=Safety(
+            model.safety.human_speed,
+            model.safety.reaction_s,
+            model.safety.stopping_s,
+            model.safety.intrusion_m,
+            model.safety.sensor_uncertainty_m,
+            model.safety.robot_uncertainty_m,
+            model.safety.robot_speed,
+        ),
+    )
+
+
+def _rate(pose: PoseModel) -> Any:
+    return None if pose.rate_deg_s is None else np.radians(pose.rate_deg_s)
+
+
+def safety_model(safety: Safety) -> SafetyModel:
+    """What protective distances are made of, as a file says it."""
+    return SafetyModel(
+        human_speed=safety.human,
+        reaction_s=safety.reaction,
+        stopping_s=safety.stopping,
+        intrusion_m=safety.intrusion,
+        sensor_uncertainty_m=safety.sensor,
+        robot_uncertainty_m=safety.robot,
+        robot_speed=safety.speed,
     )
 
 
@@ -135,9 +173,18 @@ def scene_model(scene: Scene) -> SceneFile:
             )
             for link, m in scene.limits.items()
         },
-        poses=[PoseModel(q_deg=[_degrees(a) for a in p.q], weight=p.weight, time_s=p.time_s) for p in scene.poses],
+        poses=[
+            PoseModel(
+                q_deg=[_degrees(a) for a in p.q],
+                weight=p.weight,
+                time_s=p.time_s,
+                rate_deg_s=None if p.rate is None else [_degrees(a) for a in p.rate],
+            )
+            for p in scene.poses
+        ],
         recorded=recorded_model(scene.recorded),
         over_poses=scene.over_poses,
+        safety=safety_model(scene.safety),
         targets=[_target_model(goal) for goal in scene.goals],
         rules=RulesModel(
             spacing=scene.rules.spacing,
@@ -227,9 +274,10 @@ def _millimetres(length: float) -> float:
     return round(1000 * length, DIGITS_MM)
 
 
-def verify_result(name: str, verified: Verified, poses: Sequence[Pose] = ()) -> VerifyResult:
-    """The record of a verified zeta, in percent, of the setup called ``name``; the scene's ``poses`` tell more of
-    the worst of them."""
+def verify_result(name: str, verified: Verified, scene: Scene | None = None) -> VerifyResult:
+    """The record of a verified zeta, in percent, of the setup called ``name``; the ``scene`` tells more of the worst of its
+    poses, and of the distances that V_P is made of."""
+    poses: Sequence[Pose] = () if scene is None else scene.poses
 
     def percents(z: Verified | PoseZeta) -> dict[str, Any]:
         return {f"{key}_percent": min(100.0, 100 * getattr(z, key)) for key in ("zeta", "low", "high")}
@@ -244,6 +292,7 @@ def verify_result(name: str, verified: Verified, poses: Sequence[Pose] = ()) -> 
         target_voxels=verified.target_voxels,
         covered_voxels=verified.covered_voxels,
         proof=_proof(verified),
+        separation=_separation(scene, verified.target),
         worst=WorstModel(
             pose=verified.worst,
             time_s=poses[verified.worst].time_s,
@@ -257,6 +306,29 @@ def verify_result(name: str, verified: Verified, poses: Sequence[Pose] = ()) -> 
             for p in verified.poses
         ],
         seconds=verified.seconds,
+    )
+
+
+def _separation(scene: Scene | None, target: Target) -> SeparationModel | None:
+    found = None if scene is None else separations(scene, target)
+    if found is None or scene is None:
+        return None
+    t = found.largest
+    return SeparationModel(
+        least_m=found.least,
+        mean_m=found.mean,
+        largest_m=t.total,
+        fastest_m_s=found.fastest,
+        speeds_known=all(p.rate is not None for p in scene.poses),
+        S_h=t.S_h,
+        S_r=t.S_r,
+        S_s=t.S_s,
+        C=t.C,
+        Z_d=t.Z_d,
+        Z_r=t.Z_r,
+        human_speed=scene.safety.human,
+        reaction_s=scene.safety.reaction,
+        stopping_s=t.stopping,
     )
 
 

@@ -25,6 +25,7 @@ from ..coverage.effective import effective
 from ..coverage.rings import RING_RADIUS
 from ..coverage.robots import ROBOTS
 from ..coverage.sensors import Use
+from ..coverage.separation import WALKING
 from ..coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
 from ..objectives.scene import REFERENCE_POSE_DEG
 from .errors import shown
@@ -59,6 +60,22 @@ class PoseModel(StrictModel):
     q_deg: list[Annotated[float, Field(ge=-720, le=720, description="degrees")]] = Field(min_length=1, max_length=20)
     weight: Weight = 1.0
     time_s: float | None = Field(default=None, description="seconds, when a record was there")
+    rate_deg_s: list[Annotated[float, Field(ge=-3600, le=3600, description="degrees a second")]] | None = Field(
+        default=None, description="speeds of the joints, for V_P"
+    )
+
+
+class SafetyModel(StrictModel):
+    """What the distances of V_P are made of, S = v_h (T_r + T_s) + v_r T_r + v_r T_s / 2 + C + Z_d + Z_r; v_r follows from
+    the joints' speeds of a pose. No value here confers a safety rating."""
+
+    human_speed: float = Field(default=WALKING, gt=0, le=20, description="m/s, v_h: 1.6 by ISO 13855")
+    reaction_s: float = Field(default=0.1, ge=0, le=10, description="seconds, T_r")
+    stopping_s: float | None = Field(default=None, ge=0, le=10, description="seconds, T_s; by the robot's table")
+    intrusion_m: float = Field(default=0.2, ge=0, le=10, description="metres, C")
+    sensor_uncertainty_m: float = Field(default=0.1, ge=0, le=10, description="metres, Z_d")
+    robot_uncertainty_m: float = Field(default=0.05, ge=0, le=10, description="metres, Z_r")
+    robot_speed: float = Field(default=0.0, ge=0, le=20, description="m/s, of all parts at poses without rate_deg_s")
 
 
 class TrajectoryModel(StrictModel):
@@ -83,7 +100,7 @@ class RecordedModel(StrictModel):
 
 
 class TargetModel(StrictModel):
-    name: Literal["V_O", "V_T", "V_OT", "V_S"]
+    name: Literal["V_O", "V_T", "V_OT", "V_S", "V_P"]
     radius: Metres | None = Field(default=None, validate_default=True, description="metres, of V_S only")
     weight: float = Field(default=1.0, ge=0, le=1e6, description="relative weight, 0: only its floor counts")
     at_least: float = Field(default=0.0, ge=0, le=100, description="percent that it shall have at least")
@@ -220,6 +237,7 @@ class SceneFile(StrictModel):
     recorded: RecordedModel | None = None
     over_poses: Literal["mean", "worst"] = "mean"
     targets: list[TargetModel] = Field(default=[TargetModel(name="V_S", radius=0.5)], min_length=1, max_length=100)
+    safety: SafetyModel = SafetyModel()
     rules: RulesModel = RulesModel()
     fixed: list[RingModel] = Field(default=[], max_length=1000, description="rings that are there and stay")
 
@@ -244,6 +262,14 @@ class SceneFile(StrictModel):
             if len(pose.q_deg) != joints:
                 faults.append(
                     (("poses", i, "q_deg"), len(pose.q_deg), f"{joints} angles, one for each joint of {self.robot}")
+                )
+            if pose.rate_deg_s is not None and len(pose.rate_deg_s) != joints:
+                faults.append(
+                    (
+                        ("poses", i, "rate_deg_s"),
+                        len(pose.rate_deg_s),
+                        f"{joints} speeds, one for each joint of {self.robot}",
+                    )
                 )
         for i, target in enumerate(self.targets):
             if target.radius is not None and target.radius <= inner:

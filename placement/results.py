@@ -66,6 +66,27 @@ class SensorRecord(StrictModel):
     note: str = ""
 
 
+class SeparationModel(StrictModel):
+    """The separation distances, m, of the robot's parts over a scene's poses: the least, the mean over the parts and, by
+    weight, the poses, and the largest with its terms; the speed of the part that is fastest, m/s, and whether it follows
+    from the joints' speeds or is the one given for all. No safety rating follows from them."""
+
+    least_m: float
+    mean_m: float
+    largest_m: float
+    fastest_m_s: float
+    speeds_known: bool
+    S_h: float
+    S_r: float
+    S_s: float
+    C: float
+    Z_d: float
+    Z_r: float
+    human_speed: float
+    reaction_s: float
+    stopping_s: float
+
+
 class VerifyResult(StrictModel):
     """What ``verify --json`` prints for each target: the mean over the poses, the worst of several, each, and the sensors
     of the catalogue that the setup has. A proposal of many poses leaves each out."""
@@ -84,6 +105,7 @@ class VerifyResult(StrictModel):
     worst: WorstModel | None = None
     poses: list[PoseZetaModel] = Field(default=[])
     sensors: list[SensorRecord] = Field(default=[])
+    separation: SeparationModel | None = None
     seconds: float = Field(ge=0)
 
 
