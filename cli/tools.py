@@ -104,7 +104,7 @@ def study(
 
 
 @app.command
-def schema(name: Literal["scene", "proposal", "verify", "robustness", "result", "improve"], /) -> None:
+def schema(name: Literal["scene", "proposal", "verify", "robustness", "result", "improve", "safety"], /) -> None:
     """Print the JSON Schema of a file or of a command's JSON.
 
     Example: place-rings schema scene

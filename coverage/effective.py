@@ -74,7 +74,7 @@ def effective(use: Use) -> Effective:
     if use.reflectance is not None:
         steps.append(_by_reflectance(m, light, use.reflectance))
     if use.size is not None:
-        steps.append(_by_size(m, use.size, steps[-1].range_m))
+        steps.append(_by_size(m, use.size, steps[-1]))
     steps.append(_by_base(m, steps[-1].range_m))
     return Effective(m, use, tuple(steps))
 
@@ -119,16 +119,18 @@ def _by_reflectance(m: Model, light: Light, rho: float) -> Step:
     return Step("reflectance", f"{text}{beyond}, by the inverse square from {_percent(above.reflectance)}", by_law, False)
 
 
-def _by_size(m: Model, size: tuple[float, float], range_m: float) -> Step:
+def _by_size(m: Model, size: tuple[float, float], before: Step) -> Step:
     """fill(d) = min(1, A / d) min(1, B / d) with A = w / (2 tan(a / 2)) is the least of four products, each falling with d:
     the d at which fill(d) (range / d)^2 = 1 is the least of the four at which each is 1."""
     if not all(math.isfinite(s) and s > 0 for s in size):
         raise ValueError(f"found a target of {size[0]:g} x {size[1]:g} m, allowed: positive lengths")
     a, b = (s / (2 * math.tan(math.radians(deg) / 2)) for s, deg in zip(size, m.zone_deg, strict=True))
-    d2 = range_m * range_m
-    left = min(range_m, (a * d2) ** (1 / 3), (b * d2) ** (1 / 3), (a * b * d2) ** (1 / 4))
+    d2 = before.range_m**2
+    left = min(before.range_m, (a * d2) ** (1 / 3), (b * d2) ** (1 / 3), (a * b * d2) ** (1 / 4))
     what = "zone" if m.zones > 1 else "beam"
-    return Step("size", f"{size[0]:g} × {size[1]:g} m against a {what} of {m.zone_deg[0]:.3g}°", left, False)
+    text = f"{size[0]:g} × {size[1]:g} m against a {what} of {m.zone_deg[0]:.3g}°"
+    fills = left == before.range_m
+    return Step("size", text + ", which it fills" * fills, left, before.measured and fills)
 
 
 def _by_base(m: Model, range_m: float) -> Step:

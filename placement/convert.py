@@ -11,7 +11,7 @@ from ..coverage.mounting import MountingErrors
 from ..coverage.rings import RING_RADIUS, Ring, Setup
 from ..coverage.robots import robot
 from ..coverage.sensors import Sensor
-from ..coverage.separation import Safety
+from ..coverage.separation import Safety, Terms
 from ..coverage.targets import Shape, Target
 from ..objectives.aim import Aim
 from ..objectives.exact import PoseZeta, Verified
@@ -313,22 +313,29 @@ def _separation(scene: Scene | None, target: Target) -> SeparationModel | None:
     found = None if scene is None else separations(scene, target)
     if found is None or scene is None:
         return None
-    t = found.largest
+    known = all(p.rate is not None for p in scene.poses)
+    return separation_model(found.least, found.mean, found.largest, found.fastest, known, scene.safety)
+
+
+def separation_model(
+    least: float, mean: float, largest: Terms, fastest: float, known: bool, safety: Safety
+) -> SeparationModel:
+    """The record of separation distances."""
     return SeparationModel(
-        least_m=found.least,
-        mean_m=found.mean,
-        largest_m=t.total,
-        fastest_m_s=found.fastest,
-        speeds_known=all(p.rate is not None for p in scene.poses),
-        S_h=t.S_h,
-        S_r=t.S_r,
-        S_s=t.S_s,
-        C=t.C,
-        Z_d=t.Z_d,
-        Z_r=t.Z_r,
-        human_speed=scene.safety.human,
-        reaction_s=scene.safety.reaction,
-        stopping_s=t.stopping,
+        least_m=least,
+        mean_m=mean,
+        largest_m=largest.total,
+        fastest_m_s=fastest,
+        speeds_known=known,
+        S_h=largest.S_h,
+        S_r=largest.S_r,
+        S_s=largest.S_s,
+        C=largest.C,
+        Z_d=largest.Z_d,
+        Z_r=largest.Z_r,
+        human_speed=safety.human,
+        reaction_s=safety.reaction,
+        stopping_s=largest.stopping,
     )
 
 

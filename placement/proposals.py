@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from ..coverage.robots import ROBOTS
 from .models import Percent, RingModel, SceneFile, StrictModel, refuse
-from .results import ErrorsModel, RobustnessResult, SensorRecord, VerifyResult
+from .results import ErrorsModel, RobustnessResult, SafetyResult, SensorRecord, VerifyResult
 
 
 class FoundModel(StrictModel):
@@ -141,4 +141,5 @@ MODELS: dict[str, type[StrictModel]] = {
     "robustness": RobustnessResult,
     "result": SearchFile,
     "improve": ImproveResult,
+    "safety": SafetyResult,
 }

@@ -120,6 +120,50 @@ class ErrorsModel(StrictModel):
     seed: int = Field(default=0, ge=0)
 
 
+class ShareModel(StrictModel):
+    """A share of approaches and its interval of 95 % (Wilson)."""
+
+    percent: Percent
+    low_percent: Percent
+    high_percent: Percent
+
+
+class DirectionModel(ShareModel):
+    """Of the approaches from between two azimuths, degrees from +x towards +y, base frame."""
+
+    from_deg: float
+    to_deg: float
+    approaches: int
+
+
+class SafetyResult(StrictModel):
+    """What ``safety --json`` prints: the share of approaches reported in time, by direction, and if the sensors saw as far
+    as is asked; what was asked, with each term; what the sensors see, and how late they say so. No safety rating follows."""
+
+    setup: str
+    approaches: int
+    moments: int
+    seconds_of_motion: float | None = None
+    in_time: ShareModel
+    if_far_enough: ShareModel | None = None
+    never_reported: int
+    nearest_report_m: float | None = None
+    by_direction: list[DirectionModel]
+    separation: SeparationModel
+    separation_at_report_m: float
+    period_s: float
+    latency_s: float
+    rate_assumed: bool
+    range_m: float
+    range_needed_m: float
+    range_suffices_percent: Percent
+    occlusion: Literal["shadow", "ignore"]
+    seed: int
+    sensors: list[SensorRecord]
+    disclaimer: str
+    seconds: float = Field(ge=0)
+
+
 class LossModel(StrictModel):
     """What a failure leaves: the ring (and the sensor of it, counted from 0), and zeta without it."""
 
