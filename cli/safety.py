@@ -65,7 +65,7 @@ def safety(
     as_json: bool,
 ) -> None:
     """Simulate approaches to ``setup`` in ``scene``, print what was found and write the report."""
-    began, folder = time.perf_counter(), output_folder(out)
+    began = time.perf_counter()
     when, assumed = timing(setup, asked)
     late = float(when.spent.max())
     # Period and latency are counted by themselves; what is left of T_r stays in S.
@@ -79,6 +79,7 @@ def safety(
         )
     except ValueError as error:
         raise UserError(f"safety: {error}") from error
+    folder = output_folder(out)
     azimuths = np.random.default_rng((asked.seed, 1)).uniform(0, 2 * np.pi, asked.approaches)
     needed, range_m = float(full.asked.max()), float(sensor_optics(setup)[1].min())
     farther = seeing_as_far(setup, needed)

@@ -22,8 +22,8 @@ class Moments:
 
     q (M, J) rad: joint angles; frames (M, F, 4, 4); bodies, that hide what is behind them. Of the pieces of the bodies
     that distances are measured from: start and end (M, N, 3) m, radius (N,) m, speed (M, N) m/s, and the separation
-    distance asked (M, N) m. weight (M,) sums to 1. together: do the moments follow each other by ``STEP``, or does each stand
-    alone?
+    distance asked (M, N) m. weight (M,) sums to 1. together: do the moments follow each other by ``STEP``, or does each
+    stand alone?
     """
 
     q: Float[np.ndarray, "M J"]

@@ -239,8 +239,8 @@ def test_ctrl_c_keeps_the_best_so_far(tmp_path, delay):
 
 def test_safety_says_that_a_sensor_does_not_reach_and_leaves_a_report(run, tmp_path):
     sensor = ["--sensor", "vl53l1x", "--ambient", "200kcps", "--approaches", "8", "--directions", "4"]
-    code, out, err = run("safety", "n1_8_0", *sensor, "--out", "found", "--json")
-    assert (code, err) == (0, "")
+    code, out, _ = run("safety", "n1_8_0", *sensor, "--out", "found", "--json")
+    assert code == 0
     found = SafetyResult.model_validate_json(out)
     assert found.in_time.percent <= found.if_far_enough.percent
     assert found.range_m < found.range_needed_m
