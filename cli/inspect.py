@@ -15,10 +15,13 @@ from ..objectives.side_by_side import by_occlusion
 from ..objectives.sight import unseeing
 from ..placement.convert import verify_result
 from ..placement.mounted import COLUMNS
+from ..placement.sensing import sensor_records
 from ..placement.sighting import with_sight
 from .motion import record_line, worst_line
 from .options import Counting
 from .place import check_scene
+from .protective import protective_lines
+from .sensing import sensor_lines
 from .sighting import ADVICE, check_sight, occlusion_table, scene_lines, unseeing_lines
 from .tables import percent, proof_line, target_label, zeta_table
 
@@ -43,9 +46,10 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
         counted = [verifier.verify(setup, goal.target) for goal in scene.goals]
         blocked = unseeing(scene, setup)
         results = [
-            with_sight(verify_result(name, one, scene.poses), scene, by_occlusion(verifier, setup, one), blocked)
+            with_sight(verify_result(name, one, scene), scene, by_occlusion(verifier, setup, one), blocked)
             for one in counted
         ]
+    results = [r.model_copy(update={"sensors": sensor_records(setup)}) for r in results]
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
         print(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
@@ -65,8 +69,10 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
             console.print(f"{target_label(r)}: pose by pose {each}")
         if line := worst_line(r):
             console.print(line, highlight=False, soft_wrap=True)
-    if line := record_line(scene):
-        console.print(line, highlight=False, soft_wrap=True)
+    sensors = sensor_records(setup)
+    for line in (record_line(scene), *protective_lines(results, sensors), *sensor_lines(sensors)):
+        if line:
+            console.print(line, highlight=False, soft_wrap=True)
 
 
 def place(scene: Scene) -> str:

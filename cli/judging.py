@@ -1,13 +1,14 @@
-"""Commands on a setup that is there: verify, robustness, improve."""
+"""Commands on a setup that is there: verify, robustness, safety, improve."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from ..coverage.mounting import Law
 from ..objectives.exact import Rule
+from ..placement.errors import UserError
 from ..placement.loader import resolve
 from .aim_options import mounting_errors, resolve_robustness
 from .app import (
@@ -35,6 +36,7 @@ from .options import (
     with_motion,
     with_occlusion,
 )
+from .sensing import Ambient, Reflectance, SensorOption, TargetSize, resolve_with_sensor
 
 
 @app.command
@@ -47,6 +49,10 @@ def verify(
     scene: SceneFileOption = None,
     robot: RobotOption = None,
     occlusion: OcclusionOption = None,
+    sensor: SensorOption = None,
+    ambient: Ambient = None,
+    reflectance: Reflectance = None,
+    target_size: TargetSize = None,
     trajectory: Trajectory = None,
     degrees: Degrees = False,
     voxel: Annotated[
@@ -67,11 +73,15 @@ def verify(
     Example: place-rings verify n2_16_25 --target V_S --radius 0.5
 
     Example: place-rings verify n3_16_55 --target V_S --radius 0.5 --rule certified --width 0.01
+
+    Example: place-rings verify n3_16_55 --sensor vl53l1x --ambient 50kcps --target-size 0.1x0.4
     """
     from .inspect import verify as run
 
     counting = resolve_counting(rule, voxel, width, memory)
-    setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
+    setup, found = resolve_with_sensor(
+        subject, resolve_scene(scene, robot, target, radius), sensor, ambient, reflectance, target_size
+    )
     asked = with_motion(with_goals(found, parse_goals(target, radius)), trajectory, degrees)
     run(subject, setup, with_occlusion(asked, occlusion), counting, as_json)
 
@@ -108,6 +118,52 @@ def robustness(
     asked = resolve_robustness(k, voxel, draws, seed, mounting_errors(position_error_mm, direction_error_deg, law))
     setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
     run(subject, setup, with_occlusion(with_goals(found, parse_goals(target, radius)), occlusion), asked, as_json)
+
+
+@app.command
+def safety(
+    subject: Subject,
+    /,
+    *,
+    scene: SceneFileOption = None,
+    robot: RobotOption = None,
+    trajectory: Trajectory = None,
+    degrees: Degrees = False,
+    sensor: SensorOption = None,
+    ambient: Ambient = None,
+    reflectance: Reflectance = None,
+    target_size: TargetSize = None,
+    approaches: Annotated[int, Parameter(validator=Number(gte=1, lte=100_000), help="Walks that are drawn.")] = 720,
+    directions: Annotated[int, Parameter(validator=Number(gte=1, lte=360), help="Sectors that are told apart.")] = 12,
+    rate: Annotated[
+        float | None, Parameter(validator=Number(gt=0, lte=10_000), help="Readings a second; the sensor's own, or 20.")
+    ] = None,
+    latency: Annotated[float, Parameter(validator=Number(gte=0, lte=5), help="From a reading to the report, s.")] = 0.02,
+    occlusion: Annotated[Literal["shadow", "ignore"], Parameter(help="Does the robot hide what is behind it?")] = "shadow",
+    seed: Seed = 0,
+    out: Annotated[Path, Parameter(help="Folder for README.md, safety.png, approaches.csv and safety.json.")] = Path(
+        "place-rings-safety"
+    ),
+    as_json: Json = False,
+) -> None:
+    """Let a dark person walk in from all sides while the robot moves: is each reported before its separation distance?
+
+    With --sensor, a target of 17 % reflectance and the size of a torso unless told otherwise. What the distances are made of
+    stands in a scene's [safety]. An engineering aid: no safety rating follows.
+
+    Example: place-rings safety n3_16_55 --trajectory task.csv --sensor vl53l1x --ambient 50kcps
+    """
+    from .safety import DARK_TARGET, TORSO, Asked
+    from .safety import safety as run
+
+    if sensor is not None:
+        reflectance = DARK_TARGET if reflectance is None else reflectance
+        target_size = TORSO if target_size is None else target_size
+    setup, found = resolve_with_sensor(subject, resolve_scene(scene, robot), sensor, ambient, reflectance, target_size)
+    if degrees and trajectory is None:
+        raise UserError("--degrees: found alone, allowed: only with --trajectory")
+    asked = Asked(approaches, directions, rate, latency, occlusion == "shadow", seed)
+    run(subject, setup, found, trajectory, degrees, asked, out, as_json)
 
 
 @app.command

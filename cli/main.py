@@ -11,6 +11,7 @@ from cyclopts.validators import Number
 from ..objectives.aim import Losing
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
+from ..placement.loader import with_sensor
 from . import judging, robots, tools  # noqa: F401  (they add their commands)
 from .aim_options import resolve_aim
 from .app import (
@@ -39,6 +40,7 @@ from .options import (
     with_motion,
     with_occlusion,
 )
+from .sensing import Ambient, Reflectance, SensorOption, TargetSize, resolve_sensor
 
 
 @app.default
@@ -56,6 +58,10 @@ def place(
     ] = None,
     reach: Annotated[float | None, Parameter(help="Find the fewest sensors that cover so many percent.")] = None,
     at_least: Floors = (),
+    sensor: SensorOption = None,
+    ambient: Ambient = None,
+    reflectance: Reflectance = None,
+    target_size: TargetSize = None,
     trajectory: Trajectory = None,
     degrees: Degrees = False,
     worst: Annotated[bool, Parameter(negative=(), help="Make the worst pose good, not the mean of all.")] = False,
@@ -90,6 +96,8 @@ def place(
 
     Example: place-rings --target V_S --radius 0.5 --trajectory task.csv --worst
 
+    Example: place-rings --target V_S --radius 0.5 --sensor vl53l1x --ambient 50kcps --target-size 0.1x0.4
+
     Parameters
     ----------
     rings_per_link
@@ -101,6 +109,7 @@ def place(
 
     cap = resolve_time(time)
     asked = resolve_scene(scene, robot, target, radius) or with_goals(Scene(), parse_goals(target, radius))
+    asked = with_sensor(asked, resolve_sensor(sensor, ambient, reflectance, target_size, asked.sensor))
     asked = with_occlusion(with_motion(with_floors(asked, at_least), trajectory, degrees, worst), occlusion)
     share = resolve_reach(reach, sensors)
     space = None if share else resolve_space(asked, rings_per_link, sensors_per_ring, sensors)

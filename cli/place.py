@@ -14,6 +14,7 @@ from ..coverage.targets import Target
 from ..objectives.aim import Aim, judge
 from ..objectives.exact import Verified, Verifier, check_voxel, target_voxels
 from ..objectives.scene import Scene
+from ..objectives.separations import separations
 from ..objectives.side_by_side import by_occlusion
 from ..objectives.sight import unseeing
 from ..placement import search as searching
@@ -25,9 +26,12 @@ from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
 from ..placement.reach import fewest_sensors
 from ..placement.results import VerifyResult
+from ..placement.sensing import sensor_records
 from ..placement.sighting import with_sight
 from .motion import record_line, worst_line
 from .picture import placement_picture
+from .protective import protective_lines
+from .sensing import sensor_lines
 from .sighting import ADVICE, check_scene_sight, occlusion_table, scene_lines, unseeing_lines
 from .tables import ring_table, target_label, zeta_table
 
@@ -41,6 +45,10 @@ _PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
 def check_scene(scene: Scene, voxel: float) -> None:
     """Refuse what cannot be counted before anything is tried: UserError in one line."""
     for goal in scene.goals:
+        try:
+            separations(scene, goal.target)
+        except ValueError as error:
+            raise UserError(f"--target {goal.target}: {error}") from error
         try:
             solid = scene.solid(goal.target, 0)
             check_voxel(solid, voxel)
@@ -117,7 +125,7 @@ def compare(
                 verifier.at = lambda _: bar.advance(task)
                 for name, one in setups.items():
                     verified = known.get((name, target)) or verifier.verify(one, target)
-                    result = verify_result(name, verified, scene.poses)
+                    result = verify_result(name, verified, scene)
                     if target in goals:
                         zetas = by_occlusion(verifier, one, verified)
                         result = with_sight(result, scene, zetas, unseeing(scene, one))
@@ -175,8 +183,8 @@ def place(
         zeta=mine if len(scene.poses) <= MANY else [r.model_copy(update={"poses": []}) for r in mine],
         found=found_model(result, seed, aim),
     )
-    lines = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
-    placement_picture(files["picture"], scene, result.setup, lines or ["interrupted before it was verified"])
+    captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
+    placement_picture(files["picture"], scene, result.setup, captions or ["interrupted before it was verified"])
     record = SearchFile(
         proposal=proposal,
         soft_minus_exact_percent=100 * (result.soft - result.exact),
@@ -185,6 +193,7 @@ def place(
         files={key: str(path) for key, path in files.items()},
         reach=reached,
         short_percent=100 * result.short,
+        sensors=sensor_records(result.setup),
     )
     write_text(files["result"], record.model_dump_json(indent=2) + "\n")
     write_text(files["proposal"], to_toml(proposal, _HEADING))
@@ -207,7 +216,13 @@ def place(
         each = ", ".join(f"{name} {value:.2f}" for name, value in asked.items())
         console.print(f"Asked for, {aim}, in percent: {each}.", highlight=False)
     spent = result.statistics
-    for line in (*(worst_line(r) for r in mine), record_line(scene)):
+    lines = (
+        *(worst_line(r) for r in mine),
+        record_line(scene),
+        *protective_lines(mine, record.sensors),
+        *sensor_lines(record.sensors),
+    )
+    for line in lines:
         if line:
             console.print(line, highlight=False, soft_wrap=True)
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""

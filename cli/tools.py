@@ -1,4 +1,4 @@
-"""Commands beside: cones, task, study, schema."""
+"""Commands beside: cones, sensors, task, study, schema."""
 
 import json
 from pathlib import Path
@@ -12,7 +12,7 @@ from ..objectives.scene import Scene
 from ..placement.errors import UserError, shown
 from ..placement.loader import resolve
 from ..placement.proposals import MODELS
-from .app import RobotOption, SceneFileOption, Subject, Targets, app
+from .app import Json, RobotOption, SceneFileOption, Subject, Targets, app
 from .options import (
     check_machines,
     resolve_pair,
@@ -29,6 +29,17 @@ def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOpt
     from .inspect import cones as run
 
     run(*resolve(subject, resolve_scene(scene, robot)))
+
+
+@app.command
+def sensors(*, as_json: Json = False) -> None:
+    """Print the catalogue of sensors: beams, ranges by light and target, rates, and where each figure is from.
+
+    Example: place-rings sensors
+    """
+    from .sensing import sensors as run
+
+    run(as_json)
 
 
 @app.command
@@ -96,7 +107,7 @@ def study(
 
 
 @app.command
-def schema(name: Literal["scene", "robot", "proposal", "verify", "robustness", "result", "improve"], /) -> None:
+def schema(name: Literal["scene", "robot", "proposal", "verify", "robustness", "result", "improve", "safety"], /) -> None:
     """Print the JSON Schema of a file or of a command's JSON.
 
     Example: place-rings schema scene

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int, UInt64
 
 from .arrays import dot, rows
+from .rods import Rods
 from .solids import Cones, Parts, Spheres
 from .tube import Tube
 
@@ -155,6 +156,25 @@ def _(parts: Spheres, grid: Grid, points: Any, index: Any) -> Words:
 
 
 @words.register
+def _(parts: Rods, grid: Grid, points: Any, index: Any) -> Words:
+    """In the ball about either end, or in the cylinder between them."""
+    start, end = rows(parts.start, index), rows(parts.end, index)
+    return _beside(grid, points, start, end, parts.radius[index])
+
+
+def _beside(grid: Grid, points: Any, start: Any, end: Any, radius: Any) -> Words:
+    """Near the segments ``start``-``end`` (P, 3): in the ball about either end, or in the cylinder between them."""
+    v, w = points - start, points - end
+    length = np.sqrt(dot(end - start, end - start))
+    along = (end - start) / np.where(length > 0, length, 1.0)[:, None]
+    t = dot(v, along)
+    between = product(t, along, length - t, -along)
+    between[0, length == 0] = -np.inf  # no cylinder about a point
+    round_ = product(t, along, t, along) + within(radius, v)
+    return grid.words(within(radius, v)) | grid.words(within(radius, w)) | (grid.words(round_) & grid.words(between))
+
+
+@words.register
 def _(parts: Tube, grid: Grid, points: Any, index: Any) -> Words:
     """Between the two planes, and near the segment: in the ball about either end, or in the cylinder between them."""
     i, radius = parts.first[index], float(parts.radius)
@@ -162,11 +182,4 @@ def _(parts: Tube, grid: Grid, points: Any, index: Any) -> Words:
     first, second = rows(parts.normal, i), rows(parts.normal, i + 1)
     v, w = points - start, points - end
     between = grid.words(-product(dot(v, first), first, dot(w, second), second))
-    length = np.sqrt(dot(end - start, end - start))
-    along = (end - start) / np.where(length > 0, length, 1.0)[:, None]
-    t = dot(v, along)
-    beside = product(t, along, length - t, -along)
-    beside[0, length == 0] = -np.inf  # no cylinder about a point
-    round_ = product(t, along, t, along) + within(radius, v)
-    near = grid.words(within(radius, v)) | grid.words(within(radius, w)) | (grid.words(round_) & grid.words(beside))
-    return between & near
+    return between & _beside(grid, points, start, end, radius)

@@ -8,10 +8,12 @@ from jaxtyping import Float
 from .chain import forward, joint_origins
 from .curve import PoseCurve, pose_curve
 from .polyhedra import Polyhedron, polyhedra
+from .protective import protective
 from .robots import Robot
+from .separation import Safety
 from .solids import Difference, Solid, Union, sphere
 
-NAMES = ("V_O", "V_T", "V_OT", "V_S")
+NAMES = ("V_O", "V_T", "V_OT", "V_S", "V_P")
 ROBOT_RADIUS = 0.15  # m, of V_R: the widest link of a UR10 (the paper)
 TCP_RANGE = 1.5  # m, radius of V_T: one sensor range (the paper)
 
@@ -29,7 +31,7 @@ class Shape:
 
 @dataclass(frozen=True)
 class Target:
-    """A target volume by name: V_O, V_T, V_OT, or V_S with a radius in m.
+    """A target volume by name: V_O, V_T, V_OT, V_P, or V_S with a radius in m.
 
     Raises:
         ValueError: for an unknown name, a radius where none belongs, or none where one does.
@@ -62,11 +64,14 @@ def target_solid(
     q: Float[np.ndarray, " J"],
     shape: Shape | None = None,
     obstacles: tuple[Polyhedron, ...] = (),
+    rate: Float[np.ndarray, " J"] | None = None,
+    safety: Safety | None = None,
 ) -> Difference:
-    """The target at pose ``q`` (J,) rad in the base frame: the outer solid less V_R and ``obstacles``.
+    """The target at pose ``q`` (J,) rad in the base frame: the outer solid less V_R and ``obstacles``. V_P follows from
+    ``rate`` (J,) rad/s, the joints' speeds, where they are known, and ``safety``; it is less the robot's bodies, too.
 
     Raises:
-        ValueError: if the shell's radius is not larger than V_R's, so that nothing is left.
+        ValueError: if the shell's radius is not larger than V_R's, so that nothing is left; or if V_P does not follow.
     """
     shape = shape or Shape()
     curve = robot_curve(robot, q, shape)
@@ -76,7 +81,10 @@ def target_solid(
     body: Solid = curve.tube(shape.robot_radius, shape.points_per_bend)
     tcp = forward(robot.chain, q)[-1, :3, 3]
     outer: Solid
-    if target.radius is not None:
+    if target.name == "V_P":
+        outer, own = protective(robot, q, rate, safety or Safety())
+        body = Union(body, own)
+    elif target.radius is not None:
         outer = curve.tube(target.radius, shape.points_per_bend)
     elif target.name == "V_O":
         outer = sphere(np.zeros(3), robot.reach)

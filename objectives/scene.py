@@ -12,6 +12,7 @@ from ..coverage.polyhedra import Polyhedron
 from ..coverage.rings import RING_RADIUS, Ring
 from ..coverage.robots import UR10, Robot
 from ..coverage.sensors import PAPER_SENSOR, Sensor
+from ..coverage.separation import Safety
 from ..coverage.solids import Difference
 from ..coverage.targets import Shape, Target, target_solid
 
@@ -20,11 +21,13 @@ REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
 
 @dataclass(frozen=True)
 class Pose:
-    """Joint angles q (J,) rad, the weight of the pose in the mean, and when a record was there, s, if it is from one."""
+    """Joint angles q (J,) rad, the weight of the pose in the mean, when a record was there, s, if it is from one, and the
+    joints' speeds ``rate`` (J,) rad/s, where they are known."""
 
     q: Float[np.ndarray, " J"]
     weight: float = 1.0
     time_s: float | None = None
+    rate: Float[np.ndarray, " J"] | None = None
 
 
 @dataclass(frozen=True)
@@ -92,7 +95,7 @@ class Scene:
 
     limits: of each link by name; a link that is not named has the default limits. over_poses: whether the weighted mean over
     the poses or the worst of them is to be large. occlusion: what the robot's own body does to its sensors; obstacles shadow
-    in any case, and are no part of a target.
+    in any case, and are no part of a target. safety: what the distances of V_P are made of.
     """
 
     robot: Robot = UR10
@@ -107,10 +110,12 @@ class Scene:
     recorded: Recorded | None = None
     occlusion: Occlusion = "ignore"
     obstacles: tuple[Obstacle, ...] = ()
+    safety: Safety = field(default_factory=Safety)
 
     def solid(self, target: Target, pose: int) -> Difference:
         """The target volume at a pose, less V_R and the obstacles; ValueError as for ``target_solid``."""
-        return target_solid(target, self.robot, self.poses[pose].q, self.shape, tuple(o.body for o in self.obstacles))
+        at, stands = self.poses[pose], tuple(o.body for o in self.obstacles)
+        return target_solid(target, self.robot, at.q, self.shape, stands, at.rate, self.safety)
 
     def limits_of(self, link: str) -> Limits:
         """The limits of ``link``."""

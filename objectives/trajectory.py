@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
-from ..coverage.chain import Chain, forward
+from ..coverage.capsules import robot_capsules
+from ..coverage.chain import forward
 from ..coverage.robots import Robot
 from .scene import Pose, Recorded
 
@@ -15,6 +16,7 @@ REDUCED_SPEED = 0.25  # m/s, at the TCP: ISO 10218-1's limit of reduced speed
 _CELL = 0.01  # s, in which time is looked at
 _CELLS = (1_000, 200_000)  # fewest and most of them
 _CHUNK = 1 << 16  # of samples in memory at once
+_RATE_DIGITS = 6  # decimals of a joint's speed, rad/s
 
 
 @dataclass(frozen=True)
@@ -44,8 +46,19 @@ class Thinned:
     within: float
 
 
-def _tcp(chain: Chain, q: Float[np.ndarray, "T J"]) -> Float[np.ndarray, "T 3"]:
-    return np.concatenate([forward(chain, q[i : i + _CHUNK])[:, -1, :3, 3] for i in range(0, len(q), _CHUNK)])
+def _travelled(robot: Robot, q: Float[np.ndarray, "T J"]) -> tuple[Float[np.ndarray, " C"], Float[np.ndarray, " C"]]:
+    """From each sample to the next, how far the TCP goes, m, and how far the TCP or an end of a body does at most."""
+    tcp, most = [], []
+    for i in range(0, len(q) - 1, _CHUNK):
+        frames = forward(robot.chain, q[i : i + _CHUNK + 1])
+        points = frames[:, -1:, :3, 3]
+        if robot.bodies:
+            bodies = robot_capsules(robot, frames)
+            points = np.concatenate([points, bodies.start, bodies.end], axis=1)
+        gone = np.linalg.norm(np.diff(points, axis=0), axis=2)
+        tcp.append(gone[:, 0])
+        most.append(gone.max(axis=1))
+    return np.concatenate(tcp), np.concatenate(most)
 
 
 def _at(record: Record, time: Float[np.ndarray, " C"]) -> Float[np.ndarray, "C J"]:
@@ -88,7 +101,8 @@ def thin(record: Record, robot: Robot, how: Thinning | None = None) -> Thinned:
 
     scaled so that all weights sum to the record's duration in seconds. The distance that an approaching person must be
     seen at grows in proportion to speed (ISO 13855), hence the form; at the reduced speed of ISO 10218-1 a moment counts
-    twice that of standing still.
+    twice that of standing still. A pose has the joints' speeds of that of its cells in which a part of the robot is fastest,
+    as its protective volume asks for.
 
     Raises:
         ValueError: for fewer than two samples.
@@ -100,16 +114,24 @@ def thin(record: Record, robot: Robot, how: Thinning | None = None) -> Thinned:
     edges = np.linspace(record.time_s[0], record.time_s[-1], int(np.clip(math.ceil(total / _CELL), *_CELLS)) + 1)
     middle = (edges[:-1] + edges[1:]) / 2
     q, step = _at(record, middle), np.diff(edges)
-    travelled = np.linalg.norm(np.diff(_tcp(robot.chain, _at(record, edges)), axis=0), axis=1)
+    at_edges = _at(record, edges)
+    travelled, most = _travelled(robot, at_edges)
     weight = step + how.speed_weight * travelled / REDUCED_SPEED
     # A group's middle may lie at its edge, so groups are half as wide as asked.
     chosen = _middles(q, weight, _spread(q, how.poses, how.within / 2))
     chosen = np.sort(chosen)
     tree = KDTree(q[chosen])
-    sums = np.bincount(tree.query(q, p=math.inf)[1], weight, len(chosen))
+    owner = tree.query(q, p=math.inf)[1]
+    sums = np.bincount(owner, weight, len(chosen))
+    order = np.lexsort((np.arange(len(q)), -most / step, owner))
+    fastest = order[np.unique(owner[order], return_index=True)[1]]
+    rate = np.diff(at_edges, axis=0)[fastest] / step[fastest, None]
     distance = [tree.query(record.q[i : i + _CHUNK], p=math.inf)[0].max() for i in range(0, len(record.q), _CHUNK)]
     scale = total / math.fsum(sums)
-    poses = (Pose(q[i], float(f"{w * scale:.9g}"), round(float(middle[i]), 6)) for i, w in zip(chosen, sums, strict=True))
+    poses = (
+        Pose(q[i], float(f"{w * scale:.9g}"), round(float(middle[i]), 6), np.round(r, _RATE_DIGITS))
+        for i, w, r in zip(chosen, sums, rate, strict=True)
+    )
     return Thinned(tuple(poses), float(max(distance)))
 
 

@@ -6,14 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from ..coverage.effective import effective
 from ..coverage.mounting import MountingErrors
 from ..coverage.rings import RING_RADIUS, Ring, Setup
 from ..coverage.sensors import Sensor
+from ..coverage.separation import Safety, Terms
 from ..coverage.targets import Shape, Target
 from ..objectives.aim import Aim
 from ..objectives.exact import PoseZeta, Verified
 from ..objectives.redundancy import Loss, Redundancy
 from ..objectives.scene import Goal, Limits, Pose, Recorded, Rules, Scene
+from ..objectives.separations import separations
 from ..objectives.tolerance import Tolerance
 from ..objectives.trajectory import Thinning
 from .cell import obstacle_models, obstacles_of
@@ -25,13 +28,23 @@ from .models import (
     RecordedModel,
     RingModel,
     RulesModel,
+    SafetyModel,
     SceneFile,
     SensorModel,
     TargetModel,
     TrajectoryModel,
 )
 from .proposals import ChangeModel, WorkModel
-from .results import ErrorsModel, LossModel, PoseZetaModel, ProofModel, RobustnessResult, VerifyResult, WorstModel
+from .results import (
+    ErrorsModel,
+    LossModel,
+    PoseZetaModel,
+    ProofModel,
+    RobustnessResult,
+    SeparationModel,
+    VerifyResult,
+    WorstModel,
+)
 from .robot_convert import robot_model, robot_of
 
 DIGITS_DEG = 4  # decimals of an angle in a file
@@ -57,18 +70,25 @@ def _phase_deg(phase: float) -> float:
 
 
 def sensor_of(model: SensorModel) -> Sensor:
-    return Sensor(math.radians(model.fov_deg), model.range_m)
+    """The sensor that a file describes."""
+    return Sensor(math.radians(model.fov_deg), model.range_m) if model.use is None else effective(model.use).sensor
 
 
 def sensor_model(sensor: Sensor) -> SensorModel:
-    return SensorModel(fov_deg=_degrees(sensor.fov), range_m=sensor.range_m)
+    """A sensor as a file holds it: of a model of the catalogue both the use and the beam that follows."""
+    beam: dict[str, Any] = {"fov_deg": _degrees(sensor.fov), "range_m": sensor.range_m}
+    if sensor.use is None:
+        return SensorModel(**beam)
+    u = sensor.use
+    size = None if u.size is None else list(u.size)
+    return SensorModel(model=u.model, ambient=u.ambient, reflectance=u.reflectance, target_size=size, **beam)
 
 
 def scene_of(model: SceneFile) -> Scene:
     """The scene that a file describes."""
     return Scene(
         robot=robot_of(model.robot),
-        poses=tuple(Pose(np.radians(p.q_deg), p.weight, p.time_s) for p in model.poses),
+        poses=tuple(Pose(np.radians(p.q_deg), p.weight, p.time_s, _rate(p)) for p in model.poses),
         goals=tuple(Goal(Target(t.name, t.radius), t.weight, t.at_least / 100) for t in model.targets),
         sensor=sensor_of(model.sensor),
         ring_radius=model.ring_radius,
@@ -93,6 +113,32 @@ def scene_of(model: SceneFile) -> Scene:
         recorded=_recorded(model.recorded),
         occlusion=model.occlusion,
         obstacles=obstacles_of(model.obstacles),
+        safety=Safety(
+            model.safety.human_speed,
+            model.safety.reaction_s,
+            model.safety.stopping_s,
+            model.safety.intrusion_m,
+            model.safety.sensor_uncertainty_m,
+            model.safety.robot_uncertainty_m,
+            model.safety.robot_speed,
+        ),
+    )
+
+
+def _rate(pose: PoseModel) -> Any:
+    return None if pose.rate_deg_s is None else np.radians(pose.rate_deg_s)
+
+
+def safety_model(safety: Safety) -> SafetyModel:
+    """What protective distances are made of, as a file says it."""
+    return SafetyModel(
+        human_speed=safety.human,
+        reaction_s=safety.reaction,
+        stopping_s=safety.stopping,
+        intrusion_m=safety.intrusion,
+        sensor_uncertainty_m=safety.sensor,
+        robot_uncertainty_m=safety.robot,
+        robot_speed=safety.speed,
     )
 
 
@@ -130,9 +176,18 @@ def scene_model(scene: Scene) -> SceneFile:
             )
             for link, m in scene.limits.items()
         },
-        poses=[PoseModel(q_deg=[_degrees(a) for a in p.q], weight=p.weight, time_s=p.time_s) for p in scene.poses],
+        poses=[
+            PoseModel(
+                q_deg=[_degrees(a) for a in p.q],
+                weight=p.weight,
+                time_s=p.time_s,
+                rate_deg_s=None if p.rate is None else [_degrees(a) for a in p.rate],
+            )
+            for p in scene.poses
+        ],
         recorded=recorded_model(scene.recorded),
         over_poses=scene.over_poses,
+        safety=safety_model(scene.safety),
         targets=[_target_model(goal) for goal in scene.goals],
         rules=RulesModel(
             spacing=scene.rules.spacing,
@@ -224,9 +279,10 @@ def _millimetres(length: float) -> float:
     return round(1000 * length, DIGITS_MM)
 
 
-def verify_result(name: str, verified: Verified, poses: Sequence[Pose] = ()) -> VerifyResult:
-    """The record of a verified zeta, in percent, of the setup called ``name``; the scene's ``poses`` tell more of
-    the worst of them."""
+def verify_result(name: str, verified: Verified, scene: Scene | None = None) -> VerifyResult:
+    """The record of a verified zeta, in percent, of the setup called ``name``; the ``scene`` tells more of the worst of its
+    poses, and of the distances that V_P is made of."""
+    poses: Sequence[Pose] = () if scene is None else scene.poses
 
     def percents(z: Verified | PoseZeta) -> dict[str, Any]:
         return {f"{key}_percent": min(100.0, 100 * getattr(z, key)) for key in ("zeta", "low", "high")}
@@ -241,6 +297,7 @@ def verify_result(name: str, verified: Verified, poses: Sequence[Pose] = ()) -> 
         target_voxels=verified.target_voxels,
         covered_voxels=verified.covered_voxels,
         proof=_proof(verified),
+        separation=_separation(scene, verified.target),
         worst=WorstModel(
             pose=verified.worst,
             time_s=poses[verified.worst].time_s,
@@ -254,6 +311,36 @@ def verify_result(name: str, verified: Verified, poses: Sequence[Pose] = ()) -> 
             for p in verified.poses
         ],
         seconds=verified.seconds,
+    )
+
+
+def _separation(scene: Scene | None, target: Target) -> SeparationModel | None:
+    found = None if scene is None else separations(scene, target)
+    if found is None or scene is None:
+        return None
+    known = all(p.rate is not None for p in scene.poses)
+    return separation_model(found.least, found.mean, found.largest, found.fastest, known, scene.safety)
+
+
+def separation_model(
+    least: float, mean: float, largest: Terms, fastest: float, known: bool, safety: Safety
+) -> SeparationModel:
+    """The record of separation distances."""
+    return SeparationModel(
+        least_m=least,
+        mean_m=mean,
+        largest_m=largest.total,
+        fastest_m_s=fastest,
+        speeds_known=known,
+        S_h=largest.S_h,
+        S_r=largest.S_r,
+        S_s=largest.S_s,
+        C=largest.C,
+        Z_d=largest.Z_d,
+        Z_r=largest.Z_r,
+        human_speed=safety.human,
+        reaction_s=safety.reaction,
+        stopping_s=largest.stopping,
     )
 
 

@@ -5,6 +5,7 @@ import os
 import re
 import tempfile
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,6 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from ..coverage.rings import Setup, named_setup
 from ..coverage.robot import Robot
+from ..coverage.sensors import Sensor
 from ..objectives.scene import Scene
 from .cell import with_meshes
 from .convert import ring_models, scene_of, setup_of, thinning
@@ -121,25 +123,36 @@ def scene_keys(path: Path) -> dict[str, Any]:
     return _read(path, SceneFile).model_dump(mode="json", exclude_defaults=True)
 
 
-def read_proposal(path: Path) -> tuple[Setup, Scene, ProposalFile]:
-    """The setup and the scene of a proposal, and the whole file; UserError if it cannot be read or breaks a rule."""
+def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:
+    """``scene`` with another sensor, if one is given: its fixed rings that had the scene's have it too."""
+    if sensor is None:
+        return scene
+    fixed = tuple(replace(r, sensor=sensor) if r.sensor == scene.sensor else r for r in scene.rules.fixed)
+    return replace(scene, sensor=sensor, rules=replace(scene.rules, fixed=fixed))
+
+
+def read_proposal(path: Path, sensor: Sensor | None = None) -> tuple[Setup, Scene, ProposalFile]:
+    """The setup and the scene of a proposal, and the whole file; ``sensor`` in place of the scene's, if one is given.
+    UserError if it cannot be read or breaks a rule."""
     file = _read(path, ProposalFile)
-    scene = _scene(path, file.scene, "scene.")
+    scene = with_sensor(_scene(path, file.scene, "scene."), sensor)
     return setup_of(file.rings, scene.sensor, scene.ring_radius), scene, file
 
 
-def resolve(name_or_path: str, scene: Scene | None) -> tuple[Setup, Scene]:
+def resolve(name_or_path: str, scene: Scene | None, sensor: Sensor | None = None) -> tuple[Setup, Scene]:
     """A setup and its scene: the paper's setup of that name in ``scene``, what a CSV of sensors (.csv) has mounted at the
     poses of ``scene``, or else a proposal's file.
 
-    A proposal brings its own scene unless ``scene`` is given; without one, the others are in the reference scene.
+    A proposal brings its own scene unless ``scene`` is given; without one, the others are in the reference scene. Where
+    ``sensor`` is given, it stands in place of the scene's: for all rings that name none of their own.
 
     Raises:
         UserError: if it is none of them, or if the scene's robot lacks a link of the setup.
     """
     path = Path(name_or_path)
+    scene = with_sensor(scene, sensor) if scene else None
     if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path):
-        scene = scene or Scene()
+        scene = scene or with_sensor(Scene(), sensor)
         try:
             setup = named_setup(name_or_path, scene.sensor, scene.ring_radius)
             ring_models(setup, scene.sensor)  # a name keeps the limits of a file
@@ -148,10 +161,10 @@ def resolve(name_or_path: str, scene: Scene | None) -> tuple[Setup, Scene]:
         except ValueError as error:
             raise UserError(f"setup: {error}") from error
     elif path.suffix.lower() == ".csv":
-        scene = scene or Scene()
+        scene = scene or with_sensor(Scene(), sensor)
         setup = mounted_setup(name_or_path, _text(path, "CSV"), scene)
     else:
-        setup, own, _ = read_proposal(path)
+        setup, own, _ = read_proposal(path, sensor)
         scene = scene or own
     for i, ring in enumerate(setup.rings):
         if ring.link not in scene.robot.links:

@@ -17,11 +17,16 @@ from pydantic import (
     field_validator,
     model_validator,
 )
+from pydantic_core import PydanticCustomError
 
+from ..coverage.catalogue import MODELS
+from ..coverage.effective import effective
 from ..coverage.occlusion import Occlusion
 from ..coverage.polyhedra import hull
 from ..coverage.rings import RING_RADIUS
 from ..coverage.robots import PAPER_ROBOTS, ROBOTS
+from ..coverage.sensors import Use
+from ..coverage.separation import WALKING
 from ..coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
 from ..objectives.scene import REFERENCE_POSE_DEG
 from .errors import IN_LINE, NAMED
@@ -36,12 +41,30 @@ Metres = Annotated[float, Field(gt=0, le=100, description="metres")]
 Percent = Annotated[float, Field(ge=0, le=100, description="percent")]
 Tilt = Annotated[float, Field(gt=-90, lt=90, description="degrees, positive towards distal")]
 Position = Annotated[float, Field(ge=0, le=1, description="0 proximal to 1 distal")]
+_USES = ("ambient", "reflectance", "target_size")
+_SAME = 1e-6  # degrees and metres, by which a stated beam may be off that of the catalogue
 
 
 class PoseModel(StrictModel):
     q_deg: list[Annotated[float, Field(ge=-720, le=720, description="degrees")]] = Field(min_length=1, max_length=20)
     weight: Weight = 1.0
     time_s: float | None = Field(default=None, description="seconds, when a record was there")
+    rate_deg_s: list[Annotated[float, Field(ge=-3600, le=3600, description="degrees a second")]] | None = Field(
+        default=None, description="speeds of the joints, for V_P"
+    )
+
+
+class SafetyModel(StrictModel):
+    """What the distances of V_P are made of, S = v_h (T_r + T_s) + v_r T_r + v_r T_s / 2 + C + Z_d + Z_r; v_r follows from
+    the joints' speeds of a pose. No value here confers a safety rating."""
+
+    human_speed: float = Field(default=WALKING, gt=0, le=20, description="m/s, v_h: 1.6 by ISO 13855")
+    reaction_s: float = Field(default=0.1, ge=0, le=10, description="seconds, T_r")
+    stopping_s: float | None = Field(default=None, ge=0, le=10, description="seconds, T_s; by the robot's table")
+    intrusion_m: float = Field(default=0.2, ge=0, le=10, description="metres, C")
+    sensor_uncertainty_m: float = Field(default=0.1, ge=0, le=10, description="metres, Z_d")
+    robot_uncertainty_m: float = Field(default=0.05, ge=0, le=10, description="metres, Z_r")
+    robot_speed: float = Field(default=0.0, ge=0, le=20, description="m/s, of all parts at poses without rate_deg_s")
 
 
 class TrajectoryModel(StrictModel):
@@ -66,7 +89,7 @@ class RecordedModel(StrictModel):
 
 
 class TargetModel(StrictModel):
-    name: Literal["V_O", "V_T", "V_OT", "V_S"]
+    name: Literal["V_O", "V_T", "V_OT", "V_S", "V_P"]
     radius: Metres | None = Field(default=None, validate_default=True, description="metres, of V_S only")
     weight: float = Field(default=1.0, ge=0, le=1e6, description="relative weight, 0: only its floor counts")
     at_least: float = Field(default=0.0, ge=0, le=100, description="percent that it shall have at least")
@@ -83,8 +106,45 @@ class TargetModel(StrictModel):
 
 
 class SensorModel(StrictModel):
+    """A beam; or a model of the catalogue and what it is used for, from which the beam follows. A file may state both, as
+    those that are written do, if they agree."""
+
     fov_deg: float = Field(default=25.0, gt=0, lt=180, description="degrees, the full angle")
     range_m: Metres = 1.5
+    model: Annotated[str, Field(max_length=100)] | None = Field(default=None, description="of the catalogue")
+    ambient: Annotated[str, Field(max_length=100)] | None = Field(default=None, description="light, like 50kcps or 5klx")
+    reflectance: float | None = Field(default=None, gt=0, le=1, description="of the target, a share")
+    target_size: Annotated[list[Metres], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="width and height of the target, metres"
+    )
+
+    @property
+    def use(self) -> Use | None:
+        """What the model is used for; None without one."""
+        if self.model is None:
+            return None
+        size = None if self.target_size is None else (self.target_size[0], self.target_size[1])
+        return Use(self.model, self.ambient, self.reflectance, size)
+
+    @model_validator(mode="after")
+    def _of_the_catalogue(self) -> Self:
+        use, given = self.use, self.model_fields_set
+        if use is None:
+            refuse(((key,), getattr(self, key), "only beside a model") for key in _USES if getattr(self, key) is not None)
+            return self
+        if use.model not in MODELS:
+            refuse([(("model",), use.model, ", ".join(MODELS))])
+        try:
+            found = effective(use).sensor
+        except ValueError as error:
+            raise PydanticCustomError("rule", "{error}", {"error": str(error)}) from error
+        beam = {"fov_deg": math.degrees(found.fov), "range_m": found.range_m}
+        refuse(
+            ((key,), getattr(self, key), f"{value:.9g}, as {use.model} has it here, or no such key")
+            for key, value in beam.items()
+            if key in given and abs(getattr(self, key) - value) > _SAME
+        )
+        return self
 
 
 class CurveModel(StrictModel):
@@ -204,6 +264,7 @@ class SceneFile(StrictModel):
     recorded: RecordedModel | None = None
     over_poses: Literal["mean", "worst"] = "mean"
     targets: list[TargetModel] = Field(default=[TargetModel(name="V_S", radius=0.5)], min_length=1, max_length=100)
+    safety: SafetyModel = SafetyModel()
     rules: RulesModel = RulesModel()
     fixed: list[RingModel] = Field(default=[], max_length=1000, description="rings that are there and stay")
     obstacles: list[ObstacleModel] = Field(
@@ -239,6 +300,14 @@ class SceneFile(StrictModel):
                 low, high = np.degrees(robot.limits[j])
                 allowed = f"{low:.6g} to {high:.6g}, the limits of {robot.chain.joints[j]} of {robot.name}"
                 faults.append((("poses", i, "q_deg", j), pose.q_deg[j], allowed))
+            if pose.rate_deg_s is not None and len(pose.rate_deg_s) != joints:
+                faults.append(
+                    (
+                        ("poses", i, "rate_deg_s"),
+                        len(pose.rate_deg_s),
+                        f"{joints} speeds, one for each joint of {robot.name}",
+                    )
+                )
         for i, target in enumerate(self.targets):
             if target.radius is not None and target.radius <= inner:
                 faults.append(

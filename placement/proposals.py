@@ -5,7 +5,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from .models import Percent, RingModel, SceneFile, StrictModel, refuse
-from .results import ErrorsModel, RobustnessResult, VerifyResult
+from .results import ErrorsModel, RobustnessResult, SafetyResult, SensorRecord, VerifyResult
 from .robot_convert import robot_of
 from .robot_models import RobotFile
 
@@ -74,6 +74,7 @@ class SearchFile(StrictModel):
     files: dict[str, str]
     short_percent: float = Field(default=0.0, ge=0, description="points by which floors are missed")
     reach: ReachModel | None = None
+    sensors: list[SensorRecord] = Field(default=[])
 
 
 class ChangeModel(StrictModel):
@@ -142,4 +143,5 @@ MODELS: dict[str, type[StrictModel]] = {
     "robustness": RobustnessResult,
     "result": SearchFile,
     "improve": ImproveResult,
+    "safety": SafetyResult,
 }

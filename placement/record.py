@@ -189,7 +189,7 @@ class _Reader:
             allowed = f"{-self.most:.5g} to {self.most:.5g} {unit}{hint}"
         raise self._refuse(number, names[column], shown(value), allowed)
 
-    def _record(self, chunks: list[Float[np.ndarray, "C K"]]) -> Record:
+    def _record(self, chunks: list[Float[np.ndarray, "_ K"]]) -> Record:
         count = sum(len(chunk) for chunk in chunks)
         if count < 2:
             raise UserError(f"{self.name}: found {count} rows of data, allowed: 2 and more")

@@ -51,9 +51,57 @@ class UnseeingModel(StrictModel):
     depth_mm: float = 0.0
 
 
+class RuleModel(StrictModel):
+    """A rule that limits a range: what was found for it, metres left after it, and whether that was measured or is a law."""
+
+    rule: str
+    found: str
+    range_m: Metres
+    measured: bool
+
+
+class SensorRecord(StrictModel):
+    """A sensor of the catalogue: what it is used for, how its range came about rule by rule, and where its figures are
+    from."""
+
+    model: str
+    title: str
+    ambient: str | None = None
+    reflectance: float | None = None
+    target_size: list[Metres] | None = None
+    fov_deg: float
+    range_m: Metres
+    rules: list[RuleModel]
+    least_m: float | None = None
+    rate_hz: float | None = None
+    source: str
+    note: str = ""
+
+
+class SeparationModel(StrictModel):
+    """The separation distances, m, of the robot's parts over a scene's poses: the least, the mean over the parts and, by
+    weight, the poses, and the largest with its terms; the speed of the part that is fastest, m/s, and whether it follows
+    from the joints' speeds or is the one given for all. No safety rating follows from them."""
+
+    least_m: float
+    mean_m: float
+    largest_m: float
+    fastest_m_s: float
+    speeds_known: bool
+    S_h: float
+    S_r: float
+    S_s: float
+    C: float
+    Z_d: float
+    Z_r: float
+    human_speed: float
+    reaction_s: float
+    stopping_s: float
+
+
 class VerifyResult(StrictModel):
-    """What ``verify --json`` prints for each target: the mean over the poses, the worst of several, and each. A proposal of
-    many poses leaves each out."""
+    """What ``verify --json`` prints for each target: the mean over the poses, the worst of several, each, and the sensors
+    of the catalogue that the setup has. A proposal of many poses leaves each out."""
 
     setup: str
     target: str
@@ -71,6 +119,8 @@ class VerifyResult(StrictModel):
     by_occlusion_percent: dict[Occlusion, Percent] = Field(default={}, description="zeta under each model")
     unseeing: list[UnseeingModel] = Field(default=[])
     poses: list[PoseZetaModel] = Field(default=[])
+    sensors: list[SensorRecord] = Field(default=[])
+    separation: SeparationModel | None = None
     seconds: float = Field(ge=0)
 
 
@@ -83,6 +133,50 @@ class ErrorsModel(StrictModel):
     law: Literal["uniform", "normal"] = "uniform"
     draws: int = Field(default=100, ge=1, le=100_000, description="mountings")
     seed: int = Field(default=0, ge=0)
+
+
+class ShareModel(StrictModel):
+    """A share of approaches and its interval of 95 % (Wilson)."""
+
+    percent: Percent
+    low_percent: Percent
+    high_percent: Percent
+
+
+class DirectionModel(ShareModel):
+    """Of the approaches from between two azimuths, degrees from +x towards +y, base frame."""
+
+    from_deg: float
+    to_deg: float
+    approaches: int
+
+
+class SafetyResult(StrictModel):
+    """What ``safety --json`` prints: the share of approaches reported in time, by direction, and if the sensors saw as far
+    as is asked; what was asked, with each term; what the sensors see, and how late they say so. No safety rating follows."""
+
+    setup: str
+    approaches: int
+    moments: int
+    seconds_of_motion: float | None = None
+    in_time: ShareModel
+    if_far_enough: ShareModel | None = None
+    never_reported: int
+    nearest_report_m: float | None = None
+    by_direction: list[DirectionModel]
+    separation: SeparationModel
+    separation_at_report_m: float
+    period_s: float
+    latency_s: float
+    rate_assumed: bool
+    range_m: float
+    range_needed_m: float
+    range_suffices_percent: Percent
+    occlusion: Literal["shadow", "ignore"]
+    seed: int
+    sensors: list[SensorRecord]
+    disclaimer: str
+    seconds: float = Field(ge=0)
 
 
 class LossModel(StrictModel):

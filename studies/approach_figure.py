@@ -39,6 +39,23 @@ def _beam(cones: Cones, i: int) -> Float[np.ndarray, "P 3"]:
     return np.vstack([cones.apex[i], cones.apex[i] + cones.range_m[i] * axis + circle])
 
 
+def _about_z(points: Any, angle: float) -> Any:
+    """``points`` (..., 3) turned about z by ``angle`` rad."""
+    c, s = np.cos(angle), np.sin(angle)
+    return points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def beam_outline(cones: Cones, i: int, turn: float, flat: list[int]) -> Float[np.ndarray, "P 2"]:
+    """The outline of cone ``i`` on two axes, after everything is turned about z by ``turn`` rad."""
+    return _outline(_about_z(_beam(cones, i), turn)[:, flat])
+
+
+def robot_outlines(bodies: Capsules, at: int, turn: float, flat: list[int]) -> list[Any]:
+    """The outlines of the robot's bodies of pose ``at``, likewise."""
+    ends = zip(_about_z(bodies.start[at], turn), _about_z(bodies.end[at], turn), bodies.radius, strict=True)
+    return [_outline(np.vstack([p[flat] + r * _DISC for p in (a, b)])) for a, b, r in ends]
+
+
 def _view(ax: Axes, cones: Cones, bodies: Capsules, approaches: list[Approach], plane: tuple[int, int]) -> None:
     """Everything projected on the plane of two axes: beams, robot, floor, paths."""
     flat = list(plane)

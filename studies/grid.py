@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 from ..coverage.points import sample
 from ..coverage.rings import Ring, Setup
 from ..coverage.slots import sensor_cones
-from ..coverage.targets import Target, target_solid
+from ..coverage.targets import Target
 from ..objectives.scene import Scene
 from .maxcover import Choice, greedy, grouped, relaxed, solved
 
@@ -60,7 +60,7 @@ def limits(scene: Scene, rings: list[Ring]) -> tuple[tuple[np.ndarray, int], ...
 
 def points_in(scene: Scene, target: Target, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
     """Points (N, 3) m drawn in the target at the scene's first pose."""
-    return sample(target_solid(target, scene.robot, scene.poses[0].q, scene.shape), count, seed)
+    return sample(scene.solid(target, 0), count, seed)
 
 
 def covered(scene: Scene, setup: Setup, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:

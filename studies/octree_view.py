@@ -14,7 +14,7 @@ from ..coverage.octree import voxels
 from ..coverage.rings import Setup, named_setup
 from ..coverage.slots import sensor_cones
 from ..coverage.solids import Cones, Difference, Solid, Union
-from ..coverage.targets import Target, robot_curve, target_solid
+from ..coverage.targets import Target, robot_curve
 from ..coverage.voxelset import VoxelSet
 from ..objectives.exact import target_voxels
 from ..objectives.scene import Scene
@@ -53,7 +53,7 @@ class View:
         centres."""
         q, setup = scene.poses[0].q, named_setup(setup_name, scene.sensor, scene.ring_radius)
         target = Target("V_S", radius)
-        shell, cones = target_solid(target, scene.robot, q, scene.shape), sensor_cones(scene.robot, setup, q)
+        shell, cones = scene.solid(target, 0), sensor_cones(scene.robot, setup, q)
         return View(scene, setup, target, shell, cones, target_voxels(shell, voxel, "centre"), voxels(cones, voxel))
 
     @property

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..coverage.rings import Setup
 from ..coverage.robots import Robot
+from ..coverage.rods import Rods
 from ..coverage.solids import Spheres, Union
 from .sheet import Sheet
 
@@ -89,10 +90,13 @@ def add_robot(sheet: Sheet, robot: Robot, frames: Any, setup: Setup, colour: dic
 
 
 def convex_pieces(outer: Any) -> list[Any]:
-    """Point sets (_, 3) m whose convex hulls together make a target's outer solid: balls and a tube."""
+    """Point sets (_, 3) m whose convex hulls together make a target's outer solid: balls, capsules and a tube."""
     if isinstance(outer, Union):
         return convex_pieces(outer.a) + convex_pieces(outer.b)
     if isinstance(outer, Spheres):
         return [ball(c, r, 41).reshape(-1, 3) for c, r in zip(outer.centre, outer.radius, strict=True)]
+    if isinstance(outer, Rods):
+        ends = zip(outer.start, outer.end, outer.radius, strict=True)
+        return [np.concatenate([ball(c, r, 21).reshape(-1, 3) for c in (a, b)]) for a, b, r in ends]
     discs = [circle(c, n, outer.radius) for c, n in zip(outer.centre, outer.normal, strict=True)]
     return [np.concatenate([discs[i], discs[i + 1]]) for i in outer.first]

@@ -14,7 +14,9 @@ from jaxtyping import install_import_hook
 _checker = ModuleType("place_rings_checker")
 _checker.check = beartype(conf=BeartypeConf(is_pep484_tower=True))
 sys.modules[_checker.__name__] = _checker
-_STUDIES = (f"place_rings.studies.{name}" for name in ("human", "walk", "objects", "distance", "approach"))
+_STUDIES = (
+    f"place_rings.studies.{name}" for name in ("human", "walk", "objects", "distance", "approach", "moments", "detection")
+)
 _PLACEMENT = (f"place_rings.placement.{name}" for name in ("search", "finalists", "subset", "record"))
 install_import_hook(
     ["place_rings.coverage", "place_rings.objectives", *_PLACEMENT, *_STUDIES],

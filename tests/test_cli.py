@@ -20,7 +20,7 @@ from place_rings.objectives.exact import Verifier
 from place_rings.placement import search as searching
 from place_rings.placement.loader import read_proposal
 from place_rings.placement.proposals import SearchFile
-from place_rings.placement.results import RobustnessResult, VerifyResult
+from place_rings.placement.results import RobustnessResult, SafetyResult, VerifyResult
 from place_rings.placement.search import Schedule, Stage
 
 
@@ -70,6 +70,13 @@ REFUSED = {
     "unknown rule": ["verify", "n2_16_25", "--rule", "guess"],
     "verify too fine": ["verify", "n2_16_25", "--voxel", "1e-7"],
     "unknown schema": ["schema", "soul"],
+    "safety: no approaches": ["safety", "n2_16_25", "--approaches", "0"],
+    "safety: degrees alone": ["safety", "n2_16_25", "--degrees"],
+    "safety: no such record": ["safety", "n2_16_25", "--trajectory", "absent.csv"],
+    "unknown sensor": ["verify", "n2_16_25", "--sensor", "eye"],
+    "a light without a figure": ["--sensor", "vl53l1x", "--ambient", "300kcps"],
+    "a light without a sensor": ["verify", "n2_16_25", "--ambient", "50kcps"],
+    "a size that is none": ["--sensor", "vl53l1x", "--target-size", "0.1"],
     "robust: no draws": ["robustness", "n2_16_25", "--draws", "0"],
     "robust: no sensors": ["robustness", "n2_16_25", "--k", "0"],
     "robust: negative error": ["robustness", "n2_16_25", "--position-error-mm=-1"],
@@ -228,3 +235,27 @@ def test_ctrl_c_keeps_the_best_so_far(tmp_path, delay):
         if process.returncode == 130:  # else Python itself had not begun
             assert "interrupted before there was anything to keep" in err
         assert not (tmp_path / "out" / "proposal.toml").exists()
+
+
+def test_safety_says_that_a_sensor_does_not_reach_and_leaves_a_report(run, tmp_path):
+    sensor = ["--sensor", "vl53l1x", "--ambient", "200kcps", "--approaches", "8", "--directions", "4"]
+    code, out, _ = run("safety", "n1_8_0", *sensor, "--out", "found", "--json")
+    assert code == 0
+    found = SafetyResult.model_validate_json(out)
+    assert found.in_time.percent <= found.if_far_enough.percent
+    assert found.range_m < found.range_needed_m
+    assert found.sensors[0].reflectance == 0.17
+    page = (tmp_path / "found" / "README.md").read_text()
+    assert "confers a safety rating" in page
+    assert "no placement" in page
+    assert f"{found.range_needed_m:.2f} m are asked" in page
+    with (tmp_path / "found" / "approaches.csv").open() as file:
+        assert len(list(csv.DictReader(file))) == 8
+    assert (tmp_path / "found" / "safety.png").stat().st_size > 10_000
+
+
+def test_v_p_is_told_with_its_terms_and_no_rating(run):
+    code, out, _ = run("verify", "n1_8_0", "--target", "V_P", "--voxel", "0.1")
+    assert code == 0
+    assert "0.88 + 0.00 + 0.00 + 0.20 + 0.10 + 0.05 = 1.23 m" in out
+    assert "no safety rating" in out

@@ -67,7 +67,7 @@ def test_the_mean_is_the_weighted_mean_and_the_worst_the_least():
     for v in each:
         assert v.zeta == pytest.approx(sum((1 + i) / 6 * p.zeta for i, p in enumerate(v.poses)))
         assert v.poses[v.worst].zeta == min(p.zeta for p in v.poses)
-        found = verify_result("x", v, scene.poses).worst
+        found = verify_result("x", v, scene).worst
         assert (found.pose, found.zeta_percent) == (v.worst, 100 * v.poses[v.worst].zeta)
         assert found.time_s == 0.05 * v.worst
         assert np.radians(found.q_deg) == pytest.approx(scene.poses[v.worst].q, abs=1e-9)

@@ -1,0 +1,113 @@
+"""Sensors on the command line: what their options mean, the catalogue as a table, how a range came about."""
+
+import json
+from dataclasses import replace
+from typing import Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+from rich.table import Table
+
+from ..coverage.catalogue import MODELS, Model
+from ..coverage.effective import effective, size_of
+from ..coverage.rings import Setup
+from ..coverage.sensors import Sensor, Use
+from ..objectives.scene import Scene
+from ..placement.errors import UserError
+from ..placement.loader import resolve
+from ..placement.results import SensorRecord
+from ..placement.sensing import sensor_record
+
+SensorOption = Annotated[str | None, Parameter(name="--sensor", help="A sensor of the catalogue: see place-rings sensors.")]
+Ambient = Annotated[str | None, Parameter(help="With --sensor: light, like 50kcps or 5klx. The darkest, if none is given.")]
+Reflectance = Annotated[float | None, Parameter(help="With --sensor: of the target, 0.17 for 17 %.")]
+TargetSize = Annotated[str | None, Parameter(help="With --sensor: WIDTHxHEIGHT of the target, m. It fills the beam, else.")]
+
+
+def resolve_sensor(
+    name: str | None, ambient: str | None, reflectance: float | None, size: str | None, own: Sensor | None = None
+) -> Sensor | None:
+    """What ``--sensor`` and what goes with it mean; None where nothing is asked. The others alone are about ``own``, the
+    scene's sensor, if that is one of the catalogue."""
+    given = {"--ambient": ambient, "--reflectance": reflectance, "--target-size": size}
+    asked = {option: value for option, value in given.items() if value is not None}
+    if name is None and not asked:
+        return None
+    base = own.use if name is None and own is not None else None
+    if name is None and base is None:
+        option, value = next(iter(asked.items()))
+        raise UserError(f"{option}: found {value}, allowed: only with --sensor, or a scene whose sensor names its model")
+    if name is not None and name not in MODELS:
+        raise UserError(f"--sensor: found {name}, allowed: {', '.join(MODELS)}")
+    use = base or Use(str(name))
+    try:
+        use = replace(
+            use,
+            ambient=use.ambient if ambient is None else ambient,
+            reflectance=use.reflectance if reflectance is None else reflectance,
+            size=use.size if size is None else size_of(size),
+        )
+        return effective(use).sensor
+    except ValueError as error:
+        raise UserError(f"--sensor {use.model}: {error}") from error
+
+
+def resolve_with_sensor(
+    subject: str, scene: Scene | None, name: str | None, ambient: str | None, reflectance: float | None, size: str | None
+) -> tuple[Setup, Scene]:
+    """A setup and its scene, as ``resolve`` has them, with what the options of sensors ask for."""
+    if name is None and not (ambient is None and reflectance is None and size is None):
+        own = resolve(subject, scene)[1].sensor
+        return resolve(subject, scene, resolve_sensor(name, ambient, reflectance, size, own))
+    return resolve(subject, scene, resolve_sensor(name, ambient, reflectance, size))
+
+
+def sensor_lines(records: list[SensorRecord]) -> list[str]:
+    """How each range came about, rule by rule."""
+    lines = []
+    for r in records:
+        lines.append(f"{r.title}: {r.range_m:.3f} m used, beam of {r.fov_deg:.3g}°. How it came about:")
+        for rule in r.rules:
+            basis = "" if rule.measured else " (a law, not a measurement)"
+            lines.append(f"  {rule.rule}: {rule.found}: {rule.range_m:.3f} m{basis}")
+        best = [
+            what
+            for what, found in (("light", r.ambient), ("reflectance", r.reflectance), ("size", r.target_size))
+            if found is None
+        ]
+        if best:
+            lines.append(f"  not asked, so the best case is taken: {', '.join(best)}")
+        lines.append(f"  source: {r.source}{'; ' + r.note if r.note else ''}")
+    return lines
+
+
+def _figures(model: Model) -> str:
+    return ", ".join(
+        f"{f.range_m:g} ({f.light.label}{'' if f.reflectance >= 0.88 else f', {100 * f.reflectance:.3g} %'})"
+        for f in model.figures
+    )
+
+
+def sensors(as_json: bool) -> None:
+    """Print the catalogue."""
+    if as_json:
+        print(json.dumps([sensor_record(effective(Use(name))).model_dump(mode="json") for name in MODELS], indent=2))
+        return
+    table = Table(
+        title="Ranges in m of a white target (88 %, Benewake 90) that fills the beam, unless said", title_justify="left"
+    )
+    for column in ("sensor", "beam", "zones", "range", "least m", "Hz"):
+        table.add_column(column, justify="right" if column in ("least m", "Hz") else "left", no_wrap=column == "sensor")
+    for m in MODELS.values():
+        beam = f"{m.side_deg:.3g}° {'square' if m.square else 'cone'}"
+        least, rate = ("–" if v is None else f"{v:g}" for v in (m.least_m, m.rate_hz))
+        zones = "1" if m.zones == 1 else f"{m.zones}×{m.zones}"
+        table.add_row(m.name, beam, zones, _figures(m), least, rate)
+    console = Console()
+    console.print(table)
+    for m in MODELS.values():
+        note = f" ({m.note})" if m.note else ""
+        console.print(f"{m.name}: {m.source}{note}", highlight=False, soft_wrap=True)
+    print(
+        "No prices: none is sourced. Nearer than its least range a sensor still answers, with a distance not to be trusted."
+    )

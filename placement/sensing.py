@@ -1,0 +1,36 @@
+"""Records of the catalogue's sensors: which ones a setup has, and how far they see."""
+
+import math
+
+from ..coverage.effective import Effective, effective
+from ..coverage.rings import Setup
+from .results import RuleModel, SensorRecord
+
+
+def used(setup: Setup) -> list[Effective]:
+    """The sensors of the catalogue that a setup's rings have, each kind and use once, in the order of the rings."""
+    return [effective(use) for use in dict.fromkeys(r.sensor.use for r in setup.rings) if use is not None]
+
+
+def sensor_record(found: Effective) -> SensorRecord:
+    """A sensor of the catalogue for a use, as files and ``--json`` hold it."""
+    m, use = found.model, found.use
+    return SensorRecord(
+        model=m.name,
+        title=m.title,
+        ambient=use.ambient,
+        reflectance=use.reflectance,
+        target_size=None if use.size is None else list(use.size),
+        fov_deg=math.degrees(found.sensor.fov),
+        range_m=found.range_m,
+        rules=[RuleModel(rule=s.rule, found=s.found, range_m=s.range_m, measured=s.measured) for s in found.steps],
+        least_m=m.least_m,
+        rate_hz=m.rate_hz,
+        source=m.source,
+        note=m.note,
+    )
+
+
+def sensor_records(setup: Setup) -> list[SensorRecord]:
+    """The records of ``used``."""
+    return [sensor_record(found) for found in used(setup)]

@@ -1,0 +1,103 @@
+"""Detection in time: limits where the answer is known, an independent slow path, and what can only help."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from place_rings.coverage.capsules import point_to_segment
+from place_rings.coverage.rings import Ring, Setup, named_setup
+from place_rings.coverage.robots import UR10
+from place_rings.coverage.sensors import Sensor
+from place_rings.coverage.separation import Safety
+from place_rings.objectives.scene import Pose, Scene
+from place_rings.objectives.trajectory import Record
+from place_rings.studies.detection import Timing, approach, seeing_as_far, start_of, turned, walker
+from place_rings.studies.moments import STEP, moments_of_record, moments_of_scene
+
+POSE = np.radians([0, -45, 60, -105, -90, 0])
+AZIMUTHS = np.linspace(0, 2 * np.pi, 8, endpoint=False) + 0.1
+STILL = moments_of_scene(Scene(poses=(Pose(POSE),)), Safety(reaction=0.0))
+
+
+def timing(setup, period=0.02, latency=0.0):
+    return Timing(np.full(setup.sensors, period), latency)
+
+
+def run(setup, moments=STILL, **options):
+    options = {"shadow": False, **options}
+    when = options.pop("when", timing(setup))
+    return approach(UR10, setup, moments, when, 1.6, AZIMUTHS, 0, **options)
+
+
+def test_sensors_that_see_nothing_report_nobody():
+    found = run(named_setup("n1_8_0", Sensor(range_m=1e-3)))
+    assert not found.in_time.any()
+    assert np.isnan(found.report).all()
+    share, low, high = found.share()
+    assert share == low == 0
+    assert 0 < high < 1
+
+
+def test_sensors_that_see_all_around_and_far_report_everybody():
+    ring = Ring("upper_arm", 0.0, 8, 0.0, sensor=Sensor(math.radians(120), 4.0))
+    found = run(Setup((ring, replace(ring, tilt=0.8), replace(ring, tilt=-0.8))))
+    assert found.in_time.all()
+    assert np.all(found.sight > found.asked)
+
+
+def test_distances_are_those_of_points_on_the_body():
+    """Against points on all segments of the person and of the robot's pieces, at the moment S_p is broken."""
+    setup = named_setup("n1_8_0")
+    start = start_of(UR10, setup, STILL)
+    found, body, share = run(setup), walker(1.6, start), np.linspace(0, 1, 60)[:, None]
+    for k, azimuth in enumerate(AZIMUTHS):
+        step = found.broken_step[k]
+        a, b = (turned(p[None, step], azimuth)[0] for p in (body.start, body.end))
+        points = a[:, None] + share[None] * (b - a)[:, None]
+        gap = point_to_segment(points[:, :, None], STILL.start[0], STILL.end[0]) - STILL.radius - body.radius[:, None, None]
+        assert gap.min() == pytest.approx(found.asked[k], abs=1e-3)
+        assert (gap - STILL.asked[0]).min() < 1e-3
+        assert (gap - STILL.asked[0]).min() > -1.6 * STEP * 2.5  # not much earlier: limbs swing faster than the body walks
+
+
+@pytest.mark.parametrize("worse", ["latency", "period", "range", "shadow"])
+def test_later_shorter_or_hidden_never_helps(worse):
+    setup = named_setup("n2_16_25")
+    best = run(setup)
+    if worse == "range":
+        start = start_of(UR10, setup, STILL)
+        other = run(named_setup("n2_16_25", Sensor(range_m=0.7)), start=start)
+    else:
+        changed = {"latency": (0.02, 0.3), "period": (0.3, 0.0), "shadow": (0.02, 0.0)}[worse]
+        other = run(setup, when=timing(setup, *changed), shadow=worse == "shadow")
+    assert np.all(np.nan_to_num(other.report, nan=-1) <= np.nan_to_num(best.report, nan=-1) + 1e-6)
+    assert np.all(best.in_time | ~other.in_time)
+    if worse == "latency":
+        assert np.nansum(other.report) < np.nansum(best.report)
+
+
+def test_a_moving_robot_asks_for_more_than_one_that_stands():
+    time = np.linspace(0, 6, 121)
+    q = POSE + np.outer(0.8 * time, [1, 0, 0, 0, 0, 0])
+    moving = moments_of_record(UR10, Record(time, q), Safety(reaction=0.0))
+    assert moving.together
+    assert np.allclose(moving.speed[5:-5].max(axis=1), moving.speed[20].max(), rtol=1e-6)
+    assert moving.asked.max() > STILL.asked.max()
+    setup = named_setup("n1_8_0")
+    found = run(setup, moving)
+    assert np.nanmax(found.asked) > np.nanmax(run(setup).asked)
+    assert np.all(found.moment < len(time) * 3)
+
+
+def test_the_same_seed_gives_the_same_walks():
+    setup = named_setup("n1_8_0")
+    a, b = run(setup), run(setup)
+    np.testing.assert_array_equal(a.report, b.report)
+
+
+def test_seeing_farther_changes_no_beam():
+    setup = named_setup("n1_8_0")
+    far = seeing_as_far(setup, 2.5)
+    assert {r.sensor for r in far.rings} == {replace(setup.rings[0].sensor, range_m=2.5)}
+    assert seeing_as_far(setup, 1.0) == setup
