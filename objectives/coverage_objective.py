@@ -10,12 +10,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.capsules import Capsules, robot_capsules
 from ..coverage.chain import forward
 from ..coverage.cloud import BLOCK, Cloud, cloud
 from ..coverage.mounting import misplaced_axes
 from ..coverage.points import sample
 from ..coverage.slots import Slots, slot_axes
-from ..coverage.soft import SHARP, Soft
+from ..coverage.soft import SHARP, Seen, Soft
+from ..coverage.soft_cell import InCell
+from ..coverage.soft_hidden import Hidden
 from ..coverage.soft_loss import soft_losses
 from ..coverage.soft_seen import soft_seen
 from ..coverage.solids import Cones
@@ -102,6 +105,9 @@ class CoverageObjective:
         self._floors = jnp.asarray([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals], jnp.float32)
         frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
         self._frames = jnp.asarray(frames, jnp.float32)
+        self._bodies = None
+        if scene.occlusion != "ignore":
+            self._bodies = jax.tree.map(partial(jnp.asarray, dtype=jnp.float32), robot_capsules(scene.robot, frames))
         self._soft, self._compiling, self._compiled = jax.jit(self._of_each), Lock(), False
 
     def _mean(self, slots: Slots, where: Stretch, values: Any, clouds: Cloud, poses: Any, width: Any, slopes: Any) -> Any:
@@ -110,10 +116,10 @@ class CoverageObjective:
         (apex, axis), pull_back = jax.vjp(partial(self._views, slots, where), values)
         share = poses[self._pose] / self.aim.mountings
 
-        def terms(soft: Callable[[Cones, Cloud], Soft], zetas: tuple[int, ...] = ()) -> Soft:
+        def terms(soft: Callable[[Seen, Cloud], Soft], zetas: tuple[int, ...] = ()) -> Soft:
             def look(row: Any) -> Any:
-                view, _, points = row
-                return soft(Cones(apex[view], axis[view], slots.half_angle, slots.range_m), points)
+                view, pose, points = row
+                return soft(self._past(Cones(apex[view], axis[view], slots.half_angle, slots.range_m), pose), points)
 
             def skip(_: Any) -> Soft:
                 return Soft(jnp.zeros(zetas, apex.dtype), jnp.zeros_like(apex[0]), jnp.zeros_like(axis[0]))
@@ -149,6 +155,14 @@ class CoverageObjective:
             return slot_axes(slots, position, tilt, phase, self._frames)
         apex, axis = misplaced_axes(slots, position, tilt, phase, self._frames, errors)
         return apex.reshape(-1, *apex.shape[2:]), axis.reshape(-1, *axis.shape[2:])
+
+    def _past(self, cones: Cones, pose: Any) -> Seen:
+        """What the scene's occlusion and obstacles leave of cones at a pose."""
+        seen: Cones | Hidden = cones
+        if self._bodies is not None:
+            start, end, radius = self._bodies
+            seen = Hidden(cones, Capsules(start[pose], end[pose], radius), self.scene.occlusion)
+        return InCell(seen, tuple(o.body for o in self.scene.obstacles)) if self.scene.obstacles else seen
 
     def _after_the_worst_loss(self, slots: Slots, terms: Any, share: Any, width: Any, slopes: Any) -> tuple[Any, Soft]:
         """The least of the zetas after each loss, softly: -s log sum exp(-zeta / s). Its slope is that of their mean by the
