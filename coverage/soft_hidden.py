@@ -28,8 +28,11 @@ _BALLS = 17  # of a row that stands for a body
 _GRAZE = 200.0
 _OUT = 10.0  # metres that a beam is moved away from all points by, for each that its apex lies within a body
 _HALVINGS = 18
-_NEAR = 6.0  # widths from a shadow within which it matters to a block
-_MARGIN = 0.03  # m from a cone within which a body may matter
+_NEAR = 3.0  # widths from a shadow within which it matters to a block
+_PAIRS = 16  # of a cone and a body, looked at at once
+_TRIPLES = 32  # of a cone, a body and a block, looked at at once
+_SAME = 1e-6  # m, rounding of what two loops say of one point
+_MARGIN = 0.021  # m from a cone within which a body may matter
 
 
 @partial(jax.tree_util.register_dataclass, data_fields=("cones", "bodies"), meta_fields=("occlusion",))
@@ -120,38 +123,64 @@ class HiddenBeams(SoftBeams):
         depth, _ = self._depth(cones.apex[:, None], self.bodies.start[None], self.bodies.end[None], self.bodies.radius[None])
         deepest = jnp.arange(depth.shape[1])[None] == depth.argmax(axis=1)[:, None]
         matters = jnp.where((depth > 0).any(axis=1, keepdims=True), deepest, matters)  # one is enough to see nothing
-        self._first = jnp.argsort(~matters, axis=1, stable=True).astype(jnp.int32)
-        self._number = matters.sum(axis=1, dtype=jnp.int32)
+        self._matters = matters
+        pairs = jnp.argsort(~matters.ravel(), stable=True).astype(jnp.int32)
+        self._pairs = jnp.pad(pairs, (0, -len(pairs) % _PAIRS))
 
     def near(self, blocks: Any, width: Any, cut: Any) -> Near:
-        """See ``SoftBeams``; a beam that a body hides from a whole block is left out of it, and a body that leaves a whole
-        block to a beam is not looked at there. Beams that bodies reach into come first, so that most pieces have none."""
+        """See ``SoftBeams``. A beam that a body hides from a whole block is left out of it, and of the others only those
+        blocks that a shadow reaches are looked at point by point: what it says there, and its slopes, stand ready."""
         if self.blind:
             return super().near(blocks, width, cut)
-        _, _, centre, radius = blocks
-        near, most = self._reach(blocks, width, cut), self._first.shape[1]
+        points, weight, centre, radius = blocks
+        near, (g, size) = self._reach(blocks, width, cut), weight.shape
+        bodies, count = self._matters.shape[1], self._matters.sum()
 
-        def look(m: Any, state: Any) -> tuple[Any, Any]:
-            hidden, reached = state
-            body = jax.lax.dynamic_index_in_dim(self._first, m, axis=1, keepdims=False)
-            value = self._value(self.cones.apex[None], centre[None], body[None])[0][0].T
-            there = (m < self._number)[None]
-            hidden |= there & (value > (radius + cut * width)[:, None])
-            some = there & (value > -(radius + _NEAR * width)[:, None])
-            return hidden, jax.lax.dynamic_update_index_in_dim(reached, some, m, axis=2)
+        def look(i: Any, state: Any) -> tuple[Any, Any, Any]:
+            hidden, todo, number = state
+            some = jax.lax.dynamic_slice_in_dim(self._pairs, i * _PAIRS, _PAIRS)
+            beam, body = some // bodies, some % bodies
+            value = self._value(self.cones.apex[beam][:, None], centre[None], body[:, None])[0][:, 0]
+            there = (i * _PAIRS + jnp.arange(_PAIRS) < count)[:, None] & near[:, beam].T
+            hidden = hidden.at[:, beam].max((there & (value > (radius + cut * width)[None])).T)
+            reached = (there & (value > -(radius + _NEAR * width)[None])).ravel()
+            place = jnp.where(reached, number + jnp.cumsum(reached, dtype=jnp.int32) - 1, len(todo))
+            entries = (some[:, None] * g + jnp.arange(g, dtype=some.dtype)[None]).ravel()
+            return hidden, todo.at[place].set(entries, mode="drop"), number + reached.sum(dtype=jnp.int32)
 
-        nothing = jnp.zeros_like(near), jnp.zeros((*near.shape, most), bool)
-        hidden, reached = jax.lax.fori_loop(0, self._number.max(), look, nothing)
-        first = jnp.argsort(~reached, axis=2, stable=True)
-        first = jnp.take_along_axis(jnp.broadcast_to(self._first[None], reached.shape), first, axis=2)
-        number = reached.sum(axis=2, dtype=jnp.int32)
-        index, pieces = self._in_pieces(near & ~hidden, most - number)
-        first, number = jnp.pad(first, ((0, 0), (0, 1), (0, 0))), jnp.pad(number, ((0, 0), (0, 1)))
+        todo = jnp.zeros(self._matters.size * g + _TRIPLES, jnp.int32)
+        start = jnp.zeros_like(near), todo, jnp.zeros((), jnp.int32)
+        hidden, todo, number = jax.lax.fori_loop(0, -(-count // _PAIRS), look, start)
+
+        def say(i: Any) -> tuple[Any, Any, Any]:
+            """Of the i-th few: which rows of beams at blocks, what the bodies say there, and the slopes."""
+            some = jax.lax.dynamic_slice_in_dim(todo, i * _TRIPLES, _TRIPLES)
+            pair, block = some // g, some % g
+            beam = pair // bodies
+            value, slopes = self._value(self.cones.apex[beam][:, None], points[block], (pair % bodies)[:, None])
+            row = jnp.where(i * _TRIPLES + jnp.arange(_TRIPLES) < number, block * (self.count + 1) + beam, rows)
+            return row, value[:, 0], [slope[:, 0] for slope in slopes]
+
+        def most_of(i: Any, most: Any) -> Any:
+            row, value, _ = say(i)
+            return most.at[row].max(value, mode="drop")
+
+        def slopes_of(i: Any, before: Any) -> Any:
+            row, value, slopes = say(i)
+            best = value >= most.at[row].get(mode="fill", fill_value=jnp.inf) - _SAME
+            told = (jnp.ones_like(value), *slopes)
+            return tuple(b.at[row].add(jnp.where(best, one, 0), mode="drop") for b, one in zip(before, told, strict=True))
+
+        rows, chunks = g * (self.count + 1), -(-number // _TRIPLES)
+        most = jax.lax.fori_loop(0, chunks, most_of, jnp.full((rows, size), -jnp.inf, points.dtype))
+        equal, *slopes = jax.lax.fori_loop(0, chunks, slopes_of, (jnp.zeros((rows, size), points.dtype),) * 4)
+        slopes = [slope / jnp.maximum(equal, 1) for slope in slopes]  # where bodies meet, two may say the same
+        index, pieces = self._in_pieces(near & ~hidden)
 
         def beams_of(j: Any) -> tuple[Any, tuple[Any, ...]]:
             chosen = index(j)
-            bodies = jnp.take_along_axis(first, chosen[..., None], axis=1), jnp.take_along_axis(number, chosen, axis=1)
-            return chosen, (*(a[chosen] for a in self.parts), *bodies)
+            row = jnp.arange(g, dtype=chosen.dtype)[:, None] * (self.count + 1) + chosen
+            return chosen, (*(a[chosen] for a in self.parts), *(a[row] for a in (most, *slopes)))
 
         return Near(*pieces, beams_of)
 
@@ -194,16 +223,7 @@ class HiddenBeams(SoftBeams):
             past = (length - some[5][..., None]) * (1 / width)
             by = (-v[..., i] / jnp.where(length > 0, length, 1.0) for i in range(3))
             return jnp.maximum(t, past), *geometry, past > t, *by
-        first, number = some[5:]
-
-        def look(m: Any, state: Any) -> Any:
-            most, *before = state
-            value, slopes = self._value(apex, points, jax.lax.dynamic_index_in_dim(first, m, axis=2, keepdims=False))
-            more = (m < number)[..., None] & (value > most)
-            return tuple(jnp.where(more, new, old) for new, old in zip((value, *slopes), (most, *before), strict=True))
-
-        nothing = (jnp.full(t.shape, -jnp.inf, t.dtype), *(jnp.zeros_like(t),) * 3)
-        most, *slopes = jax.lax.fori_loop(0, number.max(), look, nothing)
+        most, *slopes = some[5:]
         most = most * (1 / width)
         return jnp.maximum(t, most), *geometry, most > t, *slopes
 
