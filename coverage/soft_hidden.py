@@ -55,28 +55,28 @@ def _rows_of_balls(bodies: Capsules) -> Any:
     return bodies.start[:, None] * (1 - share) + bodies.end[:, None] * share
 
 
-def _with_axes(cones: Cones, count: int) -> Cones:
-    """The same with so many axes behind the first."""
-    return jax.tree.map(lambda a: a.reshape(a.shape[:1] + (1,) * count + a.shape[1:]), cones)
+def _with_axes(cones: Cones, count: int) -> tuple[Any, ...]:
+    """What cones are made of, with so many axes behind the first."""
+    return tuple(a.reshape(a.shape[:1] + (1,) * count + a.shape[1:]) for a in jax.tree.leaves(cones))
 
 
-def _beside(points: Any, cones: Cones) -> tuple[Any, Any]:
+def _beside(points: Any, apex: Any, axis: Any, half: Any, range_m: Any) -> tuple[Any, Any]:
     """How far points (..., 3) lie outside of cones, 0 within, convex; and their distance from the apexes; all broadcast."""
-    v = points - cones.apex
-    cosine, sine = jnp.cos(cones.half_angle), jnp.sin(cones.half_angle)
-    d, length = dot(v, cones.axis), root(dot(v, v))
+    v = points - apex
+    cosine, sine = jnp.cos(half), jnp.sin(half)
+    d, length = dot(v, axis), root(dot(v, v))
     rho = root(jnp.maximum(length * length - d * d, 0.0))
     # Behind the apex the cone's function is less than the distance, which counts here.
-    beside = jnp.where(d * cosine + rho * sine < 0, length, jnp.maximum(rho * cosine - d * sine, d - cones.range_m))
+    beside = jnp.where(d * cosine + rho * sine < 0, length, jnp.maximum(rho * cosine - d * sine, d - range_m))
     return jnp.maximum(beside, 0.0), length
 
 
 def _gap(cones: Cones, bodies: Capsules) -> Any:
     """How far the bodies' axes lie outside of the cones (K, N) m: by a search that halves, as that is convex."""
-    cones, along = _with_axes(cones, 1), bodies.end - bodies.start
+    made_of, along = _with_axes(cones, 1), bodies.end - bodies.start
 
     def at(share: Any) -> Any:
-        return _beside(bodies.start[None] + share[..., None] * along[None], cones)[0]
+        return _beside(bodies.start[None] + share[..., None] * along[None], *made_of)[0]
 
     def closer(_: Any, between: Any) -> Any:
         low, high = between
@@ -96,7 +96,7 @@ def soft_stop(cones: Cones, bodies: Capsules) -> Any:
     """Where sensors are blinded (K,) m, smoothly; their range and more where they are not."""
     centre = _rows_of_balls(bodies)[None]
     radius = bodies.radius[None, :, None]
-    beside, length = _beside(centre, _with_axes(cones, 2))
+    beside, length = _beside(centre, *_with_axes(cones, 2))
     within = jnp.minimum(beside, radius)
     stop = length - radius + within * within / radius + _GRAZE * (beside - within)
     longest = cones.range_m / jnp.cos(cones.half_angle)
