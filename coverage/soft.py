@@ -16,7 +16,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Float
 
+from . import soft_beams
 from .arrays import dot
+from .beams import Beams
 from .cloud import Cloud
 from .solids import Cones, cone
 
@@ -24,15 +26,17 @@ CUT = 14.0  # widths from its surface beyond which a cone is left out: it would 
 SHARP = 1e-6  # m, a width at which soft zeta is the plain share of points, but for points on a surface
 _AT_ONCE = {"cpu": (32, 16)}  # blocks and cones a block worked on at once: in cache on a CPU,
 _AT_ONCE_ELSEWHERE = (1024, 64)  # many on an accelerator
+_ROUND = 5  # arrays that cones are made of; more where some are pyramids
 
 
 class Soft(NamedTuple):
     """Soft zeta in [0, 1]; its gradient by the cones' apexes (K, 3), 1/m, and by their axes (K, 3), as if these were free
-    vectors."""
+    vectors; of ``Beams`` also by their ups (K, 3)."""
 
     zeta: Float[jax.Array, "*shape"]
     by_apex: Float[jax.Array, "K 3"]
     by_axis: Float[jax.Array, "K 3"]
+    by_up: Float[jax.Array, "K 3"] | None = None
 
 
 AddGroup = Callable[..., tuple[Any, Any]]
@@ -68,11 +72,14 @@ def over_groups(
 
     blocks = tuple(whole_groups(a) for a in (cloud.points, cloud.weight, cloud.centre, cloud.radius))
     apex, axis, *shape = cones.apex, cones.axis, jnp.cos(cones.half_angle), jnp.sin(cones.half_angle), cones.range_m
+    if isinstance(cones, Beams):
+        shape += [cones.up, cones.half_up]
     # One more cone that sees nothing: it stands in where a block looks at fewer cones than its neighbours.
     parts = tuple(
         jnp.concatenate([a, jnp.full((1, *a.shape[1:]), nothing, a.dtype)])
-        for a, nothing in zip((apex, axis, *shape), (0, 0, 0, 0, -jnp.inf), strict=True)
+        for a, nothing in zip((apex, axis, *shape), (0, 0, 0, 0, -jnp.inf, 0, 0), strict=False)
     )
+    columns = 9 if isinstance(cones, Beams) else 6
 
     def one(i: Any, total: Any) -> Any:
         some = tuple(jax.lax.dynamic_slice_in_dim(a, i * group, group) for a in blocks)
@@ -80,10 +87,9 @@ def over_groups(
 
     dtype = cloud.points.dtype
     groups = -(-(cloud.weight[:, 0] > 0).sum() // group)
-    unseen, slope = jax.lax.fori_loop(0, groups, one, (jnp.zeros(zetas, dtype), jnp.zeros((k + 1, 6), dtype)))
+    unseen, slope = jax.lax.fori_loop(0, groups, one, (jnp.zeros(zetas, dtype), jnp.zeros((k + 1, columns), dtype)))
     size = cloud.weight.sum()
-    by_apex, by_axis = jnp.split(-slope[:k] / (size * width), 2, axis=1)
-    return Soft(1 - unseen / size, by_apex, by_axis)
+    return Soft(1 - unseen / size, *jnp.split(-slope[:k] / (size * width), columns // 3, axis=1))
 
 
 def _at_once() -> tuple[int, int]:
@@ -104,7 +110,8 @@ def near_cones(parts: Any, blocks: Any, width: Any, cut: Any) -> Near:
     _, weight, centre, radius = blocks
     k = len(parts[0]) - 1
     piece = min(_at_once()[1], k)
-    gap = cone(centre[:, None], *(a[None, :k] for a in parts)) - radius[:, None]
+    value = cone if len(parts) == _ROUND else soft_beams.value
+    gap = value(centre[:, None], *(a[None, :k] for a in parts)) - radius[:, None]
     near = (gap < cut * width) & (weight[:, :1] > 0)
     index = jnp.sort(jnp.where(near, jnp.arange(k, dtype=jnp.int32)[None], k), axis=1)
     index = jnp.pad(index, ((0, 0), (0, -k % piece)), constant_values=k)
@@ -117,7 +124,8 @@ def near_cones(parts: Any, blocks: Any, width: Any, cut: Any) -> Near:
 
 
 def add_group(near: Near, blocks: Any, width: Any, slopes: Any, unseen_before: Any, slope_before: Any) -> tuple[Any, Any]:
-    """Add a group of g blocks: the sum of prod(1 - p), and ``width`` times its gradient (K + 1, 6) by apexes and axes.
+    """Add a group of g blocks: the sum of prod(1 - p), and ``width`` times its gradient (K + 1, 6) by apexes and axes, and
+    ups of beams.
 
     One run over the pieces multiplies, a second one, which knows the product, differentiates. To compute twice is cheaper
     than to store.
@@ -132,9 +140,9 @@ def add_group(near: Near, blocks: Any, width: Any, slopes: Any, unseen_before: A
 
     def differentiate(j: Any, slope: Any) -> Any:
         chosen, some = near.cones_of(j)
-        t, on_side, d, inverse = pairs(points, some, width)
+        t, *geometry = pairs(points, some, width)
         pull = unseen[:, None] * free_and_occupied(t)[1]
-        return slope.at[chosen].add(by_cone(points, some, pull, on_side, d, inverse))
+        return slope.at[chosen].add(by_cone(points, some, pull, *geometry))
 
     end = jnp.where(slopes, near.pieces, 0)
     return unseen_before + unseen.sum(), jax.lax.fori_loop(0, end, differentiate, slope_before)
@@ -146,9 +154,11 @@ def free_and_occupied(t: Any) -> tuple[Any, Any]:
     return jnp.where(t > 0, 1, e) / (1 + e), jnp.where(t > 0, e, 1) / (1 + e)
 
 
-def pairs(points: Any, some: Any, width: Any) -> tuple[Any, Any, Any, Any]:
+def pairs(points: Any, some: Any, width: Any) -> tuple[Any, ...]:
     """For g blocks of B points against c cones each, all (g, c, B): f / width, is f the side's (not the base's), distance
-    along the axis, and 1 over the distance from the axis, 0 on it."""
+    along the axis, and 1 over the distance from the axis, 0 on it; of beams what ``soft_beams.pairs`` says instead."""
+    if len(some) > _ROUND:
+        return soft_beams.pairs(points, some, width)
     apex, axis, cosine, sine, range_m = (a[..., None] for a in some)
     x, y, z = (points[:, None, :, i] - apex[:, :, i] for i in range(3))
     a, b, c = (axis[:, :, i] for i in range(3))
@@ -160,11 +170,15 @@ def pairs(points: Any, some: Any, width: Any) -> tuple[Any, Any, Any, Any]:
     return jnp.maximum(side, base) * (1 / width), side >= base, d, inverse
 
 
-def by_cone(points: Any, some: Any, pull: Any, on_side: Any, d: Any, inverse: Any) -> Any:
-    """Gradient (g, c, 6) by apex and axis, where the sum over points grows by ``pull`` (g, c, B) with each f.
+def by_cone(points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
+    """Gradient (g, c, 6) by apex and axis, where the sum over points grows by ``pull`` (g, c, B) with each f; of beams
+    (g, c, 9), by up too. ``geometry`` is what ``pairs`` says beside f.
 
     With v = p - apex and u = v less its part along the axis, f grows by ``across`` u + ``along`` axis per step of p.
     """
+    if len(some) > _ROUND:
+        return soft_beams.by_beam(points, some, pull, *geometry)
+    on_side, d, inverse = geometry
     apex, axis, cosine, sine, _ = some
     across = jnp.where(on_side, pull * cosine[..., None] * inverse, 0)
     along = jnp.where(on_side, -pull * sine[..., None], pull)
