@@ -127,7 +127,7 @@ def test_gradients_are_finite_everywhere(dtype, width):
         return jax.tree.map(lambda a: jnp.asarray(a, dtype), tree)
 
     soft = estimate(as_type(cones), as_type(cloud(points, 4, dtype)), dtype(width))
-    assert all(bool(jnp.isfinite(part).all()) for part in soft)
+    assert all(bool(jnp.isfinite(part).all()) for part in jax.tree.leaves(soft))
 
 
 @settings(max_examples=10)
