@@ -54,7 +54,7 @@ def check_help(text: str) -> int:
     """Every option of ours that is named exists."""
     helps = "".join(
         subprocess.run(["place-rings", *command, "--help"], check=True, capture_output=True, text=True).stdout
-        for command in ([], ["verify"], ["cones"], ["schema"], ["study"], ["robustness"])
+        for command in ([], ["verify"], ["cones"], ["schema"], ["study"], ["robustness"], ["improve"], ["task"], ["robot"])
     )
     blocks = "".join(re.findall(r"place-rings[^`\n]*", text))
     options = set(re.findall(r"(?<= )--[a-z-]+", blocks))

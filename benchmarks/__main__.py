@@ -12,10 +12,23 @@ from pathlib import Path
 
 from common import surroundings
 
-NAMES = ("octree", "certified", "estimator", "growth", "kills", "searches")
-_LONG = ("searches",)
+NAMES = ("octree", "certified", "estimator", "growth", "occlusion", "kills", "questions", "fronts", "searches")
+_LONG = ("questions", "fronts", "searches")
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
-PACKAGES = ("place-rings", "numpy", "jax", "scipy", "torch", "open3d", "manifold3d", "distributed", "cma", "optuna", "nlopt")
+PACKAGES = (
+    "place-rings",
+    "numpy",
+    "jax",
+    "scipy",
+    "torch",
+    "open3d",
+    "manifold3d",
+    "distributed",
+    "cma",
+    "optuna",
+    "nlopt",
+    "pymoo",
+)
 
 
 def main() -> None:

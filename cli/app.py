@@ -7,6 +7,8 @@ from typing import Annotated
 from cyclopts import App, Parameter
 from cyclopts.validators import Number
 
+from ..coverage.occlusion import Occlusion
+
 app = App(
     name="place-rings",
     help="""Find where rings of Time-of-Flight sensors belong on a robot arm, and prove how much they see.
@@ -24,7 +26,11 @@ Targets = Annotated[
 ]
 Radius = Annotated[float | None, Parameter(help="Radius of a --target V_S that has none of its own, m.")]
 SceneFileOption = Annotated[Path | None, Parameter(name="--scene", help="Another scene than the reference scene (TOML).")]
-RobotOption = Annotated[str | None, Parameter(help="A built-in robot: ur10, ur10_dh.")]
+RobotOption = Annotated[str | None, Parameter(help="A built-in robot: ur10, ur5e, panda, … (see robots).")]
+OcclusionOption = Annotated[
+    Occlusion | None,
+    Parameter(name="--occlusion", help="The robot's own body: ignored, throws shadows, or blinds sensors."),
+]
 Trajectory = Annotated[Path | None, Parameter(help="A recorded motion (CSV: time and joint angles) in place of the poses.")]
 Degrees = Annotated[bool, Parameter(negative=(), help="The angles of --trajectory are in degrees, not radians.")]
 Voxel = Annotated[float, Parameter(help="Side of a voxel, m.")]

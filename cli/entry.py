@@ -13,3 +13,7 @@ def main() -> None:
     except KeyboardInterrupt:
         print("place-rings: interrupted before there was anything to keep", file=sys.stderr, flush=True)
         os._exit(130)
+
+
+if __name__ == "__main__":
+    main()

@@ -22,6 +22,7 @@ from ..placement.search import Outcome, SearchResult
 from ..placement.search import Progress as Told
 from .picture import comparison_picture
 from .place import check_scene, found_model
+from .sighting import check_sight
 from .tables import target_label
 
 _MOST_TOLD = 5  # broken rules
@@ -89,6 +90,7 @@ def improve(
     """Find, print and write the best changes to ``setup``, which is called ``name``."""
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
+    check_sight(scene, setup)
     folder = output_folder(out) if out else None
     found = find(scene, setup, most, add_sensors, seed, time_cap, voxel, log)
     if found.broken:

@@ -6,20 +6,24 @@ import sys
 import numpy as np
 from rich.console import Console
 
-from ..coverage.beams import Beams
 from ..coverage.certified import Bracket
+from ..coverage.optics import Optics
 from ..coverage.rings import Setup
 from ..coverage.slots import any_square, sensor_cones
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
+from ..objectives.side_by_side import by_occlusion
+from ..objectives.sight import unseeing
 from ..placement.convert import verify_result
 from ..placement.mounted import COLUMNS
 from ..placement.sensing import sensor_records
+from ..placement.sighting import with_sight
 from .motion import record_line, worst_line
 from .options import Counting
 from .place import check_scene
 from .protective import protective_lines
 from .sensing import sensor_lines
+from .sighting import ADVICE, check_sight, occlusion_table, scene_lines, unseeing_lines
 from .tables import percent, proof_line, target_label, zeta_table
 
 SQUARE_COLUMNS = ("fov_up_deg", "up_x", "up_y", "up_z")
@@ -28,6 +32,7 @@ _SHOWN = 16  # poses up to which each is shown
 
 def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: bool) -> None:
     """Print the exact zeta of ``setup`` for the scene's goals."""
+    check_sight(scene, setup)
     if counting.rule != "certified" and counting.voxel is not None:
         check_scene(scene, counting.voxel)
     with Console(stderr=True).status("counting") as status:
@@ -40,14 +45,24 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
                 status.update(f"counting pose {pose + 1} of {len(scene.poses)}")
 
         verifier = Verifier(scene, counting.voxel, counting.rule, counting.width, tell, counting.memory, at)
-        found = [verify_result(name, verifier.verify(setup, goal.target), scene) for goal in scene.goals]
-    results = [r.model_copy(update={"sensors": sensor_records(setup)}) for r in found]
+        counted = [verifier.verify(setup, goal.target) for goal in scene.goals]
+        blocked = unseeing(scene, setup)
+        results = [
+            with_sight(verify_result(name, one, scene), scene, by_occlusion(verifier, setup, one), blocked)
+            for one in counted
+        ]
+    results = [r.model_copy(update={"sensors": sensor_records(setup)}) for r in results]
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
         print(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
         return
     console = Console()
-    console.print(zeta_table(results, {name: setup.sensors}, f"ζ in percent, {how(counting)}, robot {scene.robot.name}"))
+    console.print(zeta_table(results, {name: setup.sensors}, f"ζ in percent, {how(counting)}, {place(scene)}"))
+    table = occlusion_table(results)
+    if table is not None:
+        console.print(table)
+    for told in (*unseeing_lines(results[0].unseeing), *scene_lines(scene), *([ADVICE] if table is not None else [])):
+        console.print(told, highlight=False, soft_wrap=True)
     for r in results:
         if r.proof is not None:
             console.print(proof_line(r, r.proof), soft_wrap=True)
@@ -60,6 +75,11 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
     for line in (record_line(scene), *protective_lines(results, sensors), *sensor_lines(sensors)):
         if line:
             console.print(line, highlight=False, soft_wrap=True)
+
+
+def place(scene: Scene) -> str:
+    """Robot and model of occlusion in words."""
+    return f"robot {scene.robot.name}, occlusion {scene.occlusion}"
 
 
 def how(counting: Counting) -> str:
@@ -80,7 +100,7 @@ def cones(setup: Setup, scene: Scene) -> None:
         for (i, k), apex, axis, half, range_m in zip(labels, c.apex, c.axis, c.half_angle, c.range_m, strict=True):
             numbers = [round(float(v), 9) + 0.0 for v in (*apex, *axis, 2 * np.degrees(half), range_m)]
             more = []
-            if isinstance(c, Beams):
+            if isinstance(c, Optics):
                 first = sum(ring.count for ring in setup.rings[:i]) + k
                 more = [round(float(v), 9) + 0.0 for v in (2 * np.degrees(c.half_up[first]), *c.up[first])]
             writer.writerow([p, i, k, *numbers, *more])

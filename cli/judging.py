@@ -11,7 +11,21 @@ from ..objectives.exact import Rule
 from ..placement.errors import UserError
 from ..placement.loader import resolve
 from .aim_options import mounting_errors, resolve_robustness
-from .app import Degrees, Floors, Json, Radius, RobotOption, SceneFileOption, Seed, Subject, Targets, Trajectory, Voxel, app
+from .app import (
+    Degrees,
+    Floors,
+    Json,
+    OcclusionOption,
+    Radius,
+    RobotOption,
+    SceneFileOption,
+    Seed,
+    Subject,
+    Targets,
+    Trajectory,
+    Voxel,
+    app,
+)
 from .options import (
     parse_goals,
     resolve_counting,
@@ -20,6 +34,7 @@ from .options import (
     with_floors,
     with_goals,
     with_motion,
+    with_occlusion,
 )
 from .sensing import Ambient, Reflectance, SensorOption, TargetSize, resolve_with_sensor
 
@@ -33,6 +48,7 @@ def verify(
     radius: Radius = None,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    occlusion: OcclusionOption = None,
     sensor: SensorOption = None,
     ambient: Ambient = None,
     reflectance: Reflectance = None,
@@ -67,7 +83,7 @@ def verify(
         subject, resolve_scene(scene, robot, target, radius), sensor, ambient, reflectance, target_size
     )
     asked = with_motion(with_goals(found, parse_goals(target, radius)), trajectory, degrees)
-    run(subject, setup, asked, counting, as_json)
+    run(subject, setup, with_occlusion(asked, occlusion), counting, as_json)
 
 
 @app.command
@@ -79,6 +95,7 @@ def robustness(
     radius: Radius = None,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    occlusion: OcclusionOption = None,
     k: Annotated[int, Parameter(name="--k", help="Tell apart up to so many sensors that see a point.")] = 3,
     draws: Annotated[int, Parameter(help="Mountings that are drawn.")] = 100,
     position_error_mm: Annotated[float, Parameter(help="Of each ring, along its link, either way.")] = 5.0,
@@ -100,7 +117,7 @@ def robustness(
 
     asked = resolve_robustness(k, voxel, draws, seed, mounting_errors(position_error_mm, direction_error_deg, law))
     setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
-    run(subject, setup, with_goals(found, parse_goals(target, radius)), asked, as_json)
+    run(subject, setup, with_occlusion(with_goals(found, parse_goals(target, radius)), occlusion), asked, as_json)
 
 
 @app.command
@@ -158,6 +175,7 @@ def improve(
     radius: Radius = None,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    occlusion: OcclusionOption = None,
     changes: Annotated[int, Parameter(validator=Number(gte=1, lte=20), help="Rings touched, at most.")] = 3,
     add_sensors: Annotated[int, Parameter(validator=Number(gte=0, lte=1000), help="Sensors more than now, at most.")] = 0,
     at_least: Floors = (),
@@ -179,5 +197,5 @@ def improve(
 
     cap = resolve_time(time)
     setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
-    asked = with_floors(with_goals(found, parse_goals(target, radius)), at_least)
+    asked = with_occlusion(with_floors(with_goals(found, parse_goals(target, radius)), at_least), occlusion)
     run(subject, setup, asked, changes, add_sensors, seed, cap, voxel, out, as_json)

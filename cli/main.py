@@ -12,9 +12,23 @@ from ..objectives.aim import Losing
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import with_sensor
-from . import judging, tools  # noqa: F401  (they add their commands)
+from . import judging, robots, tools  # noqa: F401  (they add their commands)
 from .aim_options import resolve_aim
-from .app import Count, Degrees, Floors, Json, Radius, RobotOption, SceneFileOption, Seed, Targets, Trajectory, Voxel, app
+from .app import (
+    Count,
+    Degrees,
+    Floors,
+    Json,
+    OcclusionOption,
+    Radius,
+    RobotOption,
+    SceneFileOption,
+    Seed,
+    Targets,
+    Trajectory,
+    Voxel,
+    app,
+)
 from .options import (
     parse_goals,
     resolve_reach,
@@ -24,6 +38,7 @@ from .options import (
     with_floors,
     with_goals,
     with_motion,
+    with_occlusion,
 )
 from .sensing import Ambient, Reflectance, SensorOption, TargetSize, resolve_sensor
 
@@ -35,6 +50,7 @@ def place(
     radius: Radius = None,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
+    occlusion: OcclusionOption = None,
     rings_per_link: Count = 2,
     sensors_per_ring: Count = 16,
     sensors: Annotated[
@@ -76,6 +92,8 @@ def place(
 
     Example: place-rings --target V_S --radius 0.5 --redundancy 2
 
+    Example: place-rings --target V_S --radius 0.5 --occlusion shadow
+
     Example: place-rings --target V_S --radius 0.5 --trajectory task.csv --worst
 
     Example: place-rings --target V_S --radius 0.5 --sensor vl53l1x --ambient 50kcps --target-size 0.1x0.4
@@ -92,7 +110,7 @@ def place(
     cap = resolve_time(time)
     asked = resolve_scene(scene, robot, target, radius) or with_goals(Scene(), parse_goals(target, radius))
     asked = with_sensor(asked, resolve_sensor(sensor, ambient, reflectance, target_size, asked.sensor))
-    asked = with_motion(with_floors(asked, at_least), trajectory, degrees, worst)
+    asked = with_occlusion(with_motion(with_floors(asked, at_least), trajectory, degrees, worst), occlusion)
     share = resolve_reach(reach, sensors)
     space = None if share else resolve_space(asked, rings_per_link, sensors_per_ring, sensors)
     aim = resolve_aim(asked, redundancy, losing, tolerant, position_error_mm, direction_error_deg)

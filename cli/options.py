@@ -6,14 +6,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+from pydantic import ValidationError
+
+from ..coverage.occlusion import Occlusion
+from ..coverage.robots import Robot
 from ..coverage.robots import robot as built_in
 from ..coverage.targets import Target
 from ..objectives.exact import VOXEL, Rule
-from ..objectives.scene import Goal, Scene
+from ..objectives.scene import Goal, Pose, Scene
 from ..placement.candidates import InfeasibleError, Space
-from ..placement.errors import UserError, shown
+from ..placement.convert import scene_model
+from ..placement.errors import UserError, explain, shown
 from ..placement.layout import ring_layout
-from ..placement.loader import read_scene
+from ..placement.loader import read_robot, read_scene
+from ..placement.models import SceneFile
 from ..placement.record import with_record
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
@@ -70,11 +77,38 @@ def resolve_scene(
     goals = parse_goals(targets, radius)
     asked = read_scene(scene) if scene else None
     if robot is not None:
-        try:
-            asked = replace(asked or Scene(), robot=built_in(robot))
-        except ValueError as error:
-            raise UserError(f"--robot: {error}") from error
+        asked = _on_robot(scene, asked, given_robot(robot))
     return with_goals(asked, goals) if asked is not None else None
+
+
+def given_robot(text: str) -> Robot:
+    """The robot that ``--robot`` means: built in, of a robot's file (.toml), or of a URDF, to which bodies and mounts are
+    then fitted; UserError for none of them."""
+    if text.lower().endswith(".toml"):
+        return read_robot(Path(text))
+    if text.lower().endswith(".urdf"):
+        from .robot_file import import_urdf  # reading meshes takes a while to load
+
+        return import_urdf(Path(text)).robot
+    try:
+        return built_in(text)
+    except ValueError as error:
+        raise UserError(f"--robot: {error}, or a file .toml or .urdf") from error
+
+
+def _on_robot(path: Path | None, scene: Scene | None, robot: Robot) -> Scene:
+    """``scene``, that of the file at ``path``, on another robot, in that robot's own pose where the scene has the one of its
+    own; UserError where its poses, mounts or rings are not that robot's."""
+    if scene is None:
+        return Scene(robot=robot, poses=(Pose(robot.rest),))
+    if len(scene.poses) == 1 and np.array_equal(scene.poses[0].q, scene.robot.rest):
+        scene = replace(scene, poses=(Pose(robot.rest),))
+    moved = replace(scene, robot=robot)
+    try:
+        scene_model(moved)
+    except ValidationError as error:
+        raise explain(f"--robot {robot.name}: {path}", error, SceneFile) from error
+    return moved
 
 
 def with_goals(scene: Scene, goals: tuple[Goal, ...]) -> Scene:
@@ -86,6 +120,15 @@ def with_goals(scene: Scene, goals: tuple[Goal, ...]) -> Scene:
                 f"--radius: found {goal.target.radius:g}, allowed: above {inner:g}, the radius of the robot's own V_R"
             )
     return replace(scene, goals=goals) if goals else scene
+
+
+def with_occlusion(scene: Scene, occlusion: Occlusion | None) -> Scene:
+    """``scene`` under ``--occlusion``, if that is given; UserError for a robot that has no bodies to shadow or blind."""
+    if occlusion is None:
+        return scene
+    if occlusion != "ignore" and not scene.robot.bodies:
+        raise UserError(f"--occlusion: found {occlusion}, allowed: ignore, as robot {scene.robot.name} has no bodies")
+    return replace(scene, occlusion=occlusion)
 
 
 def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:

@@ -15,6 +15,8 @@ from ..objectives.aim import Aim, judge
 from ..objectives.exact import Verified, Verifier, check_voxel, target_voxels
 from ..objectives.scene import Scene
 from ..objectives.separations import separations
+from ..objectives.side_by_side import by_occlusion
+from ..objectives.sight import unseeing
 from ..placement import search as searching
 from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_model, tolerant_model, verify_result
@@ -25,10 +27,12 @@ from ..placement.proposals import FoundModel, ProposalFile, ReachedModel, ReachM
 from ..placement.reach import fewest_sensors
 from ..placement.results import VerifyResult
 from ..placement.sensing import sensor_records
+from ..placement.sighting import with_sight
 from .motion import record_line, worst_line
 from .picture import placement_picture
 from .protective import protective_lines
 from .sensing import sensor_lines
+from .sighting import ADVICE, check_scene_sight, occlusion_table, scene_lines, unseeing_lines
 from .tables import ring_table, target_label, zeta_table
 
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
@@ -52,6 +56,12 @@ def check_scene(scene: Scene, voxel: float) -> None:
                 raise ValueError(f"voxel {voxel:g} m is larger than target {goal.target}; allowed: smaller")
         except ValueError as error:
             raise UserError(f"--voxel: {error}") from error
+
+
+def comparable(scene: Scene) -> tuple[str, ...]:
+    """The paper's setups that the scene's robot can carry: none where it lacks one of their links."""
+    links = {ring.link for ring in named_setup(PAPER_SETUPS[0]).rings}
+    return tuple(PAPER_SETUPS) if links <= set(scene.robot.links) else ()
 
 
 def find(
@@ -100,7 +110,7 @@ def compare(
 ) -> list[VerifyResult]:
     """Zeta of the proposal and of the paper's setups for all targets, by one verifier; ``counted``: what is known already of
     the proposal."""
-    setups = {"proposal": setup} | {name: named_setup(name, scene.sensor, scene.ring_radius) for name in PAPER_SETUPS}
+    setups = {"proposal": setup} | {n: named_setup(n, scene.sensor, scene.ring_radius) for n in comparable(scene)}
     goals = [g.target for g in scene.goals]
     common = [t for t in PAPER_TARGETS if t.radius is None or t.radius > scene.shape.robot_radius]
     targets = list(dict.fromkeys([*goals, *common] if len(scene.poses) <= _FEW_POSES else goals))
@@ -115,7 +125,11 @@ def compare(
                 verifier.at = lambda _: bar.advance(task)
                 for name, one in setups.items():
                     verified = known.get((name, target)) or verifier.verify(one, target)
-                    results.append(verify_result(name, verified, scene))
+                    result = verify_result(name, verified, scene)
+                    if target in goals:
+                        zetas = by_occlusion(verifier, one, verified)
+                        result = with_sight(result, scene, zetas, unseeing(scene, one))
+                    results.append(result)
                     bar.update(task, completed=len(results) * len(scene.poses))
         except KeyboardInterrupt:
             console.print("interrupted: the comparison ends here, the proposal is kept")
@@ -129,7 +143,7 @@ def asked_values(scene: Scene, setup: Setup, value: float, voxel: float, console
     verifier, found = Verifier(scene, voxel), {"proposal": 100 * value}
     try:
         with console.status("counting what was asked for"):
-            for name in PAPER_SETUPS:
+            for name in comparable(scene):
                 found[name] = 100 * judge(verifier, named_setup(name, scene.sensor, scene.ring_radius), aim)[1]
     except KeyboardInterrupt:
         console.print("interrupted: the comparison ends here, the proposal is kept")
@@ -151,6 +165,7 @@ def place(
     picture and result."""
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
+    check_scene_sight(scene)
     folder = output_folder(out)
     verifier, reached = Verifier(scene, voxel), None
     if space is not None:
@@ -186,10 +201,17 @@ def place(
         print(record.model_dump_json(indent=2))
         return
     console.print(ring_table(result.setup, scene.robot))
-    sensors = {"proposal": result.setup.sensors} | {n: named_setup(n).sensors for n in PAPER_SETUPS}
-    title = f"ζ in percent, rule centre, voxels of {voxel:g} m, robot {scene.robot.name}, {len(scene.poses)} pose(s)"
+    sensors = {"proposal": result.setup.sensors} | {n: named_setup(n).sensors for n in comparable(scene)}
+    where = f"robot {scene.robot.name}, occlusion {scene.occlusion}, {len(scene.poses)} pose(s)"
+    title = f"ζ in percent, rule centre, voxels of {voxel:g} m, {where}"
     order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
     console.print(zeta_table(sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)), sensors, title))
+    table = occlusion_table(comparison)
+    if table is not None:
+        console.print(table)
+    own = mine[0].unseeing if mine else []
+    for told in (*unseeing_lines(own), *scene_lines(scene), *([ADVICE] if table is not None else [])):
+        console.print(told, highlight=False, soft_wrap=True)
     if asked:
         each = ", ".join(f"{name} {value:.2f}" for name, value in asked.items())
         console.print(f"Asked for, {aim}, in percent: {each}.", highlight=False)

@@ -13,12 +13,14 @@ from ..placement.convert import robustness_result
 from ..placement.results import LossModel, RobustnessResult
 from .aim_options import Robustness
 from .place import check_scene
+from .sighting import check_sight
 from .tables import target_label
 
 
 def robustness(name: str, setup: Setup, scene: Scene, asked: Robustness, as_json: bool) -> None:
     """Print redundancy and tolerance of ``setup`` for the scene's goals."""
     check_scene(scene, asked.voxel)
+    check_sight(scene, setup)
     verifier, results = Verifier(scene, asked.voxel), []
     with Progress(*Progress.get_default_columns(), console=Console(stderr=True), transient=True) as bar:
         for goal in scene.goals:

@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from ..coverage.robots import PAPER_ROBOTS
 from ..objectives.scene import Scene
-from ..placement.errors import UserError
+from ..placement.errors import UserError, shown
 from ..placement.loader import resolve
 from ..placement.proposals import MODELS
 from .app import Json, RobotOption, SceneFileOption, Subject, Targets, app
@@ -53,6 +54,8 @@ def task(
     """
     from .motion import task as run
 
+    if robot is not None and robot not in PAPER_ROBOTS:
+        raise UserError(f"--robot: found {shown(robot)}, allowed: {', '.join(PAPER_ROBOTS)}, as the task is the paper's")
     run(resolve_scene(None, robot) or Scene(), rate)
 
 
@@ -104,7 +107,7 @@ def study(
 
 
 @app.command
-def schema(name: Literal["scene", "proposal", "verify", "robustness", "result", "improve", "safety"], /) -> None:
+def schema(name: Literal["scene", "robot", "proposal", "verify", "robustness", "result", "improve", "safety"], /) -> None:
     """Print the JSON Schema of a file or of a command's JSON.
 
     Example: place-rings schema scene

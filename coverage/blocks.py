@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int, UInt64
 
 from .arrays import dot, rows
-from .beams import Beams
+from .optics import Optics
 from .pyramids import Pyramids, cross
 from .rods import Rods
 from .solids import Cones, Parts, Spheres
@@ -166,7 +166,7 @@ def _(parts: Pyramids, grid: Grid, points: Any, index: Any) -> Words:
 
 
 @words.register
-def _(parts: Beams, grid: Grid, points: Any, index: Any) -> Words:
+def _(parts: Optics, grid: Grid, points: Any, index: Any) -> Words:
     """Each part by its shape."""
     sure, maybe = np.zeros((2, len(index)), np.uint64)
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from jaxtyping import Float
 
 from .arrays import Array, dot, namespace, root
-from .robots import Robot
+from .robot import BASE, Robot
 
 
 class Capsules(NamedTuple):
@@ -29,15 +29,17 @@ def robot_capsules(robot: Robot, frames: Float[Array, "*batch F 4 4"]) -> Capsul
     if not robot.bodies:
         raise ValueError(f"robot {robot.name} has no bodies")
     xp = namespace(frames)
+    still = xp.broadcast_to(xp.eye(4, dtype=frames.dtype), (*frames.shape[:-3], 4, 4))
+    moved = [still if b.frame == BASE else frames[..., b.frame, :, :] for b in robot.bodies]
     ends = []
     for key in ("start", "end"):
         points = [
             dot(
-                frames[..., b.frame, :3, :3],
+                T[..., :3, :3],
                 xp.asarray(getattr(b, key), dtype=frames.dtype).reshape((1,) * (frames.ndim - 2) + (3,)),
             )
-            + frames[..., b.frame, :3, 3]
-            for b in robot.bodies
+            + T[..., :3, 3]
+            for b, T in zip(robot.bodies, moved, strict=True)
         ]
         ends.append(xp.stack(points, axis=-2))
     return Capsules(ends[0], ends[1], xp.asarray([b.radius for b in robot.bodies], dtype=frames.dtype))

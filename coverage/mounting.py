@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float
 
 from .arrays import Array, dot, namespace
-from .beams import beams
 from .chain import forward
+from .optics import optics
 from .pyramids import cross
 from .rings import Setup, ring_values
 from .robots import Robot
@@ -142,4 +142,4 @@ def misplaced_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"], erro
     here = slots(robot, setup.rings)
     found = misplaced_beams(here, v.position, v.tilt, v.phase, frames, errors)
     each = zip(*(part[:, 0] for part in found), strict=True)
-    return [beams(a, x, here.half_angle, here.range_m, up, here.half_up) for a, x, up in each]
+    return [optics(a, x, here.half_angle, here.range_m, up, here.half_up) for a, x, up in each]

@@ -18,7 +18,7 @@ from .allocation import keep_freed_memory
 from .arrays import rows
 from .blocks import CORNER, LEVEL, VOXELS, Grid, packed, words
 from .cells import Cells, Region, first_cells
-from .solids import Cones
+from .solids import Parts
 from .verdicts import SLACK, scale
 from .voxelset import VoxelSet, centre
 
@@ -97,7 +97,7 @@ class _Descent:
     """What stays the same all the way down. A number of cones below ``least`` or from ``most`` on is not told from others;
     group (K,) ascending, or None where nobody asks what is held alone."""
 
-    cones: Cones
+    cones: Parts
     wanted: VoxelSet
     group: Int[np.ndarray, " K"] | None
     least: int
@@ -224,13 +224,13 @@ def _all(descent: _Descent, region: Region | None) -> Tally:
     return total
 
 
-def _descent(cones: Cones, wanted: VoxelSet, group: np.ndarray | None, least: int, most: int) -> _Descent:
+def _descent(cones: Parts, wanted: VoxelSet, group: np.ndarray | None, least: int, most: int) -> _Descent:
     if most < 1:
         raise ValueError(f"found at least {most} cones, allowed: 1 and more")
     return _Descent(cones, wanted, group, least, most, _CHUNK, SLACK * scale(cones))
 
 
-def tally(cones: Cones, group: Int[np.ndarray, " K"], wanted: VoxelSet, most: int, region: Region | None = None) -> Tally:
+def tally(cones: Parts, group: Int[np.ndarray, " K"], wanted: VoxelSet, most: int, region: Region | None = None) -> Tally:
     """Count the voxels of ``wanted`` by how many cones hold their centre, and those that hang on one cone or one group.
 
     Args:
@@ -246,7 +246,7 @@ def tally(cones: Cones, group: Int[np.ndarray, " K"], wanted: VoxelSet, most: in
     return _all(_descent(cones, wanted, group, 1, most), region)
 
 
-def seen_by(cones: Cones, wanted: VoxelSet, least: int, region: Region | None = None) -> int:
+def seen_by(cones: Parts, wanted: VoxelSet, least: int, region: Region | None = None) -> int:
     """Number of voxels of ``wanted`` whose centre at least ``least`` cones hold; sooner than a ``tally``. For what it takes
     and raises see there."""
     return int(_all(_descent(cones, wanted, None, least, least), region).at_least[-1])

@@ -74,9 +74,10 @@ class Pyramids(Parts):
                 normals.append(sign * c[:, None] * across - s[:, None] * axis)
         return np.stack(values), np.stack(normals)
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
-        """See ``Parts.shares``. All five surfaces are planes: nothing curves. Most cubes meet one of them; a cube that
-        several cut lies in the pyramid by what all of them leave of it at least."""
+    def each_share(self, points: Any, index: Any, side: float, slack: float) -> tuple[Share, Any, Any]:
+        """Bounds of the share of each pair's cube in its pyramid, and the furthest of its planes: value and normal at the
+        cube's centre. All five surfaces are planes: nothing curves. Most cubes meet one of them; a cube that several cut
+        lies in the pyramid by what all of them leave of it at least."""
         values, normals = self.planes(points, index)
         share = Share(np.ones(len(index)), np.ones(len(index)))
         for value, normal in zip(values, normals, strict=True):
@@ -87,7 +88,11 @@ class Pyramids(Parts):
                 share.low[cut], share.high[cut] = both.low, both.high
         furthest = values.argmax(axis=0)
         at = np.arange(len(index))
-        return either(cell, cubes, share, values[furthest, at], normals[furthest, at], side, slack)
+        return share, values[furthest, at], normals[furthest, at]
+
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
+        """See ``Parts.shares``."""
+        return either(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """The box of all apexes and all corners of bases."""

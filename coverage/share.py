@@ -47,8 +47,8 @@ class Share:
     def __and__(self, other: "Share") -> "Share":
         return _Algebra.maximum(self, other)
 
-    def only(self, keep: Bool[np.ndarray, " N"]) -> "Share":
-        """The shares of the cubes that are kept."""
+    def only(self, keep: Bool[np.ndarray, " N"] | Int[np.ndarray, " M"]) -> "Share":
+        """The shares of the cubes that are kept, by a truth value for each or by their numbers."""
         return Share(self.low[keep], self.high[keep])
 
     def __array_namespace__(self) -> type[_Algebra]:

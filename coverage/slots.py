@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from .arrays import Array, dot, namespace, root
-from .beams import beams
 from .chain import forward
+from .optics import optics
 from .pyramids import cross
 from .rings import Ring, Setup, ring_values, sensor_optics
 from .robots import Robot
@@ -167,4 +167,4 @@ def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cone
     if here.half_up is None:
         return Cones(*sensor_axes(robot, setup, frames), *sensor_optics(setup))
     apex, axis, up = slot_beams(here, v.position, v.tilt, v.phase, frames)
-    return beams(apex, axis, here.half_angle, here.range_m, up, here.half_up)
+    return optics(apex, axis, here.half_angle, here.range_m, up, here.half_up)

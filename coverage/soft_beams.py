@@ -1,61 +1,103 @@
-"""What the soft estimator knows of beams of both shapes: values of f, and the gradient written down.
+"""What the soft estimator asks of the sensors' beams: which are near a block of points, the implicit function of each at
+each point, and the pull of points on what a beam is made of.
 
-A pyramid's f is, point by point, one of five functions that are linear in p, in the axis and in the vectors across it: so
-its gradient too is weighted sums over points. That by side = up x axis goes into those by up and by axis.
+The gradient is written down rather than derived: per cone it is three weighted sums over points, which are matrix products.
 """
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from .arrays import dot
-from .pyramids import cross, pyramid
-from .solids import cone
+from .solids import Cones, cone
+
+_PIECE = {"cpu": 16}  # beams a block worked on at once: in cache on a CPU,
+_PIECE_ELSEWHERE = 64  # many on an accelerator
 
 
-def value(points: Any, apex: Any, axis: Any, cosine: Any, sine: Any, range_m: Any, up: Any, half_up: Any) -> Any:
-    """Implicit function of each beam; ``cosine`` and ``sine`` are of the half angle of a cone, or of a pyramid across up."""
-    square = pyramid(points, apex, axis, up, jnp.arctan2(sine, cosine), half_up, range_m)
-    return jnp.where(half_up > 0, square, cone(points, apex, axis, cosine, sine, range_m))
+class Near(NamedTuple):
+    """The near beams of each block of a group, in pieces of the same length for all blocks: how many pieces there are, and
+    may be; and for the number of a piece the beams (g, c), K for none, and what they are made of (g, c, ...)."""
+
+    pieces: Any
+    most: int
+    beams_of: Callable[[Any], tuple[Any, tuple[Any, ...]]]
 
 
-def pairs(points: Any, some: Any, width: Any) -> tuple[Any, ...]:
-    """For g blocks of B points against c beams each, all (g, c, B): f / width, and by how much f grows per m across a cone's
-    axis (over the distance from it), along the axis, along side and along up; and the distance along the axis."""
-    apex, axis, cosine, sine, range_m, up, half_up = (a[..., None] for a in some)
-    v = tuple(points[:, None, :, i] - apex[:, :, i] for i in range(3))
-    side = jnp.moveaxis(cross(some[5], some[1]), -1, 0)[..., None]
+class SoftBeams:
+    """K cones as the soft estimator sees them. ``columns``: how many numbers each is made of, as far as it has a slope."""
 
-    def along(e: Any) -> Any:
-        return v[0] * e[0] + v[1] * e[1] + v[2] * e[2]
+    columns = 6
 
-    d, x, y = along([axis[:, :, i] for i in range(3)]), along(side), along([up[:, :, i] for i in range(3)])
-    square, base = half_up > 0, d - range_m
-    u = tuple(v[i] - d * axis[:, :, i] for i in range(3))
-    round_ = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
-    inverse = jax.lax.rsqrt(jnp.where(round_ > 0, round_, 1.0)) * (round_ > 0)
-    cone_side = round_ * inverse * cosine - d * sine
-    cos_up, sin_up = jnp.cos(half_up), jnp.sin(half_up)
-    first, second = jnp.abs(x) * cosine - d * sine, jnp.abs(y) * cos_up - d * sin_up
-    mantle = jnp.where(square, jnp.maximum(first, second), cone_side)
-    on_mantle, on_first = mantle >= base, first >= second
-    across = jnp.where(on_mantle & ~square, cosine * inverse, 0)
-    on_x, on_y = (on_mantle & square & which for which in (on_first, ~on_first))
-    lean = jnp.where(on_y, sin_up, sine)
-    by_side, by_up = jnp.where(on_x, jnp.sign(x) * cosine, 0), jnp.where(on_y, jnp.sign(y) * cos_up, 0)
-    return jnp.maximum(mantle, base) * (1 / width), across, jnp.where(on_mantle, -lean, 1.0), by_side, by_up, d
+    def __init__(self, cones: Cones) -> None:
+        self.cones, self.count = cones, len(cones)
+        made_of = cones.apex, cones.axis, jnp.cos(cones.half_angle), jnp.sin(cones.half_angle), cones.range_m
+        # One more cone that sees nothing: it stands in where a block looks at fewer cones than its neighbours.
+        self.parts: tuple[Any, ...] = tuple(
+            jnp.concatenate([a, jnp.full((1, *a.shape[1:]), nothing, a.dtype)])
+            for a, nothing in zip(made_of, (0, 0, 0, 0, -jnp.inf), strict=True)
+        )
 
+    def near(self, blocks: Any, width: Any, cut: Any) -> Near:
+        """The beams that come within ``cut`` widths of each block."""
+        index, pieces = self._in_pieces(self._reach(blocks, width, cut))
 
-def by_beam(points: Any, some: Any, pull: Any, across: Any, along: Any, by_side: Any, by_up: Any, d: Any) -> Any:
-    """Gradient (g, c, 9) by apex, axis and up; see ``soft.by_cone``."""
-    apex, axis, up = some[0], some[1], some[5]
-    with_one = jnp.concatenate([points, jnp.ones_like(points[..., :1])], axis=2)
-    weights = [pull * across, pull * across * d, pull * along, pull * by_side, pull * by_up]
-    sums = jnp.concatenate(weights, axis=1) @ with_one
-    v1, v2, v3, v4, v5 = (s[..., :3] - s[..., 3:] * apex for s in jnp.split(sums, 5, axis=1))
-    _, _, total, total_side, total_up = jnp.split(sums[..., 3:], 5, axis=1)
-    side = cross(up, axis)
-    by_apex = -(v1 - dot(v1, axis)[..., None] * axis + total * axis + total_side * side + total_up * up)
-    by_axis = v3 - (v2 - dot(v2, axis)[..., None] * axis) + cross(v4, up)
-    return jnp.concatenate([by_apex, by_axis, v5 + cross(axis, v4)], axis=2)
+        def beams_of(j: Any) -> tuple[Any, tuple[Any, ...]]:
+            chosen = index(j)
+            return chosen, tuple(a[chosen] for a in self.parts)
+
+        return Near(*pieces, beams_of)
+
+    def _reach(self, blocks: Any, width: Any, cut: Any) -> Any:
+        """Which beams come near which block: (g, K)."""
+        _, weight, centre, radius = blocks
+        gap = cone(centre[:, None], *(a[None, :-1] for a in self.parts[:5])) - radius[:, None]
+        return (gap < cut * width) & (weight[:, :1] > 0)
+
+    def _in_pieces(self, near: Any, last: Any = 0) -> tuple[Callable[[Any], Any], tuple[Any, int]]:
+        """Of the near beams of each block (g, K), those of piece j as a function, and how many pieces there are and may be;
+        beams of higher ``last`` (g, K), whole numbers, come after the others."""
+        k = self.count
+        piece = min(_PIECE.get(jax.default_backend(), _PIECE_ELSEWHERE), k)
+        rank = last * k + jnp.arange(k, dtype=jnp.int32)[None]
+        ranks = jnp.sort(jnp.where(near, rank, jnp.iinfo(jnp.int32).max), axis=1)
+        index = jnp.where(ranks == jnp.iinfo(jnp.int32).max, k, ranks % k)
+        index = jnp.pad(index, ((0, 0), (0, -k % piece)), constant_values=k)
+        pieces = -(-near.sum(axis=1).max() // piece), index.shape[1] // piece
+        return lambda j: jax.lax.dynamic_slice_in_dim(index, j * piece, piece, axis=1), pieces
+
+    def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
+        """For g blocks of B points against c cones each, all (g, c, B): f / width, is f the side's (not the base's),
+        distance along the axis, and 1 over the distance from the axis, 0 on it."""
+        apex, axis, cosine, sine, range_m = (a[..., None] for a in some[:5])
+        x, y, z = (points[:, None, :, i] - apex[:, :, i] for i in range(3))
+        a, b, c = (axis[:, :, i] for i in range(3))
+        d = x * a + y * b + z * c
+        x, y, z = x - d * a, y - d * b, z - d * c
+        square = x * x + y * y + z * z
+        inverse = jax.lax.rsqrt(jnp.where(square > 0, square, 1.0)) * (square > 0)
+        side, base = square * inverse * cosine - d * sine, d - range_m
+        return jnp.maximum(side, base) * (1 / width), side >= base, d, inverse
+
+    def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
+        """Gradient (g, c, columns) by apex and axis, where the sum over points grows by ``pull`` (g, c, B) with each f.
+
+        With v = p - apex and u = v less its part along the axis, f grows by ``across`` u + ``along`` axis per step of p.
+        """
+        apex, axis, cosine, sine = some[:4]
+        on_side, d, inverse = geometry
+        across = jnp.where(on_side, pull * cosine[..., None] * inverse, 0)
+        along = jnp.where(on_side, -pull * sine[..., None], pull)
+        with_one = jnp.concatenate([points, jnp.ones_like(points[..., :1])], axis=2)
+        sums = jnp.concatenate([across, across * d, along], axis=1) @ with_one
+        v1, v2, v3 = (s[..., :3] - s[..., 3:] * apex for s in jnp.split(sums, 3, axis=1))
+        total = jnp.split(sums[..., 3:], 3, axis=1)[2]
+        by_apex = -(v1 - dot(v1, axis)[..., None] * axis + total * axis)
+        by_axis = v3 - (v2 - dot(v2, axis)[..., None] * axis)
+        return jnp.concatenate([by_apex, by_axis], axis=2)
+
+    def pulled_back(self, slope: Any) -> tuple[Any, ...]:
+        """Gradient by the apexes and by the axes (K, 3) from that by all columns (K, columns)."""
+        return slope[:, :3], slope[:, 3:6]

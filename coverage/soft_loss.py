@@ -14,12 +14,12 @@ from jaxtyping import Float, Int
 
 from .arrays import Array
 from .cloud import Cloud
-from .soft import CUT, Near, Soft, by_cone, free_and_occupied, over_groups, pairs
-from .solids import Cones
+from .soft import CUT, Seen, Soft, free_and_occupied, over_groups
+from .soft_beams import Near, SoftBeams
 
 
 def soft_losses(
-    cones: Cones,
+    seen: Seen,
     group: Int[Array, " K"],
     cloud: Cloud,
     width: Any,
@@ -30,12 +30,12 @@ def soft_losses(
     """Soft zeta (G,) after the loss of each group, and the gradient of their sum by ``weights``.
 
     Args:
-        cones, cloud, width, cut, slopes: see ``soft_zeta``. Memory grows with G times the points worked on at once.
+        seen, cloud, width, cut, slopes: see ``soft_zeta``. Memory grows with G times the points worked on at once.
         group: number of each cone's group, below G.
         weights: of each loss in the gradient.
     """
     add = partial(_add_group, jnp.append(jnp.asarray(group), len(weights)), weights)
-    return over_groups(add, cones, cloud, width, cut, slopes, weights.shape)
+    return over_groups(add, seen, cloud, width, cut, slopes, weights.shape)
 
 
 def _all_but_one(products: Any) -> Any:
@@ -50,15 +50,23 @@ def _all_but_one(products: Any) -> Any:
 
 
 def _add_group(
-    group: Any, weights: Any, near: Near, blocks: Any, width: Any, slopes: Any, unseen_before: Any, slope_before: Any
+    group: Any,
+    weights: Any,
+    beams: SoftBeams,
+    near: Near,
+    blocks: Any,
+    width: Any,
+    slopes: Any,
+    unseen_before: Any,
+    slope_before: Any,
 ) -> tuple[Any, Any]:
     """Add a group of g blocks: the sums (G,) of what is unseen after each loss, and ``width`` times the gradient."""
     points, weight, *_ = blocks
     row = jnp.arange(len(weight))[:, None]
 
     def multiply(j: Any, products: Any) -> Any:
-        chosen, some = near.cones_of(j)
-        t, *_ = pairs(points, some, width)
+        chosen, some = near.beams_of(j)
+        t, *_ = beams.pairs(points, some, width)
         return products.at[group[chosen], row].multiply(free_and_occupied(t)[0])
 
     ones = jnp.ones((len(weights) + 1, *weight.shape), weight.dtype)  # the last is of cones that stand in for none
@@ -67,11 +75,11 @@ def _add_group(
     others = jnp.moveaxis(weighted.sum(axis=0)[None] - weighted, 0, 1)
 
     def differentiate(j: Any, slope: Any) -> Any:
-        chosen, some = near.cones_of(j)
-        t, *geometry = pairs(points, some, width)
+        chosen, some = near.beams_of(j)
+        t, *geometry = beams.pairs(points, some, width)
         own = jax.nn.one_hot(group[chosen], len(weights), dtype=t.dtype)
         pull = jnp.matmul(own, others, precision="highest") * free_and_occupied(t)[1]  # sooner than to look each up
-        return slope.at[chosen].add(by_cone(points, some, pull, *geometry))
+        return slope.at[chosen].add(beams.slopes(points, some, pull, *geometry))
 
     end = jnp.where(slopes, near.pieces, 0)
     return unseen_before + unseen.sum(axis=(1, 2)), jax.lax.fori_loop(0, end, differentiate, slope_before)

@@ -16,11 +16,11 @@ import jax
 import jax.numpy as jnp
 
 from .cloud import Cloud
-from .soft import CUT, Near, Soft, by_cone, free_and_occupied, over_groups, pairs, soft_zeta
-from .solids import Cones
+from .soft import CUT, Seen, Soft, free_and_occupied, over_groups, soft_zeta
+from .soft_beams import Near, SoftBeams
 
 
-def soft_seen(cones: Cones, cloud: Cloud, width: Any, least: int, cut: Any = CUT, slopes: Any = True) -> Soft:
+def soft_seen(seen: Seen, cloud: Cloud, width: Any, least: int, cut: Any = CUT, slopes: Any = True) -> Soft:
     """Soft share of ``cloud`` that at least ``least`` cones see, and its gradient; ``least`` of 1 is ``soft_zeta``.
 
     Memory is bounded as there, and so are the other arguments; time grows with ``least``.
@@ -31,8 +31,8 @@ def soft_seen(cones: Cones, cloud: Cloud, width: Any, least: int, cut: Any = CUT
     if least < 1:
         raise ValueError(f"found at least {least} sensors, allowed: 1 and more")
     if least == 1:
-        return soft_zeta(cones, cloud, width, cut, slopes)
-    return over_groups(partial(_add_group, least), cones, cloud, width, cut, slopes)
+        return soft_zeta(seen, cloud, width, cut, slopes)
+    return over_groups(partial(_add_group, least), seen, cloud, width, cut, slopes)
 
 
 def _one_more(law: Any, free_occupied: Any) -> tuple[Any, Any]:
@@ -42,14 +42,14 @@ def _one_more(law: Any, free_occupied: Any) -> tuple[Any, Any]:
     return law * free[None] + shifted * occupied[None], law
 
 
-def _along(near: Near, points: Any, j: Any, width: Any) -> Any:
+def _along(beams: SoftBeams, near: Near, points: Any, j: Any, width: Any) -> Any:
     """Chances of piece ``j`` (c, g, B), cone by cone."""
-    t, *geometry = pairs(points, near.cones_of(j)[1], width)
+    t, *geometry = beams.pairs(points, near.beams_of(j)[1], width)
     return tuple(jnp.moveaxis(a, 1, 0) for a in free_and_occupied(t)), geometry
 
 
 def _add_group(
-    least: int, near: Near, blocks: Any, width: Any, slopes: Any, unseen_before: Any, slope_before: Any
+    least: int, beams: SoftBeams, near: Near, blocks: Any, width: Any, slopes: Any, unseen_before: Any, slope_before: Any
 ) -> tuple[Any, Any]:
     """Add a group of g blocks: the sum of the chances of fewer than ``least`` cones, and ``width`` times its gradient.
 
@@ -60,7 +60,7 @@ def _add_group(
 
     def forward(j: Any, state: Any) -> Any:
         law, kept = state
-        chances, _ = _along(near, points, j, width)
+        chances, _ = _along(beams, near, points, j, width)
         after, _ = jax.lax.scan(_one_more, law, chances)
         return after, kept.at[j].set(law)
 
@@ -70,13 +70,13 @@ def _add_group(
     def backward(i: Any, state: Any) -> Any:
         later, slope = state
         j = near.pieces - 1 - i
-        chances, geometry = _along(near, points, j, width)
+        chances, geometry = _along(beams, near, points, j, width)
         _, before = jax.lax.scan(_one_more, kept[j], chances)
         earlier, after = jax.lax.scan(_one_more, later, chances, reverse=True)
         critical = (before * after[:, ::-1]).sum(axis=1)
         pull = jnp.moveaxis(weight[None] * critical * chances[0] * chances[1], 0, 1)
-        chosen, some = near.cones_of(j)
-        return earlier, slope.at[chosen].add(by_cone(points, some, pull, *geometry))
+        chosen, some = near.beams_of(j)
+        return earlier, slope.at[chosen].add(beams.slopes(points, some, pull, *geometry))
 
     end = jnp.where(slopes, near.pieces, 0)
     _, slope = jax.lax.fori_loop(0, end, backward, (nothing, slope_before))

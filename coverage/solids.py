@@ -148,8 +148,9 @@ class Cones(Parts):
         cosine, sine = xp.cos(self.half_angle)[index], xp.sin(self.half_angle)[index]
         return cone(points, rows(self.apex, index), rows(self.axis, index), cosine, sine, self.range_m[index])
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
-        """See ``Parts.shares``. The side, rho cos a - d sin a, is convex and curves in one direction only, around the axis,
+    def each_share(self, points: Any, index: Any, side: float, slack: float) -> tuple[Share, Any, Any]:
+        """Bounds of the share of each pair's cube in its cone, and a plane below the cone's side: value and normal at the
+        cube's centre. The side, rho cos a - d sin a, is convex and curves in one direction only, around the axis,
         by at most cos a / rho: with xi the step away from the axis and eta the one around it,
         hypot(rho + xi, eta) <= rho + xi + eta^2 / (2 (rho + xi)). The base is a plane."""
         axis, v = rows(self.axis, index), points - rows(self.apex, index)
@@ -167,7 +168,15 @@ class Cones(Parts):
             base = Tangent(depth[cut], axis[cut], np.zeros(np.count_nonzero(cut))).share(side, slack)
             both = share.only(cut) & base
             share.low[cut], share.high[cut] = both.low, both.high
-        return either(cell, cubes, share, mantle.value, normal, side, slack)
+        return share, mantle.value, normal
+
+    def around(self) -> "Cones":
+        """Cones that hold each part: themselves."""
+        return self
+
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
+        """See ``Parts.shares``."""
+        return either(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Box of each cone: its apex and the disc of its base, whose extent along e is radius * sqrt(1 - axis_e^2)."""

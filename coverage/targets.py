@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from .chain import forward, joint_origins
 from .curve import PoseCurve, pose_curve
+from .polyhedra import Polyhedron, polyhedra
 from .protective import protective
 from .robots import Robot
 from .separation import Safety
@@ -62,11 +63,12 @@ def target_solid(
     robot: Robot,
     q: Float[np.ndarray, " J"],
     shape: Shape | None = None,
+    obstacles: tuple[Polyhedron, ...] = (),
     rate: Float[np.ndarray, " J"] | None = None,
     safety: Safety | None = None,
 ) -> Difference:
-    """The target at pose ``q`` (J,) rad in the base frame: the outer solid less V_R. V_P follows from ``rate`` (J,) rad/s,
-    the joints' speeds, where they are known, and ``safety``; less V_R and the robot's bodies.
+    """The target at pose ``q`` (J,) rad in the base frame: the outer solid less V_R and ``obstacles``. V_P follows from
+    ``rate`` (J,) rad/s, the joints' speeds, where they are known, and ``safety``; it is less the robot's bodies, too.
 
     Raises:
         ValueError: if the shell's radius is not larger than V_R's, so that nothing is left; or if V_P does not follow.
@@ -76,13 +78,13 @@ def target_solid(
     inner = shape.robot_radius
     if target.radius is not None and target.radius <= inner:
         raise ValueError(f"radius {target.radius:g} of target V_S is inside the robot's own V_R; allowed: above {inner:g}")
-    body = curve.tube(shape.robot_radius, shape.points_per_bend)
+    body: Solid = curve.tube(shape.robot_radius, shape.points_per_bend)
     tcp = forward(robot.chain, q)[-1, :3, 3]
     outer: Solid
     if target.name == "V_P":
         outer, own = protective(robot, q, rate, safety or Safety())
-        return Difference(outer, Union(body, own))
-    if target.radius is not None:
+        body = Union(body, own)
+    elif target.radius is not None:
         outer = curve.tube(target.radius, shape.points_per_bend)
     elif target.name == "V_O":
         outer = sphere(np.zeros(3), robot.reach)
@@ -90,4 +92,6 @@ def target_solid(
         outer = sphere(tcp, shape.tcp_range)
     else:
         outer = Union(sphere(np.zeros(3), robot.reach), sphere(tcp, shape.tcp_range))
+    if obstacles:
+        body = Union(body, polyhedra(obstacles, outer.bounds()))
     return Difference(outer, body)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
+from threading import Lock
 from typing import Any
 
 import jax
@@ -9,10 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.beams import beams
 from ..coverage.chain import forward
 from ..coverage.cloud import BLOCK, Cloud, cloud
 from ..coverage.mounting import misplaced_axes, misplaced_beams
+from ..coverage.optics import optics
 from ..coverage.points import sample
 from ..coverage.slots import Slots, slot_axes, slot_beams
 from ..coverage.soft import SHARP, Soft
@@ -102,7 +103,7 @@ class CoverageObjective:
         self._floors = jnp.asarray([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals], jnp.float32)
         frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
         self._frames = jnp.asarray(frames, jnp.float32)
-        self._soft = jax.jit(self._of_each)
+        self._soft, self._compiling, self._compiled = jax.jit(self._of_each), Lock(), False
 
     def _mean(self, slots: Slots, where: Stretch, values: Any, clouds: Cloud, poses: Any, width: Any, slopes: Any) -> Any:
         """Value, gradient and zeta pose by pose (P,) of one setup; ``poses`` (P,): weights of the poses, of which those of
@@ -116,7 +117,7 @@ class CoverageObjective:
                 view, _, points = row
                 apex, axis, *rest = (part[view] for part in seen)
                 up = rest[0] if rest else None
-                return soft(beams(apex, axis, slots.half_angle, slots.range_m, up, slots.half_up), points)
+                return soft(optics(apex, axis, slots.half_angle, slots.range_m, up, slots.half_up), points)
 
             def skip(_: Any) -> Soft:
                 return Soft(jnp.zeros(zetas, apex.dtype), *(jnp.zeros_like(part[0]) for part in seen))
@@ -185,9 +186,18 @@ class CoverageObjective:
             index = np.minimum(np.arange(i, i + size), len(values) - 1)
             n = min(size, len(values) - i)
             some, x = jax.tree.map(lambda a, index=index: _narrow(a[index]), (setups, np.asarray(values)))
-            found.append([np.asarray(a[:n], float) for a in self._soft(some, x, n, *where)])
+            found.append([np.asarray(a[:n], float) for a in self._run(some, x, n, *where)])
         zetas, slopes, by_pose = (np.concatenate(part) for part in zip(*found, strict=True))
         return zetas, slopes, by_pose
+
+    def _run(self, *arguments: Any) -> Any:
+        """The first call alone, so that of several threads only one compiles."""
+        if self._compiled:
+            return self._soft(*arguments)
+        with self._compiling:
+            found = self._soft(*arguments)
+            self._compiled = True
+        return found
 
     def soft(
         self, setups: Any, values: Float[np.ndarray, "S 3 R"], width: float, clouds: Cloud, poses: Any = None

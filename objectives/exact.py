@@ -3,7 +3,8 @@
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -11,13 +12,14 @@ import psutil
 
 from ..coverage.cells import Region
 from ..coverage.certified import Bracket, bracket
+from ..coverage.occlusion import Occlusion
 from ..coverage.octree import count, regions, voxels
 from ..coverage.rings import Setup
-from ..coverage.slots import sensor_cones
 from ..coverage.solids import Difference
 from ..coverage.targets import Target
 from ..coverage.voxelset import VoxelSet
 from .scene import Scene
+from .sight import setup_sight
 
 Rule = Literal["centre", "touch", "certified"]
 VOXEL = 0.01  # m, side of a voxel where none is given
@@ -190,19 +192,24 @@ class Verifier:
     def _rule(self) -> Literal["centre", "touch"]:
         return "touch" if self.rule == "touch" else "centre"
 
+    def under(self, occlusion: Occlusion) -> "Verifier":
+        """The same under another occlusion, with the voxels that are kept."""
+        other = copy(self)
+        other.scene = replace(self.scene, occlusion=occlusion)
+        return other
+
     def _at_pose(self, setup: Setup, target: Target, pose: int) -> PoseZeta:
         scene, weight = self.scene, float(self.scene.pose_weights[pose])
         q = scene.poses[pose].q
-        cones = sensor_cones(scene.robot, setup, q)
+        seen = setup_sight(scene, setup, q, self.rule == "certified")
         if self.rule == "certified" or self.voxel is None:
             self.at(pose)
-            solid = scene.solid(target, pose)
-            b = bracket(solid, cones, self.width, self.voxel, self.tell)
+            b = bracket(scene.solid(target, pose), seen, self.width, self.voxel, self.tell)
             return PoseZeta(weight, (b.low + b.high) / 2, b.low, b.high, None, None, b)
         total = covered = 0
         for wanted, region in self.pieces(target, pose):
             total += len(wanted)
-            covered += count(cones, self.voxel, self._rule, wanted, region, self.memory / 2)
+            covered += count(seen, self.voxel, self._rule, wanted, region, self.memory / 2)
         zeta = covered / total
         return PoseZeta(weight, zeta, zeta, zeta, total, covered)
 
@@ -212,6 +219,7 @@ class Verifier:
         Raises:
             ValueError: for an empty target, or one whose radius lies within V_R.
             TooFineError: if the count would take days.
+            BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
         """
         start = time.perf_counter()
         poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))

@@ -11,9 +11,9 @@ from jaxtyping import Float, Int
 
 from ..coverage.multiplicity import Tally, tally
 from ..coverage.rings import Setup
-from ..coverage.slots import sensor_cones
 from ..coverage.targets import Target
 from .exact import Verifier
+from .sight import setup_sight
 
 MOST = 3  # sensors that are told apart where nobody says how many
 
@@ -92,9 +92,9 @@ def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOS
     began, scene, ring, voxel = time.perf_counter(), verifier.scene, setup.ring_of_sensor, verifier.centre_voxel
     voxels, tallies = [], []
     for p, pose in enumerate(scene.poses):
-        cones = sensor_cones(scene.robot, setup, pose.q)
+        seen = setup_sight(scene, setup, pose.q)
         sizes, parts = zip(
-            *((len(wanted), tally(cones, ring, wanted, most, region)) for wanted, region in verifier.pieces(target, p)),
+            *((len(wanted), tally(seen, ring, wanted, most, region)) for wanted, region in verifier.pieces(target, p)),
             strict=True,
         )
         voxels.append(sum(sizes))

@@ -2,11 +2,13 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.occlusion import Occlusion
+from ..coverage.polyhedra import Polyhedron
 from ..coverage.rings import RING_RADIUS, Ring
 from ..coverage.robots import UR10, Robot
 from ..coverage.sensors import PAPER_SENSOR, Sensor
@@ -78,11 +80,23 @@ class Rules:
 
 
 @dataclass(frozen=True)
+class Obstacle:
+    """A convex thing of the cell: its name, its body in the base frame, the keys of a scene's file that make it, and whether
+    it is the hull of something that is not convex."""
+
+    name: str
+    body: Polyhedron
+    keys: dict[str, Any] = field(default_factory=dict)
+    hulled: bool = False
+
+
+@dataclass(frozen=True)
 class Scene:
     """The empty scene is the reference scene: a UR10 in one pose, V_S(0.5), the paper's sensor and ring radius.
 
     limits: of each link by name; a link that is not named has the default limits. over_poses: whether the weighted mean over
-    the poses or the worst of them is to be large. safety: what the distances of V_P are made of.
+    the poses or the worst of them is to be large. occlusion: what the robot's own body does to its sensors; obstacles shadow
+    in any case, and are no part of a target. safety: what the distances of V_P are made of.
     """
 
     robot: Robot = UR10
@@ -95,12 +109,14 @@ class Scene:
     rules: Rules = field(default_factory=Rules)
     over_poses: OverPoses = "mean"
     recorded: Recorded | None = None
+    occlusion: Occlusion = "ignore"
+    obstacles: tuple[Obstacle, ...] = ()
     safety: Safety = field(default_factory=Safety)
 
     def solid(self, target: Target, pose: int) -> Difference:
-        """The target at a pose, see ``target_solid``."""
-        at = self.poses[pose]
-        return target_solid(target, self.robot, at.q, self.shape, at.rate, self.safety)
+        """The target volume at a pose, less V_R and the obstacles; ValueError as for ``target_solid``."""
+        at, stands = self.poses[pose], tuple(o.body for o in self.obstacles)
+        return target_solid(target, self.robot, at.q, self.shape, stands, at.rate, self.safety)
 
     def limits_of(self, link: str) -> Limits:
         """The limits of ``link``."""

@@ -15,10 +15,10 @@ from ..coverage.mounting import Misplaced, MountingErrors, draw_errors, misplace
 from ..coverage.multiplicity import seen_by
 from ..coverage.octree import count
 from ..coverage.rings import Setup
-from ..coverage.slots import sensor_cones
-from ..coverage.solids import Cones
+from ..coverage.solids import Parts
 from ..coverage.targets import Target
 from .exact import Verifier
+from .sight import setup_sight, sight
 
 DRAWS = 100  # mountings where nobody says how many
 
@@ -59,11 +59,11 @@ class Tolerance:
 def exact_zetas(
     verifier: Verifier,
     target: Target,
-    cones: Callable[[int], Sequence[Cones]],
+    cones: Callable[[int], Sequence[Parts]],
     seen: int = 1,
     tell: Callable[[], None] = lambda: None,
 ) -> Float[np.ndarray, " D"]:
-    """The exact share of ``target`` that at least ``seen`` sensors see, for D sets of cones: weighted means over the poses.
+    """The exact share of ``target`` that at least ``seen`` sensors see, for D sets of cones or beams: means over the poses.
 
     Args:
         verifier: scene, voxels and memory; of rule ``centre``.
@@ -93,16 +93,21 @@ def exact_zetas(
     return np.array([math.fsum(column) for column in weighted.T])
 
 
-def mounted_cones(verifier: Verifier, setup: Setup, drawn: Misplaced) -> Callable[[int], list[Cones]]:
-    """The cones of ``setup`` at the pose of a number, for each drawn mounting."""
+def mounted_cones(verifier: Verifier, setup: Setup, drawn: Misplaced) -> Callable[[int], list[Parts]]:
+    """What ``setup`` sees at the pose of a number, for each drawn mounting."""
     scene = verifier.scene
-    return lambda pose: misplaced_cones(scene.robot, setup, scene.poses[pose].q, drawn)
+
+    def at(pose: int) -> list[Parts]:
+        q = scene.poses[pose].q
+        return [sight(scene, cones, q) for cones in misplaced_cones(scene.robot, setup, q, drawn)]
+
+    return at
 
 
-def nominal_cones(verifier: Verifier, setup: Setup) -> Callable[[int], list[Cones]]:
-    """The cones of ``setup`` as meant, at the pose of a number: one set."""
+def nominal_cones(verifier: Verifier, setup: Setup) -> Callable[[int], list[Parts]]:
+    """What ``setup`` sees as meant, at the pose of a number: one set."""
     scene = verifier.scene
-    return lambda pose: [sensor_cones(scene.robot, setup, scene.poses[pose].q)]
+    return lambda pose: [setup_sight(scene, setup, scene.poses[pose].q)]
 
 
 def tolerance(

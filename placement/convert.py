@@ -9,7 +9,6 @@ import numpy as np
 from ..coverage.effective import effective
 from ..coverage.mounting import MountingErrors
 from ..coverage.rings import RING_RADIUS, Ring, Setup
-from ..coverage.robots import robot
 from ..coverage.sensors import Sensor
 from ..coverage.separation import Safety, Terms
 from ..coverage.targets import Shape, Target
@@ -20,6 +19,7 @@ from ..objectives.scene import Goal, Limits, Pose, Recorded, Rules, Scene
 from ..objectives.separations import separations
 from ..objectives.tolerance import Tolerance
 from ..objectives.trajectory import Thinning
+from .cell import obstacle_models, obstacles_of
 from .changes import Change, Work
 from .models import (
     CurveModel,
@@ -45,6 +45,7 @@ from .results import (
     VerifyResult,
     WorstModel,
 )
+from .robot_convert import robot_model, robot_of
 
 DIGITS_DEG = 4  # decimals of an angle in a file
 DIGITS_MM = 3  # decimals of a length in millimetres
@@ -91,7 +92,7 @@ def sensor_model(sensor: Sensor) -> SensorModel:
 def scene_of(model: SceneFile) -> Scene:
     """The scene that a file describes."""
     return Scene(
-        robot=robot(model.robot),
+        robot=robot_of(model.robot),
         poses=tuple(Pose(np.radians(p.q_deg), p.weight, p.time_s, _rate(p)) for p in model.poses),
         goals=tuple(Goal(Target(t.name, t.radius), t.weight, t.at_least / 100) for t in model.targets),
         sensor=sensor_of(model.sensor),
@@ -116,6 +117,8 @@ def scene_of(model: SceneFile) -> Scene:
         ),
         over_poses=model.over_poses,
         recorded=_recorded(model.recorded),
+        occlusion=model.occlusion,
+        obstacles=obstacles_of(model.obstacles),
         safety=Safety(
             model.safety.human_speed,
             model.safety.reaction_s,
@@ -169,7 +172,7 @@ def thinning(model: TrajectoryModel) -> Thinning:
 def scene_model(scene: Scene) -> SceneFile:
     """The file that describes a scene."""
     return SceneFile(
-        robot=scene.robot.name,
+        robot=robot_model(scene.robot),
         ring_radius=scene.ring_radius,
         sensor=sensor_model(scene.sensor),
         curve=CurveModel(**vars(scene.shape)),
@@ -203,6 +206,8 @@ def scene_model(scene: Scene) -> SceneFile:
             shared_tilt=scene.rules.shared_tilt,
         ),
         fixed=ring_models(Setup(scene.rules.fixed), scene.sensor),
+        occlusion=scene.occlusion,
+        obstacles=obstacle_models(scene.obstacles),
     )
 
 

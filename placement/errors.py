@@ -5,6 +5,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+NAMED, IN_LINE = "by name", "in-line"  # kinds of one key: no parts of its name
 _LONGEST = 60  # characters shown of a text that was found
 
 
@@ -45,7 +46,7 @@ def explain(file: str, error: ValidationError, model: type[BaseModel]) -> UserEr
     """
     faults = error.errors(include_url=False)
     first, schema = faults[0], model.model_json_schema()
-    where = _key(first["loc"])
+    where = _key(tuple(part for part in first["loc"] if part not in (NAMED, IN_LINE)))
     node, rest = _descend(schema, first["loc"][:-1] if first["type"] == "extra_forbidden" else first["loc"])
     if first["type"] == "rule":
         text = first["msg"]
@@ -85,7 +86,9 @@ def _descend(schema: Mapping[str, Any], loc: tuple[int | str, ...]) -> tuple[Map
     node = _resolve(schema, schema)
     for i, part in enumerate(loc):
         inner: Any
-        if isinstance(part, int):
+        if part in (NAMED, IN_LINE):
+            inner = next(n for n in node["oneOf"] if (n.get("type") == "string") == (part == NAMED))
+        elif isinstance(part, int):
             pair = node.get("prefixItems", ())
             inner = pair[part] if part < len(pair) else node.get("items")
         else:

@@ -13,22 +13,26 @@ import tomli_w
 from pydantic import BaseModel, ValidationError
 
 from ..coverage.rings import Setup, named_setup
+from ..coverage.robot import Robot
 from ..coverage.sensors import Sensor
 from ..objectives.scene import Scene
+from .cell import with_meshes
 from .convert import ring_models, scene_of, setup_of, thinning
 from .errors import UserError, explain, shown
 from .models import RingModel, SceneFile
 from .mounted import mounted_setup
 from .proposals import ProposalFile
 from .record import with_record
+from .robot_convert import robot_of
+from .robot_models import RobotFile
 
 _LARGEST = 16 * 2**20  # bytes of a file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
-def _text(path: Path, kind: str) -> str:
-    """The UTF-8 text of a file of a ``kind`` like TOML; UserError in one line otherwise."""
+def _bytes(path: Path, kind: str) -> bytes:
+    """What stands in a file of a ``kind`` like TOML; UserError in one line otherwise."""
     name = str(path)
     try:
         if path.is_dir():
@@ -40,6 +44,12 @@ def _text(path: Path, kind: str) -> str:
         raise UserError(f"{name}: cannot be read: {reason}") from error
     if len(data) > _LARGEST:
         raise UserError(f"{name}: found more than {_LARGEST // 2**20} MB, allowed: less")
+    return data
+
+
+def _text(path: Path, kind: str) -> str:
+    """The UTF-8 text of a file of a ``kind`` like TOML; UserError in one line otherwise."""
+    name, data = str(path), _bytes(path, kind)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -50,33 +60,62 @@ def _read(path: Path, model: type[_Model]) -> _Model:
     """The TOML file at ``path`` as ``model``; UserError in one line otherwise."""
     name, text = str(path), _text(path, "TOML")
     try:
-        return model.model_validate(tomllib.loads(text))
+        return model.model_validate(_with_robot(path, tomllib.loads(text), model))
     except ValidationError as error:
         raise explain(name, error, model) from error
     except (ValueError, RecursionError) as error:  # tomllib's own, and int()'s for thousands of digits
         raise UserError(f"{name}: not TOML: {error}") from error
 
 
-def read_scene(path: Path) -> Scene:
-    """The scene in a TOML file; UserError if it, or the record it names, cannot be read or breaks a rule."""
-    return _scene(path, _read(path, SceneFile), "trajectory")
+def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+    """The keys of a file, with the robot in-line where its scene names a robot's file."""
+    key, scene = ("scene.robot", raw.get("scene")) if model is ProposalFile else ("robot", raw)
+    if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
+        return raw
+    asked = scene.get("robot")
+    if not isinstance(asked, str) or not asked.lower().endswith((".toml", ".urdf")):
+        return raw
+    if asked.lower().endswith(".urdf"):
+        raise UserError(f"{path}: {key}: found {shown(asked)}, allowed: a robot's file (.toml), which robot makes of a URDF")
+    inside = {**scene, "robot": _read(_beside(path, key, asked), RobotFile)}
+    return {**raw, "scene": inside} if model is ProposalFile else inside
 
 
-def _scene(path: Path, file: SceneFile, key: str) -> Scene:
-    """The scene of the file at ``path``, with the poses of the record that it names, which lies in its folder or below."""
-    scene, asked = scene_of(file), file.trajectory
-    if asked is None:
-        return scene
+def _beside(path: Path, key: str, name: str) -> Path:
+    """The file of that name in the folder of the file at ``path`` or below; UserError if it leads elsewhere."""
     folder = path.resolve().parent
     try:
-        record = (folder / asked.file).resolve()
+        found = (folder / name).resolve()
     except (OSError, ValueError, RuntimeError) as error:
-        raise UserError(f"{path}: {key}.file: found {shown(asked.file)}, allowed: a file's name") from error
-    if Path(asked.file).is_absolute() or not record.is_relative_to(folder):
-        raise UserError(
-            f"{path}: {key}.file: found {shown(asked.file)}, allowed: a file in the folder of {path.name} or below"
-        )
-    return with_record(scene, path.parent / asked.file, thinning(asked), asked.unit == "deg")
+        raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file's name") from error
+    if Path(name).is_absolute() or not found.is_relative_to(folder):
+        raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or below")
+    return path.parent / name
+
+
+def read_robot(path: Path) -> Robot:
+    """The robot in a TOML file; UserError if it cannot be read or breaks a rule."""
+    return robot_of(_read(path, RobotFile))
+
+
+def read_scene(path: Path) -> Scene:
+    """The scene in a TOML file; UserError if it, or a file it names, cannot be read or breaks a rule."""
+    return _scene(path, _read(path, SceneFile))
+
+
+def _scene(path: Path, file: SceneFile, key: str = "") -> Scene:
+    """The scene of the file at ``path``, with the meshes and the poses of the record that it names below ``key``."""
+
+    def read(where: str, name: str) -> tuple[Path, bytes]:
+        at = _beside(path, where.removeprefix(f"{path}: "), name)
+        return at, _bytes(at, "mesh")
+
+    scene, asked = scene_of(file), file.trajectory
+    scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read)
+    if asked is None:
+        return scene
+    record = _beside(path, f"{key}trajectory.file", asked.file)
+    return with_record(scene, record, thinning(asked), asked.unit == "deg")
 
 
 def scene_keys(path: Path) -> dict[str, Any]:
@@ -96,7 +135,7 @@ def read_proposal(path: Path, sensor: Sensor | None = None) -> tuple[Setup, Scen
     """The setup and the scene of a proposal, and the whole file; ``sensor`` in place of the scene's, if one is given.
     UserError if it cannot be read or breaks a rule."""
     file = _read(path, ProposalFile)
-    scene = with_sensor(_scene(path, file.scene, "scene.trajectory"), sensor)
+    scene = with_sensor(_scene(path, file.scene, "scene."), sensor)
     return setup_of(file.rings, scene.sensor, scene.ring_radius), scene, file
 
 

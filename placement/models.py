@@ -5,30 +5,36 @@ error. What a model stands for in code is made in ``convert``.
 """
 
 import math
-from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import (
     AfterValidator,
-    BaseModel,
-    ConfigDict,
+    Discriminator,
     Field,
-    ValidationError,
+    Tag,
     ValidationInfo,
     field_validator,
     model_validator,
 )
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core import PydanticCustomError
 
 from ..coverage.catalogue import MODELS
 from ..coverage.effective import effective
+from ..coverage.occlusion import Occlusion
+from ..coverage.polyhedra import hull
 from ..coverage.rings import RING_RADIUS
-from ..coverage.robots import ROBOTS
+from ..coverage.robots import PAPER_ROBOTS, ROBOTS
 from ..coverage.sensors import Use
 from ..coverage.separation import WALKING
 from ..coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
 from ..objectives.scene import REFERENCE_POSE_DEG
-from .errors import shown
+from .errors import IN_LINE, NAMED
+from .robot_convert import robot_of
+from .robot_models import RobotFile
+from .strict import StrictModel, fault, refuse
+
+__all__ = ["StrictModel", "refuse"]
 
 Weight = Annotated[float, Field(gt=0, le=1e6, description="relative weight")]
 Metres = Annotated[float, Field(gt=0, le=100, description="metres")]
@@ -37,23 +43,6 @@ Tilt = Annotated[float, Field(gt=-90, lt=90, description="degrees, positive towa
 Position = Annotated[float, Field(ge=0, le=1, description="0 proximal to 1 distal")]
 _USES = ("ambient", "reflectance", "target_size")
 _SAME = 1e-6  # degrees and metres, by which a stated beam may be off that of the catalogue
-
-
-class StrictModel(BaseModel):
-    """No key unknown, no value bent into shape, nothing changed once read."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
-
-
-def _fault(found: Any, allowed: str) -> PydanticCustomError:
-    return PydanticCustomError("rule", "found {found}, allowed: {allowed}", {"found": shown(found), "allowed": allowed})
-
-
-def refuse(faults: Iterable[tuple[tuple[int | str, ...], Any, str]]) -> None:
-    """Raise one error with all faults (key, what was found there, what is allowed), if there are any."""
-    details = [InitErrorDetails(type=_fault(found, allowed), loc=loc, input=None) for loc, found, allowed in faults]
-    if details:
-        raise ValidationError.from_exception_data("file", details)
 
 
 class PoseModel(StrictModel):
@@ -110,9 +99,9 @@ class TargetModel(StrictModel):
     def _where_it_belongs(cls, radius: float | None, info: ValidationInfo) -> float | None:
         name = info.data.get("name")
         if name == "V_S" and radius is None:
-            raise _fault(None, "a radius in metres, as the target is V_S")
+            raise fault(None, "a radius in metres, as the target is V_S")
         if name in NAMES and name != "V_S" and radius is not None:
-            raise _fault(radius, f"no radius, as the target is {name}")
+            raise fault(radius, f"no radius, as the target is {name}")
         return radius
 
 
@@ -176,7 +165,7 @@ class CurveModel(StrictModel):
 
 def _ascending(pair: list[Any]) -> list[Any]:
     if pair[0] > pair[1]:
-        raise _fault(f"{pair}", "the lower value first")
+        raise fault(f"{pair}", "the lower value first")
     return pair
 
 
@@ -233,11 +222,49 @@ class ConeRow(StrictModel):
     range_m: Metres
 
 
+_Coordinate = Annotated[float, Field(ge=-100, le=100, description="metres, base frame")]
+_Three = Field(min_length=3, max_length=3)
+_Angle = Annotated[float, Field(ge=-360, le=360, description="degrees")]
+
+
+class ObstacleModel(StrictModel):
+    """Something that stands in the cell: a box (size), a mesh (file), the hull of points, or the floor, all below a height.
+    ``centre`` and ``rpy_deg`` (about x, y, z of the base frame, in this order) place all but the floor."""
+
+    name: str = Field(default="", max_length=100)
+    centre: Annotated[list[_Coordinate], _Three] = [0.0, 0.0, 0.0]
+    rpy_deg: Annotated[list[_Angle], _Three] = [0.0, 0.0, 0.0]
+    size: Annotated[list[Metres], _Three] | None = None
+    file: str | None = Field(default=None, min_length=1, max_length=1000, description="beside the scene or below its folder")
+    scale: float = Field(default=1.0, gt=0, le=1000, description="metres of a unit of the mesh")
+    points: list[Annotated[list[_Coordinate], _Three]] | None = Field(default=None, min_length=4, max_length=20_000)
+    floor: float | None = Field(default=None, ge=-100, le=100, description="metres, its height")
+
+    @model_validator(mode="after")
+    def _of_one_kind(self) -> Self:
+        kinds = ("size", "file", "points", "floor")
+        given = [kind for kind in kinds if getattr(self, kind) is not None]
+        if len(given) != 1:
+            raise fault(given or None, f"one of {', '.join(kinds)}")
+        if self.points is not None:
+            try:
+                hull(np.array(self.points))
+            except ValueError as error:
+                raise fault(self.points, "corners of a solid, not all in one plane") from error
+        return self
+
+
+RobotKey = Annotated[
+    Annotated[str, Tag(NAMED)] | Annotated[RobotFile, Tag(IN_LINE)],
+    Discriminator(lambda found: IN_LINE if isinstance(found, dict | RobotFile) else NAMED),
+]
+
+
 class SceneFile(StrictModel):
     """A scene (TOML). Every key has a default: the empty file is the reference scene."""
 
-    robot: str = "ur10"
-    occlusion: Literal["ignore"] = "ignore"
+    robot: RobotKey = Field(default="ur10", description="a built-in robot, a robot's file (.toml), or a robot in-line")
+    occlusion: Occlusion = Field(default="ignore", description="what the robot's own body does to its sensors")
     ring_radius: Metres = RING_RADIUS
     sensor: SensorModel = SensorModel()
     curve: CurveModel = CurveModel()
@@ -250,13 +277,16 @@ class SceneFile(StrictModel):
     safety: SafetyModel = SafetyModel()
     rules: RulesModel = RulesModel()
     fixed: list[RingModel] = Field(default=[], max_length=1000, description="rings that are there and stay")
+    obstacles: list[ObstacleModel] = Field(
+        default=[], max_length=1000, description="of the cell: no targets, and they shadow"
+    )
 
     @field_validator("robot")
     @classmethod
-    def _known(cls, name: str) -> str:
-        if name not in ROBOTS:
-            raise _fault(name, ", ".join(ROBOTS))
-        return name
+    def _known(cls, robot: str | RobotFile) -> str | RobotFile:
+        if isinstance(robot, str) and robot not in ROBOTS:
+            raise fault(robot, f"{', '.join(ROBOTS)}, or a robot's file (.toml)")
+        return robot
 
     @field_validator("trajectory", mode="before")
     @classmethod
@@ -265,20 +295,27 @@ class SceneFile(StrictModel):
 
     @model_validator(mode="after")
     def _agreeing(self) -> Self:
-        robot = ROBOTS[self.robot]
+        robot = robot_of(self.robot)
+        if "poses" not in self.model_fields_set and self.robot not in PAPER_ROBOTS:
+            rest = PoseModel(q_deg=[round(math.degrees(a), 9) for a in robot.rest])
+            self.__dict__["poses"] = [rest]  # the model is frozen once it is made
         joints, links, inner = len(robot.chain), robot.links, self.curve.robot_radius
         faults: list[tuple[tuple[int | str, ...], Any, str]] = []
         for i, pose in enumerate(self.poses):
             if len(pose.q_deg) != joints:
                 faults.append(
-                    (("poses", i, "q_deg"), len(pose.q_deg), f"{joints} angles, one for each joint of {self.robot}")
+                    (("poses", i, "q_deg"), len(pose.q_deg), f"{joints} angles, one for each joint of {robot.name}")
                 )
+            elif robot.limits is not None and (j := robot.beyond(np.radians(pose.q_deg))) is not None:
+                low, high = np.degrees(robot.limits[j])
+                allowed = f"{low:.6g} to {high:.6g}, the limits of {robot.chain.joints[j]} of {robot.name}"
+                faults.append((("poses", i, "q_deg", j), pose.q_deg[j], allowed))
             if pose.rate_deg_s is not None and len(pose.rate_deg_s) != joints:
                 faults.append(
                     (
                         ("poses", i, "rate_deg_s"),
                         len(pose.rate_deg_s),
-                        f"{joints} speeds, one for each joint of {self.robot}",
+                        f"{joints} speeds, one for each joint of {robot.name}",
                     )
                 )
         for i, target in enumerate(self.targets):
@@ -287,16 +324,18 @@ class SceneFile(StrictModel):
                     (("targets", i, "radius"), target.radius, f"above {inner:g}, the radius of the robot's own V_R")
                 )
         faults += [
-            (("fixed", i, "link"), ring.link, f"a link of {self.robot}: {', '.join(links)}")
+            (("fixed", i, "link"), ring.link, f"a link of {robot.name}: {', '.join(links)}")
             for i, ring in enumerate(self.fixed)
             if ring.link not in links
         ]
+        if self.occlusion != "ignore" and not robot.bodies:
+            faults.append((("occlusion",), self.occlusion, f"ignore, as robot {self.robot} has no bodies"))
         if self.trajectory is not None and "poses" in self.model_fields_set:
             faults.append((("trajectory",), self.trajectory.file, "poses or a trajectory, not both"))
         if not any(target.weight > 0 for target in self.targets):
             faults.append((("targets", 0, "weight"), self.targets[0].weight, "above 0 for one target at least"))
         faults += [
-            (("mounts", link), link, f"a link of {self.robot}: {', '.join(links)}")
+            (("mounts", link), link, f"a link of {robot.name}: {', '.join(links)}")
             for link in self.mounts
             if link not in links
         ]

@@ -4,9 +4,10 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from ..coverage.robots import ROBOTS
 from .models import Percent, RingModel, SceneFile, StrictModel, refuse
 from .results import ErrorsModel, RobustnessResult, SafetyResult, SensorRecord, VerifyResult
+from .robot_convert import robot_of
+from .robot_models import RobotFile
 
 
 class FoundModel(StrictModel):
@@ -39,11 +40,11 @@ class ProposalFile(StrictModel):
 
     @model_validator(mode="after")
     def _on_the_robot(self) -> Self:
-        links = ROBOTS[self.scene.robot].links
+        robot = robot_of(self.scene.robot)
         refuse(
-            (("rings", i, "link"), ring.link, f"a link of {self.scene.robot}: {', '.join(links)}")
+            (("rings", i, "link"), ring.link, f"a link of {robot.name}: {', '.join(robot.links)}")
             for i, ring in enumerate(self.rings)
-            if ring.link not in links
+            if ring.link not in robot.links
         )
         return self
 
@@ -136,6 +137,7 @@ class ImproveResult(StrictModel):
 
 MODELS: dict[str, type[StrictModel]] = {
     "scene": SceneFile,
+    "robot": RobotFile,
     "proposal": ProposalFile,
     "verify": VerifyResult,
     "robustness": RobustnessResult,

@@ -53,6 +53,15 @@ def with_record(scene: Scene, path: Path, how: Thinning | None = None, degrees: 
     how = how or Thinning()
     record = read_record(path, scene.robot, degrees)
     thinned = thin(record, scene.robot, how)
+    for pose in thinned.poses:
+        beyond = scene.robot.beyond(pose.q)
+        if beyond is not None:
+            low, high = np.degrees(scene.robot.limits[beyond]) if scene.robot.limits is not None else (-np.inf, np.inf)
+            joint, angle = scene.robot.chain.joints[beyond], np.degrees(pose.q[beyond])
+            raise UserError(
+                f"{path}: {joint} at {pose.time_s:g} s: found {angle:.6g} degrees,"
+                f" allowed: {low:.6g} to {high:.6g}, its limits on {scene.robot.name}"
+            )
     return replace(scene, poses=thinned.poses, recorded=recorded(path.name, record, thinned, how))
 
 

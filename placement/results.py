@@ -4,6 +4,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from ..coverage.occlusion import Occlusion
 from .models import Metres, Percent, StrictModel
 
 
@@ -37,6 +38,17 @@ class WorstModel(StrictModel):
     zeta_percent: Percent
     low_percent: Percent
     high_percent: Percent
+
+
+class UnseeingModel(StrictModel):
+    """A sensor that sees less than 1 % of its cone, or nothing as it stands within something: at how many poses, within
+    what, and how deep at most."""
+
+    ring: int
+    sensor: int
+    poses: int
+    within: str | None = None
+    depth_mm: float = 0.0
 
 
 class RuleModel(StrictModel):
@@ -103,6 +115,9 @@ class VerifyResult(StrictModel):
     covered_voxels: int | None = None
     proof: ProofModel | None = None
     worst: WorstModel | None = None
+    occlusion: Occlusion = "ignore"
+    by_occlusion_percent: dict[Occlusion, Percent] = Field(default={}, description="zeta under each model")
+    unseeing: list[UnseeingModel] = Field(default=[])
     poses: list[PoseZetaModel] = Field(default=[])
     sensors: list[SensorRecord] = Field(default=[])
     separation: SeparationModel | None = None

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.robots import ROBOTS
+from ..coverage.robots import PAPER_ROBOTS
 from ..coverage.targets import Target
 from ..objectives.exact import RULES
 from .store import Cell
@@ -42,7 +42,7 @@ class Row:
 
 def plan() -> list[tuple[str, str, Target, str, float]]:
     """All measurements, the quick ones of each scene first."""
-    scenes = list(itertools.product(sorted(ROBOTS), TARGETS))
+    scenes = list(itertools.product(PAPER_ROBOTS, TARGETS))
     return [
         (robot, setup, target, rule, voxel)
         for robot, target in scenes

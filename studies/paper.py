@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.robots import ROBOTS
+from ..coverage.robots import PAPER_ROBOTS, ROBOTS
 from ..coverage.targets import Target
 from ..objectives.exact import Rule
 from .store import Cell
@@ -28,7 +28,7 @@ TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), NEAR, FAR)
 COUNTS: tuple[tuple[Rule, float], ...] = (("centre", 0.01), ("touch", 0.1))
 BUDGETS = {48: 1, 80: 2, 112: 3}  # sensors, and rings on each link, of 16 sensors each, that make them
 GOALS = {"near": (NEAR,), "far": (FAR,), "both": (NEAR, FAR)}
-CHAINS = tuple(sorted(ROBOTS))
+CHAINS = PAPER_ROBOTS
 ALONG = 25  # poses along one cycle of the task
 
 

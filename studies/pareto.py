@@ -1,15 +1,14 @@
 """Fronts of two targets: setups with as many sensors of which none is better for both.
 
-A front is found by floors: the best for the first target alone and for the second alone are its ends, and between them
-the first is made as high as possible while the second keeps a floor, for floors at even steps. So a front need not be
-convex, and its points are spread. Each search is a cell; those with floors start from the ends.
+The ends of a front are the best for the first target alone and for the second alone. Between them it is filled round by
+round, where it has its widest gaps: one target is made as high as possible while the other keeps a floor in the middle of
+the gap, from the gap's two sides on. So a front need not be convex, and its points are spread. Each search is a cell.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
-
-import numpy as np
 
 from ..coverage.rings import named_setup
 from ..coverage.targets import Target
@@ -19,8 +18,9 @@ from .paper import SETUPS
 from .store import Cell
 from .works import Rings, scene_from
 
-POINTS = 18  # floors between the ends of the front that was asked for
-FEWER = 6  # of the other fronts
+POINTS = 24  # searches between the ends of the front that was asked for
+FEWER = 8  # of the other fronts
+ROUNDS = 8  # in which these are spent
 VOXEL = 0.01  # m
 
 Measure = Callable[[str, list[Cell]], list[Any]]
@@ -87,7 +87,7 @@ def measure(
         run: measures cells under a heading.
         where: keys of the scene that differ from the reference scene's.
         targets: the first and the second.
-        budgets: how many floors to set between the ends, by number of sensors.
+        budgets: how many searches to spend between the ends, by number of sensors.
         seed: of all searches.
     """
     first, second = targets
@@ -98,17 +98,53 @@ def measure(
     }
     found = dict(zip(ends, run("ends of the fronts", list(ends.values())), strict=True))
     setups = [(n, f"best for {_told(name, targets)}", rings) for (n, name), rings in found.items()]
-    points = _counted(run, where, targets, setups)
-    between = []
-    for n, steps in budgets.items():
-        known = [found[n, name] for name in ("first", "second", "both")]
-        seconds = [p.second for p in points if p.sensors == n]
-        for floor in np.linspace(min(seconds), max(seconds), steps + 2)[1:-1].round(2).tolist():
-            cell = _place(where, [_goal(first, 1.0), _goal(second, 0.0, floor)], n, seed, known)
-            between.append((n, f"{second} at least {floor:g} %", cell))
-    rings = run("between the ends", [cell for *_, cell in between])
-    points += _counted(run, where, targets, [(n, name, r) for (n, name, _), r in zip(between, rings, strict=True)])
+    points, tried = _counted(run, where, targets, setups), set[Gap]()
+    for number in range(1, ROUNDS + 1):
+        wanted = []
+        for n, searches in budgets.items():
+            share = searches * number // ROUNDS - searches * (number - 1) // ROUNDS
+            for gap in _widest([p for p in points if p.sensors == n], share, tried):
+                goals, name = _between(gap, targets)
+                wanted.append((n, name, _place(where, goals, n, seed, [p.rings for p in gap.sides])))
+                tried.add(gap)
+        rings = run(f"between the ends, round {number} of {ROUNDS}", [cell for *_, cell in wanted])
+        points += _counted(run, where, targets, [(n, name, r) for (n, name, _), r in zip(wanted, rings, strict=True)])
     return points + _papers(run, where, targets)
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Two neighbours on a front, the better one for the first target first, and which target keeps a floor between them."""
+
+    sides: tuple[Point, Point]
+    floor: int
+
+    @property
+    def width(self) -> float:
+        """In points of the target that keeps the floor."""
+        a, b = self.sides
+        return a.first - b.first if self.floor == 0 else b.second - a.second
+
+    def __hash__(self) -> int:
+        return hash((self.floor, *((p.sensors, p.first, p.second) for p in self.sides)))
+
+
+def _widest(points: Sequence[Point], count: int, tried: set[Gap]) -> list[Gap]:
+    """The widest gaps of one front, each once, that were not tried."""
+    kept = sorted(front(points), key=lambda p: -p.first)
+    gaps = [Gap(sides, floor) for sides in pairwise(kept) for floor in (0, 1)]
+    found: dict[tuple[float, float], Gap] = {}
+    for gap in sorted((g for g in gaps if g not in tried), key=lambda g: -g.width):
+        found.setdefault((gap.sides[0].first, gap.sides[0].second), gap)
+    return list(found.values())[:count]
+
+
+def _between(gap: Gap, targets: tuple[Target, Target]) -> tuple[list[dict[str, Any]], str]:
+    """Goals of a search between a gap's sides, and its name."""
+    a, b = gap.sides
+    floor = round((a.first + b.first) / 2 if gap.floor == 0 else (a.second + b.second) / 2, 2)
+    goals = [_goal(t, float(i != gap.floor), floor if i == gap.floor else 0.0) for i, t in enumerate(targets)]
+    return goals, f"{targets[gap.floor]} at least {floor:g} %"
 
 
 def _told(name: str, targets: tuple[Target, Target]) -> str:

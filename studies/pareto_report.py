@@ -21,21 +21,25 @@ def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None
     for k, n in enumerate(sorted({p.sensors for p in searched})):
         mine = sorted((p.second, p.first) for p in searched if p.sensors == n)
         x, y = zip(*mine, strict=True)
-        ax.plot(x, y, color=COLOURS[k], marker=MARKERS[k], ms=5, lw=1.3, label=f"searched, {n} sensors")
-    for p in points:
-        if is_papers(p):
-            ax.plot(p.second, p.first, "*", color=INK, ms=11)
-            ax.annotate(
-                f"{p.name} ({p.sensors})",
-                (p.second, p.first),
-                xytext=(7, 4),
-                textcoords="offset points",
-                fontsize=9,
-                color=INK,
-            )
+        ax.plot(
+            x, y, color=COLOURS[k], marker=MARKERS[k], ms=5, lw=1.3, drawstyle="steps-pre", label=f"searched, {n} sensors"
+        )
+    papers = sorted((p for p in points if is_papers(p)), key=lambda p: p.second)
+    for p in papers:
+        crowded = any(0 < o.second - p.second < 15 and abs(o.first - p.first) < 4 for o in papers)
+        ax.plot(p.second, p.first, "*", color=INK, ms=11)
+        ax.annotate(
+            f"{p.name} ({p.sensors})",
+            (p.second, p.first),
+            xytext=(0, -16) if crowded else (7, 5),
+            ha="center" if crowded else "left",
+            textcoords="offset points",
+            fontsize=9,
+            color=INK,
+        )
     ax.plot([], [], "*", color=INK, ms=11, ls="none", label="the paper's setups (sensors)")
     plain(ax, "", f"coverage of {names[1]}, percent", f"coverage of {names[0]}, percent")
-    ax.legend(loc="lower left", frameon=True, framealpha=0.9, edgecolor="none")
+    ax.legend(loc="lower right", frameon=True, framealpha=0.9, edgecolor="none")
     save(figure, file)
 
 

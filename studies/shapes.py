@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.beams import Beams
+from ..coverage.optics import Optics
 from ..coverage.pyramids import Pyramids
 from ..coverage.rings import Setup
 from ..coverage.robots import Robot
@@ -93,7 +93,7 @@ def add_robot(sheet: Sheet, robot: Robot, frames: Any, setup: Setup, colour: dic
 
 def rim_of(cones: Cones, k: int, length: float) -> Any:
     """Points (_, 3) m around beam ``k`` at ``length`` m along its axis: a circle, or a square beam's corners."""
-    if isinstance(cones, Beams) and cones.half_up[k] > 0:
+    if isinstance(cones, Optics) and cones.half_up[k] > 0:
         one = slice(k, k + 1)
         height = np.array([length])
         parts = (cones.apex[one], cones.axis[one], cones.half_angle[one], height, cones.up[one], cones.half_up[one])

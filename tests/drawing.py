@@ -23,13 +23,13 @@ def cones(rng: np.random.Generator, n: int, spread: float = 0.5) -> Cones:
     return Cones(rng.uniform(-spread, spread, (n, 3)), unit(rng, n), half, rng.uniform(0.1, 1.5, n))
 
 
-def pose(rng: np.random.Generator) -> np.ndarray:
-    """Joint angles of a six-jointed arm, rad."""
-    return rng.uniform(-math.pi, math.pi, 6)
+def pose(rng: np.random.Generator, joints: int = 6) -> np.ndarray:
+    """Joint angles of an arm of so many joints, rad."""
+    return rng.uniform(-math.pi, math.pi, joints)
 
 
 def setup(rng: np.random.Generator, most_sensors: int = 8) -> Setup:
-    """One to four rings anywhere on a UR10."""
+    """One to four rings anywhere on a robot that is built in."""
 
     def ring() -> Ring:
         return Ring(

@@ -36,10 +36,10 @@ def dense(solid, centres, voxel, rule):
 
 
 def drawn_scene(seed, rule):
-    """A target at a drawn pose of either robot, a setup, and a voxel size that a dense count can stand."""
+    """A target at a drawn pose of any robot, a setup, and a voxel size that a dense count can stand."""
     rng = np.random.default_rng(seed)
-    robot = ROBOTS[str(rng.choice(sorted(ROBOTS)))]
-    q = drawing.pose(rng)
+    robot = ROBOTS[str(rng.choice(list(ROBOTS)))]
+    q = drawing.pose(rng, len(robot.chain))
     name = str(rng.choice(["V_O", "V_T", "V_OT", "V_S", "V_S"]))
     target = Target(name, float(rng.uniform(0.2, 1.2)) if name == "V_S" else None)
     solid = target_solid(target, robot, q, Shape(blend=float(rng.uniform(0.1, 1)), points_per_bend=4))

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.beams import Beams, beams
 from place_rings.coverage.certified import bracket
 from place_rings.coverage.chain import forward
 from place_rings.coverage.cloud import cloud
 from place_rings.coverage.mounting import MountingErrors, draw_errors, misplaced_cones
 from place_rings.coverage.multiplicity import tally
 from place_rings.coverage.octree import count, voxels
+from place_rings.coverage.optics import Optics, optics
 from place_rings.coverage.pyramids import Pyramids
 from place_rings.coverage.rings import Ring, Setup
 from place_rings.coverage.robots import UR10
@@ -52,7 +52,7 @@ def some(rng, n=4, cones=2):
     half_up = rng.uniform(0.1, 0.9, n)
     half_up[:cones] = 0
     apex, half, range_m = rng.uniform(-0.3, 0.3, (n, 3)), rng.uniform(0.1, 0.9, n), rng.uniform(0.3, 0.8, n)
-    return Beams(apex, axis, half, range_m, up, half_up)
+    return Optics(apex, axis, half, range_m, up, half_up)
 
 
 @given(SEED)
@@ -109,7 +109,7 @@ def test_certified_interval_of_beams_holds_the_share_of_points(seed):
 
 def test_beams_without_a_square_are_plain_cones():
     b = some(np.random.default_rng(0), 3, 3)
-    assert type(beams(b.apex, b.axis, b.half_angle, b.range_m, b.up, None)) is Cones
+    assert type(optics(b.apex, b.axis, b.half_angle, b.range_m, b.up, None)) is Cones
     p = np.random.default_rng(1).uniform(-1, 1, (200, 3))
     np.testing.assert_array_equal(b(p), Cones(b.apex, b.axis, b.half_angle, b.range_m)(p))
 

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 from place_rings.coverage.chain import forward
-from place_rings.coverage.robots import ROBOTS, UR10
+from place_rings.coverage.robots import PAPER_ROBOTS, ROBOTS, UR10
 from place_rings.studies import task
 
 
-@pytest.fixture(scope="module", params=sorted(ROBOTS))
+@pytest.fixture(scope="module", params=PAPER_ROBOTS)
 def robot_and_motion(request):
     robot = ROBOTS[request.param]
     return robot, task.pick_and_place(robot)

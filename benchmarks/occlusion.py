@@ -1,0 +1,92 @@
+"""Shadows of the robot's bodies: by functions, and by rays cast at meshes of the same bodies and of the true links.
+
+Points of V_S(0.5) on the reference scene, each against every sensor whose cone holds it: is the straight way to it free? By
+the capsules' functions, by embree on the same capsules as meshes, and by embree on the UR10's collision meshes (the
+``[robots]`` extra). A sensor that stands within something sees nothing.
+"""
+
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from place_rings.coverage.beams import Occluders, beams
+from place_rings.coverage.capsules import robot_capsules
+from place_rings.coverage.chain import forward
+from place_rings.coverage.points import sample
+from place_rings.coverage.rings import named_setup
+from place_rings.coverage.slots import sensor_cones
+from place_rings.objectives.scene import Scene
+
+SETUPS = ("n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
+POINTS = 20_000
+_LINKS = ("shoulder", "upperarm", "forearm", "wrist1", "wrist2", "wrist3")  # of frames 0 to 5; the base stands still
+
+
+def capsule_meshes(occluders: Occluders) -> list[trimesh.Trimesh]:
+    """The bodies, finely tessellated."""
+    found = []
+    for start, end, radius in zip(*occluders.bodies, strict=True):
+        ends = [trimesh.creation.icosphere(4, radius).apply_translation(c) for c in (start, end)]
+        found += [*ends, trimesh.creation.cylinder(radius, segment=np.stack([start, end]), sections=256)]
+    return found
+
+
+def link_meshes(frames: np.ndarray) -> list[trimesh.Trimesh]:
+    """The collision meshes of the links in the base frame; none where the data are not installed."""
+    places = [
+        Path(p) / "cmeel.prefix/share/example-robot-data/robots/ur_description/meshes/ur10/collision" for p in sys.path
+    ]
+    folder = next((p for p in places if p.exists()), None)
+    if folder is None:
+        return []
+    meshes = [trimesh.load(folder / f"{name}.stl", force="mesh") for name in ("base", *_LINKS)]
+    return [mesh.apply_transform(T) for mesh, T in zip(meshes, (np.eye(4), *frames), strict=False)]
+
+
+def free(meshes: list[trimesh.Trimesh], apex: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Which points no face stands before, seen from an apex that stands in none of the meshes; none if it does."""
+    clear = np.ones(len(points), bool)
+    way = points - apex
+    for mesh in meshes:
+        if mesh.is_watertight and mesh.contains(apex[None])[0]:
+            return np.zeros(len(points), bool)
+        where, ray, _ = mesh.ray.intersects_location(np.broadcast_to(apex, way.shape), way, multiple_hits=False)
+        clear[ray] &= np.linalg.norm(where - apex, axis=1) >= np.linalg.norm(way[ray], axis=1)
+    return clear
+
+
+def report() -> list[str]:
+    """A table: zeta under ``shadow`` by each way, pairs of point and sensor that agree, seconds of functions and of rays."""
+    scene = Scene()
+    q = scene.poses[0].q
+    frames = forward(scene.robot.chain, q)
+    occluders = Occluders(robot_capsules(scene.robot, frames))
+    points = sample(scene.solid(scene.goals[0].target, 0), POINTS, 0).astype(float)
+    kinds = {"capsules": capsule_meshes(occluders), "links": link_meshes(frames)}
+    lines = [
+        "| setup | ζ ignored | ζ shadow, functions | ζ, rays at capsules | pairs that agree | ζ, rays at true links "
+        "| pairs that agree | functions, s | rays at capsules, s |",
+        "| --- " * 9 + "|",
+    ]
+    for name in SETUPS:
+        cones = sensor_cones(scene.robot, named_setup(name), q)
+        seen = beams(cones, occluders, "shadow")
+        held = np.stack([cones.part(points, k) <= 0 for k in range(len(cones))])
+        began = time.perf_counter()
+        mine = np.stack([seen.part(points, k) <= 0 for k in range(len(cones))])
+        spent = {"functions": time.perf_counter() - began}
+        rays = {}
+        for kind, meshes in kinds.items():
+            began, rays[kind] = time.perf_counter(), np.zeros_like(held)
+            for k in range(len(cones) if meshes else 0):
+                rays[kind][k, held[k]] = free(meshes, cones.apex[k], points[held[k]])
+            spent[kind] = time.perf_counter() - began
+        cells = [name, *(f"{100 * a.any(axis=0).mean():.2f}" for a in (held, mine))]
+        for kind, meshes in kinds.items():
+            same = (rays[kind] == mine)[held].mean()
+            cells += [f"{100 * rays[kind].any(axis=0).mean():.2f}", f"{100 * same:.2f} %"] if meshes else ["–", "–"]
+        cells += [f"{spent['functions']:.2f}", f"{spent['capsules']:.2f}"]
+        lines.append("| " + " | ".join(cells) + " |")
+    return lines

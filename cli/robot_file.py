@@ -1,0 +1,145 @@
+"""The commands about robots: what is built in, and a robot from a URDF, with a picture to check and files to edit."""
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from ..coverage.robot import Robot
+from ..coverage.robots import ROBOTS
+from ..placement.errors import UserError, shown
+from ..placement.loader import output_folder, to_toml, write_text
+from ..placement.meshes import Meshes, Which
+from ..placement.robot_convert import robot_file
+from ..placement.robot_fit import Fit, fit_robot, outlines
+from ..placement.urdf import read_urdf
+from ..placement.urdf_chain import pick_chain
+from .robot_picture import robot_picture
+
+_LIST = re.compile(r"\[\n[-+.\deE,\s]+\]")  # of numbers, over several lines
+_CLEARANCE = 0.02  # m, from what a ring surrounds to its sensors
+_HEADING = """A robot, for place-rings. Edit it freely; a scene names it by robot = "{file}".
+Lengths in metres, angles in degrees. A mount is the axis of a link around which rings sit: from start along axis
+(proximal to distal), in the frame of the joint that moves the link. A body is a capsule that stands for a part.
+Of a URDF, reach (the radius of V_O) is an estimate: the data sheet knows better."""
+
+
+def import_urdf(
+    path: Path,
+    base: str | None = None,
+    tip: str | None = None,
+    packages: Sequence[Path] = (),
+    capsules: int = 3,
+    surface: Which = "collision",
+    name: str | None = None,
+) -> Fit:
+    """The robot in a URDF with bodies and mounts fitted to its meshes, told on stderr; UserError for one that is bad."""
+    urdf = read_urdf(path)
+    picked = pick_chain(urdf, base, tip)
+    log = Console(stderr=True)
+    with log.status("fitting") as status:
+
+        def tell(link: str) -> None:
+            status.update(f"fitting capsules to {link}")
+
+        fit = fit_robot(picked, Meshes(path, packages), name or urdf.name, capsules, surface, tell)
+    if picked.left_out:
+        names = ", ".join(picked.left_out)
+        log.print(f"left out, as joints beside the chain move them: {names}", highlight=False, soft_wrap=True)
+    if not fit.links:
+        log.print("no link has a shape: no bodies, and no mount but the tool", highlight=False)
+    return fit
+
+
+def robots() -> None:
+    """Print the robots that are built in."""
+    table = Table(title="Robots that are built in", title_justify="left")
+    for column in ("name", "joints", "reach, m", "links with mounts (usable length, m)", "source"):
+        table.add_column(column, justify="right" if column in ("joints", "reach, m") else "left")
+    for robot in ROBOTS.values():
+        table.add_row(robot.name, str(len(robot.chain)), f"{robot.reach:g}", _mounts(robot), robot.source)
+    Console().print(table)
+
+
+def _mounts(robot: Robot) -> str:
+    lengths = [(m.link, m.length * (m.usable[1] - m.usable[0])) for m in robot.mounts]
+    return ", ".join(f"{link} {length:.2f}" if length > 0 else link for link, length in lengths)
+
+
+def ring_radius(robot: Robot) -> float:
+    """A radius at which rings clear all sections, m, up to the next 5 mm."""
+    return math.ceil(200 * (max(m.section for m in robot.mounts) + _CLEARANCE)) / 200
+
+
+def scene_text(robot: Robot, file: str) -> str:
+    """A scene that names the robot's file, as TOML."""
+    angles = ", ".join(f"{round(math.degrees(a), 3) + 0.0:g}" for a in robot.rest)
+    links = "".join(
+        f"\n[mounts.{link if link.replace('_', '').isalnum() and link.isascii() else shown(link)}]\nposition = [0.0, 1.0]\n"
+        for link in robot.links
+    )
+    return (
+        f"# A scene on {robot.name.encode('ascii', 'replace').decode()}. Edit it, then: place-rings --scene scene.toml\n"
+        f'robot = "{file}"\nring_radius = {ring_radius(robot):g}  # m, clear of all mounts\n\n'
+        f"[[poses]]\nq_deg = [{angles}]\n"
+        f"{links}"
+    )
+
+
+def robot(
+    what: str,
+    base: str | None,
+    tip: str | None,
+    packages: Sequence[Path],
+    capsules: int,
+    surface: Which,
+    name: str | None,
+    out: Path,
+) -> None:
+    """Write ``robot.toml``, ``scene.toml`` and ``robot.png`` of a robot that is built in or in a URDF."""
+    if what in ROBOTS:
+        fit = Fit(ROBOTS[what], ())
+    elif what.lower().endswith((".urdf", ".xml")):
+        fit = import_urdf(Path(what), base, tip, packages, capsules, surface, name)
+    else:
+        raise UserError(f"robot: found {shown(what)}, allowed: a file .urdf, or one of {', '.join(ROBOTS)}")
+    found = fit.robot
+    folder = output_folder(out)
+    files = [folder / file for file in ("robot.toml", "scene.toml", "robot.png")]
+    robot_picture(files[2], found, fit.links)
+    text = to_toml(robot_file(found), _HEADING.format(file=files[0].name))
+    write_text(files[0], _LIST.sub(lambda m: "[" + ", ".join(m[0][1:-1].replace(",", " ").split()) + "]", text))
+    write_text(files[1], scene_text(found, files[0].name))
+    console = Console()
+    console.print(_mount_table(found))
+    if fit.links:
+        console.print(_body_table(fit))
+        console.print(outlines(fit.links) + ".", highlight=False)
+    for path in files:
+        console.print(f"  {path}", highlight=False, soft_wrap=True)
+
+
+def _mount_table(robot: Robot) -> Table:
+    table = Table(title=f"{robot.name}: mounts", title_justify="left")
+    for column in ("link", "moved by", "length, mm", "usable", "section, mm"):
+        table.add_column(column, justify="left" if column in ("link", "moved by") else "right")
+    names = (*robot.chain.joints, "tcp")
+    for m in robot.mounts:
+        usable = f"{m.usable[0]:.2f} … {m.usable[1]:.2f}" if m.length > 0 else ""
+        table.add_row(m.link, names[m.frame], f"{1000 * m.length:.0f}", usable, f"{1000 * m.section:.0f}")
+    return table
+
+
+def _body_table(fit: Fit) -> Table:
+    table = Table(title="capsules", title_justify="left")
+    for column in ("link", "capsules", "radii, mm", "times its volume"):
+        table.add_column(column, justify="left" if column == "link" else "right")
+    for link in fit.links:
+        radii = ", ".join(f"{1000 * c.radius:.0f}" for c in link.capsules)
+        ratio = f"{link.ratio:.2f}" if np.isfinite(link.ratio) else "flat"
+        table.add_row(link.name, str(len(link.capsules)), radii, ratio)
+    return table

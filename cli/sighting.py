@@ -1,0 +1,76 @@
+"""What the commands say about occlusion: zeta under all models, advice, and the sensors that see nothing."""
+
+from collections.abc import Sequence
+from itertools import groupby
+
+from rich.table import Table
+
+from ..coverage.occlusion import OCCLUSIONS
+from ..coverage.rings import Ring, Setup
+from ..objectives.scene import Scene
+from ..objectives.sight import check_mounting
+from ..placement.errors import UserError
+from ..placement.results import UnseeingModel, VerifyResult
+from .tables import target_label
+
+ADVICE = (
+    "On a real mount the robot's body is in the way: take shadow for sensors of many zones, blind for sensors of one zone,"
+    " which report the body itself; ignore is the paper's."
+)
+
+
+def check_sight(scene: Scene, setup: Setup) -> None:
+    """Refuse a setup whose sensors stand within their own link, where the scene minds it, and a robot without bodies."""
+    if scene.occlusion == "ignore":
+        return
+    if not scene.robot.bodies:
+        raise UserError(f"occlusion: found {scene.occlusion}, allowed: ignore, as robot {scene.robot.name} has no bodies")
+    try:
+        check_mounting(scene, setup)
+    except ValueError as error:
+        raise UserError(str(error)) from error
+
+
+def check_scene_sight(scene: Scene) -> None:
+    """Refuse a search whose rings would all lie within a link's own tube, where the scene minds it."""
+    rings = [Ring(link, 0.5, 1, radius=scene.ring_radius) for link in scene.robot.links]
+    check_sight(scene, Setup((*rings, *scene.rules.fixed)))
+
+
+def occlusion_table(results: Sequence[VerifyResult]) -> Table | None:
+    """Setups down, models of occlusion across for each target; None where they were not counted."""
+    shown = [r for r in results if r.by_occlusion_percent]
+    if not shown:
+        return None
+    table = Table(title="ζ in percent past the robot's own body", title_justify="left")
+    table.add_column("setup")
+    labels = list(dict.fromkeys(target_label(r) for r in shown))
+    for label in labels:
+        for model in OCCLUSIONS:
+            table.add_column(f"{label} {model}", justify="right")
+    for name in dict.fromkeys(r.setup for r in shown):
+        mine = {target_label(r): r.by_occlusion_percent for r in shown if r.setup == name}
+        cells = [f"{mine[label][m]:.2f}" if label in mine else "" for label in labels for m in OCCLUSIONS]
+        table.add_row(name, *cells, style="bold" if name == "proposal" else None)
+    return table
+
+
+def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
+    """The sensors that see nothing, ring by ring and by what they stand in."""
+    lines = []
+    order = sorted(found, key=lambda u: (u.within or "", u.ring, u.sensor))
+    for (within, ring), some in groupby(order, key=lambda u: (u.within, u.ring)):
+        each = list(some)
+        sensors = ", ".join(str(u.sensor) for u in each)
+        who = f"Ring {ring}, sensor{'s' * (len(each) > 1)} {sensors}"
+        if within is None:
+            lines.append(f"{who}: less than 1 % of the cone is free.")
+        else:
+            deep = max(u.depth_mm for u in each)
+            lines.append(f"{who}: up to {deep:.0f} mm within {within}: nothing is seen past it.")
+    return lines
+
+
+def scene_lines(scene: Scene) -> list[str]:
+    """What was taken for an obstacle that is not convex."""
+    return [f"Obstacle {o.name} is not convex: its convex hull stands for it." for o in scene.obstacles if o.hulled]

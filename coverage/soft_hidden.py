@@ -1,0 +1,254 @@
+"""Beams past the robot's bodies, as the soft estimator sees them.
+
+Under ``shadow`` a beam is the larger of the cone's function and of minus that of each shadow in it (``occlusion``). Only the
+bodies that come near a cone are looked at, cone by cone, and loops run as far as the cones need; cones with few bodies come
+first, so that they do not wait for those with many. Slopes come from the shadow that counts at each point alone.
+
+Under ``blind`` a round beam ends where the nearest body stands in it. That distance jumps where a body is just grazed, so
+here it is smooth: a body is a row of balls; one that stands beside the beam by x counts as if it stood ``_GRAZE`` x further
+off. A square beam, whose sensor has many zones, is not blinded as a whole: under ``blind`` it is shadowed.
+
+A sensor within a body sees nothing, and the slope there says no more than which way is out.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from .arrays import dot, root
+from .capsules import Capsules
+from .occlusion import Occlusion, capsule_shadow, nearest_ball
+from .optics import Optics
+from .soft_beams import Near, SoftBeams
+from .soft_square import soft_beams
+from .solids import Cones
+
+_BALLS = 17  # of a row that stands for a body
+_GRAZE = 200.0
+_OUT = 10.0  # metres that a beam is moved away from all points by, for each that its apex lies within a body
+_HALVINGS = 18
+_NEAR = 6.0  # widths from a shadow within which it matters to a block
+_MARGIN = 0.03  # m from a cone within which a body may matter
+
+
+@partial(jax.tree_util.register_dataclass, data_fields=("cones", "bodies"), meta_fields=("occlusion",))
+@dataclass(frozen=True)
+class Hidden:
+    """Cones, or beams of both shapes, the bodies at the same pose (one axis of N capsules), and how these occlude, which is
+    compiled in."""
+
+    cones: Cones
+    bodies: Capsules
+    occlusion: Occlusion
+
+    def beams(self) -> "SoftBeams":
+        """What the soft estimator asks."""
+        return HiddenBeams(self)
+
+
+def _rows_of_balls(bodies: Capsules) -> Any:
+    """Centres (N, _BALLS, 3) m along the axes."""
+    share = jnp.linspace(0.0, 1.0, _BALLS, dtype=bodies.start.dtype)[None, :, None]
+    return bodies.start[:, None] * (1 - share) + bodies.end[:, None] * share
+
+
+def _with_axes(cones: Cones, count: int) -> Cones:
+    """The same with so many axes behind the first."""
+    return jax.tree.map(lambda a: a.reshape(a.shape[:1] + (1,) * count + a.shape[1:]), cones)
+
+
+def _beside(points: Any, cones: Cones) -> tuple[Any, Any]:
+    """How far points (..., 3) lie outside of cones, 0 within, convex; and their distance from the apexes; all broadcast."""
+    v = points - cones.apex
+    cosine, sine = jnp.cos(cones.half_angle), jnp.sin(cones.half_angle)
+    d, length = dot(v, cones.axis), root(dot(v, v))
+    rho = root(jnp.maximum(length * length - d * d, 0.0))
+    # Behind the apex the cone's function is less than the distance, which counts here.
+    beside = jnp.where(d * cosine + rho * sine < 0, length, jnp.maximum(rho * cosine - d * sine, d - cones.range_m))
+    return jnp.maximum(beside, 0.0), length
+
+
+def _gap(cones: Cones, bodies: Capsules) -> Any:
+    """How far the bodies' axes lie outside of the cones (K, N) m: by a search that halves, as that is convex."""
+    cones, along = _with_axes(cones, 1), bodies.end - bodies.start
+
+    def at(share: Any) -> Any:
+        return _beside(bodies.start[None] + share[..., None] * along[None], cones)[0]
+
+    def closer(_: Any, between: Any) -> Any:
+        low, high = between
+        a, b = low + 0.382 * (high - low), high - 0.382 * (high - low)
+        left = at(a) < at(b)
+        return jnp.where(left, low, a), jnp.where(left, b, high)
+
+    ends = (
+        jnp.zeros((cones.apex.shape[0], len(along)), along.dtype),
+        jnp.ones((cones.apex.shape[0], len(along)), along.dtype),
+    )
+    low, high = jax.lax.fori_loop(0, _HALVINGS, closer, ends)
+    return at((low + high) / 2)
+
+
+def soft_stop(cones: Cones, bodies: Capsules) -> Any:
+    """Where sensors are blinded (K,) m, smoothly; their range and more where they are not."""
+    centre = _rows_of_balls(bodies)[None]
+    radius = bodies.radius[None, :, None]
+    beside, length = _beside(centre, _with_axes(cones, 2))
+    within = jnp.minimum(beside, radius)
+    stop = length - radius + within * within / radius + _GRAZE * (beside - within)
+    longest = cones.range_m / jnp.cos(cones.half_angle)
+    return jnp.minimum(jnp.maximum(stop, 0.0).min(axis=(1, 2)), 1.1 * longest)
+
+
+class HiddenBeams(SoftBeams):
+    """See ``SoftBeams``. ``free`` are the beams as if there were no bodies; what bodies do to them stands behind their own
+    parts and columns. Beams of both shapes may be stopped and shadowed at once, each by its shape."""
+
+    def __init__(self, hidden: Hidden) -> None:
+        self.free, self.bodies = soft_beams(hidden.cones), hidden.bodies
+        self.cones, self.count = self.free.cones, self.free.count
+        cones = self.cones
+        self.parts, self.columns = self.free.parts, self.free.columns
+        square: Any = cones.half_up > 0 if isinstance(cones, Optics) else None
+        self.stops = hidden.occlusion == "blind"
+        self.shadows = not self.stops or square is not None
+        if self.stops:
+            self.columns += 1
+
+            def stop_of(apex: Any, axis: Any) -> Any:
+                stop = soft_stop(Cones(apex, axis, cones.half_angle, cones.range_m), self.bodies)
+                return stop if square is None else jnp.where(square, jnp.inf, stop)
+
+            stop, self._pull_stop = jax.vjp(stop_of, cones.apex, cones.axis)
+            self.parts = (*self.parts, jnp.append(stop, jnp.zeros(1, stop.dtype)))
+        if not self.shadows:
+            return
+        matters = _gap(cones.around(), self.bodies) < self.bodies.radius[None] + _MARGIN
+        depth, _ = self._depth(cones.apex[:, None], self.bodies.start[None], self.bodies.end[None], self.bodies.radius[None])
+        deepest = jnp.arange(depth.shape[1])[None] == depth.argmax(axis=1)[:, None]
+        matters = jnp.where((depth > 0).any(axis=1, keepdims=True), deepest, matters)  # one is enough to see nothing
+        if self.stops:
+            matters = matters & square[:, None]
+        self._first = jnp.argsort(~matters, axis=1, stable=True).astype(jnp.int32)
+        self._number = matters.sum(axis=1, dtype=jnp.int32)
+
+    def near(self, blocks: Any, width: Any, cut: Any) -> Near:
+        """See ``SoftBeams``; a beam that a body hides from a whole block is left out of it, and a body that leaves a whole
+        block to a beam is not looked at there. Beams that bodies reach into come first, so that most pieces have none."""
+        if not self.shadows:
+            return super().near(blocks, width, cut)
+        _, _, centre, radius = blocks
+        near, most = self._reach(blocks, width, cut), self._first.shape[1]
+
+        def look(m: Any, state: Any) -> tuple[Any, Any]:
+            hidden, reached = state
+            body = jax.lax.dynamic_index_in_dim(self._first, m, axis=1, keepdims=False)
+            value = self._value(self.cones.apex[None], centre[None], body[None])[0][0].T
+            there = (m < self._number)[None]
+            hidden |= there & (value > (radius + cut * width)[:, None])
+            some = there & (value > -(radius + _NEAR * width)[:, None])
+            return hidden, jax.lax.dynamic_update_index_in_dim(reached, some, m, axis=2)
+
+        nothing = jnp.zeros_like(near), jnp.zeros((*near.shape, most), bool)
+        hidden, reached = jax.lax.fori_loop(0, self._number.max(), look, nothing)
+        first = jnp.argsort(~reached, axis=2, stable=True)
+        first = jnp.take_along_axis(jnp.broadcast_to(self._first[None], reached.shape), first, axis=2)
+        number = reached.sum(axis=2, dtype=jnp.int32)
+        index, pieces = self._in_pieces(near & ~hidden, most - number)
+        first, number = jnp.pad(first, ((0, 0), (0, 1), (0, 0))), jnp.pad(number, ((0, 0), (0, 1)))
+
+        def beams_of(j: Any) -> tuple[Any, tuple[Any, ...]]:
+            chosen = index(j)
+            bodies = jnp.take_along_axis(first, chosen[..., None], axis=1), jnp.take_along_axis(number, chosen, axis=1)
+            return chosen, (*(a[chosen] for a in self.parts), *bodies)
+
+        return Near(*pieces, beams_of)
+
+    def _reach(self, blocks: Any, width: Any, cut: Any) -> Any:
+        return self.free._reach(blocks, width, cut)
+
+    def _value(self, apex: Any, points: Any, body: Any) -> tuple[Any, Any]:
+        """What a body of each cone (g, c) says of points (g, B): (g, c, B) m, above 0 where it hides them; and its three
+        slopes by the apex.
+
+        A ball of a shadow lies about a + t (k - a), with k on the body's axis and t >= 1, and its radius is r t. Where the
+        apex a moves, k and t of the ball that counts may be held, as they are the best: so the way from its centre to the
+        point, u in length 1, says that -behind grows by (1 - t) u.
+        """
+        start, end, radius = self.bodies.start[body], self.bodies.end[body], self.bodies.radius[body]
+        shadow = jax.tree.map(partial(_for_points, ndim=apex.ndim), capsule_shadow(apex, start, end, radius))
+        ball = nearest_ball(points[:, None], shadow)
+        length = root(ball.along * ball.along + ball.away * ball.away + ball.across * ball.across)
+        share = (1 - ball.radius / shadow.radius) / jnp.where(length > 0, length, 1.0)
+        ways = (ball.along, shadow.along), (ball.away, shadow.away), (ball.across, shadow.across)
+        slopes = tuple(share * sum(way * axis[..., i] for way, axis in ways) for i in range(3))
+        depth, out = self._depth(apex, start, end, radius)
+        within = (depth > 0)[..., None]
+        value = jnp.where(within, jnp.maximum(_OUT * depth[..., None], ball.radius - length), ball.radius - length)
+        return value, tuple(jnp.where(within, -_OUT * out[..., None, i], s) for i, s in enumerate(slopes))
+
+    @staticmethod
+    def _depth(apex: Any, start: Any, end: Any, radius: Any) -> tuple[Any, Any]:
+        """How deep apexes (..., 3) stand in bodies, m, and which way is out (..., 3)."""
+        along, v = end - start, apex - start
+        square = dot(along, along)
+        v = v - jnp.clip(dot(v, along) / jnp.where(square > 0, square, 1.0), 0.0, 1.0)[..., None] * along
+        length = root(dot(v, v))
+        return radius - length, v / jnp.where(length > 0, length, 1.0)[..., None]
+
+    def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
+        """As of ``SoftBeams``, and where something hides a point, and the slopes of that by the apex."""
+        t, *geometry = self.free.pairs(points, some, width)
+        looks = [look for look, wanted in ((self._behind, self.shadows), (self._past, self.stops)) if wanted]
+        most, *slopes = looks[0](points, some, t)
+        for look in looks[1:]:
+            value, *others = look(points, some, t)
+            slopes = [jnp.where(value > most, new, old) for new, old in zip(others, slopes, strict=True)]
+            most = jnp.maximum(value, most)
+        most = most * (1 / width)
+        return jnp.maximum(t, most), *geometry, most > t, *slopes
+
+    def _past(self, points: Any, some: Any, t: Any) -> tuple[Any, ...]:
+        """How far points lie past where beams are stopped (g, c, B) m, and the slopes of that by the apex."""
+        v = points[:, None] - some[0][:, :, None]
+        length = root(dot(v, v))
+        by = (-v[..., i] / jnp.where(length > 0, length, 1.0) for i in range(3))
+        return length - some[len(self.free.parts)][..., None], *by
+
+    def _behind(self, points: Any, some: Any, t: Any) -> tuple[Any, ...]:
+        """How far points lie in shadows (g, c, B) m, and the slopes of that by the apex."""
+        apex, (first, number) = some[0], some[-2:]
+
+        def look(m: Any, state: Any) -> Any:
+            most, *before = state
+            value, slopes = self._value(apex, points, jax.lax.dynamic_index_in_dim(first, m, axis=2, keepdims=False))
+            more = (m < number)[..., None] & (value > most)
+            return tuple(jnp.where(more, new, old) for new, old in zip((value, *slopes), (most, *before), strict=True))
+
+        nothing = (jnp.full(t.shape, -jnp.inf, t.dtype), *(jnp.zeros_like(t),) * 3)
+        return jax.lax.fori_loop(0, number.max(), look, nothing)
+
+    def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
+        """See ``SoftBeams``; where beams are stopped the last column is the slope by the distance where they end."""
+        *of_beam, hidden, x, y, z = geometry
+        found = self.free.slopes(points, some, jnp.where(hidden, 0, pull), *of_beam)
+        pull = jnp.where(hidden, pull, 0)
+        by_apex = jnp.stack([(pull * slope).sum(axis=2) for slope in (x, y, z)], axis=2)
+        found = found + jnp.pad(by_apex, ((0, 0), (0, 0), (0, found.shape[2] - 3)))
+        return jnp.concatenate([found, -pull.sum(axis=2)[..., None]], axis=2) if self.stops else found
+
+    def pulled_back(self, slope: Any) -> tuple[Any, ...]:
+        """See ``SoftBeams``. Where a beam is not stopped, its distance is a constant, which passes nothing on."""
+        by_apex, by_axis, *rest = self.free.pulled_back(slope)
+        if not self.stops:
+            return by_apex, by_axis, *rest
+        more_apex, more_axis = self._pull_stop(slope[:, -1])
+        return by_apex + more_apex, by_axis + more_axis, *rest
+
+
+def _for_points(a: Any, ndim: int) -> Any:
+    """Values of (g, c) or (g, c, 3 or 2) with an axis for the points between."""
+    return a[..., None] if a.ndim == ndim - 1 else a[..., None, :]

@@ -1,0 +1,219 @@
+"""Capsules that contain a link's surface: cut along an axis into slabs, each in a small capsule.
+
+A capsule is convex. So one that contains the corners of a triangle contains the triangle; and where triangles are cut by the
+planes between slabs, and each slab's capsule contains the corners of what is cut, the capsules together contain the whole
+surface, not its vertices alone.
+"""
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import minimize
+from scipy.spatial import ConvexHull, QhullError
+
+from .lines import across, circle_centre
+
+SLABS = 8  # places along an axis between which capsules may begin and end
+WORTH = 0.05  # share of the volume that one capsule more must save
+_AXES = 4  # along which a link is cut, at most
+_GROW = 1 + 1e-7  # of a radius, for rounding
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """All points within ``radius`` m of the segment from ``start`` to ``end`` (3,) m."""
+
+    start: Float[np.ndarray, " 3"]
+    end: Float[np.ndarray, " 3"]
+    radius: float
+
+    @property
+    def volume(self) -> float:
+        """m^3."""
+        return math.pi * self.radius**2 * (float(np.linalg.norm(self.end - self.start)) + 4 / 3 * self.radius)
+
+    def depth(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
+        """Signed distance (N,) m of points from the surface, positive inside."""
+        along = self.end - self.start
+        t = np.clip((points - self.start) @ along / max(float(along @ along), 1e-300), 0, 1)
+        return self.radius - np.linalg.norm(points - self.start - t[:, None] * along, axis=1)
+
+
+def _corners(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "M 3"]:
+    """The corners of the convex hull, or all points where they lie in a plane."""
+    if len(points) < 8:
+        return points
+    try:
+        return points[ConvexHull(points).vertices]
+    except QhullError:
+        return points
+
+
+def _on_line(
+    along: Float[np.ndarray, " N"], away: Float[np.ndarray, " N"], longer: float = 0.0
+) -> tuple[float, float, float]:
+    """The least capsule on a line that contains points: where it starts and ends, m, and its radius, m.
+
+    Args:
+        along: places (N,) m of the points along the line. away: distances (N,) m from it.
+        longer: by how much the radius is larger than the largest distance, m.
+    """
+    radius = float(away.max()) + longer
+    half = np.sqrt(np.maximum(radius**2 - away**2, 0.0))
+    low, high = float((along + half).min()), float((along - half).max())
+    return (low, high, radius) if low <= high else ((low + high) / 2, (low + high) / 2, radius)
+
+
+def _volume(low: float, high: float, radius: float) -> float:
+    return math.pi * radius**2 * (high - low + 4 / 3 * radius)
+
+
+def _start(points: Float[np.ndarray, "N 3"], axis: Float[np.ndarray, " 3"]) -> tuple[float, Float[np.ndarray, " 5"]]:
+    """Volume and variables (offset across, tilt across, growth) of a capsule about ``axis`` that contains the points."""
+    frame = across(axis)
+    xy = points @ frame.T
+    centre = circle_centre(xy)
+    away = np.linalg.norm(xy - centre, axis=1)
+    return _volume(*_on_line(points @ axis, away)), np.array([*centre, 0.0, 0.0, 0.0])
+
+
+def _axes(points: Float[np.ndarray, "N 3"]) -> list[Float[np.ndarray, " 3"]]:
+    centred = points - points.mean(axis=0)
+    return list(np.linalg.svd(centred, full_matrices=False)[2]) if len(points) > 2 else list(np.eye(3))
+
+
+def enclosing(
+    points: Float[np.ndarray, "N 3"], axes: Sequence[Float[np.ndarray, " 3"]] = (), polish: bool = True
+) -> Capsule:
+    """A small capsule that contains all points.
+
+    Over lines (a direction and a place across it) and radii, the least capsule on each line is known in closed form; its
+    volume is made small by Nelder and Mead's simplex from the best of the given axes and the principal ones.
+
+    Args:
+        points: (N, 3) m, N at least 1.
+        axes: unit vectors (3,) to begin from beside the principal axes.
+        polish: whether the line is moved at all from where it begins.
+    """
+    corners = _corners(points)
+    origin = corners.mean(axis=0)
+    seen = corners - origin
+    scale = max(float(np.linalg.norm(seen, axis=1).max()), 1e-9)
+    seen = seen / scale
+    begun = [(*_start(seen, axis), axis) for axis in [*axes, *_axes(seen)]]
+
+    def line(x: Float[np.ndarray, " 5"], axis: Float[np.ndarray, " 3"]) -> tuple[np.ndarray, np.ndarray, tuple]:
+        frame = across(axis)
+        through = x[:2] @ frame
+        direction = axis + x[2:4] @ frame
+        direction = direction / np.linalg.norm(direction)
+        v = seen - through
+        along = v @ direction
+        away = np.sqrt(np.maximum((v * v).sum(axis=1) - along**2, 0.0))
+        return through, direction, _on_line(along, away, abs(float(x[4])))
+
+    best, x, axis = min(begun, key=lambda b: b[0])
+    if polish:
+        for _, x0, axis0 in sorted(begun, key=lambda b: b[0])[:2]:
+            simplex = x0 + np.vstack([np.zeros(5), 0.05 * np.eye(5)])
+            found = minimize(
+                lambda x, axis: _volume(*line(x, axis)[2]),
+                x0,
+                (axis0,),
+                method="Nelder-Mead",
+                options={"initial_simplex": simplex, "maxfev": 600, "xatol": 1e-4, "fatol": 1e-5},
+            )
+            if found.fun < best:
+                best, x, axis = float(found.fun), found.x, axis0
+    through, direction, (low, high, radius) = line(x, axis)
+    ends = [origin + scale * (through + t * direction) for t in (low, high)]
+    found_one = Capsule(ends[0], ends[1], scale * radius * _GROW)
+    short = -float(found_one.depth(corners).min())
+    return found_one if short <= 0 else Capsule(ends[0], ends[1], found_one.radius + 1.01 * short)
+
+
+def _cells(
+    triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"], count: int
+) -> list[Float[np.ndarray, "N 3"]]:
+    """Corners (N, 3) m of what lies in each of ``count`` even slabs across an axis: the triangles' own corners within, and
+    the points where their edges meet the slab's two planes."""
+    along = triangles @ axis
+    levels = np.linspace(along.min(), along.max(), count + 1)
+    low, high = along.min(axis=1), along.max(axis=1)
+    found = []
+    for a, b in itertools.pairwise(levels):
+        here = (high >= a) & (low <= b)
+        t, at = triangles[here], along[here]
+        parts = [t[(at >= a) & (at <= b)]]
+        for i, j in ((0, 1), (1, 2), (2, 0)):
+            for level in (a, b):
+                crossing = (at[:, i] - level) * (at[:, j] - level) < 0
+                s = ((level - at[crossing, i]) / (at[crossing, j] - at[crossing, i]))[:, None]
+                parts.append(t[crossing, i] * (1 - s) + t[crossing, j] * s)
+        points = np.concatenate(parts)
+        found.append(_corners(points) if len(points) else points)
+    return found
+
+
+def fit_capsules(
+    triangles: Float[np.ndarray, "T 3 3"], axes: Sequence[Float[np.ndarray, " 3"]] = (), most: int = 3
+) -> list[Capsule]:
+    """A few capsules that together contain a surface.
+
+    Along each candidate axis the surface is cut at ``SLABS - 1`` even places; a dynamic programme finds, for each number of
+    capsules, where to cut so that the sum of volumes is least. One capsule more must save ``WORTH`` of the volume. Those
+    that win are then polished one by one.
+
+    Args:
+        triangles: (T, 3, 3) m, corners of the surface's triangles, T at least 1.
+        axes: unit vectors (3,) along which to cut, beside the principal axes.
+        most: capsules, at most.
+
+    Returns:
+        The capsules, in order along the axis that they were cut along.
+    """
+    points = triangles.reshape(-1, 3)
+    candidates: list[Float[np.ndarray, " 3"]] = []
+    for axis in [*axes, *_axes(_corners(points))]:
+        if all(abs(float(axis @ other)) < 0.99 for other in candidates):
+            candidates.append(axis)
+    best: list[Float[np.ndarray, "N 3"]] = [_corners(points)]
+    least = enclosing(best[0], candidates).volume
+    for axis in candidates[:_AXES]:
+        if float(np.ptp(triangles @ axis)) < 1e-6:
+            continue
+        cells = _cells(triangles, axis, SLABS)
+        parts, cost = {}, {}
+        for i, j in itertools.combinations(range(SLABS + 1), 2):
+            part = np.concatenate(cells[i:j])
+            parts[i, j] = _corners(part) if len(part) else part
+            cost[i, j] = enclosing(parts[i, j], candidates, polish=False).volume if len(part) else 0.0
+        path: dict[tuple[int, int], tuple[float, list[tuple[int, int]]]] = {(0, 0): (0.0, [])}
+        for k in range(1, most + 1):
+            for j in range(k, SLABS + 1):
+                options = [(path[k - 1, i][0] + cost[i, j], i) for i in range(j) if (k - 1, i) in path]
+                if options:
+                    value, i = min(options)
+                    path[k, j] = (value, [*path[k - 1, i][1], (i, j)])
+        for k in range(2, most + 1):
+            value, cuts = path[k, SLABS]
+            if value < least * (1 - WORTH) ** (k - len(best)):
+                least, best = value, [parts[cut] for cut in cuts if len(parts[cut])]
+    return [enclosing(part, candidates) for part in best]
+
+
+def union_volume(capsules: Sequence[Capsule], points: int = 200_000) -> float:
+    """Volume of the capsules' union, m^3, by points of a lattice in their box: good to about a percent."""
+    reach = np.array([[c.start - c.radius, c.end - c.radius, c.start + c.radius, c.end + c.radius] for c in capsules])
+    low, high = reach.reshape(-1, 3).min(axis=0), reach.reshape(-1, 3).max(axis=0)
+    i = np.arange(points)[:, None] + 0.5
+    g = 1.22074408460575947536  # the plastic ratio's analogue in three dimensions: an even spread of points
+    p = low + np.mod(i * g ** -np.arange(1.0, 4.0), 1.0) * (high - low)
+    inside = np.zeros(points, bool)
+    for c in capsules:
+        inside |= c.depth(p) >= 0
+    return float(np.prod(high - low) * inside.mean())

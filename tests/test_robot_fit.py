@@ -1,0 +1,267 @@
+"""Fitting: capsules contain what they stand for and are tight, tubes are found where they are, files read back."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.cli import main as command_line
+from place_rings.coverage.chain import forward
+from place_rings.coverage.robots import ROBOTS, UR10
+from place_rings.objectives.scene import Pose, Scene
+from place_rings.placement.capsule_fit import Capsule, enclosing, fit_capsules, union_volume
+from place_rings.placement.convert import scene_model, scene_of
+from place_rings.placement.errors import UserError
+from place_rings.placement.loader import read_proposal, read_robot, read_scene, to_toml
+from place_rings.placement.meshes import Meshes
+from place_rings.placement.models import SceneFile
+from place_rings.placement.robot_convert import robot_file, robot_of
+from place_rings.placement.tubes import find_tube
+from place_rings.placement.urdf import Shape
+from scipy.spatial.transform import Rotation
+
+from . import drawing
+
+
+def turned(mesh, rng):
+    """Triangles of a mesh, turned and carried anywhere, and how."""
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = Rotation.random(random_state=int(rng.integers(2**31))).as_matrix(), rng.uniform(-1, 1, 3)
+    return np.array(mesh.triangles) @ T[:3, :3].T + T[:3, 3], T
+
+
+def link(rng):
+    """A tube with a housing across at either end, as arms have: triangles in the frame whose z is the tube's axis."""
+    radius = rng.uniform(0.03, 0.06)
+    length = radius * rng.uniform(8, 12)
+    house = 1.6 * radius
+    tube = trimesh.creation.cylinder(radius, length, sections=32)
+    ends = [trimesh.creation.cylinder(house, 3 * radius, sections=32) for _ in range(2)]
+    for end, z in zip(ends, (-length / 2, length / 2), strict=True):
+        end.apply_transform(trimesh.transformations.rotation_matrix(math.pi / 2, [1, 0, 0]))
+        end.apply_translation([0, 0, z])
+    return trimesh.util.concatenate([tube, *ends]), radius, length - 2 * house
+
+
+@settings(max_examples=5)
+@given(drawing.seeds, st.integers(1, 4))
+def test_capsules_contain_the_surface(seed, most):
+    """Every vertex, and every point of every triangle between."""
+    rng = np.random.default_rng(seed)
+    soup = rng.normal(size=(int(rng.integers(1, 40)), 3, 3)) * rng.uniform(0.01, 0.3, 3)
+    capsules = fit_capsules(soup, most=most)
+    assert 1 <= len(capsules) <= most
+    w = rng.dirichlet(np.ones(3), (len(soup), 50))
+    points = np.concatenate([soup.reshape(-1, 3), np.einsum("tnk,tkd->tnd", w, soup).reshape(-1, 3)])
+    assert np.max([c.depth(points) for c in capsules], axis=0).min() > -1e-9
+
+
+@settings(max_examples=15)
+@given(drawing.seeds)
+def test_points_on_a_capsule_get_it_back(seed):
+    rng = np.random.default_rng(seed)
+    made = trimesh.creation.capsule(rng.uniform(0.05, 0.5), rng.uniform(0.03, 0.1), count=[16, 24])
+    triangles, _ = turned(made, rng)
+    found = enclosing(triangles.reshape(-1, 3))
+    assert found.depth(triangles.reshape(-1, 3)).min() > -1e-9
+    assert found.volume < 1.03 * made.volume
+
+
+def test_a_capsule_of_few_points_is_what_it_must_be():
+    one = enclosing(np.array([[1.0, 2, 3]]))
+    assert one.volume < 1e-12
+    two = enclosing(np.array([[0.0, 0, 0], [0, 0, 1]]))
+    assert two.volume < 1e-6
+    cross = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
+    assert enclosing(cross).volume < 1.02 * 4 / 3 * math.pi
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_an_arm_takes_a_few_tight_capsules(seed):
+    rng = np.random.default_rng(seed)
+    mesh, _, _ = link(rng)
+    triangles, _ = turned(mesh, rng)
+    one, three = (fit_capsules(triangles, most=n) for n in (1, 3))
+    assert len(three) == 3
+    assert union_volume(three) < 0.8 * union_volume(one)
+    assert np.max([c.depth(triangles.reshape(-1, 3)) for c in three], axis=0).min() > -1e-9
+
+
+def test_volume_of_a_union():
+    a = Capsule(np.zeros(3), np.array([0.0, 0, 1]), 0.2)
+    assert union_volume([a]) == pytest.approx(a.volume, rel=0.01)
+    assert union_volume([a, a]) == pytest.approx(a.volume, rel=0.01)
+
+
+@settings(max_examples=15)
+@given(drawing.seeds)
+def test_the_tube_of_a_link_is_found(seed):
+    """Its axis, its radius, and its clear stretch between the housings, whose round sides leave it a little longer."""
+    rng = np.random.default_rng(seed)
+    mesh, radius, clear = link(rng)
+    triangles, T = turned(mesh, rng)
+    rough = T[:3, 2] + rng.normal(size=3) * 0.03
+    tube = find_tube(triangles, [rough / np.linalg.norm(rough)])
+    assert abs(tube.axis @ T[:3, 2]) > 1 - 1e-4
+    assert tube.radius == pytest.approx(radius, rel=0.08)
+    assert clear - 0.03 < tube.length < clear + radius
+    for end in (tube.start, tube.end):
+        v = end - T[:3, 3]
+        assert np.linalg.norm(v - (v @ T[:3, 2]) * T[:3, 2]) < 0.002
+
+
+def test_a_ball_and_a_disc_are_no_tubes():
+    for mesh in (trimesh.creation.icosphere(3, 0.1), trimesh.creation.cylinder(0.1, 0.05)):
+        assert find_tube(np.array(mesh.triangles), list(np.eye(3))) is None
+
+
+@pytest.mark.parametrize(
+    ("shape", "inside", "outside"),
+    [
+        (Shape("box", np.eye(4), (0.2, 0.4, 0.6)), [0.1, 0.2, 0.3], [0.11, 0, 0]),
+        (Shape("sphere", np.eye(4), (0.2,)), [0, 0, 0.2], [0, 0, 0.21]),
+        (Shape("cylinder", np.eye(4), (0.1, 0.6)), [0.1, 0, 0.3], [0, 0, 0.31]),
+        (Shape("capsule", np.eye(4), (0.1, 0.6)), [0, 0, 0.4], [0, 0, 0.41]),
+    ],
+)
+def test_plain_shapes_are_where_they_should_be(tmp_path, shape, inside, outside):
+    """The polyhedron contains the shape and hardly more."""
+    made = Meshes(tmp_path / "r.urdf").shape(shape, "b").reshape(-1, 3)
+    hull = trimesh.convex.convex_hull(made)
+    planes, origins = hull.face_normals, hull.triangles[:, 0]
+
+    def depth(p):
+        return -np.max(np.einsum("nd,nd->n", planes, np.array(p) - origins))
+
+    assert depth(inside) > -1e-9
+    assert depth(outside) < 0
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_every_robot_reads_back_from_its_file(tmp_path, name):
+    robot = ROBOTS[name]
+    (tmp_path / "r.toml").write_text(to_toml(robot_file(robot)))
+    again = read_robot(tmp_path / "r.toml")
+    q = drawing.pose(np.random.default_rng(0), len(robot.chain))
+    assert np.abs(forward(again.chain, q) - forward(robot.chain, q)).max() < 1e-10
+    assert again.links == robot.links
+    assert np.allclose(again.limits, robot.limits)
+    for a, b in zip((*again.mounts, *again.bodies), (*robot.mounts, *robot.bodies), strict=True):
+        assert a.frame == b.frame
+        assert np.allclose(a.start, b.start, atol=1e-11)
+    assert robot_file(robot_of(robot_file(robot))) == robot_file(again)
+
+
+def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
+    mine = robot_of(robot_file(ROBOTS["panda"]).model_copy(update={"name": "mine"}))
+    scene = Scene(robot=mine, poses=(Pose(mine.rest),))
+    (tmp_path / "inline.toml").write_text(to_toml(scene_model(scene)))
+    (tmp_path / "mine.toml").write_text(to_toml(robot_file(mine)))
+    (tmp_path / "named.toml").write_text('robot = "mine.toml"\n')
+    (tmp_path / "proposal.toml").write_text("[[rings]]\nlink = 'forearm'\ncount = 8\n[scene]\nrobot = 'mine.toml'\n")
+    inline, named = (read_scene(tmp_path / f"{n}.toml") for n in ("inline", "named"))
+    assert scene_model(inline) == scene_model(named) == scene_model(scene)
+    assert scene_model(read_proposal(tmp_path / "proposal.toml")[1]) == scene_model(scene)
+    assert len(named.poses[0].q) == 7
+    assert scene_model(scene_of(SceneFile(robot="panda"))).robot == "panda"
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("robot = '../mine.toml'", "allowed: a file in the folder of"),
+        ("robot = '/etc/mine.toml'", "allowed: a file in the folder of"),
+        ("robot = 'nothing.toml'", "nothing.toml: cannot be read"),
+        ("robot = 'arm.urdf'", "allowed: a robot's file (.toml)"),
+        ("robot = 'r2d2'", "allowed: ur10, ur10_dh, ur3"),
+        ("[robot]\nname = 'x'", "robot.reach: found nothing"),
+        ("[robot]\nname = 'x'\nreach = 1\njoints = 3", "robot.joints: found 3, allowed: a list of 1 to 20"),
+        ("robot = 'panda'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]", "allowed: 7 angles, one for each joint of panda"),
+        ("robot = 'panda'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 90, 0]", "poses[0].q_deg[3]: found 0.0, allowed: -176.0"),
+        ("[[poses]]\nq_deg = [0, 0, 181, 0, 0, 0]", "allowed: -180 to 180, the limits of elbow of ur10"),
+    ],
+)
+def test_a_scene_with_a_bad_robot_is_one_line(tmp_path, text, line):
+    (tmp_path / "scene.toml").write_text(text)
+    with pytest.raises(UserError) as caught:
+        read_scene(tmp_path / "scene.toml")
+    assert line in str(caught.value)
+
+
+BAD_FILES = {
+    ("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, 2.0]"): "joints[0].axis[2]: found 2.0",
+    (
+        "axis = [0.0, 0.0, 1.0]",
+        "axis = [0.0, 0.5, 0.5]",
+    ): 'joints[0].axis: found "[0.0, 0.5, 0.5]", allowed: a vector of length 1',
+    ('frame = "elbow"', 'frame = "knee"'): 'mounts[1].frame: found "knee", allowed: shoulder_pan',
+    ("limits_deg = [-360.0, 360.0]", "limits_deg = [360.0, -360.0]"): "joints[0].limits_deg: found",
+    ("radius = 0.075", "radius = -1.0"): "bodies[0].radius: found -1.0",
+    ("reach = 1.3", "reach = nan"): "reach: found nan",
+    ('name = "elbow"', 'name = "shoulder_lift"'): "joints[2].name: found",
+}
+
+
+@pytest.mark.parametrize(("change", "line"), BAD_FILES.items())
+def test_a_bad_robot_file_is_one_line(tmp_path, change, line):
+    import tomli_w
+
+    text = tomli_w.dumps(robot_file(UR10).model_dump(exclude_none=True)).replace("\n    ", " ").replace(",\n]", "]")
+    text = text.replace("[ ", "[")
+    assert change[0] in text
+    (tmp_path / "r.toml").write_text(text.replace(change[0], change[1], 1))
+    with pytest.raises(UserError) as caught:
+        read_robot(tmp_path / "r.toml")
+    assert line in str(caught.value)
+
+
+def run(monkeypatch, *command):
+    """The exit code of a command."""
+    monkeypatch.setattr(sys, "argv", ["place-rings", *command])
+    with pytest.raises(SystemExit) as left:
+        command_line.main()
+    return left.value.code
+
+
+def test_from_a_urdf_to_a_scene(tmp_path, monkeypatch, capsys):
+    """The command on an arm of two links with meshes: files, a picture, a mount on each link, and a scene that counts."""
+    mesh, radius, _ = link(np.random.default_rng(3))
+    mesh.apply_translation([0, 0, 0.25])
+    mesh.export(tmp_path / "link.stl")
+    body = "<collision><geometry><mesh filename='link.stl'/></geometry></collision>"
+    text = "<robot name='two'><link name='base'/>"
+    for i, parent in enumerate(("base", "link_0")):
+        text += f"<link name='link_{i}'>{body}</link><joint name='j{i}' type='continuous'><parent link='{parent}'/>"
+        text += f"<child link='link_{i}'/><origin xyz='0 0 {0.1 + 0.5 * i}'/><axis xyz='0 1 0'/></joint>"
+    text += (
+        "<link name='tip'/><joint name='f' type='fixed'><parent link='link_1'/><child link='tip'/><origin xyz='0 0 0.5'/>"
+    )
+    (tmp_path / "two.urdf").write_text(text + "</joint></robot>")
+    out = tmp_path / "out"
+    assert run(monkeypatch, "robot", str(tmp_path / "two.urdf"), "--out", str(out)) == 0
+    assert "link_0" in capsys.readouterr().out
+    scene = read_scene(out / "scene.toml")
+    robot = scene.robot
+    assert robot.links == ("link_0", "link_1", "tool")
+    assert all(abs(m.axis[2]) > 0.999 and m.section == pytest.approx(radius, rel=0.1) for m in robot.mounts[:2])
+    assert scene.ring_radius > max(m.section for m in robot.mounts)
+    assert (out / "robot.png").stat().st_size > 10_000
+    vertices = mesh.vertices
+    for frame in (0, 1):
+        capsules = [Capsule(b.start, b.end, b.radius) for b in robot.bodies if b.frame == frame]
+        assert np.max([c.depth(vertices) for c in capsules], axis=0).min() > -1e-9
+    monkeypatch.chdir(tmp_path)
+    ring = "[[rings]]\nlink = 'link_1'\nposition = 0.5\ncount = 8\n"
+    (tmp_path / "p.toml").write_text(ring)
+    assert run(monkeypatch, "verify", "p.toml", "--voxel", "0.1") == 2  # the reference scene's robot has no such link
+    assert "allowed: a link of ur10" in capsys.readouterr().err
+    (tmp_path / "p.toml").write_text(ring + "[scene]\nrobot = 'out/robot.toml'\n")
+    assert run(monkeypatch, "verify", "p.toml", "--voxel", "0.1", "--json") == 0
+    assert '"zeta_percent"' in capsys.readouterr().out
+    assert run(monkeypatch, "cones", "p.toml", "--robot", str(out / "robot.toml")) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 9
+    assert run(monkeypatch, "verify", "n1_8_0", "--robot", str(tmp_path / "two.urdf")) == 2
+    assert "allowed: a link of two: link_0, link_1, tool" in capsys.readouterr().err
