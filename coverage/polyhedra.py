@@ -9,6 +9,7 @@ that does not.
 from dataclasses import dataclass
 from typing import Any
 
+import jax
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import ConvexHull, QhullError
@@ -21,6 +22,7 @@ _DIGITS = 7  # of normals: faces of a hull that agree to these are one
 _NOWHERE = 1e9  # m, offset that makes a plane function of normal 0 never count
 
 
+@jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Polyhedron:
     """Points p with ``normal . p <= offset`` for all F faces, normal (F, 3) unit, offset (F,) m. edges: of E edges the ends
@@ -93,18 +95,16 @@ def hull(points: Float[np.ndarray, "N 3"]) -> Polyhedron:
     )
 
 
-def polyhedron_shadow(
-    apex: Float[np.ndarray, "K 3"], body: Polyhedron
-) -> tuple[Float[np.ndarray, "K M 3"], Float[np.ndarray, "K M"]]:
+def polyhedron_shadow(apex: Float[Array, "K 3"], body: Polyhedron) -> tuple[Float[Array, "K M 3"], Float[Array, "K M"]]:
     """The shadow of ``body`` from each of K apexes (K, 3) m outside of it: normals (K, M, 3) and offsets (K, M) m of planes,
     as in ``Polyhedron``; those of faces and edges that do not count have the normal 0 and never are the largest.
 
     M is the number of faces and edges: an edge's plane counts where just one of its faces looks at the apex.
     """
     xp = namespace(apex)
-    looks = dot(apex[:, None], body.normal[None]) > body.offset
+    looks = dot(apex[:, None], body.normal[None]) > body.offset[None]
     normal = xp.where(looks[..., None], body.normal[None], 0.0)
-    offset = xp.where(looks, body.offset, _NOWHERE)
+    offset = xp.where(looks, body.offset[None], _NOWHERE)
     if len(body.edges) == 0:
         return normal, offset
     first, second = looks[:, body.faces[:, 0]], looks[:, body.faces[:, 1]]
@@ -115,8 +115,8 @@ def polyhedron_shadow(
     rim = rim & (length > 0)
     n = xp.where(rim[..., None], n, 0.0) / xp.where(rim, length, 1.0)[..., None]
     # Outward is away from the body: the hidden face's own normal looks that way across the edge, or the lit one's does.
-    lit = xp.where(first[..., None], body.normal[body.faces[:, 0]], body.normal[body.faces[:, 1]])
-    dark = xp.where(first[..., None], body.normal[body.faces[:, 1]], body.normal[body.faces[:, 0]])
+    lit = xp.where(first[..., None], body.normal[body.faces[:, 0]][None], body.normal[body.faces[:, 1]][None])
+    dark = xp.where(first[..., None], body.normal[body.faces[:, 1]][None], body.normal[body.faces[:, 0]][None])
     n = n * xp.where(dot(n, lit) + dot(n, dark) >= 0, 1.0, -1.0)[..., None]
     return (
         xp.concatenate([normal, n], axis=1),

@@ -17,6 +17,7 @@ from jaxtyping import Float
 
 from .cloud import Cloud
 from .soft_beams import Near, SoftBeams
+from .soft_cell import InCell
 from .soft_hidden import Hidden
 from .soft_square import soft_beams
 from .solids import Cones
@@ -38,7 +39,7 @@ class Soft(NamedTuple):
 
 
 AddGroup = Callable[..., tuple[Any, Any]]
-Seen = Cones | Hidden
+Seen = Cones | Hidden | InCell
 
 
 def soft_zeta(seen: Seen, cloud: Cloud, width: Any, cut: Any = CUT, slopes: Any = True) -> Soft:
@@ -62,7 +63,7 @@ def over_groups(
     add: AddGroup, seen: Seen, cloud: Cloud, width: Any, cut: Any, slopes: Any, zetas: tuple[int, ...] = ()
 ) -> Soft:
     """What ``soft_zeta`` does, with another ``add_group``, which may add up a whole array of zetas of this shape."""
-    beams, (n, _) = seen.beams() if isinstance(seen, Hidden) else soft_beams(seen), cloud.weight.shape
+    beams, (n, _) = seen.beams() if isinstance(seen, Hidden | InCell) else soft_beams(seen), cloud.weight.shape
     group = min(_GROUP.get(jax.default_backend(), _GROUP_ELSEWHERE), n)
 
     def whole_groups(a: Any) -> Any:

@@ -10,13 +10,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.capsules import Capsules, robot_capsules
 from ..coverage.chain import forward
 from ..coverage.cloud import BLOCK, Cloud, cloud
 from ..coverage.mounting import misplaced_axes, misplaced_beams
 from ..coverage.optics import optics
 from ..coverage.points import sample
 from ..coverage.slots import Slots, slot_axes, slot_beams
-from ..coverage.soft import SHARP, Soft
+from ..coverage.soft import SHARP, Seen, Soft
+from ..coverage.soft_cell import InCell
+from ..coverage.soft_hidden import Hidden
 from ..coverage.soft_loss import soft_losses
 from ..coverage.soft_seen import soft_seen
 from ..coverage.solids import Cones
@@ -103,6 +106,9 @@ class CoverageObjective:
         self._floors = jnp.asarray([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals], jnp.float32)
         frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
         self._frames = jnp.asarray(frames, jnp.float32)
+        self._bodies = None
+        if scene.occlusion != "ignore":
+            self._bodies = jax.tree.map(partial(jnp.asarray, dtype=jnp.float32), robot_capsules(scene.robot, frames))
         self._soft, self._compiling, self._compiled = jax.jit(self._of_each), Lock(), False
 
     def _mean(self, slots: Slots, where: Stretch, values: Any, clouds: Cloud, poses: Any, width: Any, slopes: Any) -> Any:
@@ -112,12 +118,13 @@ class CoverageObjective:
         apex = seen[0]
         share = poses[self._pose] / self.aim.mountings
 
-        def terms(soft: Callable[[Cones, Cloud], Soft], zetas: tuple[int, ...] = ()) -> Soft:
+        def terms(soft: Callable[[Seen, Cloud], Soft], zetas: tuple[int, ...] = ()) -> Soft:
             def look(row: Any) -> Any:
-                view, _, points = row
+                view, pose, points = row
                 apex, axis, *rest = (part[view] for part in seen)
                 up = rest[0] if rest else None
-                return soft(optics(apex, axis, slots.half_angle, slots.range_m, up, slots.half_up), points)
+                looks = optics(apex, axis, slots.half_angle, slots.range_m, up, slots.half_up)
+                return soft(self._past(looks, pose), points)
 
             def skip(_: Any) -> Soft:
                 return Soft(jnp.zeros(zetas, apex.dtype), *(jnp.zeros_like(part[0]) for part in seen))
@@ -155,6 +162,14 @@ class CoverageObjective:
         drawn = misplaced_axes if slots.half_up is None else misplaced_beams
         found = drawn(slots, position, tilt, phase, self._frames, errors)
         return tuple(part.reshape(-1, *part.shape[2:]) for part in found)
+
+    def _past(self, cones: Cones, pose: Any) -> Seen:
+        """What the scene's occlusion and obstacles leave of cones at a pose."""
+        seen: Cones | Hidden = cones
+        if self._bodies is not None:
+            start, end, radius = self._bodies
+            seen = Hidden(cones, Capsules(start[pose], end[pose], radius), self.scene.occlusion)
+        return InCell(seen, tuple(o.body for o in self.scene.obstacles)) if self.scene.obstacles else seen
 
     def _after_the_worst_loss(self, slots: Slots, terms: Any, share: Any, width: Any, slopes: Any) -> tuple[Any, Soft]:
         """The least of the zetas after each loss, softly: -s log sum exp(-zeta / s). Its slope is that of their mean by the
