@@ -36,7 +36,8 @@ class CellBeams(SoftBeams):
     def __init__(self, cell: InCell) -> None:
         self._inner = cell.seen.beams() if isinstance(cell.seen, Hidden) else soft_beams(cell.seen)
         self.cones, self.count, self.columns = self._inner.cones, self._inner.count, self._inner.columns
-        shadows = [polyhedron_shadow(self.cones.apex, body) for body in cell.obstacles]
+        apex = self.cones.apex
+        shadows = [[a.astype(apex.dtype) for a in polyhedron_shadow(apex, body)] for body in cell.obstacles]
         # The stand-in for no cone sees nothing in any case: its planes have normals of 0.
         self._planes = [
             (jnp.pad(normal, ((0, 1), (0, 0), (0, 0))), jnp.pad(offset, ((0, 1), (0, 0)), constant_values=-1.0))

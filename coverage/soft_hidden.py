@@ -19,6 +19,7 @@ import jax
 import jax.numpy as jnp
 
 from .arrays import dot, root
+from .blinding import Beam
 from .capsules import Capsules
 from .occlusion import Occlusion, capsule_shadow, nearest_ball
 from .optics import Optics
@@ -55,12 +56,13 @@ def _rows_of_balls(bodies: Capsules) -> Any:
     return bodies.start[:, None] * (1 - share) + bodies.end[:, None] * share
 
 
-def _with_axes(cones: Cones, count: int) -> Cones:
-    """The same with so many axes behind the first."""
-    return jax.tree.map(lambda a: a.reshape(a.shape[:1] + (1,) * count + a.shape[1:]), cones)
+def _with_axes(cones: Cones, count: int) -> Beam:
+    """Cones with so many axes behind the first."""
+    parts = cones.apex, cones.axis, cones.half_angle, cones.range_m
+    return Beam(*(a.reshape(a.shape[:1] + (1,) * count + a.shape[1:]) for a in parts))
 
 
-def _beside(points: Any, cones: Cones) -> tuple[Any, Any]:
+def _beside(points: Any, cones: Beam) -> tuple[Any, Any]:
     """How far points (..., 3) lie outside of cones, 0 within, convex; and their distance from the apexes; all broadcast."""
     v = points - cones.apex
     cosine, sine = jnp.cos(cones.half_angle), jnp.sin(cones.half_angle)
@@ -73,10 +75,10 @@ def _beside(points: Any, cones: Cones) -> tuple[Any, Any]:
 
 def _gap(cones: Cones, bodies: Capsules) -> Any:
     """How far the bodies' axes lie outside of the cones (K, N) m: by a search that halves, as that is convex."""
-    cones, along = _with_axes(cones, 1), bodies.end - bodies.start
+    beams, along = _with_axes(cones, 1), bodies.end - bodies.start
 
     def at(share: Any) -> Any:
-        return _beside(bodies.start[None] + share[..., None] * along[None], cones)[0]
+        return _beside(bodies.start[None] + share[..., None] * along[None], beams)[0]
 
     def closer(_: Any, between: Any) -> Any:
         low, high = between
