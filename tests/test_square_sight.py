@@ -151,7 +151,7 @@ def test_a_search_counts_what_square_beams_see_past_the_robot():
 
 
 def test_a_square_beam_with_a_box_before_it_is_named():
-    """A box from 4 to 6 cm on leaves of a narrow beam of 30 cm less than a hundredth, of one twice as wide as the box more."""
+    """A box 4 to 6 cm away leaves less than a hundredth of a narrow beam of 30 cm, and more of a wide one."""
     narrow, wide = (Sensor(0.1, 0.3, None, up) for up in (0.1, 2.0))
     setup = Setup((Ring("forearm", 0.3, 2, sensor=narrow), Ring("forearm", 0.9, 2, sensor=wide)))
     scene = Scene(occlusion="blind")
