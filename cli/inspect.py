@@ -7,8 +7,9 @@ import numpy as np
 from rich.console import Console
 
 from ..coverage.certified import Bracket
+from ..coverage.optics import Optics
 from ..coverage.rings import Setup
-from ..coverage.slots import sensor_cones
+from ..coverage.slots import any_square, sensor_cones
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..objectives.side_by_side import by_occlusion
@@ -25,6 +26,7 @@ from .sensing import sensor_lines
 from .sighting import ADVICE, check_sight, occlusion_table, scene_lines, unseeing_lines
 from .tables import percent, proof_line, target_label, zeta_table
 
+SQUARE_COLUMNS = ("fov_up_deg", "up_x", "up_y", "up_z")
 _SHOWN = 16  # poses up to which each is shown
 
 
@@ -87,12 +89,18 @@ def how(counting: Counting) -> str:
 
 
 def cones(setup: Setup, scene: Scene) -> None:
-    """Print the sensors' cones at every pose as CSV, base frame."""
+    """Print the sensors' beams at every pose as CSV, base frame; where some are square, with four columns more: the full
+    angle along ``up`` (0: a cone) and ``up`` itself."""
     writer = csv.writer(sys.stdout, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    square = any_square(setup.rings)
+    writer.writerow((*COLUMNS, *SQUARE_COLUMNS) if square else COLUMNS)
     labels = [(i, k) for i, ring in enumerate(setup.rings) for k in range(ring.count)]
     for p, pose in enumerate(scene.poses):
         c = sensor_cones(scene.robot, setup, pose.q)
         for (i, k), apex, axis, half, range_m in zip(labels, c.apex, c.axis, c.half_angle, c.range_m, strict=True):
             numbers = [round(float(v), 9) + 0.0 for v in (*apex, *axis, 2 * np.degrees(half), range_m)]
-            writer.writerow([p, i, k, *numbers])
+            more = []
+            if isinstance(c, Optics):
+                first = sum(ring.count for ring in setup.rings[:i]) + k
+                more = [round(float(v), 9) + 0.0 for v in (2 * np.degrees(c.half_up[first]), *c.up[first])]
+            writer.writerow([p, i, k, *numbers, *more])

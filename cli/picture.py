@@ -21,7 +21,7 @@ from ..coverage.rings import Setup
 from ..coverage.slots import sensor_cones
 from ..coverage.solids import Cones, Solid
 from ..objectives.scene import Scene
-from ..studies.shapes import DISC, add_robot, body, circle, convex_pieces
+from ..studies.shapes import DISC, add_robot, body, convex_pieces, rim_of
 from ..studies.sheet import GREY, GRID, INK, LINK_COLOURS, UNSEEN_COLOUR, Sheet, write_png
 
 # Caption, azimuth and elevation of the eye in degrees, and its distance in diagonals of the box.
@@ -76,7 +76,7 @@ def _draw_seen(sheet: Sheet, cones: Cones, colours: list[Any], outer: Solid) -> 
         sheet.ax.add_collection(PolyCollection(hulls, facecolors=face, edgecolors=edge, linewidths=width, zorder=1))
     for k, length in enumerate(_lengths(cones, outer)):
         veil, rgb = min(0.16, 2 / colours.count(colours[k])), to_rgb(colours[k])
-        rim = circle(cones.apex[k] + length * cones.axis[k], cones.axis[k], length * np.tan(cones.half_angle[k]))
+        rim = rim_of(cones, k, length)
         xy, depth = sheet.project(np.vstack([cones.apex[k], rim]))
         for outline, opacity, width in ((xy[ConvexHull(xy).vertices], 0.12, 0.4), (xy[1:], 0.25, 0.5)):
             line = (*rgb, opacity * max(1, 16 * veil))

@@ -1,22 +1,29 @@
 """What sensors see past the robot's bodies and the cell's obstacles: cones, less shadows, cut where they are blinded.
 
-A beam is one cone and what stands in it: the largest of the cone's function, of minus that of each shadow in it, and, where
-the sensor is blinded, of the distance from the apex less that of the nearest thing. Bodies that do not meet a cone are
-sorted out once; a cell of the octree asks only for the shadows of the cones it still knows.
+A beam is one cone, or pyramid, and what stands in it: the largest of its function, of minus that of each shadow in it, and,
+where the sensor is blinded, of the distance from the apex less that of the nearest thing. Bodies that do not meet a cone
+(of a pyramid the cone around it) are sorted out once; a cell of the octree asks only for the shadows of the cones it still
+knows.
+
+A square beam is that of a sensor of many zones, each of which reports the nearest thing in itself: what stands in some
+leaves the others as they are. So it is never blinded as a whole, and ``blind`` does to it what ``shadow`` does.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .arrays import dot, root, rows
 from .blinding import MARGIN, Beam, capsule_gap, capsule_in_beam, polyhedron_in_beam
-from .blocks import CORNER, VOXELS, Grid, Words, packed, within, words
+from .blocks import Grid, Words, within, words
 from .capsules import Capsules, gap_to_capsules
-from .occlusion import Occlusion, Shadow, behind, capsule_shadow, nearest_ball
+from .occlusion import Occlusion, Shadow, behind, capsule_shadow, nearest_ball, way
+from .optics import Optics
 from .polyhedra import Polyhedron, largest, planes_share, polyhedron_shadow
+from .shadow_words import free_of_planes, free_of_shadows
 from .share import Share, distance_tangent, either
 from .solids import Cones, Parts
 
@@ -47,10 +54,10 @@ class Occluders:
 class Beams(Parts):
     """A union of beams of K sensors.
 
-    cones: of K sensors; one that stands in something has the range minus infinity and sees nothing. stop, late (K,) m:
-    distance from the apex where a sensor is blinded, infinite where it is not; the two bracket it where that was asked.
-    shadows (S), first_shadow (K + 1,): those of sensor k are first_shadow[k] up to the next. normal (T, M, 3), offset (T, M)
-    m, first_planes (K + 1,): the same of obstacles.
+    cones: of K sensors, or ``Optics`` where some are pyramids; one that stands in something has the range minus infinity
+    and sees nothing. stop, late (K,) m: distance from the apex where a sensor is blinded, infinite where it is not; the two
+    bracket it where that was asked. shadows (S), first_shadow (K + 1,): those of sensor k are first_shadow[k] up to the
+    next. normal (T, M, 3), offset (T, M) m, first_planes (K + 1,): the same of obstacles.
     """
 
     cones: Cones
@@ -143,7 +150,7 @@ class Beams(Parts):
         shadow = self.shadows.rows(entry)
         ball = nearest_ball(points, shadow)
         near = np.flatnonzero(ball.distance() <= reach)
-        return near, distance_tangent(_way(ball, shadow)[near], ball.radius[near], side).share(side, slack)
+        return near, distance_tangent(way(ball, shadow)[near], ball.radius[near], side).share(side, slack)
 
     def _planes_share(self, points: Any, entry: Any, side: float, slack: float, reach: float) -> tuple[Any, Share]:
         near = np.flatnonzero(self._behind_planes(points, entry) <= reach)
@@ -154,13 +161,7 @@ class Beams(Parts):
         live = np.flatnonzero(self.cones.range_m > 0)
         if len(live) == 0:
             return np.zeros((2, 3))
-        return Cones(*(a[live] for a in vars(self.cones).values())).bounds()
-
-
-def _way(ball: Any, shadow: Shadow) -> Any:
-    """From a ball's centre to the point, (P, 3) m."""
-    parts = ((ball.along, shadow.along), (ball.away, shadow.away), (ball.across, shadow.across))
-    return sum(length[:, None] * direction for length, direction in parts)
+        return jax.tree.map(lambda a: a[live], self.cones).bounds()
 
 
 @words.register
@@ -174,69 +175,30 @@ def _(parts: Beams, grid: Grid, points: Any, index: Any) -> Words:
         ball = grid.words(within(stop[cut], points[cut] - rows(parts.cones.apex, index[cut])))
         found.sure[cut] &= ball.sure
         found.maybe[cut] &= ball.maybe
-    for first, free_of in ((parts.first_shadow, _free), (parts.first_planes, _free_planes)):
+    for first, planes in ((parts.first_shadow, False), (parts.first_planes, True)):
         count = (first[1:] - first[:-1])[index]
         for rank in range(int(count.max(initial=0))):
             todo = np.flatnonzero((count > rank) & (found.maybe != 0))
             if len(todo):
-                free = free_of(parts, grid, points[todo], first[index[todo]] + rank)
+                entry = first[index[todo]] + rank
+                if planes:
+                    free = free_of_planes(grid, points[todo], parts.normal[entry], parts.offset[entry])
+                else:
+                    free = free_of_shadows(grid, points[todo], parts.shadows.rows(entry))
                 found.sure[todo] &= free.sure
                 found.maybe[todo] &= free.maybe
     return found
-
-
-def _free(parts: Beams, grid: Grid, points: Any, entry: Any) -> Words:
-    """Voxels that shadows leave free: first by the tangent plane of each, outside of which it does not reach, and by its
-    nearest ball, which it holds; where the two leave a voxel open, by the shadow itself."""
-    shadow = parts.shadows.rows(entry)
-    ball = nearest_ball(points, shadow)
-    distance, reach = ball.distance(), grid.reach + grid.rounding
-    n = len(entry)
-    sure, maybe = np.zeros((2, n), np.uint64)
-    sure[distance > reach] = maybe[distance > reach] = ~np.uint64(0)
-    cut = np.flatnonzero(np.abs(distance) <= reach)
-    if len(cut) == 0:
-        return Words(sure, maybe)
-    way, radius = _way(ball, shadow)[cut], ball.radius[cut]
-    length = distance[cut] + radius
-    plane = np.zeros((10, len(cut)))
-    plane[0] = distance[cut]
-    plane[1:4] = (way / np.where(length > 0, length, 1.0)[:, None]).T
-    sure[cut] = grid.words(plane).sure
-    maybe[cut] = ~grid.words(within(radius, way)).sure
-    open_ = cut[(sure[cut] != maybe[cut]) & (length > 0)]
-    offsets = (CORNER - 1.5) * grid.voxel
-    for some in np.array_split(open_, len(open_) * VOXELS // (1 << 16) + 1):
-        value = behind(points[some][None] + offsets[:, None], shadow.rows(some))
-        sure[some] = packed((value > grid.rounding).T)
-        maybe[some] = packed((value >= -grid.rounding).T)
-    return Words(sure, maybe)
-
-
-def _free_planes(parts: Beams, grid: Grid, points: Any, entry: Any) -> Words:
-    """Voxels above any of the planes."""
-    sure, maybe = np.zeros((2, len(entry)), np.uint64)
-    for i in range(parts.normal.shape[1]):
-        normal, offset = parts.normal[entry, i], parts.offset[entry, i]
-        value = dot(points, normal) - offset
-        some = np.flatnonzero(value >= -grid.reach - grid.rounding)
-        if len(some):
-            plane = np.zeros((10, len(some)))
-            plane[0], plane[1:4] = value[some], normal[some].T
-            above = grid.words(plane)
-            sure[some] |= above.sure
-            maybe[some] |= above.maybe
-    return Words(sure, maybe)
 
 
 def beams(cones: Cones, occluders: Occluders, occlusion: Occlusion, bracketed: bool = False) -> Parts:
     """What the sensors of ``cones`` see under ``occlusion``: the cones themselves where nothing stands in the way.
 
     Obstacles shadow under ``ignore``, too, which ignores the robot alone; they blind, as the robot does, under ``blind``. A
-    sensor that stands within something sees nothing.
+    sensor that stands within something sees nothing. Square beams are shadowed under ``blind``, too: a sensor of many zones
+    is not blinded as a whole.
 
     Args:
-        cones: of K sensors, 64-bit NumPy.
+        cones: of K sensors, or ``Optics``, 64-bit NumPy.
         occluders: bodies and obstacles at the same pose.
         occlusion: ``ignore`` leaves out the robot's bodies.
         bracketed: keep bounds of where sensors are blinded, for the certified rule.
@@ -247,40 +209,66 @@ def beams(cones: Cones, occluders: Occluders, occlusion: Occlusion, bracketed: b
         return cones
     within_, _ = occluders.holds(np.asarray(cones.apex))
     live = within_ < 0
-    cones = Cones(cones.apex, cones.axis, cones.half_angle, np.where(live, cones.range_m, -np.inf))
-    k = np.flatnonzero(live)
-    apex, axis, half, range_m = (a[k] for a in vars(cones).values())
-    beam = Beam(apex[:, None], axis[:, None], half[:, None], range_m[:, None])
+    cones = replace(cones, range_m=np.where(live, cones.range_m, -np.inf))
+    stops = occlusion == "blind" and live & ~_square(cones)
+    stop, late = _stops(cones, np.flatnonzero(stops), occluders, bracketed)
+    return _beams(cones, stop, late, *_shadows(cones, np.flatnonzero(live & ~stops), occluders))
 
-    def capsules(function: Any, margin: float) -> Any:
-        if bodies is None:
-            return np.full((len(k), 0), np.inf)
-        return function(beam, bodies.start[None], bodies.end[None], bodies.radius[None], margin)[0]
 
-    def obstacles(margin: float) -> Any:
-        each = [polyhedron_in_beam(apex, axis, half, range_m, body, margin) for body in occluders.obstacles]
-        return np.stack(each, axis=1) if each else np.full((len(k), 0), np.inf)
+def _square(cones: Cones) -> Any:
+    """Which of the beams are pyramids (K,)."""
+    return np.asarray(cones.half_up) > 0 if isinstance(cones, Optics) else np.zeros(len(cones), bool)
 
-    never = np.full(len(cones), np.inf)
-    if occlusion == "blind":
-        stops = []
-        for margin in (MARGIN, -MARGIN) if bracketed else (0.0,):
-            stop = never.copy()
-            stop[k] = (
-                np.concatenate([capsules(capsule_in_beam, margin), obstacles(margin)], axis=1).min(axis=1, initial=np.inf)
-                - margin
-            )
-            stops.append(stop)
-        return _beams(cones, stops[0], stops[-1], None, [], [])
-    wide = 10 * MARGIN
-    meets, met = capsules(capsule_gap, wide) <= 0, np.isfinite(obstacles(wide))
+
+def _looks(cones: Cones, k: Any) -> Beam:
+    """The cones around beams ``k`` (K,)."""
+    around = cones.around()
+    return Beam(*(np.asarray(a)[k] for a in vars(around).values()))
+
+
+def _in_capsules(function: Any, looks: Beam, bodies: Capsules | None, margin: float) -> Any:
+    """What ``function`` of beam and capsule finds first (K, N)."""
+    if bodies is None:
+        return np.full((len(looks.apex), 0), np.inf)
+    beam = Beam(*(a[:, None] for a in looks))
+    return function(beam, bodies.start[None], bodies.end[None], bodies.radius[None], margin)[0]
+
+
+def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:
+    """Distances of what obstacles and beams have in common (K, O) m; infinite if nothing."""
+    apex, axis, half, range_m = (np.asarray(a) for a in looks)
+    each = [polyhedron_in_beam(apex, axis, half, range_m, body, margin) for body in occluders.obstacles]
+    return np.stack(each, axis=1) if each else np.full((len(apex), 0), np.inf)
+
+
+def _stops(cones: Cones, k: Any, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
+    """Where sensors are blinded (K,) m, of which ``k`` can be: early and late, the same array where not bracketed."""
+    looks, stops = _looks(cones, k), []
+    for margin in (MARGIN, -MARGIN) if bracketed and len(k) else (0.0,):
+        stop = np.full(len(cones), np.inf)
+        if len(k):
+            bodies = _in_capsules(capsule_in_beam, looks, occluders.bodies, margin)
+            found = np.concatenate([bodies, _in_obstacles(looks, occluders, margin)], axis=1)
+            stop[k] = found.min(axis=1, initial=np.inf) - margin
+        stops.append(stop)
+    return stops[0], stops[-1]
+
+
+def _shadows(cones: Cones, k: Any, occluders: Occluders) -> tuple[Shadow | None, list, list]:
+    """The shadows in beams ``k``: of bodies, the sensor of each, and of obstacles (sensor, normal, offset)."""
+    if len(k) == 0:
+        return None, [], []
+    looks, bodies, wide = _looks(cones, k), occluders.bodies, 10 * MARGIN
+    apex = np.asarray(looks.apex)
+    meets = _in_capsules(capsule_gap, looks, bodies, wide) <= 0
+    met = np.isfinite(_in_obstacles(looks, occluders, wide))
     sensor, body = np.nonzero(meets)
     shadows = None
     if bodies is not None:
         shadows = capsule_shadow(apex[sensor], bodies.start[body], bodies.end[body], bodies.radius[body])
     planes = [polyhedron_shadow(apex, body) for body in occluders.obstacles]
     entries = [(k[s], planes[o][0][s], planes[o][1][s]) for s, o in zip(*np.nonzero(met), strict=True)]
-    return _beams(cones, never, never, shadows, list(k[sensor]), entries)
+    return shadows, list(k[sensor]), entries
 
 
 def _beams(cones: Cones, stop: Any, late: Any, shadows: Shadow | None, sensor: list, planes: list) -> Beams:

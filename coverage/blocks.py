@@ -14,6 +14,8 @@ import numpy as np
 from jaxtyping import Float, Int, UInt64
 
 from .arrays import dot, rows
+from .optics import Optics
+from .pyramids import Pyramids, cross
 from .rods import Rods
 from .solids import Cones, Parts, Spheres
 from .tube import Tube
@@ -147,6 +149,33 @@ def _(parts: Cones, grid: Grid, points: Any, index: Any) -> Words:
         inside.sure[ends] &= between.sure
         inside.maybe[ends] &= between.maybe
     return inside
+
+
+@words.register
+def _(parts: Pyramids, grid: Grid, points: Any, index: Any) -> Words:
+    """d^2 sin^2 a >= x^2 cos^2 a, the same for y, and d (range - d) >= 0: d >= 0, as the others hold behind the apex too."""
+    axis, up, v = rows(parts.axis, index), rows(parts.up, index), points - rows(parts.apex, index)
+    d, range_m = dot(v, axis), parts.range_m[index]
+    inside = grid.words(product(d, axis, range_m - d, -axis))
+    for across, half in ((cross(up, axis), parts.half_angle[index]), (up, parts.half_up[index])):
+        c, s, x = np.cos(half), np.sin(half), dot(v, across)
+        planes = (((d * s - e * x * c), s[:, None] * axis - e * c[:, None] * across) for e in (1.0, -1.0))
+        (a, along_a), (b, along_b) = planes
+        inside = inside & grid.words(product(a, along_a, b, along_b))
+    return inside
+
+
+@words.register
+def _(parts: Optics, grid: Grid, points: Any, index: Any) -> Words:
+    """Each part by its shape."""
+    sure, maybe = np.zeros((2, len(index)), np.uint64)
+
+    def fill(some: Any, shape: Parts) -> None:
+        found = words(shape, grid, rows(points, some), index[some])
+        sure[some], maybe[some] = found.sure, found.maybe
+
+    parts.split(index, fill)
+    return Words(sure, maybe)
 
 
 @words.register

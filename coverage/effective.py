@@ -49,7 +49,8 @@ class Effective:
     @property
     def sensor(self) -> Sensor:
         """The sensor as the rest of the toolkit sees it."""
-        return Sensor(math.radians(self.model.side_deg), self.range_m, self.use)
+        side = math.radians(self.model.side_deg)
+        return Sensor(side, self.range_m, self.use, side if self.model.square else None)
 
 
 def effective(use: Use) -> Effective:

@@ -14,9 +14,11 @@ from jaxtyping import Float
 
 from .arrays import Array, dot, namespace
 from .chain import forward
-from .rings import Setup, ring_values, sensor_optics
+from .optics import optics
+from .pyramids import cross
+from .rings import Setup, ring_values
 from .robots import Robot
-from .slots import Slots, in_base, seats, slots
+from .slots import Slots, in_base, seats, slots, up_of
 from .solids import Cones
 
 Law = Literal["uniform", "normal"]
@@ -76,12 +78,6 @@ def draw_errors(rings: int, sensors: int, errors: MountingErrors, draws: int, se
     return Misplaced(errors.position * ring[..., 0], errors.direction * ring[..., 1:], errors.direction * seat)
 
 
-def _cross(a: Any, b: Any) -> Any:
-    a1, a2, a3 = (a[..., i] for i in range(3))
-    b1, b2, b3 = (b[..., i] for i in range(3))
-    return namespace(a).stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1], axis=-1)
-
-
 def misplaced_axes(
     slots: Slots,
     position: Float[Array, " R"],
@@ -90,7 +86,21 @@ def misplaced_axes(
     frames: Float[Array, "P F 4 4"],
     errors: Misplaced,
 ) -> tuple[Float[Array, "D P K 3"], Float[Array, "D P K 3"]]:
-    """Apexes m and unit axes of all sensors in the base frame, for each drawn mounting and each pose.
+    """Apexes m and unit axes of all sensors in the base frame, for each drawn mounting and each pose; see
+    ``misplaced_beams``."""
+    return misplaced_beams(slots, position, tilt, phase, frames, errors)[:2]
+
+
+def misplaced_beams(
+    slots: Slots,
+    position: Float[Array, " R"],
+    tilt: Float[Array, " R"],
+    phase: Float[Array, " R"],
+    frames: Float[Array, "P F 4 4"],
+    errors: Misplaced,
+) -> tuple[Any, Any, Any]:
+    """Apexes m, unit axes and the ``up`` of square beams of all sensors in the base frame, each (D, P, K, 3), for each drawn
+    mounting and each pose.
 
     Args:
         slots, position, tilt, phase: see ``slot_axes``; differentiable by the last three where these are JAX arrays.
@@ -104,9 +114,9 @@ def misplaced_axes(
         return xp.asarray(values, dtype=dtype)
 
     astray = np.hypot(errors.seat[..., 0], errors.seat[..., 1])
-    tangent = _cross(along, radial)
+    tangent = cross(along, radial)
     up, sideways = (like(np.sinc(astray / np.pi) * errors.seat[..., i])[..., None] for i in range(2))
-    look = like(np.cos(astray))[..., None] * look + up * _cross(look, tangent) + sideways * tangent
+    look = like(np.cos(astray))[..., None] * look + up * cross(look, tangent) + sideways * tangent
 
     square = dot(errors.turn, errors.turn)[..., None]
     angle = np.sqrt(np.where(square > 0, square, 1.0))  # at angle 0 the products vanish, whatever stands before them
@@ -116,16 +126,20 @@ def misplaced_axes(
 
     def change(v: Any) -> Any:
         """What the rings' rotations add to ``v`` (Rodrigues): exactly 0 without one."""
-        across = _cross(turn, v)
-        return sine * across + cosine * _cross(turn, across)
+        across = cross(turn, v)
+        return sine * across + cosine * cross(turn, across)
 
-    apex = apex + like(errors.slip)[:, ring, None] * along + change(apex - centre)
-    return in_base(slots, apex[:, None], (look + change(look))[:, None], frames[None])
+    up_ = up_of(look, along, radial)
+    apex = (apex + like(errors.slip)[:, ring, None] * along + change(apex - centre))[:, None]
+    found = in_base(slots, apex, (look + change(look))[:, None], frames[None])
+    return *found, in_base(slots, apex, (up_ + change(up_))[:, None], frames[None])[1]
 
 
 def misplaced_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"], errors: Misplaced) -> list[Cones]:
     """V_FOV at pose ``q`` (J,) rad for each drawn mounting, in the base frame (64-bit NumPy)."""
     v = ring_values(setup)
     frames = forward(robot.chain, q)[None]
-    apexes, looks = misplaced_axes(slots(robot, setup.rings), v.position, v.tilt, v.phase, frames, errors)
-    return [Cones(a, x, *sensor_optics(setup)) for a, x in zip(apexes[:, 0], looks[:, 0], strict=True)]
+    here = slots(robot, setup.rings)
+    found = misplaced_beams(here, v.position, v.tilt, v.phase, frames, errors)
+    each = zip(*(part[:, 0] for part in found), strict=True)
+    return [optics(a, x, here.half_angle, here.range_m, up, here.half_up) for a, x, up in each]

@@ -126,6 +126,12 @@ class Ball(NamedTuple):
         return root(self.along * self.along + self.away * self.away + self.across * self.across) - self.radius
 
 
+def way(ball: Ball, shadow: Shadow) -> Any:
+    """From a ball's centre to the point, (P, 3) m."""
+    parts = ((ball.along, shadow.along), (ball.away, shadow.away), (ball.across, shadow.across))
+    return sum(length[:, None] * direction for length, direction in parts)
+
+
 def nearest_ball(points: Any, shadow: Shadow) -> Ball:
     """Of all balls that make up a shadow the one with the least signed distance from each of ``points`` (..., 3) m; the
     shapes broadcast."""

@@ -156,14 +156,15 @@ def planes_share(
     return total
 
 
+@jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Polyhedra(Parts):
     """A union of convex polyhedra. normal (K, M, 3), offset (K, M): planes, filled up with normals 0 that never count; box
     (2, 3) m: what is asked about lies in it, as a floor has no end."""
 
-    normal: Float[np.ndarray, "K M 3"]
-    offset: Float[np.ndarray, "K M"]
-    box: Float[np.ndarray, "2 3"]
+    normal: Float[Array, "K M 3"]
+    offset: Float[Array, "K M"]
+    box: Float[Array, "2 3"]
 
     def __len__(self) -> int:
         return len(self.offset)
@@ -173,7 +174,7 @@ class Polyhedra(Parts):
 
     def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
         """See ``Parts.shares``: each face is a plane."""
-        normal, offset = self.normal[index], self.offset[index]
+        normal, offset = np.asarray(self.normal)[index], np.asarray(self.offset)[index]
         value = dot(points[:, None], normal) - offset
         top = value.argmax(axis=1)
         n = np.take_along_axis(normal, top[:, None, None], axis=1)[:, 0]
@@ -181,7 +182,7 @@ class Polyhedra(Parts):
         return either(cell, cubes, share, value.max(axis=1), n, side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        return self.box
+        return np.asarray(self.box)
 
 
 def polyhedra(bodies: tuple[Polyhedron, ...], box: Float[np.ndarray, "2 3"]) -> Polyhedra:

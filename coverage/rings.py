@@ -91,8 +91,8 @@ def ring_values(setup: Setup) -> RingValues:
 
 
 def sensor_optics(setup: Setup) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
-    """Half angle (K,) rad and range (K,) m of all sensors, ring by ring."""
+    """Half angle (K,) rad and range (K,) m of all sensors, ring by ring; of a pyramid, of the cone within it."""
     return (
-        np.concatenate([np.full(r.count, r.sensor.fov / 2) for r in setup.rings]),
+        np.concatenate([np.full(r.count, min(r.sensor.fov, r.sensor.fov_up or r.sensor.fov) / 2) for r in setup.rings]),
         np.concatenate([np.full(r.count, r.sensor.range_m) for r in setup.rings]),
     )

@@ -17,16 +17,20 @@ class Use:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A unit that sees a cone: fov, full angle in radians, in (0, pi); range_m, height of the cone, m. use: where it is a
-    model of the catalogue, and the range follows from what it is used for."""
+    """A unit that sees a cone, or a pyramid: fov, full angle in radians, in (0, pi); range_m, height, m. use: where it is a
+    model of the catalogue, and the range follows from what it is used for. fov_up: of a pyramid, the full angle along its
+    ring's axis (tilted with the sensor), where ``fov`` is that along the ring; None: a cone."""
 
     fov: float = math.radians(25)
     range_m: float = 1.5
     use: Use | None = None
+    fov_up: float | None = None
 
     @property
     def volume(self) -> float:
-        """Volume of the cone, m^3: 0.1737 for the paper's sensor."""
+        """Volume of the beam, m^3: 0.1737 for the paper's sensor."""
+        if self.fov_up is not None:
+            return 4 / 3 * self.range_m**3 * math.tan(self.fov / 2) * math.tan(self.fov_up / 2)
         return math.pi / 3 * self.range_m**3 * math.tan(self.fov / 2) ** 2
 
 

@@ -3,6 +3,7 @@
 As arrays, setups with other links and counts share one compilation.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -10,8 +11,10 @@ import jax
 import numpy as np
 from jaxtyping import Float, Int
 
-from .arrays import Array, dot, namespace
+from .arrays import Array, dot, namespace, root
 from .chain import forward
+from .optics import optics
+from .pyramids import cross
 from .rings import Ring, Setup, ring_values, sensor_optics
 from .robots import Robot
 from .solids import Cones
@@ -24,7 +27,7 @@ class Slots:
 
     Of rings: frame (R,), index into ``forward``'s frames; start (R, 3) m, axis, zero and side (R, 3) of the mount; length
     (R,) m of the mount; radius (R,) m. Of sensors: ring (K,) each belongs to; turn (K,) rad from the first of its ring;
-    half_angle (K,) rad; range_m (K,).
+    half_angle (K,) rad; range_m (K,); half_up (K,) rad, 0 of cones, or None where all are.
     """
 
     frame: Int[Array, "*batch R"]
@@ -38,10 +41,17 @@ class Slots:
     turn: Float[Array, "*batch K"]
     half_angle: Float[Array, "*batch K"]
     range_m: Float[Array, "*batch K"]
+    half_up: Float[Array, "*batch K"] | None = None
 
 
-def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None) -> Slots:
-    """The rings of a setup, and their sensors filled up to ``sensors``.
+def any_square(rings: Iterable[Ring]) -> bool:
+    """Has a ring sensors with a square beam?"""
+    return any(r.sensor.fov_up is not None for r in rings)
+
+
+def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, square: bool = False) -> Slots:
+    """The rings of a setup, and their sensors filled up to ``sensors``; ``square``: there may be square beams among setups
+    that are stacked with this one.
 
     Raises:
         ValueError: if a ring sits on a link that the robot has not, or there are more sensors than that.
@@ -69,6 +79,7 @@ def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None) -> 
         turn,
         each([r.sensor.fov / 2 for r in rings], np.pi / 4),
         each([r.sensor.range_m for r in rings], -np.inf),
+        each([(r.sensor.fov_up or 0.0) / 2 for r in rings], 0.0) if square or any_square(rings) else None,
     )
 
 
@@ -111,6 +122,22 @@ def in_base(slots: Slots, apex: Any, look: Any, frames: Any) -> tuple[Any, Any]:
     return origin + dot(rotation, apex), dot(rotation, look)
 
 
+def up_of(look: Any, along: Any, radial: Any) -> Any:
+    """Unit ``up`` of square beams (..., 3): across the sensor's axis ``look`` and the ring's tangent. For a sensor in its
+    seat the two are across each other; one that looks astray is not turned about its own axis."""
+    up = cross(look, cross(along, radial))
+    return up / root(dot(up, up))[..., None]
+
+
+def slot_beams(
+    slots: Slots, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
+) -> tuple[Any, Any, Any]:
+    """As ``slot_axes``, and the unit vectors ``up`` (..., K, 3) of square beams."""
+    here, batch = seats(slots, position, tilt, phase), (1,) * (frames.ndim - 3)
+    apex, look, up = (v.reshape(*batch, -1, 3) for v in (here.apex, here.look, up_of(here.look, here.along, here.radial)))
+    return *in_base(slots, apex, look, frames), in_base(slots, apex, up, frames)[1]
+
+
 def slot_axes(
     slots: Slots, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
 ) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
@@ -135,5 +162,9 @@ def sensor_axes(
 
 
 def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cones:
-    """V_FOV at pose ``q`` (J,) rad: one cone for each sensor, ring by ring, in the base frame (64-bit NumPy)."""
-    return Cones(*sensor_axes(robot, setup, forward(robot.chain, q)), *sensor_optics(setup))
+    """V_FOV at pose ``q`` (J,) rad: one beam for each sensor, ring by ring, in the base frame (64-bit NumPy)."""
+    here, v, frames = slots(robot, setup.rings), ring_values(setup), forward(robot.chain, q)
+    if here.half_up is None:
+        return Cones(*sensor_axes(robot, setup, frames), *sensor_optics(setup))
+    apex, axis, up = slot_beams(here, v.position, v.tilt, v.phase, frames)
+    return optics(apex, axis, here.half_angle, here.range_m, up, here.half_up)

@@ -19,6 +19,7 @@ from .cloud import Cloud
 from .soft_beams import Near, SoftBeams
 from .soft_cell import InCell
 from .soft_hidden import Hidden
+from .soft_square import soft_beams
 from .solids import Cones
 
 CUT = 14.0  # widths from its surface beyond which a cone is left out: it would cover by less than 1e-6
@@ -29,11 +30,12 @@ _GROUP_ELSEWHERE = 1024  # many on an accelerator
 
 class Soft(NamedTuple):
     """Soft zeta in [0, 1]; its gradient by the cones' apexes (K, 3), 1/m, and by their axes (K, 3), as if these were free
-    vectors."""
+    vectors; of ``Optics`` also by their ups (K, 3)."""
 
     zeta: Float[jax.Array, "*shape"]
     by_apex: Float[jax.Array, "K 3"]
     by_axis: Float[jax.Array, "K 3"]
+    by_up: Float[jax.Array, "K 3"] | None = None
 
 
 AddGroup = Callable[..., tuple[Any, Any]]
@@ -47,7 +49,7 @@ def soft_zeta(seen: Seen, cloud: Cloud, width: Any, cut: Any = CUT, slopes: Any 
     follows the blocks that hold points and the cones near them; padding is free.
 
     Args:
-        seen: K cones, JAX arrays, or what is left of them behind bodies.
+        seen: K cones, or beams of both shapes, JAX arrays, or what is left of them behind bodies.
         cloud: points and their blocks; the blocks that hold points come first.
         width: of the sigmoid, m, above 0.
         cut: widths from its surface beyond which a cone is left out of a block. Each cone left out would have covered
@@ -61,7 +63,7 @@ def over_groups(
     add: AddGroup, seen: Seen, cloud: Cloud, width: Any, cut: Any, slopes: Any, zetas: tuple[int, ...] = ()
 ) -> Soft:
     """What ``soft_zeta`` does, with another ``add_group``, which may add up a whole array of zetas of this shape."""
-    beams, (n, _) = seen.beams() if isinstance(seen, Hidden | InCell) else SoftBeams(seen), cloud.weight.shape
+    beams, (n, _) = seen.beams() if isinstance(seen, Hidden | InCell) else soft_beams(seen), cloud.weight.shape
     group = min(_GROUP.get(jax.default_backend(), _GROUP_ELSEWHERE), n)
 
     def whole_groups(a: Any) -> Any:
@@ -85,7 +87,8 @@ def over_groups(
 def add_group(
     beams: SoftBeams, near: Near, blocks: Any, width: Any, slopes: Any, unseen_before: Any, slope_before: Any
 ) -> tuple[Any, Any]:
-    """Add a group of g blocks: the sum of prod(1 - p), and ``width`` times its gradient (K + 1, 6) by apexes and axes.
+    """Add a group of g blocks: the sum of prod(1 - p), and ``width`` times its gradient (K + 1, columns) by what beams
+    are made of.
 
     One run over the pieces multiplies, a second one, which knows the product, differentiates. To compute twice is cheaper
     than to store.

@@ -98,6 +98,6 @@ class SoftBeams:
         by_axis = v3 - (v2 - dot(v2, axis)[..., None] * axis)
         return jnp.concatenate([by_apex, by_axis], axis=2)
 
-    def pulled_back(self, slope: Any) -> tuple[Any, Any]:
+    def pulled_back(self, slope: Any) -> tuple[Any, ...]:
         """Gradient by the apexes and by the axes (K, 3) from that by all columns (K, columns)."""
         return slope[:, :3], slope[:, 3:6]

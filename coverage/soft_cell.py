@@ -13,13 +13,14 @@ import jax.numpy as jnp
 from .polyhedra import Polyhedron, largest, polyhedron_shadow
 from .soft_beams import Near, SoftBeams
 from .soft_hidden import Hidden
+from .soft_square import soft_beams
 from .solids import Cones
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class InCell:
-    """Cones, past bodies or not, among obstacles."""
+    """Cones, or beams of both shapes, past bodies or not, among obstacles."""
 
     seen: Cones | Hidden
     obstacles: tuple[Polyhedron, ...]
@@ -33,9 +34,10 @@ class CellBeams(SoftBeams):
     """See ``SoftBeams``: those of what is seen, less the obstacles' shadows."""
 
     def __init__(self, cell: InCell) -> None:
-        self._inner = cell.seen.beams() if isinstance(cell.seen, Hidden) else SoftBeams(cell.seen)
+        self._inner = cell.seen.beams() if isinstance(cell.seen, Hidden) else soft_beams(cell.seen)
         self.cones, self.count, self.columns = self._inner.cones, self._inner.count, self._inner.columns
-        shadows = [polyhedron_shadow(self.cones.apex, body) for body in cell.obstacles]
+        apex = self.cones.apex
+        shadows = [[a.astype(apex.dtype) for a in polyhedron_shadow(apex, body)] for body in cell.obstacles]
         # The stand-in for no cone sees nothing in any case: its planes have normals of 0.
         self._planes = [
             (jnp.pad(normal, ((0, 1), (0, 0), (0, 0))), jnp.pad(offset, ((0, 1), (0, 0)), constant_values=-1.0))
@@ -66,6 +68,6 @@ class CellBeams(SoftBeams):
         *of_inner, hidden = geometry
         return self._inner.slopes(points, some[2], jnp.where(hidden, 0, pull), *of_inner)
 
-    def pulled_back(self, slope: Any) -> tuple[Any, Any]:
+    def pulled_back(self, slope: Any) -> tuple[Any, ...]:
         """See ``SoftBeams``."""
         return self._inner.pulled_back(slope)

@@ -1,12 +1,12 @@
 """Beams past the robot's bodies, as the soft estimator sees them.
 
 Under ``shadow`` a beam is the larger of the cone's function and of minus that of each shadow in it (``occlusion``). Only the
-bodies that come near a cone are looked at, cone by cone, and loops run as far as the cones need; cones with few bodies come
-first, so that they do not wait for those with many. Slopes come from the shadow that counts at each point alone.
+bodies that come near a cone are looked at, and of the points only the blocks that their shadows reach. Slopes come from the
+shadow that counts at each point alone.
 
-Under ``blind`` a beam ends where the nearest body stands in it. That distance jumps where a body is just grazed, so here it
-is smooth: a body is a row of balls; one that stands beside the beam by x counts as if it stood ``_GRAZE`` x
-further off.
+Under ``blind`` a round beam ends where the nearest body stands in it. That distance jumps where a body is just grazed, so
+here it is smooth: a body is a row of balls; one that stands beside the beam by x counts as if it stood ``_GRAZE`` x further
+off. A square beam, whose sensor has many zones, is not blinded as a whole: under ``blind`` it is shadowed.
 
 A sensor within a body sees nothing, and the slope there says no more than which way is out.
 """
@@ -19,9 +19,12 @@ import jax
 import jax.numpy as jnp
 
 from .arrays import dot, root
+from .blinding import Beam
 from .capsules import Capsules
 from .occlusion import Occlusion, capsule_shadow, nearest_ball
+from .optics import Optics
 from .soft_beams import Near, SoftBeams
+from .soft_square import soft_beams
 from .solids import Cones
 
 _BALLS = 17  # of a row that stands for a body
@@ -38,7 +41,8 @@ _MARGIN = 0.021  # m from a cone within which a body may matter
 @partial(jax.tree_util.register_dataclass, data_fields=("cones", "bodies"), meta_fields=("occlusion",))
 @dataclass(frozen=True)
 class Hidden:
-    """Cones, the bodies at the same pose (one axis of N capsules), and how these occlude, which is compiled in."""
+    """Cones, or beams of both shapes, the bodies at the same pose (one axis of N capsules), and how these occlude, which is
+    compiled in."""
 
     cones: Cones
     bodies: Capsules
@@ -55,28 +59,29 @@ def _rows_of_balls(bodies: Capsules) -> Any:
     return bodies.start[:, None] * (1 - share) + bodies.end[:, None] * share
 
 
-def _with_axes(cones: Cones, count: int) -> tuple[Any, ...]:
-    """What cones are made of, with so many axes behind the first."""
-    return tuple(a.reshape(a.shape[:1] + (1,) * count + a.shape[1:]) for a in jax.tree.leaves(cones))
+def _with_axes(cones: Cones, count: int) -> Beam:
+    """Cones with so many axes behind the first."""
+    parts = cones.apex, cones.axis, cones.half_angle, cones.range_m
+    return Beam(*(a.reshape(a.shape[:1] + (1,) * count + a.shape[1:]) for a in parts))
 
 
-def _beside(points: Any, apex: Any, axis: Any, half: Any, range_m: Any) -> tuple[Any, Any]:
+def _beside(points: Any, cones: Beam) -> tuple[Any, Any]:
     """How far points (..., 3) lie outside of cones, 0 within, convex; and their distance from the apexes; all broadcast."""
-    v = points - apex
-    cosine, sine = jnp.cos(half), jnp.sin(half)
-    d, length = dot(v, axis), root(dot(v, v))
+    v = points - cones.apex
+    cosine, sine = jnp.cos(cones.half_angle), jnp.sin(cones.half_angle)
+    d, length = dot(v, cones.axis), root(dot(v, v))
     rho = root(jnp.maximum(length * length - d * d, 0.0))
     # Behind the apex the cone's function is less than the distance, which counts here.
-    beside = jnp.where(d * cosine + rho * sine < 0, length, jnp.maximum(rho * cosine - d * sine, d - range_m))
+    beside = jnp.where(d * cosine + rho * sine < 0, length, jnp.maximum(rho * cosine - d * sine, d - cones.range_m))
     return jnp.maximum(beside, 0.0), length
 
 
 def _gap(cones: Cones, bodies: Capsules) -> Any:
     """How far the bodies' axes lie outside of the cones (K, N) m: by a search that halves, as that is convex."""
-    made_of, along = _with_axes(cones, 1), bodies.end - bodies.start
+    beams, along = _with_axes(cones, 1), bodies.end - bodies.start
 
     def at(share: Any) -> Any:
-        return _beside(bodies.start[None] + share[..., None] * along[None], *made_of)[0]
+        return _beside(bodies.start[None] + share[..., None] * along[None], beams)[0]
 
     def closer(_: Any, between: Any) -> Any:
         low, high = between
@@ -84,10 +89,8 @@ def _gap(cones: Cones, bodies: Capsules) -> Any:
         left = at(a) < at(b)
         return jnp.where(left, low, a), jnp.where(left, b, high)
 
-    ends = (
-        jnp.zeros((cones.apex.shape[0], len(along)), along.dtype),
-        jnp.ones((cones.apex.shape[0], len(along)), along.dtype),
-    )
+    shape = len(cones), len(along)
+    ends = jnp.zeros(shape, along.dtype), jnp.ones(shape, along.dtype)
     low, high = jax.lax.fori_loop(0, _HALVINGS, closer, ends)
     return at((low + high) / 2)
 
@@ -96,7 +99,7 @@ def soft_stop(cones: Cones, bodies: Capsules) -> Any:
     """Where sensors are blinded (K,) m, smoothly; their range and more where they are not."""
     centre = _rows_of_balls(bodies)[None]
     radius = bodies.radius[None, :, None]
-    beside, length = _beside(centre, *_with_axes(cones, 2))
+    beside, length = _beside(centre, _with_axes(cones, 2))
     within = jnp.minimum(beside, radius)
     stop = length - radius + within * within / radius + _GRAZE * (beside - within)
     longest = cones.range_m / jnp.cos(cones.half_angle)
@@ -104,25 +107,34 @@ def soft_stop(cones: Cones, bodies: Capsules) -> Any:
 
 
 class HiddenBeams(SoftBeams):
-    """See ``SoftBeams``."""
+    """See ``SoftBeams``. ``free`` are the beams as if there were no bodies; what bodies do to them stands behind their own
+    parts and columns. Beams of both shapes may be stopped and shadowed at once, each by its shape."""
 
     def __init__(self, hidden: Hidden) -> None:
-        super().__init__(hidden.cones)
-        self.bodies, self.blind = hidden.bodies, hidden.occlusion == "blind"
-        cones = hidden.cones
-        if self.blind:
-            self.columns = 7
-            stop, self._pull_stop = jax.vjp(
-                lambda apex, axis: soft_stop(Cones(apex, axis, cones.half_angle, cones.range_m), self.bodies),
-                cones.apex,
-                cones.axis,
-            )
+        self.free, self.bodies = soft_beams(hidden.cones), hidden.bodies
+        self.cones, self.count = self.free.cones, self.free.count
+        cones = self.cones
+        self.parts, self.columns = self.free.parts, self.free.columns
+        square: Any = cones.half_up > 0 if isinstance(cones, Optics) else None
+        self.stops = hidden.occlusion == "blind"
+        self.shadows = not self.stops or square is not None
+        if self.stops:
+            self.columns += 1
+
+            def stop_of(apex: Any, axis: Any) -> Any:
+                stop = soft_stop(Cones(apex, axis, cones.half_angle, cones.range_m), self.bodies)
+                return stop if square is None else jnp.where(square, jnp.inf, stop)
+
+            stop, self._pull_stop = jax.vjp(stop_of, cones.apex, cones.axis)
             self.parts = (*self.parts, jnp.append(stop, jnp.zeros(1, stop.dtype)))
+        if not self.shadows:
             return
-        matters = _gap(cones, self.bodies) < self.bodies.radius[None] + _MARGIN
+        matters = _gap(cones.around(), self.bodies) < self.bodies.radius[None] + _MARGIN
         depth, _ = self._depth(cones.apex[:, None], self.bodies.start[None], self.bodies.end[None], self.bodies.radius[None])
         deepest = jnp.arange(depth.shape[1])[None] == depth.argmax(axis=1)[:, None]
         matters = jnp.where((depth > 0).any(axis=1, keepdims=True), deepest, matters)  # one is enough to see nothing
+        if self.stops:
+            matters = matters & square[:, None]
         self._matters = matters
         pairs = jnp.argsort(~matters.ravel(), stable=True).astype(jnp.int32)
         self._pairs = jnp.pad(pairs, (0, -len(pairs) % _PAIRS))
@@ -130,7 +142,7 @@ class HiddenBeams(SoftBeams):
     def near(self, blocks: Any, width: Any, cut: Any) -> Near:
         """See ``SoftBeams``. A beam that a body hides from a whole block is left out of it, and of the others only those
         blocks that a shadow reaches are looked at point by point: what it says there, and its slopes, stand ready."""
-        if self.blind:
+        if not self.shadows:
             return super().near(blocks, width, cut)
         points, weight, centre, radius = blocks
         near, (g, size) = self._reach(blocks, width, cut), weight.shape
@@ -184,6 +196,9 @@ class HiddenBeams(SoftBeams):
 
         return Near(*pieces, beams_of)
 
+    def _reach(self, blocks: Any, width: Any, cut: Any) -> Any:
+        return self.free._reach(blocks, width, cut)
+
     def _value(self, apex: Any, points: Any, body: Any) -> tuple[Any, Any]:
         """What a body of each cone (g, c) says of points (g, B): (g, c, B) m, above 0 where it hides them; and its three
         slopes by the apex.
@@ -215,34 +230,44 @@ class HiddenBeams(SoftBeams):
 
     def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
         """As of ``SoftBeams``, and where something hides a point, and the slopes of that by the apex."""
-        t, *geometry = super().pairs(points, some, width)
-        apex = some[0]
-        if self.blind:
-            v = points[:, None] - apex[:, :, None]
-            length = root(dot(v, v))
-            past = (length - some[5][..., None]) * (1 / width)
-            by = (-v[..., i] / jnp.where(length > 0, length, 1.0) for i in range(3))
-            return jnp.maximum(t, past), *geometry, past > t, *by
-        most, *slopes = some[5:]
+        t, *geometry = self.free.pairs(points, some, width)
+        looks = [look for look, wanted in ((self._behind, self.shadows), (self._past, self.stops)) if wanted]
+        most, *slopes = looks[0](points, some, t)
+        for look in looks[1:]:
+            value, *others = look(points, some, t)
+            slopes = [jnp.where(value > most, new, old) for new, old in zip(others, slopes, strict=True)]
+            most = jnp.maximum(value, most)
         most = most * (1 / width)
         return jnp.maximum(t, most), *geometry, most > t, *slopes
 
+    def _past(self, points: Any, some: Any, t: Any) -> tuple[Any, ...]:
+        """How far points lie past where beams are stopped (g, c, B) m, and the slopes of that by the apex."""
+        v = points[:, None] - some[0][:, :, None]
+        length = root(dot(v, v))
+        by = (-v[..., i] / jnp.where(length > 0, length, 1.0) for i in range(3))
+        return length - some[len(self.free.parts)][..., None], *by
+
+    def _behind(self, points: Any, some: Any, t: Any) -> tuple[Any, ...]:
+        """How far points lie in shadows (g, c, B) m, and the slopes of that by the apex."""
+        most, *slopes = some[-4:]
+        return most, *slopes
+
     def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
-        """See ``SoftBeams``; under ``blind`` the last column is the slope by the distance where it ends."""
-        *of_cone, hidden, x, y, z = geometry
-        found = super().slopes(points, some, jnp.where(hidden, 0, pull), *of_cone)
+        """See ``SoftBeams``; where beams are stopped the last column is the slope by the distance where they end."""
+        *of_beam, hidden, x, y, z = geometry
+        found = self.free.slopes(points, some, jnp.where(hidden, 0, pull), *of_beam)
         pull = jnp.where(hidden, pull, 0)
         by_apex = jnp.stack([(pull * slope).sum(axis=2) for slope in (x, y, z)], axis=2)
-        found = found + jnp.concatenate([by_apex, jnp.zeros_like(by_apex)], axis=2)
-        return jnp.concatenate([found, -pull.sum(axis=2)[..., None]], axis=2) if self.blind else found
+        found = found + jnp.pad(by_apex, ((0, 0), (0, 0), (0, found.shape[2] - 3)))
+        return jnp.concatenate([found, -pull.sum(axis=2)[..., None]], axis=2) if self.stops else found
 
-    def pulled_back(self, slope: Any) -> tuple[Any, Any]:
-        """See ``SoftBeams``."""
-        by_apex, by_axis = super().pulled_back(slope)
-        if not self.blind:
-            return by_apex, by_axis
-        more_apex, more_axis = self._pull_stop(slope[:, 6])
-        return by_apex + more_apex, by_axis + more_axis
+    def pulled_back(self, slope: Any) -> tuple[Any, ...]:
+        """See ``SoftBeams``. Where a beam is not stopped, its distance is a constant, which passes nothing on."""
+        by_apex, by_axis, *rest = self.free.pulled_back(slope)
+        if not self.stops:
+            return by_apex, by_axis, *rest
+        more_apex, more_axis = self._pull_stop(slope[:, -1])
+        return by_apex + more_apex, by_axis + more_axis, *rest
 
 
 def _for_points(a: Any, ndim: int) -> Any:

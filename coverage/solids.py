@@ -170,6 +170,10 @@ class Cones(Parts):
             share.low[cut], share.high[cut] = both.low, both.high
         return share, mantle.value, normal
 
+    def around(self) -> "Cones":
+        """Cones that hold each part: themselves."""
+        return self
+
     def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
         """See ``Parts.shares``."""
         return either(cell, cubes, *self.each_share(points, index, side, slack), side, slack)

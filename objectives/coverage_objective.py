@@ -13,9 +13,10 @@ from jaxtyping import Float
 from ..coverage.capsules import Capsules, robot_capsules
 from ..coverage.chain import forward
 from ..coverage.cloud import BLOCK, Cloud, cloud
-from ..coverage.mounting import misplaced_axes
+from ..coverage.mounting import misplaced_axes, misplaced_beams
+from ..coverage.optics import optics
 from ..coverage.points import sample
-from ..coverage.slots import Slots, slot_axes
+from ..coverage.slots import Slots, slot_axes, slot_beams
 from ..coverage.soft import SHARP, Seen, Soft
 from ..coverage.soft_cell import InCell
 from ..coverage.soft_hidden import Hidden
@@ -113,16 +114,20 @@ class CoverageObjective:
     def _mean(self, slots: Slots, where: Stretch, values: Any, clouds: Cloud, poses: Any, width: Any, slopes: Any) -> Any:
         """Value, gradient and zeta pose by pose (P,) of one setup; ``poses`` (P,): weights of the poses, of which those of
         weight 0 are not looked at."""
-        (apex, axis), pull_back = jax.vjp(partial(self._views, slots, where), values)
+        seen, pull_back = jax.vjp(partial(self._views, slots, where), values)
+        apex = seen[0]
         share = poses[self._pose] / self.aim.mountings
 
         def terms(soft: Callable[[Seen, Cloud], Soft], zetas: tuple[int, ...] = ()) -> Soft:
             def look(row: Any) -> Any:
                 view, pose, points = row
-                return soft(self._past(Cones(apex[view], axis[view], slots.half_angle, slots.range_m), pose), points)
+                apex, axis, *rest = (part[view] for part in seen)
+                up = rest[0] if rest else None
+                looks = optics(apex, axis, slots.half_angle, slots.range_m, up, slots.half_up)
+                return soft(self._past(looks, pose), points)
 
             def skip(_: Any) -> Soft:
-                return Soft(jnp.zeros(zetas, apex.dtype), jnp.zeros_like(apex[0]), jnp.zeros_like(axis[0]))
+                return Soft(jnp.zeros(zetas, apex.dtype), *(jnp.zeros_like(part[0]) for part in seen))
 
             return _each(lambda row: jax.lax.cond(poses[row[1]] > 0, look, skip, row), (self._view, self._pose, clouds))
 
@@ -143,18 +148,20 @@ class CoverageObjective:
             value = least - STEEP * jnp.dot(short, short)
             pull = pull + (weights - poses)[self._pose] * self._goal_weights[self._goal]
         weighted = partial(jnp.multiply, pull[:, None, None])
-        by_apex = jnp.zeros_like(apex).at[self._view].add(weighted(each.by_apex))
-        by_axis = jnp.zeros_like(axis).at[self._view].add(weighted(each.by_axis))
-        return value, pull_back((by_apex, by_axis))[0], by_pose
+        slopes_of = (slope for slope in (each.by_apex, each.by_axis, each.by_up) if slope is not None)
+        by = tuple(jnp.zeros_like(apex).at[self._view].add(weighted(slope)) for slope in slopes_of)
+        return value, pull_back(by)[0], by_pose
 
-    def _views(self, slots: Slots, where: Stretch, values: Any) -> tuple[Any, Any]:
-        """Apexes and axes (N, K, 3) at all poses, mounting by mounting."""
+    def _views(self, slots: Slots, where: Stretch, values: Any) -> tuple[Any, ...]:
+        """Apexes, axes and, where beams may be square, ups (N, K, 3) at all poses, mounting by mounting."""
         position, tilt, phase = decode(where, values)
         errors = self.aim.drawn(slots.length.shape[0], slots.ring.shape[0])
         if errors is None:
-            return slot_axes(slots, position, tilt, phase, self._frames)
-        apex, axis = misplaced_axes(slots, position, tilt, phase, self._frames, errors)
-        return apex.reshape(-1, *apex.shape[2:]), axis.reshape(-1, *axis.shape[2:])
+            seen = slot_axes if slots.half_up is None else slot_beams
+            return seen(slots, position, tilt, phase, self._frames)
+        drawn = misplaced_axes if slots.half_up is None else misplaced_beams
+        found = drawn(slots, position, tilt, phase, self._frames, errors)
+        return tuple(part.reshape(-1, *part.shape[2:]) for part in found)
 
     def _past(self, cones: Cones, pose: Any) -> Seen:
         """What the scene's occlusion and obstacles leave of cones at a pose."""

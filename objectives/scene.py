@@ -57,11 +57,12 @@ class Goal:
 @dataclass(frozen=True)
 class Limits:
     """Where rings may sit on a link and how they may tilt: position (low, high) on its mount axis, intervals within that
-    are kept free of rings, tilt (low, high) rad."""
+    are kept free of rings, tilt (low, high) rad; and the sensor of its rings, if not the scene's."""
 
     position: tuple[float, float] = (0.0, 1.0)
     tilt: tuple[float, float] = (math.radians(-70), math.radians(70))
     keep_out: tuple[tuple[float, float], ...] = ()
+    sensor: Sensor | None = None
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,16 @@ class Scene:
     def limits_of(self, link: str) -> Limits:
         """The limits of ``link``."""
         return self.limits.get(link, Limits())
+
+    def sensor_of(self, link: str) -> Sensor:
+        """The sensor of new rings on ``link``."""
+        return self.limits_of(link).sensor or self.sensor
+
+    @property
+    def square(self) -> bool:
+        """May a setup of the scene have sensors with square beams?"""
+        sensors = (self.sensor, *(self.sensor_of(link) for link in self.robot.links))
+        return any(s.fov_up is not None for s in (*sensors, *(r.sensor for r in self.rules.fixed)))
 
     @property
     def pose_weights(self) -> Float[np.ndarray, " P"]:

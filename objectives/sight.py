@@ -9,6 +9,8 @@ from ..coverage.beams import INSIDE, Beams, Occluders, beams
 from ..coverage.capsules import point_to_segment, robot_capsules
 from ..coverage.chain import forward
 from ..coverage.occlusion import Occlusion
+from ..coverage.optics import Optics
+from ..coverage.pyramids import cross
 from ..coverage.rings import Setup, ring_values
 from ..coverage.robots import Body, Mount
 from ..coverage.slots import seats, sensor_cones, slots
@@ -117,7 +119,7 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
         where, depth = occluders(scene, pose.q).holds(np.asarray(cones.apex))
         for k in range(len(cones)):
             name = names[where[k]] if where[k] >= 0 else None
-            if name is None and np.mean(seen.part(_within_cone(cones, k, unit), k) <= 0) >= _NOTHING:
+            if name is None and np.mean(seen.part(_within_beam(cones, k, unit), k) <= 0) >= _NOTHING:
                 continue
             poses, deepest = found.setdefault((k, name), ([], 0.0))
             poses.append(p)
@@ -133,12 +135,15 @@ def _order(item: tuple) -> tuple[int, str]:
     return sensor, name or ""
 
 
-def _within_cone(cones: Cones, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-    """Points (N, 3) m spread evenly over cone ``k``, by numbers (N, 3) in the unit cube."""
-    axis = cones.axis[k]
+def _within_beam(cones: Cones, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+    """Points (N, 3) m spread evenly over beam ``k``, by numbers (N, 3) in the unit cube."""
+    axis, d = cones.axis[k], cones.range_m[k] * unit[:, 0] ** (1 / 3)
+    if isinstance(cones, Optics) and cones.half_up[k] > 0:
+        wide, high = (np.tan(half[k]) * (2 * unit[:, i] - 1) for i, half in ((1, cones.half_angle), (2, cones.half_up)))
+        along = axis + wide[:, None] * cross(cones.up[k], axis) + high[:, None] * cones.up[k]
+        return cones.apex[k] + d[:, None] * along
     across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     across /= np.linalg.norm(across)
-    d = cones.range_m[k] * unit[:, 0] ** (1 / 3)
     rho, turn = d * np.tan(cones.half_angle[k]) * np.sqrt(unit[:, 1]), 2 * np.pi * unit[:, 2]
     aside = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * np.cross(axis, across)
     return cones.apex[k] + d[:, None] * axis + rho[:, None] * aside

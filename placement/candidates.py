@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..coverage.rings import Ring, Setup
-from ..coverage.slots import Slots, slots
+from ..coverage.slots import Slots, any_square, slots
 from ..objectives.scene import Scene
 from ..objectives.space import Segment, Stretch, decode, encode, segments, stretch
 
@@ -53,6 +53,7 @@ class Space:
         held = sum(ring.count for ring in self.fixed)
         self.free = layout.sensors if layout else (sensors or 0) - held
         self.sensors = self.free + held
+        self.square = scene.square or any_square(layout.rings if layout else ())
         self.least, self.most = scene.rules.sensors
         if scene.rules.shared_tilt and self._shared_tilt()[1] < 0:
             raise InfeasibleError("a shared tilt needs limits that allow a tilt and its opposite on every link")
@@ -118,7 +119,7 @@ class Space:
 
     def _ring(self, link: str, count: int) -> Ring:
         like = next((r for r in self.layout.rings if r.link == link), None) if self.layout else None
-        ring = Ring(link, 0.0, count, 0.0, 0.0, self.scene.ring_radius, self.scene.sensor)
+        ring = Ring(link, 0.0, count, 0.0, 0.0, self.scene.ring_radius, self.scene.sensor_of(link))
         return ring if like is None else replace(ring, radius=like.radius, sensor=like.sensor)
 
     def arrays(self, c: Candidate) -> tuple[Slots, Stretch]:
@@ -132,7 +133,7 @@ class Space:
             n = len(c.segment)
             where.low[n:] = [ring.position for ring in self.fixed]
             where.tilt_of[n:] = np.arange(n, n + len(self.fixed))
-        return slots(self.scene.robot, (*rings, *self.fixed), self.sensors), where
+        return slots(self.scene.robot, (*rings, *self.fixed), self.sensors, self.square), where
 
     def values(self, c: Candidate) -> Float[np.ndarray, "3 R"]:
         """Values of a candidate's rings and of the fixed ones."""

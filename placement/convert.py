@@ -71,12 +71,17 @@ def _phase_deg(phase: float) -> float:
 
 def sensor_of(model: SensorModel) -> Sensor:
     """The sensor that a file describes."""
-    return Sensor(math.radians(model.fov_deg), model.range_m) if model.use is None else effective(model.use).sensor
+    if model.use is not None:
+        return effective(model.use).sensor
+    up = None if model.fov_up_deg is None else math.radians(model.fov_up_deg)
+    return Sensor(math.radians(model.fov_deg), model.range_m, None, up)
 
 
 def sensor_model(sensor: Sensor) -> SensorModel:
     """A sensor as a file holds it: of a model of the catalogue both the use and the beam that follows."""
     beam: dict[str, Any] = {"fov_deg": _degrees(sensor.fov), "range_m": sensor.range_m}
+    if sensor.fov_up is not None:
+        beam["fov_up_deg"] = _degrees(sensor.fov_up)
     if sensor.use is None:
         return SensorModel(**beam)
     u = sensor.use
@@ -98,6 +103,7 @@ def scene_of(model: SceneFile) -> Scene:
                 (m.position[0], m.position[1]),
                 (math.radians(m.tilt_deg[0]), math.radians(m.tilt_deg[1])),
                 tuple((low, high) for low, high in m.keep_out),
+                sensor_of(m.sensor) if m.sensor else None,
             )
             for link, m in model.mounts.items()
         },
@@ -172,7 +178,10 @@ def scene_model(scene: Scene) -> SceneFile:
         curve=CurveModel(**vars(scene.shape)),
         mounts={
             link: MountModel(
-                position=list(m.position), tilt_deg=[_degrees(t) for t in m.tilt], keep_out=[list(k) for k in m.keep_out]
+                position=list(m.position),
+                tilt_deg=[_degrees(t) for t in m.tilt],
+                keep_out=[list(k) for k in m.keep_out],
+                sensor=None if m.sensor is None else sensor_model(m.sensor),
             )
             for link, m in scene.limits.items()
         },

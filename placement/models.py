@@ -111,6 +111,9 @@ class SensorModel(StrictModel):
 
     fov_deg: float = Field(default=25.0, gt=0, lt=180, description="degrees, the full angle")
     range_m: Metres = 1.5
+    fov_up_deg: float | None = Field(
+        default=None, gt=0, lt=180, description="degrees, of a square beam along its ring's axis; none: a round beam"
+    )
     model: Annotated[str, Field(max_length=100)] | None = Field(default=None, description="of the catalogue")
     ambient: Annotated[str, Field(max_length=100)] | None = Field(default=None, description="light, like 50kcps or 5klx")
     reflectance: float | None = Field(default=None, gt=0, le=1, description="of the target, a share")
@@ -138,11 +141,17 @@ class SensorModel(StrictModel):
             found = effective(use).sensor
         except ValueError as error:
             raise PydanticCustomError("rule", "{error}", {"error": str(error)}) from error
-        beam = {"fov_deg": math.degrees(found.fov), "range_m": found.range_m}
+        up = None if found.fov_up is None else math.degrees(found.fov_up)
+        beam = {"fov_deg": math.degrees(found.fov), "range_m": found.range_m, "fov_up_deg": up}
         refuse(
             ((key,), getattr(self, key), f"{value:.9g}, as {use.model} has it here, or no such key")
             for key, value in beam.items()
-            if key in given and abs(getattr(self, key) - value) > _SAME
+            if key in given and value is not None and abs((getattr(self, key) or 0.0) - value) > _SAME
+        )
+        refuse(
+            ((key,), getattr(self, key), f"no such key, as the beam of {use.model} is round")
+            for key, value in beam.items()
+            if value is None and getattr(self, key) is not None
         )
         return self
 
@@ -167,6 +176,7 @@ class MountModel(StrictModel):
     position: Interval = [0.0, 1.0]
     tilt_deg: Annotated[list[Tilt], Field(min_length=2, max_length=2), AfterValidator(_ascending)] = [-70.0, 70.0]
     keep_out: list[Interval] = Field(default=[], max_length=100, description="intervals without rings")
+    sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
 
 
 class RulesModel(StrictModel):

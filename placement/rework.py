@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.rings import Ring, Setup
-from ..coverage.slots import slots
+from ..coverage.slots import any_square, slots
 from ..objectives.faults import commonest_tilt, faults, held
 from ..objectives.scene import Scene
 from ..objectives.space import Segment, Stretch, decode, encode, segments, stretch
@@ -48,6 +48,7 @@ class Rework:
         self.mounted = rounded(mounted, scene.sensor)
         self.before: Rings = (*self.mounted.rings, *(None,) * places)
         self.sensors = self.mounted.sensors + add_sensors
+        self.square = any_square(self.mounted.rings) or scene.square
         self.fixed, self._missing = held(scene, self.mounted.rings)
         self._segments: dict[tuple[int, ...], list[Segment]] = {}
 
@@ -131,7 +132,7 @@ class Rework:
         for i in touched:
             turn = 2 * math.pi / rings[i].count
             high[0, i], low[2, i], high[2, i] = float(where.free[i] > 0), rings[i].phase - turn, rings[i].phase + turn
-        arrays = slots(self.scene.robot, tuple(rings), self.sensors), where
+        arrays = slots(self.scene.robot, tuple(rings), self.sensors, self.square), where
         return Placed(t, arrays, low, high, np.clip(values, low, high))
 
     def as_it_stands(self, t: Touched) -> Placed:
@@ -139,7 +140,8 @@ class Rework:
         rings, values = self._rings(t), _values(self._rings(t))
         values[0] = 0.0
         where = _where([], np.full(len(rings), -1), rings, list(range(len(rings))))
-        return Placed(t, (slots(self.scene.robot, tuple(rings), self.sensors), where), values, values, values)
+        arrays = slots(self.scene.robot, tuple(rings), self.sensors, self.square)
+        return Placed(t, (arrays, where), values, values, values)
 
     def _rings(self, t: Touched) -> list[Ring]:
         nothing = Ring(self.scene.robot.links[0], 0.0, 0)

@@ -69,6 +69,7 @@ def _added(work: Rework, t: Touched, place: int, rng: Rng) -> Touched | None:
         return None
     ring = Ring("", 0.0, min(spare, most), 0.0, 0.0, work.scene.ring_radius, work.scene.sensor)
     ring = _somewhere(work, t.free, ring, rng)
+    ring = replace(ring, sensor=work.scene.sensor_of(ring.link))
     like = next((r for r in work.mounted.rings if r.link == ring.link), ring)
     rings = list(t.rings)
     rings[place] = replace(ring, radius=like.radius, sensor=like.sensor)

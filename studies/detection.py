@@ -7,7 +7,8 @@ not stand between. What it sees it reports a period and its latency later at the
 the first report comes before the first moment at which any part of the robot is nearer to the person than that part's S_p.
 Period and latency are taken out of the reaction time T_r of S_p there, as they are counted by themselves.
 
-A first sight counts though it may be lost again; the robot does not slow down and the person does not stop.
+A square beam is taken as the cone within it. A first sight counts though it may be lost again; the robot does not slow down
+and the person does not stop.
 """
 
 import math

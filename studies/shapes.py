@@ -5,10 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from ..coverage.optics import Optics
+from ..coverage.pyramids import Pyramids
 from ..coverage.rings import Setup
 from ..coverage.robots import Robot
 from ..coverage.rods import Rods
-from ..coverage.solids import Spheres, Union
+from ..coverage.solids import Cones, Spheres, Union
 from .sheet import Sheet
 
 _LINK, _JOINT = "#b4bbc3", "#7d8791"
@@ -87,6 +89,16 @@ def add_robot(sheet: Sheet, robot: Robot, frames: Any, setup: Setup, colour: dic
         ends = [m.start + (ring.position * m.length + t) * m.axis for t in (-_RING_WIDTH / 2, _RING_WIDTH / 2)]
         band = np.array([circle(origin + R @ end, R @ m.axis, ring.radius) for end in ends])
         sheet.surface(loft(band), colour[ring.link])
+
+
+def rim_of(cones: Cones, k: int, length: float) -> Any:
+    """Points (_, 3) m around beam ``k`` at ``length`` m along its axis: a circle, or a square beam's corners."""
+    if isinstance(cones, Optics) and cones.half_up[k] > 0:
+        one = slice(k, k + 1)
+        height = np.array([length])
+        parts = (cones.apex[one], cones.axis[one], cones.half_angle[one], height, cones.up[one], cones.half_up[one])
+        return Pyramids(*parts).corners()[0]
+    return circle(cones.apex[k] + length * cones.axis[k], cones.axis[k], float(length * np.tan(cones.half_angle[k])))
 
 
 def convex_pieces(outer: Any) -> list[Any]:

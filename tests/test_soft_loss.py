@@ -70,4 +70,4 @@ def test_tends_to_the_share_of_points(seed):
     exact = [(without(cones, g)(points) <= 0).mean() for g in range(4)]
     soft = estimate(cones, points, SHARP, np.ones(4), CUT)
     assert np.asarray(soft.zeta) == pytest.approx(exact, abs=on_surface + 1e-6)
-    assert all(bool(jnp.isfinite(part).all()) for part in soft)
+    assert all(bool(jnp.isfinite(part).all()) for part in jax.tree.leaves(soft))

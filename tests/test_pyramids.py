@@ -1,0 +1,229 @@
+"""Square beams: laws of the solid, exact counts against dense ones, closed forms, gradients against central differences."""
+
+import math
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.certified import bracket
+from place_rings.coverage.chain import forward
+from place_rings.coverage.cloud import cloud
+from place_rings.coverage.mounting import MountingErrors, draw_errors, misplaced_cones
+from place_rings.coverage.multiplicity import tally
+from place_rings.coverage.octree import count, voxels
+from place_rings.coverage.optics import Optics, optics
+from place_rings.coverage.pyramids import Pyramids
+from place_rings.coverage.rings import Ring, Setup
+from place_rings.coverage.robots import UR10
+from place_rings.coverage.sensors import Sensor
+from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.soft import SHARP, soft_zeta
+from place_rings.coverage.soft_loss import soft_losses
+from place_rings.coverage.soft_seen import soft_seen
+from place_rings.coverage.solids import Cones, sphere
+from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
+from place_rings.objectives.exact import Verifier
+from place_rings.objectives.redundancy import redundancy
+from place_rings.objectives.scene import Goal, Limits, Scene
+from place_rings.placement.candidates import Space, stacked
+from place_rings.placement.convert import ring_models, rounded, scene_model, scene_of, setup_of
+from place_rings.placement.drawing import fresh
+
+SEED = st.integers(0, 2**32 - 1)
+SQUARE = Sensor(math.radians(45), 1.2, None, math.radians(45))
+FLAT = Sensor(math.radians(60), 0.9, None, math.radians(30))
+MIXED = Setup(
+    (Ring("upper_arm", 0.3, 5, 0.3, 0.2, sensor=SQUARE), Ring("forearm", 0.5, 4), Ring("tool", 0.0, 3, sensor=FLAT))
+)
+
+
+def frame(rng, n):
+    turn, _ = np.linalg.qr(rng.normal(size=(n, 3, 3)))
+    return turn[:, 0], turn[:, 1]
+
+
+def some(rng, n=4, cones=2):
+    """Beams of both shapes; the first ``cones`` are round."""
+    axis, up = frame(rng, n)
+    half_up = rng.uniform(0.1, 0.9, n)
+    half_up[:cones] = 0
+    apex, half, range_m = rng.uniform(-0.3, 0.3, (n, 3)), rng.uniform(0.1, 0.9, n), rng.uniform(0.3, 0.8, n)
+    return Optics(apex, axis, half, range_m, up, half_up)
+
+
+@given(SEED)
+def test_a_pyramid_is_one_lipschitz_and_its_sign_is_membership(seed):
+    rng = np.random.default_rng(seed)
+    b = some(rng, 1, 0)
+    solid = Pyramids(b.apex, b.axis, b.half_angle, b.range_m, b.up, b.half_up)
+    p, q = rng.uniform(-1, 1, (2, 300, 3))
+    f, g = solid(p), solid(q)
+    assert np.all(np.abs(f - g) <= np.linalg.norm(p - q, axis=1) + 1e-12)
+    v = p - solid.apex[0]
+    d, y, x = v @ solid.axis[0], v @ solid.up[0], v @ np.cross(solid.up[0], solid.axis[0])
+    held = (d >= 0) & (d <= solid.range_m[0])
+    held &= (abs(x) <= d * np.tan(solid.half_angle[0])) & (abs(y) <= d * np.tan(solid.half_up[0]))
+    np.testing.assert_array_equal(f <= 0, held)
+    low, high = solid.bounds()
+    assert np.all((p[held] >= low - 1e-12) & (p[held] <= high + 1e-12))
+
+
+@given(SEED)
+@settings(max_examples=20)
+def test_octree_of_beams_equals_the_dense_count_and_that_of_its_shapes(seed):
+    solid, voxel = some(np.random.default_rng(seed)), 0.05
+    low, high = (np.floor(b / voxel).astype(int) for b in solid.bounds())
+    grid = np.stack(np.meshgrid(*(np.arange(a - 1, b + 2) for a, b in zip(low, high, strict=True)), indexing="ij"), -1)
+    centres = (grid.reshape(-1, 3) + 0.5) * voxel
+    assert count(solid, voxel) == np.count_nonzero(solid(centres) <= 0)
+    touched = voxels(solid, voxel, "touch")
+    assert len(touched & voxels(solid, voxel)) == count(solid, voxel)
+
+
+def test_certified_volume_of_a_pyramid_is_the_closed_form():
+    rng = np.random.default_rng(5)
+    axis, up = frame(rng, 1)
+    solid = Pyramids(np.zeros((1, 3)), axis, np.array([0.3]), np.array([0.7]), up, np.array([0.5]))
+    wanted = 4 / 3 * 0.7**3 * math.tan(0.3) * math.tan(0.5) / (4 / 3 * math.pi)
+    found = bracket(sphere(np.zeros(3), 1.0), solid, 5e-4)
+    assert found.low <= wanted <= found.high
+    assert found.high - found.low <= 5e-4
+    assert Sensor(0.6, 0.7, None, 1.0).volume == pytest.approx(wanted * 4 / 3 * math.pi)
+
+
+@given(SEED)
+@settings(max_examples=5)
+def test_certified_interval_of_beams_holds_the_share_of_points(seed):
+    rng = np.random.default_rng(seed)
+    solid, ball = some(rng), sphere(np.zeros(3), 0.8)
+    found = bracket(ball, solid, 0.02)
+    points = rng.uniform(-0.8, 0.8, (40_000, 3))
+    inside = solid(points[ball(points) <= 0]) <= 0
+    error = 5 * inside.std() / math.sqrt(len(inside)) + 1e-3
+    assert found.low - error <= inside.mean() <= found.high + error
+
+
+def test_beams_without_a_square_are_plain_cones():
+    b = some(np.random.default_rng(0), 3, 3)
+    assert type(optics(b.apex, b.axis, b.half_angle, b.range_m, b.up, None)) is Cones
+    p = np.random.default_rng(1).uniform(-1, 1, (200, 3))
+    np.testing.assert_array_equal(b(p), Cones(b.apex, b.axis, b.half_angle, b.range_m)(p))
+
+
+def test_ups_of_a_ring_are_across_its_tangent():
+    solid = sensor_cones(UR10, MIXED, np.radians([0, -45, 60, -105, -90, 0]))
+    np.testing.assert_allclose((solid.up * solid.axis).sum(axis=1), 0, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(solid.up, axis=1), 1)
+    frames = forward(UR10.chain, np.radians([0, -45, 60, -105, -90, 0]))
+    mount = UR10.mount("tool")
+    along = frames[mount.frame, :3, :3] @ mount.axis
+    np.testing.assert_allclose(solid.up[9:], np.tile(along, (3, 1)), atol=1e-12)  # no tilt: up is the ring's axis
+    np.testing.assert_array_equal(solid.half_up > 0, [True] * 5 + [False] * 4 + [True] * 3)
+
+
+@pytest.mark.parametrize("kind", ["plain", "seen", "losses"])
+def test_gradients_of_beams_equal_central_differences(kind):
+    rng = np.random.default_rng(3)
+    b, points = some(rng, 6, 3), rng.uniform(-0.6, 0.6, (400, 3))
+    drawn, width, step = jax.tree.map(jnp.asarray, cloud(points, dtype=np.float64)), 0.05, 1e-6
+    weights = jnp.asarray([0.3, 0.7])
+
+    @jax.jit
+    def soft(x):
+        if kind == "seen":
+            return soft_seen(x, drawn, width, 2, np.inf)
+        if kind == "losses":
+            return soft_losses(x, jnp.asarray([0, 0, 0, 1, 1, 1]), drawn, width, weights, np.inf)
+        return soft_zeta(x, drawn, width, np.inf)
+
+    def value(x):
+        return float(weights @ soft(x).zeta) if kind == "losses" else float(soft(x).zeta)
+
+    exact = soft(jax.tree.map(jnp.asarray, b))
+    for key, slope in (("apex", exact.by_apex), ("up", exact.by_up), ("axis", exact.by_axis)):
+        for k, i in ((0, 1), (3, 0), (4, 1), (5, 2)):
+            if key == "axis" and k < 3:
+                continue  # of cones the axis is taken as a unit vector: its free derivative differs along it
+            more, less = (getattr(b, key).copy() for _ in range(2))
+            more[k, i] += step
+            less[k, i] -= step
+            numeric = (value(replace(b, **{key: jnp.asarray(more)})) - value(replace(b, **{key: jnp.asarray(less)}))) / (
+                2 * step
+            )
+            assert float(slope[k, i]) == pytest.approx(numeric, abs=2e-7, rel=1e-4), (key, k, i)
+
+
+def test_a_sharp_soft_value_is_the_share_of_points():
+    rng = np.random.default_rng(8)
+    b, points = some(rng, 6, 3), rng.uniform(-0.6, 0.6, (2000, 3))
+    found = soft_zeta(jax.tree.map(jnp.asarray, b), jax.tree.map(jnp.asarray, cloud(points, dtype=np.float64)), SHARP)
+    assert float(found.zeta) == pytest.approx(np.mean(b(points) <= 0), abs=1e-9)
+
+
+def test_a_search_climbs_setups_of_both_shapes():
+    scene = Scene(sensor=SQUARE, limits={"forearm": Limits(sensor=Sensor(range_m=1.0))})
+    space = Space(scene, sensors=24)
+    points = TargetPoints(scene, 512, 0)
+    objective, clouds = CoverageObjective(scene, points), points.clouds(512)
+    rng, kinds = np.random.default_rng(0), set()
+    for _ in range(4):
+        c = fresh(space, rng)
+        kinds |= {r.sensor.fov_up for r in space.setup(c).rings}
+        setup, x, both = stacked([space.arrays(c)]), space.values(c), stacked([space.arrays(c)] * 2)
+        x[0] = 0.1 + 0.8 * rng.permutation(len(x[0])) / len(x[0])  # no two rings change ranks in the step
+        (value,), (slope,) = objective.soft(setup, x[None], 0.2, clouds)
+        assert objective.zetas(setup, x[None], clouds, 0.2) == pytest.approx(value, abs=2e-6)
+        d = rng.normal(size=x.shape)
+        step = 1e-2 / np.linalg.norm(d)
+        more, less = objective.soft(both, np.stack([x + step * d, x - step * d]), 0.2, clouds)[0]
+        assert (slope * d).sum() == pytest.approx((more - less) / (2 * step), abs=1e-2 * np.linalg.norm(d))
+    assert kinds == {None, SQUARE.fov_up}
+
+
+def test_exact_counts_of_a_mixed_setup_agree():
+    scene = Scene(goals=(Goal(Scene().goals[0].target),))
+    target = scene.goals[0].target
+    verifier = Verifier(scene, 0.04)
+    zeta = verifier.verify(MIXED, target).zeta
+    found = redundancy(verifier, MIXED, target)
+    assert found.zeta == pytest.approx(zeta, abs=1e-12)
+    without = [verifier.verify(Setup(tuple(r for j, r in enumerate(MIXED.rings) if j != i)), target).zeta for i in range(3)]
+    np.testing.assert_allclose(found.without_ring, without, atol=1e-12)
+    interval = Verifier(scene, rule="certified", width=0.01).verify(MIXED, target)
+    assert interval.low - 0.01 <= zeta <= interval.high + 0.01
+
+
+def test_tally_of_beams_equals_the_dense_one():
+    solid = some(np.random.default_rng(4))
+    wanted = voxels(sphere(np.zeros(3), 0.5), 0.05)
+    found = tally(solid, np.array([0, 0, 1, 1]), wanted, 3)
+    low, high = -12, 12
+    grid = np.stack(np.meshgrid(*[np.arange(low, high)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    centres = (grid + 0.5) * 0.05
+    centres = centres[np.linalg.norm(centres, axis=1) <= 0.5]
+    held = sum((solid.part(centres, i) <= 0).astype(int) for i in range(4))
+    assert found.at_least.tolist() == [np.count_nonzero(held >= k) for k in (1, 2, 3)]
+
+
+def test_errors_of_mounting_turn_square_beams_with_their_rings():
+    q = np.radians([0, -45, 60, -105, -90, 0])
+    none = draw_errors(3, MIXED.sensors, MountingErrors(0.0, 0.0), 2, 0)
+    nominal = sensor_cones(UR10, MIXED, q)
+    for found in misplaced_cones(UR10, MIXED, q, none):
+        for key in ("apex", "axis", "up", "half_up"):
+            np.testing.assert_allclose(getattr(found, key), getattr(nominal, key), atol=1e-12)
+    for found in misplaced_cones(UR10, MIXED, q, draw_errors(3, MIXED.sensors, MountingErrors(0.01, 0.1), 2, 0)):
+        np.testing.assert_allclose((found.up * found.axis).sum(axis=1), 0, atol=1e-12)
+        assert np.abs(found.up - nominal.up).max() > 1e-3
+
+
+def test_mixed_setups_and_sensors_of_links_read_back():
+    scene = Scene(sensor=SQUARE, limits={"forearm": Limits(sensor=FLAT)})
+    assert scene_of(scene_model(scene)).limits_of("forearm").sensor.fov_up == pytest.approx(FLAT.fov_up)
+    again = setup_of(ring_models(MIXED, scene.sensor), scene.sensor)
+    assert again == rounded(again, scene.sensor)
+    assert [r.sensor.fov_up is None for r in again.rings] == [False, True, False]
