@@ -10,12 +10,11 @@ from ..coverage.capsules import point_to_segment, robot_capsules
 from ..coverage.chain import forward
 from ..coverage.occlusion import Occlusion
 from ..coverage.rings import Setup, ring_values
-from ..coverage.robots import Body, Mount
 from ..coverage.slots import seats, sensor_cones, slots
 from ..coverage.solids import Cones, Parts
+from ..coverage.surround import tube_of
 from .scene import Scene
 
-_ALONG = 0.866  # cosine: a body of a mount's frame within 30 degrees of its axis is the tube that rings go around
 _NOTHING = 0.01  # of its cone: a sensor that sees less sees the robot only
 _SAMPLES = 512  # points of each cone, to say which sensors see next to nothing
 
@@ -50,17 +49,6 @@ def sight(scene: Scene, cones: Cones, q: Float[np.ndarray, " J"], bracketed: boo
 def setup_sight(scene: Scene, setup: Setup, q: Float[np.ndarray, " J"], bracketed: bool = False) -> Parts:
     """The same for a setup."""
     return sight(scene, sensor_cones(scene.robot, setup, q), q, bracketed)
-
-
-def tube_of(mount: Mount, bodies: tuple[Body, ...]) -> list[Body]:
-    """The bodies of a mount's own link that its rings go around: on its frame, along its axis; no housing across it."""
-    found = []
-    for body in bodies:
-        along = body.end - body.start
-        length = float(np.linalg.norm(along))
-        if body.frame == mount.frame and length > 0 and abs(along @ mount.axis) > _ALONG * length:
-            found.append(body)
-    return found
 
 
 def check_mounting(scene: Scene, setup: Setup) -> None:

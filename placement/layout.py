@@ -13,5 +13,5 @@ def ring_layout(scene: Scene, rings_per_link: int, sensors_per_ring: int) -> Set
         n = rings_per_link if mount.length > 0 else 1
         low, high = scene.limits_of(mount.link).position
         places = np.linspace(low, high, n) if n > 1 else [(low + high) / 2 if mount.length > 0 else 0.0]
-        rings += [Ring(mount.link, float(p), sensors_per_ring, 0.0, 0.0, scene.ring_radius, scene.sensor) for p in places]
+        rings += [Ring(mount.link, float(p), sensors_per_ring, 0.0, 0.0, scene.radius_of(mount.link), scene.sensor) for p in places]
     return Setup(tuple(rings))
