@@ -7,6 +7,7 @@ from rich.table import Table
 
 from ..coverage.occlusion import OCCLUSIONS
 from ..coverage.rings import Ring, Setup
+from ..objectives.clear import Clear
 from ..objectives.faults import faults
 from ..objectives.scene import Scene
 from ..objectives.sight import check_mounting
@@ -44,6 +45,15 @@ def mounting_lines(scene: Scene, setup: Setup) -> list[str]:
     if not scene.real:
         return []
     return [fault.text for fault in faults(scene, setup.rings) if fault.rule in REAL]
+
+
+def without_lines(scene: Scene, setup: Setup) -> list[str]:
+    """The links that have no ring because a real one is clear nowhere on them."""
+    if not scene.real:
+        return []
+    clear, bare = Clear(scene), [link for link in scene.robot.links if link not in {r.link for r in setup.rings}]
+    barred = [(link, radius) for link in bare if not clear.stretches(link, radius := clear.radius(link))]
+    return [f"No ring on {link}: {clear.why(link, radius)}." for link, radius in barred]
 
 
 def occlusion_table(results: Sequence[VerifyResult]) -> Table | None:

@@ -97,7 +97,9 @@ def blocked(
         low, high = (np.concatenate(v) for v in zip(*(gap(centre[s], which[s]) for s in _slices(len(which))), strict=True))
         open_ = low - half < clear
         shut = open_ & ((high + half < clear) | (2 * half <= finest))
-        found += [(float(c - h), float(c + h), int(i)) for c, h, i in zip(*(v[shut] for v in (centre, half, which)), strict=True)]
+        found += [
+            (float(c - h), float(c + h), int(i)) for c, h, i in zip(*(v[shut] for v in (centre, half, which)), strict=True)
+        ]
         go = open_ & ~shut
         which, half = np.tile(which[go], 2), np.tile(half[go] / 2, 2)
         centre = np.tile(centre[go], 2) + np.concatenate([-half[: go.sum()], half[: go.sum()]])

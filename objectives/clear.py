@@ -76,8 +76,8 @@ class Clear:
             return f"no ring {1000 * self.scene.rules.band[1]:g} mm wide can be closed around {link}"
         length: dict[str, float] = {}
         for a, b, name in cuts:
-            length[name] = length.get(name, 0.0) + b - a
-        first = sorted(length, key=lambda name: -length[name])[:_NAMED]
+            length[name] = length.get(name, 0.0) + max(min(b, high) - max(a, low), 0.0)
+        first = sorted((n for n in length if low == high or length[n] > 0), key=lambda name: -length[name])[:_NAMED]
         return f"a ring of radius {radius:g} m on {link} lies in {', '.join(first)}" if first else "nothing is in the way"
 
     def within(self, link: str, radius: float, position: float) -> list[str]:
@@ -104,8 +104,7 @@ class Clear:
         t, span, share = self._near(link), (-arm, length + arm), length or 1.0
         found = blocked(capsule_gap(t.start, t.end, t.thick, radius), len(t.thick), span, half)
         found += [
-            (a, b, len(t.thick) + i)
-            for a, b, i in blocked(plane_gap(t.normal, t.offset, radius), len(t.offset), span, half)
+            (a, b, len(t.thick) + i) for a, b, i in blocked(plane_gap(t.normal, t.offset, radius), len(t.offset), span, half)
         ]
         cuts = [((a - arm) / share, (b + arm) / share, t.names[i]) for a, b, i in found]
         return _left(self.closed(link), cuts), cuts

@@ -60,6 +60,8 @@ def check_mounting(scene: Scene, setup: Setup) -> None:
     Raises:
         ValueError: naming ring, sensor, link, body and by how much.
     """
+    if not setup.rings:
+        return
     values = ring_values(setup)
     apex = seats(slots(scene.robot, setup.rings), values.position, values.tilt, values.phase).apex
     first = np.cumsum([0, *(r.count for r in setup.rings)])

@@ -43,9 +43,7 @@ def _without(stretches: list[tuple[float, float]], cut: tuple[float, float]) -> 
     return found
 
 
-def _common(
-    stretches: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]
-) -> list[tuple[float, float]]:
+def _common(stretches: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     """What two lists of stretches have in common."""
     found = [(max(a, c), min(b, d)) for a, b in stretches for c, d in others]
     return [(low, high) for low, high in sorted(found) if low <= high]

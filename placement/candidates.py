@@ -91,7 +91,7 @@ class Space:
             if link in links and self.radii[link] < least - _ROUNDING:
                 raise InfeasibleError(
                     f"ring_radius: found {self.radii[link]:g}, allowed: {least:g} and more, as a real ring on {link} needs"
-                    f" (standoff {self.scene.rules.standoff:g}), or mount = \"free\""
+                    f' (standoff {self.scene.rules.standoff:g}), or mount = "free"'
                 )
         return {link: self.clear.stretches(link, radius) for link, radius in self.radii.items()}
 
@@ -99,7 +99,7 @@ class Space:
         """Why there is no place for a real ring on ``link``, or on links that have none, as the end of a sentence."""
         if self.clear is None:
             return ""
-        links = [link] if link else [x for x in self.scene.robot.links if x not in {s.link for s in self.segments}]
+        links = [link] if link else [x for x, r in self.radii.items() if not self.clear.stretches(x, r)]
         why = "; ".join(self.clear.why(x, self.radii[x]) for x in links)
         return f" (rules.mount is real: {why})" if why else ""
 
@@ -227,7 +227,9 @@ def _check_budget(space: Space, rooms: int, held: int) -> None:
     if 0 < space.free < least:
         raise InfeasibleError(f"{space.free} sensors are fewer than the least of one ring, {least}")
     if space.free > rooms * most:
-        raise InfeasibleError(f"{space.free} sensors do not fit: there is room for {rooms} rings of at most {most}{space.barred()}")
+        raise InfeasibleError(
+            f"{space.free} sensors do not fit: there is room for {rooms} rings of at most {most}{space.barred()}"
+        )
     if space.free and not any(n * least <= space.free <= n * most for n in range(1, space.places + 1)):
         raise InfeasibleError(f"{space.free} sensors are no sum of rings of {least} to {most}")
 

@@ -84,7 +84,9 @@ class Rework:
         """Where the touched rings may sit."""
         if free not in self._segments:
             rules = replace(self.scene.rules, fixed=tuple(self.stays(free)))
-            clear = self.clear and {link: self.clear.stretches(link, r) for link, r in self.radii.items()}
+            clear = None
+            if self.clear is not None:
+                clear = {link: self.clear.stretches(link, r) for link, r in self.radii.items()}
             self._segments[free] = segments(replace(self.scene, rules=rules), clear)
         return self._segments[free]
 

@@ -221,8 +221,8 @@ def search(
     last = schedule.stages[max(progress.stage, 1) - 1].width
     setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
     if space.clear is not None:  # rings of different links, which no segment keeps apart
-        apart = [i for i, setup in enumerate(setups) if not meeting(space.clear, setup.rings)]
-        finalists, setups = ([some[i] for i in apart] or some for some in (finalists, setups))
+        apart = [i for i, setup in enumerate(setups) if not meeting(space.clear, setup.rings)] or range(len(setups))
+        finalists, setups = [finalists[i] for i in apart], [setups[i] for i in apart]
 
     def counting(counted: int, to_count: int) -> None:
         progress.counted, progress.to_count = counted, to_count
