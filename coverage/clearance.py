@@ -1,10 +1,10 @@
 """How far a circle about an axis stays from things, and where along the axis it stays far enough: proven, not sampled.
 
-In axis coordinates: first along the axis, the circle of radius R at place x in the plane across it. The squared distance q of
-a point from a segment is convex, and along the circle its second derivative by the angle is at most 2 R (R + d): its Hessian
-is at most 2, its gradient 2 d long, and the circle bends by R. Where q is least its slope is 0, so that the nearest of N
-evenly spaced points has q larger by at most R (R + d) (pi / N)^2 and what is sampled bounds what is not. Along the axis the
-distance is 1-Lipschitz.
+In axis coordinates: first along the axis, the circle of radius R at place x in the plane across it. The squared distance q
+of a point from a segment is convex, and along the circle its second derivative by the angle is at most 2 R (R + d): its
+Hessian is at most 2, its gradient 2 d long, and the circle bends by R. Where q is least its slope is 0, so that the nearest
+of N evenly spaced points has q larger by at most R (R + d) (pi / N)^2 and what is sampled bounds what is not. Along the
+axis the distance is 1-Lipschitz.
 """
 
 import math

@@ -56,8 +56,8 @@ def commonest_tilt(rings: Sequence[Ring]) -> float:
 
 
 def faults(scene: Scene, rings: Sequence[Ring], clear: Clear | None = None) -> list[Fault]:
-    """All rules of ``scene`` that ``rings`` break. The scene's fixed rings may tilt and sit as they do. ``clear``: of the same
-    scene, if there is one already."""
+    """All rules of ``scene`` that ``rings`` break. The scene's fixed rings may tilt and sit as they do. ``clear``: the
+    scene's, if there is one."""
     fixed, missing = held(scene, rings)
     own = [i for i in range(len(rings)) if i not in fixed]
     found = [f for i in own for f in _alone(scene, i, rings[i])]

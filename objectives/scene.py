@@ -72,9 +72,10 @@ class Rules:
     and most sensors of a ring; most rings on a link; whether all rings have one tilt, up to its sign; and rings that are
     there and stay.
 
-    mount: ``real``: a ring has a body, which clears its link by ``standoff`` m (from what is surrounded to the sensors), stays
-    within what is usable of the link, and lies in no body and no obstacle at any pose; ``free``: it has none; where nothing is
-    said, real unless the robot's own body is ignored. band: the body's thickness, across the axis, and its width along it, m.
+    mount: ``real``: a ring has a body, which clears its link by ``standoff`` m (from what is surrounded to the sensors),
+    stays within what is usable of the link, and lies in no body and no obstacle at any pose; ``free``: it has none; where
+    nothing is said, real unless the robot's own body is ignored. band: the body's thickness, across the axis, and its width
+    along it, m.
     """
 
     spacing: float = 0.03

@@ -61,8 +61,8 @@ def _apart(stretches: list[tuple[float, float]], gap: float) -> list[tuple[float
 
 
 def segments(scene: Scene, clear: Mapping[str, Sequence[tuple[float, float]]] | None = None) -> list[Segment]:
-    """All stretches of all links on which new rings may sit, by limits, keep-outs, joints and fixed rings; and, link by link,
-    where a real ring is ``clear``, if rings have bodies."""
+    """All stretches of all links on which new rings may sit, by limits, keep-outs, joints and fixed rings; and, where
+    rings have bodies, by where a ring is ``clear`` on each link."""
     found, rules = [], scene.rules
     for mount in scene.robot.mounts:
         limits, fixed = scene.limits_of(mount.link), [r.position for r in rules.fixed if r.link == mount.link]

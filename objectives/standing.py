@@ -52,8 +52,8 @@ def alone(clear: Clear, i: int, ring: Ring) -> list[Standing]:
 
 
 def meeting(clear: Clear, rings: Sequence[Ring]) -> list[Standing]:
-    """Rings of different links of which one lies in another at some pose, by points of the one: what is found is so, and what
-    is not meets by a fraction of a millimetre at most where rings cross, by few where they graze each other."""
+    """Rings of different links of which one lies in another at some pose, by points of the one: what is found is so;
+    rings that graze each other by a few millimetres may go unseen."""
     found = []
     for (i, a), (j, b) in itertools.combinations(enumerate(rings), 2):
         if a.link != b.link:

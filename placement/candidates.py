@@ -70,7 +70,7 @@ class Space:
             _check_layout(self, layout)
 
     def _radius(self, link: str) -> float:
-        """The radius of new rings on ``link``, m: the layout's, or the scene's; a real one that is not stated may be raised."""
+        """The radius of new rings on ``link``, m: the layout's, or the scene's; raised as ``Clear.radius`` says."""
         like = next((r.radius for r in self.layout.rings if r.link == link), None) if self.layout else None
         if self.clear is None:
             return self.scene.ring_radius if like is None else like

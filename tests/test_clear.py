@@ -1,4 +1,4 @@
-"""Real mounts: what is drawn, varied or found keeps clear of all bodies and obstacles at all poses; what cannot be is refused."""
+"""Real mounts: what is drawn or varied keeps clear of all things at all poses; what cannot be is refused."""
 
 import math
 from dataclasses import replace
@@ -60,13 +60,15 @@ def test_a_circle_is_as_far_from_things_as_the_bounds_say(seed):
     points = circle(places, radius, 5040)  # those of the bounds are among them
     low, high = capsule_gap(start, end, thick, radius)(places, which)
     true = point_to_segment(points, start[:, None], end[:, None]).min(axis=1) - thick
-    assert np.all(low <= true + 1e-9) and np.all(true <= high + 1e-9)
+    assert np.all(low <= true + 1e-9)
+    assert np.all(true <= high + 1e-9)
     near = np.abs(true) < radius / 2
     assert np.all((high - low)[near & (true > 0)] < 2e-3)
     solid = box(rng.uniform(-0.2, 0.2, 3), rng.uniform(0.05, 0.3, 3))
     low, high = plane_gap(solid.normal[None], solid.offset[None], radius)(places, np.zeros(n, int))
     true = solid(points).min(axis=1)
-    assert np.all(low <= true + 1e-9) and np.all(true <= high + 1e-9)
+    assert np.all(low <= true + 1e-9)
+    assert np.all(true <= high + 1e-9)
 
 
 def test_what_is_blocked_is_what_is_too_near():
@@ -120,8 +122,11 @@ def test_every_robot_has_room_for_real_rings_at_its_own_pose(name):
 
 
 def test_real_is_what_goes_with_occlusion_unless_something_is_said():
-    assert not Scene().real and Scene(occlusion="shadow").real and Scene(occlusion="blind").real
-    assert Scene(rules=Rules(mount="real")).real and not Scene(occlusion="shadow", rules=Rules(mount="free")).real
+    assert not Scene().real
+    assert Scene(occlusion="shadow").real
+    assert Scene(occlusion="blind").real
+    assert Scene(rules=Rules(mount="real")).real
+    assert not Scene(occlusion="shadow", rules=Rules(mount="free")).real
     free = Scene(occlusion="shadow", rules=Rules(mount="free"))
     assert segments(free) == segments(Scene())
     assert Space(free, sensors=40).radii == Space(Scene(), sensors=40).radii
