@@ -23,7 +23,7 @@ from .options import Counting
 from .place import check_scene
 from .protective import protective_lines
 from .sensing import sensor_lines
-from .sighting import ADVICE, check_sight, occlusion_table, scene_lines, unseeing_lines
+from .sighting import ADVICE, check_sight, mounting_lines, occlusion_table, scene_lines, unseeing_lines
 from .tables import percent, proof_line, target_label, zeta_table
 
 SQUARE_COLUMNS = ("fov_up_deg", "up_x", "up_y", "up_z")
@@ -51,7 +51,8 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
             with_sight(verify_result(name, one, scene), scene, by_occlusion(verifier, setup, one), blocked)
             for one in counted
         ]
-    results = [r.model_copy(update={"sensors": sensor_records(setup)}) for r in results]
+    extra = {"sensors": sensor_records(setup), "mounting": mounting_lines(scene, setup)}
+    results = [r.model_copy(update=extra) for r in results]
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
         print(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
@@ -63,6 +64,8 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
         console.print(table)
     for told in (*unseeing_lines(results[0].unseeing), *scene_lines(scene), *([ADVICE] if table is not None else [])):
         console.print(told, highlight=False, soft_wrap=True)
+    for told in results[0].mounting:
+        console.print(f"No real mount: {told}.", highlight=False, soft_wrap=True)
     for r in results:
         if r.proof is not None:
             console.print(proof_line(r, r.proof), soft_wrap=True)

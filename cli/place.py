@@ -32,7 +32,7 @@ from .motion import record_line, worst_line
 from .picture import placement_picture
 from .protective import protective_lines
 from .sensing import sensor_lines
-from .sighting import ADVICE, check_scene_sight, occlusion_table, scene_lines, unseeing_lines
+from .sighting import ADVICE, check_scene_sight, mounting_lines, occlusion_table, scene_lines, unseeing_lines, without_lines
 from .tables import ring_table, target_label, zeta_table
 
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
@@ -210,7 +210,9 @@ def place(
     if table is not None:
         console.print(table)
     own = mine[0].unseeing if mine else []
-    for told in (*unseeing_lines(own), *scene_lines(scene), *([ADVICE] if table is not None else [])):
+    mount = [f"No real mount: {line}." for line in mounting_lines(scene, result.setup)]
+    told_of_mount = [*without_lines(scene, result.setup), *mount]
+    for told in (*told_of_mount, *unseeing_lines(own), *scene_lines(scene), *([ADVICE] if table is not None else [])):
         console.print(told, highlight=False, soft_wrap=True)
     if asked:
         each = ", ".join(f"{name} {value:.2f}" for name, value in asked.items())

@@ -7,8 +7,11 @@ from rich.table import Table
 
 from ..coverage.occlusion import OCCLUSIONS
 from ..coverage.rings import Ring, Setup
+from ..objectives.clear import Clear
+from ..objectives.faults import faults
 from ..objectives.scene import Scene
 from ..objectives.sight import check_mounting
+from ..objectives.standing import REAL
 from ..placement.errors import UserError
 from ..placement.results import UnseeingModel, VerifyResult
 from .tables import target_label
@@ -33,8 +36,24 @@ def check_sight(scene: Scene, setup: Setup) -> None:
 
 def check_scene_sight(scene: Scene) -> None:
     """Refuse a search whose rings would all lie within a link's own tube, where the scene minds it."""
-    rings = [Ring(link, 0.5, 1, radius=scene.ring_radius) for link in scene.robot.links]
+    rings = [] if scene.real else [Ring(link, 0.5, 1, radius=scene.ring_radius) for link in scene.robot.links]
     check_sight(scene, Setup((*rings, *scene.rules.fixed)))
+
+
+def mounting_lines(scene: Scene, setup: Setup) -> list[str]:
+    """What a real mount would not allow of a setup, where the scene asks for one."""
+    if not scene.real:
+        return []
+    return [fault.text for fault in faults(scene, setup.rings) if fault.rule in REAL]
+
+
+def without_lines(scene: Scene, setup: Setup) -> list[str]:
+    """The links that have no ring because a real one is clear nowhere on them."""
+    if not scene.real:
+        return []
+    clear, bare = Clear(scene), [link for link in scene.robot.links if link not in {r.link for r in setup.rings}]
+    barred = [(link, radius) for link in bare if not clear.stretches(link, radius := clear.radius(link))]
+    return [f"No ring on {link}: {clear.why(link, radius)}." for link, radius in barred]
 
 
 def occlusion_table(results: Sequence[VerifyResult]) -> Table | None:

@@ -18,8 +18,8 @@ class Mount:
     frame: index into ``forward``'s frames. start (3,) m: the proximal end, in that frame. axis (3,): unit, proximal to
     distal. zero (3,): unit, across the axis; a ring of phase 0 has its first sensor there. length: m; 0 where the place
     along the axis is fixed. usable: lowest and highest position, 0 proximal to 1 distal, at which a real ring can be closed
-    around the link, clear of the joints' housings. section: m, radius about the axis of what is to be surrounded there; 0
-    where nothing is known.
+    around the link, clear of the joints' housings. section: m, radius of what is to be surrounded there, 0 where
+    nothing is known; aside: m, how far beside the axis it lies.
     """
 
     link: str
@@ -30,6 +30,7 @@ class Mount:
     length: float
     usable: tuple[float, float] = (0.0, 1.0)
     section: float = 0.0
+    aside: float = 0.0
 
     @property
     def side(self) -> Float[np.ndarray, " 3"]:

@@ -18,7 +18,7 @@ _JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wris
 _QUARTER = math.pi / 2
 _LIMITS = np.radians([[-360.0, 360.0]] * 2 + [[-180.0, 180.0]] + [[-360.0, 360.0]] * 3)
 _HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
-_UPPER_ARM, _FOREARM, _TOOL = (0.166, 0.874), (0.141, 0.922), 0.045
+_UPPER_ARM, _FOREARM, _TOOL, _ASIDE = (0.166, 0.874), (0.141, 0.922), 0.045, 0.046
 _SOURCE = "UR10 (CB3): ros-industrial/universal_robot, ur_description"
 
 # Joint origins of the public UR10 (CB3) URDF. The mounts are the centrelines of the links' bodies.
@@ -40,7 +40,7 @@ UR10 = Robot(
         axis=np.stack([_Z, _Y, _Y, _Y, _Z, _Y]),
     ),
     mounts=(
-        Mount("upper_arm", 1, _O, _Z, _X, 0.612, _UPPER_ARM, 0.0547),
+        Mount("upper_arm", 1, _O, _Z, _X, 0.612, _UPPER_ARM, 0.0547, _ASIDE),
         Mount("forearm", 2, _O, _Z, _X, 0.5723, _FOREARM, 0.0456),
         Mount("tool", 6, _O, _Y, _X, 0.0, (0.0, 1.0), _TOOL),
     ),
@@ -81,7 +81,7 @@ UR10_DH = Robot(
         axis=np.stack([_Z] * 6),
     ),
     mounts=(
-        Mount("upper_arm", 1, _O, -_X, _Y, 0.612, _UPPER_ARM, 0.0547),
+        Mount("upper_arm", 1, _O, -_X, _Y, 0.612, _UPPER_ARM, 0.0547, _ASIDE),
         Mount("forearm", 2, _O, -_X, _Y, 0.5723, _FOREARM, 0.0456),
         Mount("tool", 6, _O, _Z, _X, 0.0, (0.0, 1.0), _TOOL),
     ),

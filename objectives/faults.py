@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..coverage.rings import Ring
+from .clear import Clear
 from .scene import Scene
+from .standing import standing
 
 # Files hold positions to 1e-6 of a link, rounded to the safe side, and angles to 1e-4 degrees, rounded to the nearest.
 _PLACE, _ANGLE = 1e-8, 1e-6
@@ -53,8 +55,9 @@ def commonest_tilt(rings: Sequence[Ring]) -> float:
     return next(abs(ring.tilt) for ring in rings if round(abs(ring.tilt), 5) == most)
 
 
-def faults(scene: Scene, rings: Sequence[Ring]) -> list[Fault]:
-    """All rules of ``scene`` that ``rings`` break. The scene's fixed rings may tilt and sit as they do."""
+def faults(scene: Scene, rings: Sequence[Ring], clear: Clear | None = None) -> list[Fault]:
+    """All rules of ``scene`` that ``rings`` break. The scene's fixed rings may tilt and sit as they do. ``clear``: the
+    scene's, if there is one."""
     fixed, missing = held(scene, rings)
     own = [i for i in range(len(rings)) if i not in fixed]
     found = [f for i in own for f in _alone(scene, i, rings[i])]
@@ -62,10 +65,13 @@ def faults(scene: Scene, rings: Sequence[Ring]) -> list[Fault]:
         if rings[i].link == rings[j].link and not {i, j} <= fixed:
             length = scene.robot.mount(rings[i].link).length
             apart = abs(rings[i].position - rings[j].position) * length
-            if length == 0 or apart < scene.rules.spacing - _PLACE:
+            if length == 0 or apart < scene.spacing - _PLACE:
                 found.append(
                     Fault((i, j), "spacing", f"rings {i} and {j} ({rings[i].link}) {_spacing(scene, apart, length)}")
                 )
+    if scene.real:
+        real = standing(clear or Clear(scene), rings)
+        found += [Fault(f.rings, f.rule, f.text) for f in real if not set(f.rings) <= fixed]
     for link in scene.robot.links:
         there = [i for i, ring in enumerate(rings) if ring.link == link]
         if len(there) > scene.rules.rings_per_link and not set(there) <= fixed:
@@ -91,7 +97,7 @@ def _deg(angle: float) -> str:
 def _spacing(scene: Scene, apart: float, length: float) -> str:
     if length == 0:
         return "are on a link that has room for one"
-    return f"are {1000 * apart:.1f} mm apart, allowed: {1000 * scene.rules.spacing:.1f} mm and more"
+    return f"are {1000 * apart:.1f} mm apart, allowed: {1000 * scene.spacing:.1f} mm and more"
 
 
 def _alone(scene: Scene, i: int, ring: Ring) -> list[Fault]:

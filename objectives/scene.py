@@ -14,6 +14,7 @@ from ..coverage.robots import UR10, Robot
 from ..coverage.sensors import PAPER_SENSOR, Sensor
 from ..coverage.separation import Safety
 from ..coverage.solids import Difference
+from ..coverage.surround import surrounded
 from ..coverage.targets import Shape, Target, target_solid
 
 REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
@@ -43,6 +44,7 @@ class Recorded:
 
 
 OverPoses = Literal["mean", "worst"]
+Mounting = Literal["real", "free"]
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,13 @@ class Limits:
 class Rules:
     """What makes a setup buildable: least distance of two rings on a link, m, and of a ring from the link's ends, m; least
     and most sensors of a ring; most rings on a link; whether all rings have one tilt, up to its sign; and rings that are
-    there and stay."""
+    there and stay.
+
+    mount: ``real``: a ring has a body, which clears its link by ``standoff`` m (from what is surrounded to the sensors),
+    stays within what is usable of the link, and lies in no body and no obstacle at any pose; ``free``: it has none; where
+    nothing is said, real unless the robot's own body is ignored. band: the body's thickness, across the axis, and its width
+    along it, m.
+    """
 
     spacing: float = 0.03
     from_joints: float = 0.0
@@ -77,6 +85,14 @@ class Rules:
     rings_per_link: int = 8
     shared_tilt: bool = False
     fixed: tuple[Ring, ...] = ()
+    mount: Mounting | None = None
+    standoff: float = 0.012
+    band: tuple[float, float] = (0.01, 0.02)
+
+    @property
+    def arm(self) -> float:
+        """How far a ring's body reaches along its axis to either side of its circle before it is rounded off, m."""
+        return max(self.band[1] - self.band[0], 0.0) / 2
 
 
 @dataclass(frozen=True)
@@ -96,7 +112,8 @@ class Scene:
 
     limits: of each link by name; a link that is not named has the default limits. over_poses: whether the weighted mean over
     the poses or the worst of them is to be large. occlusion: what the robot's own body does to its sensors; obstacles shadow
-    in any case, and are no part of a target. safety: what the distances of V_P are made of.
+    in any case, and are no part of a target. radius_stated: ``ring_radius`` is meant, and not raised where a real ring needs
+    more. safety: what the distances of V_P are made of.
     """
 
     robot: Robot = UR10
@@ -112,6 +129,7 @@ class Scene:
     occlusion: Occlusion = "ignore"
     obstacles: tuple[Obstacle, ...] = ()
     safety: Safety = field(default_factory=Safety)
+    radius_stated: bool = False
 
     def solid(self, target: Target, pose: int) -> Difference:
         """The target volume at a pose, less V_R and the obstacles; ValueError as for ``target_solid``."""
@@ -131,6 +149,28 @@ class Scene:
         """May a setup of the scene have sensors with square beams?"""
         sensors = (self.sensor, *(self.sensor_of(link) for link in self.robot.links))
         return any(s.fov_up is not None for s in (*sensors, *(r.sensor for r in self.rules.fixed)))
+
+    @property
+    def real(self) -> bool:
+        """Do rings have bodies?"""
+        return (self.rules.mount or ("free" if self.occlusion == "ignore" else "real")) == "real"
+
+    def least_radius(self, link: str) -> float:
+        """The least radius of a ring on ``link``, m, up to the next mm: of what it surrounds, and the stand-off; 0 where
+        rings have no bodies."""
+        if not self.real:
+            return 0.0
+        around = surrounded(self.robot.mount(link), self.robot.bodies)
+        return math.ceil(1000 * (around + self.rules.standoff) - 1e-6) / 1000
+
+    def radius_of(self, link: str) -> float:
+        """The radius of a new ring on ``link``, m: the scene's, raised to the least where it was not stated."""
+        return self.ring_radius if self.radius_stated else max(self.ring_radius, self.least_radius(link))
+
+    @property
+    def spacing(self) -> float:
+        """Least distance of two rings on a link, m: real ones do not overlap."""
+        return max(self.rules.spacing, self.rules.band[1]) if self.real else self.rules.spacing
 
     @property
     def pose_weights(self) -> Float[np.ndarray, " P"]:

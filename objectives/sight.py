@@ -12,12 +12,11 @@ from ..coverage.occlusion import Occlusion
 from ..coverage.optics import Optics
 from ..coverage.pyramids import cross
 from ..coverage.rings import Setup, ring_values
-from ..coverage.robots import Body, Mount
 from ..coverage.slots import seats, sensor_cones, slots
 from ..coverage.solids import Cones, Parts
+from ..coverage.surround import tube_of
 from .scene import Scene
 
-_ALONG = 0.866  # cosine: a body of a mount's frame within 30 degrees of its axis is the tube that rings go around
 _NOTHING = 0.01  # of its cone: a sensor that sees less sees the robot only
 _SAMPLES = 512  # points of each cone, to say which sensors see next to nothing
 
@@ -54,17 +53,6 @@ def setup_sight(scene: Scene, setup: Setup, q: Float[np.ndarray, " J"], brackete
     return sight(scene, sensor_cones(scene.robot, setup, q), q, bracketed)
 
 
-def tube_of(mount: Mount, bodies: tuple[Body, ...]) -> list[Body]:
-    """The bodies of a mount's own link that its rings go around: on its frame, along its axis; no housing across it."""
-    found = []
-    for body in bodies:
-        along = body.end - body.start
-        length = float(np.linalg.norm(along))
-        if body.frame == mount.frame and length > 0 and abs(along @ mount.axis) > _ALONG * length:
-            found.append(body)
-    return found
-
-
 def check_mounting(scene: Scene, setup: Setup) -> None:
     """Refuse a sensor whose apex lies within its own link's tube: no ring can be mounted there.
 
@@ -74,6 +62,8 @@ def check_mounting(scene: Scene, setup: Setup) -> None:
     Raises:
         ValueError: naming ring, sensor, link, body and by how much.
     """
+    if not setup.rings:
+        return
     values = ring_values(setup)
     apex = seats(slots(scene.robot, setup.rings), values.position, values.tilt, values.phase).apex
     first = np.cumsum([0, *(r.count for r in setup.rings)])

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,6 +43,12 @@ def _without(stretches: list[tuple[float, float]], cut: tuple[float, float]) -> 
     return found
 
 
+def _common(stretches: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """What two lists of stretches have in common."""
+    found = [(max(a, c), min(b, d)) for a, b in stretches for c, d in others]
+    return [(low, high) for low, high in sorted(found) if low <= high]
+
+
 def _apart(stretches: list[tuple[float, float]], gap: float) -> list[tuple[float, float]]:
     """Neighbouring stretches moved apart to ``gap``, half from either, so that their rings keep the spacing."""
     found = [list(s) for s in sorted(stretches)]
@@ -53,18 +60,22 @@ def _apart(stretches: list[tuple[float, float]], gap: float) -> list[tuple[float
     return [(low, high) for low, high in found if low <= high]
 
 
-def segments(scene: Scene) -> list[Segment]:
-    """All stretches of all links on which new rings may sit, by limits, keep-outs, joints and fixed rings."""
+def segments(scene: Scene, clear: Mapping[str, Sequence[tuple[float, float]]] | None = None) -> list[Segment]:
+    """All stretches of all links on which new rings may sit, by limits, keep-outs, joints and fixed rings; and, where
+    rings have bodies, by where a ring is ``clear`` on each link."""
     found, rules = [], scene.rules
     for mount in scene.robot.mounts:
         limits, fixed = scene.limits_of(mount.link), [r.position for r in rules.fixed if r.link == mount.link]
         if mount.length == 0:
-            if not fixed and not any(low <= 0 <= high for low, high in limits.keep_out):
+            barred = clear is not None and not clear[mount.link]
+            if not fixed and not barred and not any(low <= 0 <= high for low, high in limits.keep_out):
                 found.append(Segment(mount.link, 0.0, 0.0, 1, 0.0))
             continue
         margin = rules.from_joints / mount.length
-        gap = math.ceil(rules.spacing / mount.length / GRAIN + 1e-9) * GRAIN
+        gap = math.ceil(scene.spacing / mount.length / GRAIN + 1e-9) * GRAIN
         stretches = [(max(limits.position[0], margin), min(limits.position[1], 1 - margin))]
+        if clear is not None:
+            stretches = _common(stretches, clear[mount.link])
         for cut in (*limits.keep_out, *((p - gap, p + gap) for p in fixed)):
             stretches = _without(stretches, cut)
         for low, high in (_inward(*s) for s in _apart([s for s in stretches if s[0] <= s[1]], gap)):

@@ -11,9 +11,11 @@ from jaxtyping import Float, Int
 
 from ..coverage.rings import Ring, Setup
 from ..coverage.slots import Slots, any_square, slots
+from ..objectives.clear import Clear
 from ..objectives.scene import Scene
 from ..objectives.space import Segment, Stretch, decode, encode, segments, stretch
 
+_ROUNDING = 1e-6  # m of a radius, as files hold it
 _MOST_RINGS = 16  # of a search for counts
 _POSITIONS, _TILTS = 7, 13  # places of the grid on which candidates are compared
 Rng = np.random.Generator
@@ -48,7 +50,10 @@ class Space:
         Raises:
             InfeasibleError: if no setup keeps the rules.
         """
-        self.scene, self.layout, self.segments = scene, layout, segments(scene)
+        self.scene, self.layout = scene, layout
+        self.clear = Clear(scene) if scene.real else None
+        self.radii = {link: self._radius(link) for link in scene.robot.links}
+        self.segments = segments(scene, self._stretches())
         self.fixed = scene.rules.fixed
         held = sum(ring.count for ring in self.fixed)
         self.free = layout.sensors if layout else (sensors or 0) - held
@@ -64,6 +69,40 @@ class Space:
         else:
             self.places = len(layout.rings)
             _check_layout(self, layout)
+
+    def _radius(self, link: str) -> float:
+        """The radius of new rings on ``link``, m: the layout's, or the scene's; raised as ``Clear.radius`` says."""
+        like = next((r.radius for r in self.layout.rings if r.link == link), None) if self.layout else None
+        if self.clear is None:
+            return self.scene.ring_radius if like is None else like
+        stated = self.scene.radius_stated
+        return like if stated and like is not None else self.clear.radius(link, like or 0.0)
+
+    def _stretches(self) -> dict[str, list[tuple[float, float]]] | None:
+        """Where real rings are clear, link by link.
+
+        Raises:
+            InfeasibleError: for a radius with which no ring goes around a link on which there may be one.
+        """
+        if self.clear is None:
+            return None
+        links = {r.link for r in self.layout.rings} if self.layout else {s.link for s in segments(self.scene)}
+        for link in self.scene.robot.links:
+            least = self.scene.least_radius(link)
+            if link in links and self.radii[link] < least - _ROUNDING:
+                raise InfeasibleError(
+                    f"ring_radius: found {self.radii[link]:g}, allowed: {least:g} and more, as a real ring on {link} needs"
+                    f' (standoff {self.scene.rules.standoff:g}), or mount = "free"'
+                )
+        return {link: self.clear.stretches(link, radius) for link, radius in self.radii.items()}
+
+    def barred(self, link: str | None = None) -> str:
+        """Why there is no place for a real ring on ``link``, or on links that have none, as the end of a sentence."""
+        if self.clear is None:
+            return ""
+        links = [link] if link else [x for x, r in self.radii.items() if not self.clear.stretches(x, r)]
+        why = "; ".join(self.clear.why(x, self.radii[x]) for x in links)
+        return f" (rules.mount is real: {why})" if why else ""
 
     def room(self, used: Sequence[int], link: str | None = None) -> list[int]:
         """Segments (of one link) that take one ring more, beside those at ``used``."""
@@ -119,8 +158,8 @@ class Space:
 
     def _ring(self, link: str, count: int) -> Ring:
         like = next((r for r in self.layout.rings if r.link == link), None) if self.layout else None
-        ring = Ring(link, 0.0, count, 0.0, 0.0, self.scene.ring_radius, self.scene.sensor_of(link))
-        return ring if like is None else replace(ring, radius=like.radius, sensor=like.sensor)
+        ring = Ring(link, 0.0, count, 0.0, 0.0, self.radii[link], self.scene.sensor_of(link))
+        return ring if like is None else replace(ring, sensor=like.sensor)
 
     def arrays(self, c: Candidate) -> tuple[Slots, Stretch]:
         """A candidate for the objective; all candidates have one shape."""
@@ -189,7 +228,9 @@ def _check_budget(space: Space, rooms: int, held: int) -> None:
     if 0 < space.free < least:
         raise InfeasibleError(f"{space.free} sensors are fewer than the least of one ring, {least}")
     if space.free > rooms * most:
-        raise InfeasibleError(f"{space.free} sensors do not fit: there is room for {rooms} rings of at most {most}")
+        raise InfeasibleError(
+            f"{space.free} sensors do not fit: there is room for {rooms} rings of at most {most}{space.barred()}"
+        )
     if space.free and not any(n * least <= space.free <= n * most for n in range(1, space.places + 1)):
         raise InfeasibleError(f"{space.free} sensors are no sum of rings of {least} to {most}")
 
@@ -200,7 +241,8 @@ def _check_layout(space: Space, layout: Setup) -> None:
         free = space.room(used, ring.link)
         if not free:
             n = sum(r.link == ring.link for r in layout.rings)
-            raise InfeasibleError(f"no room for {n} rings on {ring.link} beside limits, keep-outs, spacing, fixed rings")
+            beside = f"beside limits, keep-outs, spacing, fixed rings{space.barred(ring.link)}"
+            raise InfeasibleError(f"no room for {n} rings on {ring.link} {beside}")
         used.append(free[0])
 
 

@@ -96,7 +96,8 @@ def scene_of(model: SceneFile) -> Scene:
         poses=tuple(Pose(np.radians(p.q_deg), p.weight, p.time_s, _rate(p)) for p in model.poses),
         goals=tuple(Goal(Target(t.name, t.radius), t.weight, t.at_least / 100) for t in model.targets),
         sensor=sensor_of(model.sensor),
-        ring_radius=model.ring_radius,
+        ring_radius=model.ring_radius or RING_RADIUS,
+        radius_stated=model.ring_radius is not None,
         shape=Shape(**model.curve.model_dump()),
         limits={
             link: Limits(
@@ -113,7 +114,10 @@ def scene_of(model: SceneFile) -> Scene:
             (model.rules.sensors_per_ring[0], model.rules.sensors_per_ring[1]),
             model.rules.rings_per_link,
             model.rules.shared_tilt,
-            setup_of(model.fixed, sensor_of(model.sensor), model.ring_radius).rings,
+            setup_of(model.fixed, sensor_of(model.sensor), model.ring_radius or RING_RADIUS).rings,
+            model.rules.mount,
+            model.rules.standoff,
+            (model.rules.ring_thickness, model.rules.ring_width),
         ),
         over_poses=model.over_poses,
         recorded=_recorded(model.recorded),
@@ -173,7 +177,7 @@ def scene_model(scene: Scene) -> SceneFile:
     """The file that describes a scene."""
     return SceneFile(
         robot=robot_model(scene.robot),
-        ring_radius=scene.ring_radius,
+        ring_radius=scene.ring_radius if scene.radius_stated or scene.ring_radius != RING_RADIUS else None,
         sensor=sensor_model(scene.sensor),
         curve=CurveModel(**vars(scene.shape)),
         mounts={
@@ -204,6 +208,10 @@ def scene_model(scene: Scene) -> SceneFile:
             sensors_per_ring=list(scene.rules.sensors),
             rings_per_link=scene.rules.rings_per_link,
             shared_tilt=scene.rules.shared_tilt,
+            mount=scene.rules.mount,
+            standoff=scene.rules.standoff,
+            ring_thickness=scene.rules.band[0],
+            ring_width=scene.rules.band[1],
         ),
         fixed=ring_models(Setup(scene.rules.fixed), scene.sensor),
         occlusion=scene.occlusion,

@@ -28,7 +28,7 @@ from ..coverage.robots import PAPER_ROBOTS, ROBOTS
 from ..coverage.sensors import Use
 from ..coverage.separation import WALKING
 from ..coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
-from ..objectives.scene import REFERENCE_POSE_DEG
+from ..objectives.scene import REFERENCE_POSE_DEG, Mounting
 from .errors import IN_LINE, NAMED
 from .robot_convert import robot_of
 from .robot_models import RobotFile
@@ -189,6 +189,20 @@ class RulesModel(StrictModel):
     ] = [3, 24]
     rings_per_link: int = Field(default=8, ge=1, le=200, description="rings, at most")
     shared_tilt: bool = Field(default=False, description="all rings have one tilt, up to its sign")
+    mount: Mounting | None = Field(
+        default=None, description="real: rings have bodies; free: none; real unless occlusion is ignore, if none is given"
+    )
+    standoff: float = Field(default=0.012, ge=0, le=1, description="metres, from what a ring surrounds to its sensors")
+    ring_thickness: float = Field(default=0.01, ge=0, le=1, description="metres, of a ring's body across the axis")
+    ring_width: float = Field(default=0.02, ge=0, le=1, description="metres, of a ring's body along the axis")
+
+    @model_validator(mode="after")
+    def _of_one_body(self) -> Self:
+        if self.ring_width < self.ring_thickness:
+            refuse([(("ring_width",), self.ring_width, f"{self.ring_thickness:g} and more, the ring_thickness")])
+        if self.standoff < self.ring_thickness / 2:
+            refuse([(("standoff",), self.standoff, f"{self.ring_thickness / 2:g} and more, half the ring_thickness")])
+        return self
 
 
 class RingModel(StrictModel):
@@ -265,7 +279,9 @@ class SceneFile(StrictModel):
 
     robot: RobotKey = Field(default="ur10", description="a built-in robot, a robot's file (.toml), or a robot in-line")
     occlusion: Occlusion = Field(default="ignore", description="what the robot's own body does to its sensors")
-    ring_radius: Metres = RING_RADIUS
+    ring_radius: Metres | None = Field(
+        default=None, description=f"metres; {RING_RADIUS:g} if none is given, more where a real ring needs it"
+    )
     sensor: SensorModel = SensorModel()
     curve: CurveModel = CurveModel()
     mounts: dict[str, MountModel] = {}
@@ -330,6 +346,8 @@ class SceneFile(StrictModel):
         ]
         if self.occlusion != "ignore" and not robot.bodies:
             faults.append((("occlusion",), self.occlusion, f"ignore, as robot {self.robot} has no bodies"))
+        if self.rules.mount == "real" and not robot.bodies:
+            faults.append((("rules", "mount"), "real", f"free, as robot {robot.name} has no bodies"))
         if self.trajectory is not None and "poses" in self.model_fields_set:
             faults.append((("trajectory",), self.trajectory.file, "poses or a trajectory, not both"))
         if not any(target.weight > 0 for target in self.targets):

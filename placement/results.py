@@ -116,6 +116,7 @@ class VerifyResult(StrictModel):
     proof: ProofModel | None = None
     worst: WorstModel | None = None
     occlusion: Occlusion = "ignore"
+    mounting: list[str] = Field(default=[], description="what a real mount would not allow")
     by_occlusion_percent: dict[Occlusion, Percent] = Field(default={}, description="zeta under each model")
     unseeing: list[UnseeingModel] = Field(default=[])
     poses: list[PoseZetaModel] = Field(default=[])

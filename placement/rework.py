@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from ..coverage.rings import Ring, Setup
 from ..coverage.slots import any_square, slots
+from ..objectives.clear import Clear
 from ..objectives.faults import commonest_tilt, faults, held
 from ..objectives.scene import Scene
 from ..objectives.space import Segment, Stretch, decode, encode, segments, stretch
@@ -50,6 +51,8 @@ class Rework:
         self.sensors = self.mounted.sensors + add_sensors
         self.square = any_square(self.mounted.rings) or scene.square
         self.fixed, self._missing = held(scene, self.mounted.rings)
+        self.clear = Clear(scene) if scene.real else None
+        self.radii = {link: self._radius(link) for link in scene.robot.links}
         self._segments: dict[tuple[int, ...], list[Segment]] = {}
 
     @property
@@ -63,6 +66,16 @@ class Rework:
         more = [i for i in range(len(self.mounted.rings), len(self.before)) if i not in t.free]
         return mounted + more[:1]
 
+    def _radius(self, link: str) -> float:
+        """The radius of a ring that is new on ``link``, m: that of those that are there, or the scene's; a real one goes
+        around the link."""
+        there = next((ring.radius for ring in self.mounted.rings if ring.link == link), None)
+        if self.clear is None:
+            return self.scene.ring_radius if there is None else there
+        if there is not None and there >= self.scene.least_radius(link):
+            return there
+        return self.clear.radius(link)
+
     def stays(self, free: tuple[int, ...]) -> list[Ring]:
         """The rings that are not touched, and the scene's fixed rings, whether mounted or not."""
         there = [ring for i, ring in enumerate(self.before) if ring is not None and i not in free]
@@ -72,7 +85,10 @@ class Rework:
         """Where the touched rings may sit."""
         if free not in self._segments:
             rules = replace(self.scene.rules, fixed=tuple(self.stays(free)))
-            self._segments[free] = segments(replace(self.scene, rules=rules))
+            clear = None
+            if self.clear is not None:
+                clear = {link: self.clear.stretches(link, r) for link, r in self.radii.items()}
+            self._segments[free] = segments(replace(self.scene, rules=rules), clear)
         return self._segments[free]
 
     def _seats(self, t: Touched) -> np.ndarray | None:
@@ -178,7 +194,7 @@ class Rework:
     def keeps_rules(self, t: Touched) -> bool:
         """Do the touched rings keep every rule against all? One whose number of sensors stays may have any."""
         places = [i for i, ring in enumerate(t.rings) if ring is not None]
-        for fault in faults(self.scene, t.setup.rings):
+        for fault in faults(self.scene, t.setup.rings, self.clear):
             concerned = {places[k] for k in fault.rings} & set(t.free)
             if fault.rule == "sensors_per_ring":
                 concerned = {i for i in concerned if not _same_count(self.before[i], t.rings[i])}

@@ -42,6 +42,7 @@ def robot_of(model: str | RobotFile) -> Robot:
                 float(m.length),
                 (m.usable[0], m.usable[1]),
                 m.section,
+                m.aside,
             )
             for m in model.mounts
         ),
@@ -101,6 +102,7 @@ def robot_file(robot: Robot) -> RobotFile:
                 length=round(m.length, _DIGITS),
                 usable=[m.usable[0], m.usable[1]],
                 section=round(m.section, _DIGITS),
+                aside=round(m.aside, _DIGITS),
             )
             for m in robot.mounts
         ],

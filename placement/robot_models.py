@@ -51,6 +51,7 @@ class MountAxisModel(StrictModel):
         default=[0.0, 1.0], description="where a real ring can be closed, 0 proximal to 1 distal"
     )
     section: float = Field(default=0.0, ge=0, le=10, description="metres, radius of what a ring surrounds; 0: unknown")
+    aside: float = Field(default=0.0, ge=0, le=10, description="metres, how far beside the axis that lies")
 
 
 class BodyModel(StrictModel):

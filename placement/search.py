@@ -22,6 +22,7 @@ from ..objectives.aim import Aim
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
 from ..objectives.exact import Verified, Verifier
 from ..objectives.scene import Scene
+from ..objectives.standing import meeting
 from .candidates import Candidate, Space, stacked, unlike_first
 from .climb import Brake, Climb, climb
 from .convert import rounded
@@ -219,6 +220,9 @@ def search(
     finalists = [*finalists, *pool[:FINALISTS]] or [fresh(space, rng)]
     last = schedule.stages[max(progress.stage, 1) - 1].width
     setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
+    if space.clear is not None:  # rings of different links, which no segment keeps apart
+        apart = [i for i, setup in enumerate(setups) if not meeting(space.clear, setup.rings)] or range(len(setups))
+        finalists, setups = [finalists[i] for i in apart], [setups[i] for i in apart]
 
     def counting(counted: int, to_count: int) -> None:
         progress.counted, progress.to_count = counted, to_count

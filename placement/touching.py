@@ -51,6 +51,8 @@ def _somewhere(work: Rework, free: tuple[int, ...], ring: Ring, rng: Rng) -> Rin
     s = found[int(rng.choice(len(found), p=length / length.sum()))]
     place, tilt = rng.uniform(s.low, s.high), rng.uniform(*work.scene.limits_of(s.link).tilt)
     phase = rng.uniform(0, 2 * math.pi / ring.count)
+    if work.clear is not None and (s.link != ring.link or ring.radius < work.scene.least_radius(s.link)):
+        ring = replace(ring, radius=work.radii[s.link])
     return replace(ring, link=s.link, position=float(place), tilt=float(tilt), phase=float(phase))
 
 
@@ -72,7 +74,7 @@ def _added(work: Rework, t: Touched, place: int, rng: Rng) -> Touched | None:
     ring = replace(ring, sensor=work.scene.sensor_of(ring.link))
     like = next((r for r in work.mounted.rings if r.link == ring.link), ring)
     rings = list(t.rings)
-    rings[place] = replace(ring, radius=like.radius, sensor=like.sensor)
+    rings[place] = replace(ring, radius=work.radii[ring.link], sensor=like.sensor)
     return replace(t, rings=tuple(rings))
 
 
