@@ -11,6 +11,7 @@ from rich.table import Table
 
 from ..coverage.robot import Robot
 from ..coverage.robots import ROBOTS
+from ..objectives.scene import Rules, Scene
 from ..placement.errors import UserError, shown
 from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.meshes import Meshes, Which
@@ -71,8 +72,10 @@ def _mounts(robot: Robot) -> str:
 
 
 def ring_radius(robot: Robot) -> float:
-    """A radius at which rings clear all sections, m, up to the next 5 mm."""
-    return math.ceil(200 * (max(m.section for m in robot.mounts) + _CLEARANCE)) / 200
+    """A radius at which rings clear all sections, and go around all links as real ones, m, up to the next 5 mm."""
+    real = Scene(robot=robot, rules=Rules(mount="real"))
+    around = max(m.section + m.aside for m in robot.mounts) + _CLEARANCE
+    return math.ceil(200 * max(around, *(real.least_radius(link) for link in robot.links)) - 1e-6) / 200
 
 
 def scene_text(robot: Robot, file: str) -> str:
