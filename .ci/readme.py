@@ -56,7 +56,7 @@ def check_help(text: str) -> int:
         subprocess.run(["place-rings", *command, "--help"], check=True, capture_output=True, text=True).stdout
         for command in ([], ["verify"], ["cones"], ["schema"], ["study"], ["robustness"], ["improve"], ["task"], ["robot"])
     )
-    blocks = "".join(re.findall(r"place-rings[^`\n]*", text))
+    blocks = " ".join(re.findall(r"place-rings[^`\n]*", text))
     options = set(re.findall(r"(?<= )--[a-z-]+", blocks))
     for option in options:
         if option not in helps:
