@@ -28,10 +28,10 @@ class Polyhedron:
     """Points p with ``normal . p <= offset`` for all F faces, normal (F, 3) unit, offset (F,) m. edges: of E edges the ends
     (E, 2, 3) m, and the two faces (E, 2) that meet there. A half-space has one face and no edge."""
 
-    normal: Float[np.ndarray, "F 3"]
-    offset: Float[np.ndarray, " F"]
-    edges: Float[np.ndarray, "E 2 3"]
-    faces: Int[np.ndarray, "E 2"]
+    normal: Float[Array, "F 3"]
+    offset: Float[Array, " F"]
+    edges: Float[Array, "E 2 3"]
+    faces: Int[Array, "E 2"]
 
     def __call__(self, points: Float[Array, "*batch 3"]) -> Float[Array, "*batch"]:
         """Implicit function (...) m: at most 0 inside, 1-Lipschitz."""

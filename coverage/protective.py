@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .chain import forward
-from .robots import Robot
+from .robot import BASE, Robot
 from .rods import Rods
 from .separation import Safety, Terms, separation, stopping_time
 
@@ -46,7 +46,7 @@ def moving(robot: Robot, q: Float[np.ndarray, " J"], rate: Float[np.ndarray, " J
     cut = np.linspace(0, 1, PIECES + 1)[:, None]
     start, end, fast = [], [], []
     for b in robot.bodies:
-        T = frames[b.frame]
+        T = np.eye(4) if b.frame == BASE else frames[b.frame]
         points = (b.start + cut * (b.end - b.start)) @ T[:3, :3].T + T[:3, 3]
         start.append(points[:-1])
         end.append(points[1:])
