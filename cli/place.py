@@ -73,7 +73,7 @@ def find(
         task = bar.add_task("drawing points", total=None, best="")
 
         def tell(p: searching.Progress) -> None:
-            total, done = p.stages, p.stage - 1 + p.done / p.climbs
+            total, done = p.stages, p.climbed
             what = f"stage {p.stage} of {p.stages}"
             if p.to_count:
                 what, total, done = "counting the finalists", p.to_count, p.counted
@@ -91,12 +91,11 @@ def find_fewest(
         task = bar.add_task("drawing points", total=None, best="")
 
         def tell(sensors: int, p: searching.Progress) -> None:
-            done = p.stage - 1 + p.done / p.climbs
             bar.update(
                 task,
                 description=f"{sensors} sensors",
                 total=p.stages,
-                completed=done,
+                completed=p.climbed,
                 best=f"best so far {100 * p.best:.1f} %",
             )
 

@@ -112,6 +112,11 @@ class Progress:
     counted: int = 0
     to_count: int = 0
 
+    @property
+    def climbed(self) -> float:
+        """Stages that are over, a part of one by its climbs; 0 before the first."""
+        return max(self.stage - 1, 0) + self.done / max(self.climbs, 1)
+
 
 def search(
     scene: Scene,

@@ -106,19 +106,22 @@ def test_an_interrupt_keeps_the_best_so_far(scene, monkeypatch):
     assert 0 < stopped.exact < 1
 
 
-def test_an_interrupt_between_the_climbs_keeps_the_best_so_far(scene, monkeypatch):
-    real, calls = TargetPoints.clouds, []
+@pytest.mark.parametrize("call", [2, 3, 4])  # clouds of the starts, of the first stage, of the second
+def test_an_interrupt_between_the_climbs_keeps_the_best_so_far(scene, monkeypatch, call):
+    real, calls, told = TargetPoints.clouds, [], []
 
     def interrupted(self, count):
         calls.append(1)
-        if len(calls) == 4:  # of the widest, of the starts, of the first stage, of the second
+        if len(calls) == call:
             raise KeyboardInterrupt
         return real(self, count)
 
     monkeypatch.setattr(TargetPoints, "clouds", interrupted)
-    stopped = search(scene, Space(scene, ring_layout(scene, 2, 6)), schedule=SHORT, voxel=0.1)
+    space = Space(scene, ring_layout(scene, 2, 6))
+    stopped = search(scene, space, schedule=SHORT, voxel=0.1, tell=lambda progress: told.append(progress.climbed))
     assert stopped.outcome is Outcome.INTERRUPTED
-    assert stopped.statistics.evaluations > 0
+    assert (stopped.statistics.evaluations > 0) == (call == 4)
+    assert told and all(0 <= climbed <= len(SHORT.stages) for climbed in told)
     assert 0 < stopped.exact < 1
 
 
