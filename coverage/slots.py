@@ -144,12 +144,12 @@ def ring_slopes(
     A position moves a sensor along the mount; a tilt turns it about its ring's tangent, backwards, and a phase about the
     ring's axis: so the last two are the moments of the three vectors about these axes.
     """
-    moment = np.cross(here.look, by_look)
+    moment = cross(here.look, by_look)
     if by_up is not None:
-        moment = moment + np.cross(up_of(here.look, here.along, here.radial), by_up)
+        moment = moment + cross(up_of(here.look, here.along, here.radial), by_up)
     moved = dot(by_apex, slots.axis[slots.ring])
-    tilted = -dot(moment, np.cross(here.along, here.radial))
-    turned = dot(moment + np.cross(here.apex - here.centre, by_apex), here.along)
+    tilted = -dot(moment, cross(here.along, here.radial))
+    turned = dot(moment + cross(here.apex - here.centre, by_apex), here.along)
     each = (v.reshape(-1, v.shape[-1]).sum(axis=0) for v in (moved, tilted, turned))
     position, tilt, phase = (np.bincount(slots.ring, v, len(slots.length)) for v in each)
     return position * slots.length, tilt, phase
