@@ -123,7 +123,7 @@ def in_base(slots: Slots, apex: Any, look: Any, frames: Any) -> tuple[Any, Any]:
 
 
 def in_links(slots: Slots, vectors: Any, frames: Any) -> Any:
-    """Vectors (..., K, 3) of the sensors from the base frame to the frames of their links; for the others see ``in_base``."""
+    """Vectors (..., K, 3) of the sensors from the base frame to those of their links; for the others see ``in_base``."""
     rotation = frames[..., slots.frame[slots.ring], :3, :3]
     return dot(rotation.swapaxes(-1, -2), vectors[..., None, :])
 

@@ -54,7 +54,7 @@ class Parts(ABC):
 
     def holds(self, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
         """Which points lie in the union."""
-        return self(points) <= 0
+        return np.asarray(self(points) <= 0)
 
     def decide(
         self,

@@ -98,12 +98,12 @@ class CoverageObjective:
         parts = seen_from(slots, here, self._frames[at], slots.half_up is not None)
         apex, axis, *up = (v[self._mounting[some], pose] for v in parts)
         lost = {None: None, "ring": slots.ring, "sensor": np.arange(len(slots.ring))}[self.aim.losing]
-        same = (
+        half_angle, range_m, half_up, group = (
             None if a is None else np.broadcast_to(a, (len(some), *np.shape(a)))
             for a in (slots.half_angle, slots.range_m, slots.half_up, lost)
         )
-        half_angle, range_m, half_up, group = same
-        return Rows(some, self._pose[some], apex, axis, half_angle, range_m, *(up or [None]), half_up, group)
+        rows = Rows(some, self._pose[some], apex, axis, half_angle, range_m)
+        return rows._replace(up=up[0] if up else None, half_up=half_up, group=group)
 
     def _worth(self, zetas: Any, some: Any, poses: Any) -> tuple[float, Any, Any]:
         """Value of a setup whose ``some`` terms have these zetas (T,), its slopes by these, and zeta pose by pose (P,)."""
@@ -131,7 +131,7 @@ class CoverageObjective:
         are not looked at."""
         some = np.flatnonzero(poses[self._pose] > 0)
         each = [jax.tree.map(lambda a, i=i: a[i], setups) for i in range(len(values))]
-        places = [self._seats(*setup, x) for setup, x in zip(each, values, strict=True)]
+        places = [self._seats(slots, where, x) for (slots, where), x in zip(each, values, strict=True)]
         looks = [self._looks(slots, here, some) for (slots, _), here in zip(each, places, strict=True)]
         rows = jax.tree.map(lambda *a: np.concatenate(a), *looks)
         if self.aim.losing is None:
@@ -147,7 +147,8 @@ class CoverageObjective:
             if slopes:
                 mine = slice(i * len(some), (i + 1) * len(some))
                 by = [None if a is None else pull[:, None, None] * a[mine] for a in soft[1:]]
-                slope = self._pulled_back(*each[i], places[i], some, by)
+                slots, where = each[i]
+                slope = self._pulled_back(slots, where, places[i], some, by)
             found.append((value, slope, by_pose))
         return tuple(np.stack(part) for part in zip(*found, strict=True))
 
@@ -169,8 +170,8 @@ class CoverageObjective:
         weights = self.scene.pose_weights if poses is None else np.asarray(poses, float)
         found = []
         for i in range(0, len(values), _AT_ONCE):
-            part = jax.tree.map(lambda a, i=i: a[i : i + _AT_ONCE], (setups, np.asarray(values, float)))
-            found.append(self._of_some(*part, clouds, weights, float(width), slopes))
+            some, x = jax.tree.map(lambda a, i=i: a[i : i + _AT_ONCE], (setups, np.asarray(values, float)))
+            found.append(self._of_some(some, x, clouds, weights, float(width), slopes))
         return tuple(np.concatenate(part) for part in zip(*found, strict=True))
 
     def soft(

@@ -84,8 +84,8 @@ class SoftTerms:
                 return soft_losses(seen, row.group, points, width, row.weights, slopes=slopes)
 
             def skip() -> Soft:
-                like = (row.apex, row.axis, row.up)
-                return Soft(jnp.zeros(zetas, width.dtype), *(None if a is None else jnp.zeros_like(a) for a in like))
+                by_apex, by_axis, by_up = jax.tree.map(jnp.zeros_like, (row.apex, row.axis, row.up))
+                return Soft(jnp.zeros(zetas, width.dtype), by_apex, by_axis, by_up)
 
             return jax.lax.cond(i < count, look, skip)
 
