@@ -122,6 +122,12 @@ def in_base(slots: Slots, apex: Any, look: Any, frames: Any) -> tuple[Any, Any]:
     return origin + dot(rotation, apex), dot(rotation, look)
 
 
+def in_links(slots: Slots, vectors: Any, frames: Any) -> Any:
+    """Vectors (..., K, 3) of the sensors from the base frame to those of their links; for the others see ``in_base``."""
+    rotation = frames[..., slots.frame[slots.ring], :3, :3]
+    return dot(rotation.swapaxes(-1, -2), vectors[..., None, :])
+
+
 def up_of(look: Any, along: Any, radial: Any) -> Any:
     """Unit ``up`` of square beams (..., 3): across the sensor's axis ``look`` and the ring's tangent. For a sensor in its
     seat the two are across each other; one that looks astray is not turned about its own axis."""
@@ -129,13 +135,44 @@ def up_of(look: Any, along: Any, radial: Any) -> Any:
     return up / root(dot(up, up))[..., None]
 
 
+def ring_slopes(
+    slots: Slots, here: Seats, by_apex: Any, by_look: Any, by_up: Any = None
+) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
+    """How fast a value grows by the rings' positions, tilts and phases, where it grows by ``by_apex`` (..., K, 3), 1/m, by
+    ``by_look`` and by ``by_up`` with what the sensors in their seats are made of, all in the frames of their links.
+
+    A position moves a sensor along the mount; a tilt turns it about its ring's tangent, backwards, and a phase about the
+    ring's axis: so the last two are the moments of the three vectors about these axes.
+    """
+    moment = cross(here.look, by_look)
+    if by_up is not None:
+        moment = moment + cross(up_of(here.look, here.along, here.radial), by_up)
+    moved = dot(by_apex, slots.axis[slots.ring])
+    tilted = -dot(moment, cross(here.along, here.radial))
+    turned = dot(moment + cross(here.apex - here.centre, by_apex), here.along)
+    each = (v.reshape(-1, v.shape[-1]).sum(axis=0) for v in (moved, tilted, turned))
+    position, tilt, phase = (np.bincount(slots.ring, v, len(slots.length)) for v in each)
+    return position * slots.length, tilt, phase
+
+
 def slot_beams(
     slots: Slots, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
-) -> tuple[Any, Any, Any]:
+) -> tuple[Any, ...]:
     """As ``slot_axes``, and the unit vectors ``up`` (..., K, 3) of square beams."""
-    here, batch = seats(slots, position, tilt, phase), (1,) * (frames.ndim - 3)
-    apex, look, up = (v.reshape(*batch, -1, 3) for v in (here.apex, here.look, up_of(here.look, here.along, here.radial)))
-    return *in_base(slots, apex, look, frames), in_base(slots, apex, up, frames)[1]
+    return seen_from(slots, seats(slots, position, tilt, phase), frames, up=True)
+
+
+def seen_from(slots: Slots, here: Seats, frames: Any, up: bool) -> tuple[Any, ...]:
+    """Apexes m and unit axes of sensors in their seats, and with ``up`` the vectors of square beams, in the base frame, each
+    with the leading axes of the seats, then those of ``frames``, then (K, 3)."""
+    batch, frames = (1,) * (frames.ndim - 3), frames.reshape((1,) * (here.apex.ndim - 2) + frames.shape)
+
+    def beside(v: Any) -> Any:
+        return v.reshape(*v.shape[:-2], *batch, *v.shape[-2:])
+
+    apex, look = beside(here.apex), beside(here.look)
+    found = in_base(slots, apex, look, frames)
+    return (*found, in_base(slots, apex, beside(up_of(here.look, here.along, here.radial)), frames)[1]) if up else found
 
 
 def slot_axes(
@@ -148,8 +185,8 @@ def slot_axes(
         position, tilt, phase: of each ring, NumPy or JAX, differentiable in the latter.
         frames: T_base_frame (..., F, 4, 4) from ``forward``.
     """
-    here, batch = seats(slots, position, tilt, phase), (1,) * (frames.ndim - 3)
-    return in_base(slots, here.apex.reshape(*batch, -1, 3), here.look.reshape(*batch, -1, 3), frames)
+    apex, axis = seen_from(slots, seats(slots, position, tilt, phase), frames, up=False)
+    return apex, axis
 
 
 def sensor_axes(
