@@ -231,26 +231,20 @@ class HiddenBeams(SoftBeams):
     def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
         """As of ``SoftBeams``, and where something hides a point, and the slopes of that by the apex."""
         t, *geometry = self.free.pairs(points, some, width)
-        looks = [look for look, wanted in ((self._behind, self.shadows), (self._past, self.stops)) if wanted]
-        most, *slopes = looks[0](points, some, t)
-        for look in looks[1:]:
-            value, *others = look(points, some, t)
-            slopes = [jnp.where(value > most, new, old) for new, old in zip(others, slopes, strict=True)]
-            most = jnp.maximum(value, most)
+        most, *slopes = some[-4:] if self.shadows else self._past(points, some)
+        if self.shadows and self.stops:
+            past, *others = self._past(points, some)
+            slopes = [jnp.where(past > most, new, old) for new, old in zip(others, slopes, strict=True)]
+            most = jnp.maximum(past, most)
         most = most * (1 / width)
         return jnp.maximum(t, most), *geometry, most > t, *slopes
 
-    def _past(self, points: Any, some: Any, t: Any) -> tuple[Any, ...]:
+    def _past(self, points: Any, some: Any) -> tuple[Any, ...]:
         """How far points lie past where beams are stopped (g, c, B) m, and the slopes of that by the apex."""
         v = points[:, None] - some[0][:, :, None]
         length = root(dot(v, v))
         by = (-v[..., i] / jnp.where(length > 0, length, 1.0) for i in range(3))
         return length - some[len(self.free.parts)][..., None], *by
-
-    def _behind(self, points: Any, some: Any, t: Any) -> tuple[Any, ...]:
-        """How far points lie in shadows (g, c, B) m, and the slopes of that by the apex."""
-        most, *slopes = some[-4:]
-        return most, *slopes
 
     def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
         """See ``SoftBeams``; where beams are stopped the last column is the slope by the distance where they end."""
