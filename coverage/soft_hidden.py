@@ -20,7 +20,7 @@ import jax.numpy as jnp
 
 from .arrays import dot, root
 from .blinding import Beam
-from .capsules import Capsules
+from .capsules import Capsules, from_segment
 from .occlusion import Occlusion, capsule_shadow, nearest_ball
 from .optics import Optics
 from .soft_beams import Near, SoftBeams
@@ -222,9 +222,7 @@ class HiddenBeams(SoftBeams):
     @staticmethod
     def _depth(apex: Any, start: Any, end: Any, radius: Any) -> tuple[Any, Any]:
         """How deep apexes (..., 3) stand in bodies, m, and which way is out (..., 3)."""
-        along, v = end - start, apex - start
-        square = dot(along, along)
-        v = v - jnp.clip(dot(v, along) / jnp.where(square > 0, square, 1.0), 0.0, 1.0)[..., None] * along
+        v = from_segment(apex, start, end)
         length = root(dot(v, v))
         return radius - length, v / jnp.where(length > 0, length, 1.0)[..., None]
 
