@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.arrays import cross
 from ..coverage.beams import INSIDE, Beams, Occluders, beams
 from ..coverage.capsules import point_to_segment, robot_capsules
 from ..coverage.chain import forward
 from ..coverage.occlusion import Occlusion
 from ..coverage.optics import Optics
-from ..coverage.pyramids import cross
 from ..coverage.rings import Setup, ring_values
 from ..coverage.slots import seats, sensor_cones, slots
 from ..coverage.solids import Cones, Parts
