@@ -25,16 +25,12 @@ class InCell:
     seen: Cones | Hidden
     obstacles: tuple[Polyhedron, ...]
 
-    def beams(self) -> SoftBeams:
-        """What the soft estimator asks."""
-        return CellBeams(self)
-
 
 class CellBeams(SoftBeams):
     """See ``SoftBeams``: those of what is seen, less the obstacles' shadows."""
 
     def __init__(self, cell: InCell) -> None:
-        self._inner = cell.seen.beams() if isinstance(cell.seen, Hidden) else soft_beams(cell.seen)
+        self._inner = soft_beams(cell.seen)
         self.cones, self.count, self.columns = self._inner.cones, self._inner.count, self._inner.columns
         apex = self.cones.apex
         shadows = [[a.astype(apex.dtype) for a in polyhedron_shadow(apex, body)] for body in cell.obstacles]
@@ -71,3 +67,8 @@ class CellBeams(SoftBeams):
     def pulled_back(self, slope: Any) -> tuple[Any, ...]:
         """See ``SoftBeams``."""
         return self._inner.pulled_back(slope)
+
+
+@soft_beams.register
+def _(seen: InCell) -> SoftBeams:
+    return CellBeams(seen)

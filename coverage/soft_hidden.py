@@ -48,10 +48,6 @@ class Hidden:
     bodies: Capsules
     occlusion: Occlusion
 
-    def beams(self) -> "SoftBeams":
-        """What the soft estimator asks."""
-        return HiddenBeams(self)
-
 
 def _rows_of_balls(bodies: Capsules) -> Any:
     """Centres (N, _BALLS, 3) m along the axes."""
@@ -260,6 +256,11 @@ class HiddenBeams(SoftBeams):
             return by_apex, by_axis, *rest
         more_apex, more_axis = self._pull_stop(slope[:, -1])
         return by_apex + more_apex, by_axis + more_axis, *rest
+
+
+@soft_beams.register
+def _(seen: Hidden) -> SoftBeams:
+    return HiddenBeams(seen)
 
 
 def _for_points(a: Any, ndim: int) -> Any:

@@ -4,6 +4,7 @@ A pyramid's f is, point by point, one of five functions that are linear in p, in
 its gradient too is weighted sums over points. That by side = up x axis goes into those by up and by axis.
 """
 
+from functools import singledispatch
 from typing import Any
 
 import jax
@@ -12,12 +13,13 @@ import jax.numpy as jnp
 from .arrays import cross, dot
 from .optics import Optics
 from .soft_beams import SoftBeams
-from .solids import Cones
 
 
-def soft_beams(cones: Cones) -> SoftBeams:
-    """What the soft estimator asks of these cones, or of beams of both shapes."""
-    return SquareBeams(cones) if isinstance(cones, Optics) else SoftBeams(cones)
+@singledispatch
+def soft_beams(seen: Any) -> SoftBeams:
+    """What the soft estimator asks of what sensors see: here of cones, or of beams of both shapes; what leaves less of them
+    registers its own."""
+    return SquareBeams(seen) if isinstance(seen, Optics) else SoftBeams(seen)
 
 
 class SquareBeams(SoftBeams):
