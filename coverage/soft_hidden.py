@@ -169,19 +169,20 @@ class HiddenBeams(SoftBeams):
             row = jnp.where(i * _TRIPLES + jnp.arange(_TRIPLES) < number, block * (self.count + 1) + beam, rows)
             return row, value[:, 0], [slope[:, 0] for slope in slopes]
 
-        def most_of(i: Any, most: Any) -> Any:
-            row, value, _ = say(i)
-            return most.at[row].max(value, mode="drop")
-
-        def slopes_of(i: Any, before: Any) -> Any:
+        def tell(i: Any, told: Any) -> Any:
             row, value, slopes = say(i)
-            best = value >= most.at[row].get(mode="fill", fill_value=jnp.inf) - _SAME
-            told = (jnp.ones_like(value), *slopes)
-            return tuple(b.at[row].add(jnp.where(best, one, 0), mode="drop") for b, one in zip(before, told, strict=True))
+            most, *sums = told
+            after = most.at[row].max(value, mode="drop")
+            before, least = (a.at[row].get(mode="fill", fill_value=jnp.inf) for a in (most, after))
+            kept, best = ((a >= least - _SAME).astype(value.dtype) for a in (before, value))
+            more = (best, *(best * slope for slope in slopes))
+            return after, *(
+                a.at[row].multiply(kept, mode="drop").at[row].add(b, mode="drop") for a, b in zip(sums, more, strict=True)
+            )
 
         rows, chunks = g * (self.count + 1), -(-number // _TRIPLES)
-        most = jax.lax.fori_loop(0, chunks, most_of, jnp.full((rows, size), -jnp.inf, points.dtype))
-        equal, *slopes = jax.lax.fori_loop(0, chunks, slopes_of, (jnp.zeros((rows, size), points.dtype),) * 4)
+        nothing = jnp.full((rows, size), -jnp.inf, points.dtype), *(jnp.zeros((rows, size), points.dtype),) * 4
+        most, equal, *slopes = jax.lax.fori_loop(0, chunks, tell, nothing)
         slopes = [slope / jnp.maximum(equal, 1) for slope in slopes]  # where bodies meet, two may say the same
         index, pieces = self._in_pieces(near & ~hidden)
 
