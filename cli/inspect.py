@@ -14,8 +14,8 @@ from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..objectives.side_by_side import by_occlusion
 from ..objectives.sight import unseeing
-from ..placement.convert import verify_result
 from ..placement.mounted import COLUMNS
+from ..placement.result_convert import verify_result
 from ..placement.sensing import sensor_records
 from ..placement.sighting import with_sight
 from .motion import record_line, worst_line

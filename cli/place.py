@@ -19,12 +19,13 @@ from ..objectives.side_by_side import by_occlusion
 from ..objectives.sight import unseeing
 from ..placement import search as searching
 from ..placement.candidates import Space
-from ..placement.convert import ring_models, scene_model, tolerant_model, verify_result
+from ..placement.convert import ring_models, scene_model
 from ..placement.errors import UserError
 from ..placement.finalists import MANY
 from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
 from ..placement.reach import fewest_sensors
+from ..placement.result_convert import tolerant_model, verify_result
 from ..placement.results import VerifyResult
 from ..placement.sensing import sensor_records
 from ..placement.sighting import with_sight
