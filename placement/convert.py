@@ -15,17 +15,14 @@ from ..objectives.trajectory import Thinning
 from .cell import obstacle_models, obstacles_of
 from .models import (
     CurveModel,
-    MountModel,
     PoseModel,
     RecordedModel,
-    RingModel,
-    RulesModel,
     SafetyModel,
     SceneFile,
-    SensorModel,
     TargetModel,
     TrajectoryModel,
 )
+from .mount_models import MountModel, RingModel, RulesModel, SensorModel
 from .robot_convert import robot_model, robot_of
 
 DIGITS_DEG = 4  # decimals of an angle in a file
