@@ -99,3 +99,10 @@ class SoftBeams:
     def pulled_back(self, slope: Any) -> tuple[Any, ...]:
         """Gradient by the apexes and by the axes (K, 3) from that by all columns (K, columns)."""
         return slope[:, :3], slope[:, 3:6]
+
+
+def by_apex(pull: Any, slopes: tuple[Any, Any, Any], columns: int) -> Any:
+    """Gradient (g, c, columns), of which the first three are by the apex: where the sum over points grows by ``pull``
+    (g, c, B) with what has these slopes (g, c, B) along x, y and z."""
+    found = jnp.stack([(pull * slope).sum(axis=2) for slope in slopes], axis=2)
+    return jnp.pad(found, ((0, 0), (0, 0), (0, columns - 3)))
