@@ -15,10 +15,10 @@ from ..coverage.catalogue import MODELS
 from ..coverage.rings import Setup, sensor_optics
 from ..coverage.separation import separation, stopping_time
 from ..objectives.scene import Scene
-from ..placement.convert import separation_model
 from ..placement.errors import UserError
 from ..placement.loader import output_folder, write_text
 from ..placement.record import read_record
+from ..placement.result_convert import separation_model
 from ..placement.results import DirectionModel, SafetyResult, ShareModel
 from ..placement.sensing import sensor_records
 from ..studies import detection_page

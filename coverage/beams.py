@@ -236,9 +236,8 @@ def _in_capsules(function: Any, looks: Beam, bodies: Capsules | None, margin: fl
 
 def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:
     """Distances of what obstacles and beams have in common (K, O) m; infinite if nothing."""
-    apex, axis, half, range_m = (np.asarray(a) for a in looks)
-    each = [polyhedron_in_beam(apex, axis, half, range_m, body, margin) for body in occluders.obstacles]
-    return np.stack(each, axis=1) if each else np.full((len(apex), 0), np.inf)
+    each = [polyhedron_in_beam(looks, body, margin) for body in occluders.obstacles]
+    return np.stack(each, axis=1) if each else np.full((len(looks.apex), 0), np.inf)
 
 
 def _stops(cones: Cones, k: Any, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:

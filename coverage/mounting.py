@@ -12,10 +12,9 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
-from .arrays import Array, dot, namespace
+from .arrays import Array, cross, dot, namespace
 from .chain import forward
 from .optics import optics
-from .pyramids import cross
 from .rings import Setup, ring_values
 from .robots import Robot
 from .slots import Seats, Slots, seats, seen_from, slots

@@ -11,10 +11,9 @@ import jax
 import numpy as np
 from jaxtyping import Float, Int
 
-from .arrays import Array, dot, namespace, root
+from .arrays import Array, cross, dot, namespace, root
 from .chain import forward
 from .optics import optics
-from .pyramids import cross
 from .rings import Ring, Setup, ring_values, sensor_optics
 from .robots import Robot
 from .solids import Cones

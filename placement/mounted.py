@@ -21,7 +21,7 @@ from ..coverage.robots import Mount
 from ..coverage.sensors import Sensor
 from ..objectives.scene import Scene
 from .errors import UserError, explain, shown
-from .models import ConeRow
+from .mount_models import ConeRow
 
 COLUMNS = tuple(ConeRow.model_fields)
 TOLERANCE_MM, TOLERANCE_DEG = 2.0, 1.0  # by which a sensor may be off its ring

@@ -5,7 +5,8 @@ from typing import Literal
 from pydantic import Field
 
 from ..coverage.occlusion import Occlusion
-from .models import Metres, Percent, StrictModel
+from .kinds import Metres, Percent
+from .strict import StrictModel
 
 
 class ProofModel(StrictModel):

@@ -15,7 +15,8 @@ from ..objectives.scene import Scene
 from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_of, setup_of
 from ..placement.layout import ring_layout
-from ..placement.models import RingModel, SceneFile
+from ..placement.models import SceneFile
+from ..placement.mount_models import RingModel
 from ..placement.search import Outcome, Schedule, Stage
 from ..placement.search import search as searching
 from . import approach, distance, grid, human, maxcover, objects, task, walk

@@ -122,7 +122,8 @@ def test_an_interrupt_between_the_climbs_keeps_the_best_so_far(scene, monkeypatc
     stopped = search(scene, space, schedule=SHORT, voxel=0.1, tell=lambda progress: told.append(progress.climbed))
     assert stopped.outcome is Outcome.INTERRUPTED
     assert (stopped.statistics.evaluations > 0) == (call == 4)
-    assert told and all(0 <= climbed <= len(SHORT.stages) for climbed in told)
+    assert told
+    assert all(0 <= climbed <= len(SHORT.stages) for climbed in told)
     assert 0 < stopped.exact < 1
 
 

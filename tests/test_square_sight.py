@@ -110,7 +110,7 @@ def test_slopes_past_bodies_equal_central_differences(occlusion, least):
 
     @jax.jit
     def soft(x):
-        return soft_seen(Hidden(x, bodies, occlusion), points, 0.03, least, np.inf)
+        return soft_seen(InCell(Hidden(x, bodies, occlusion), CELL), points, 0.03, least, np.inf)
 
     b, step = jax.tree.map(jnp.asarray, b), 1e-6
     exact, free = soft(b), soft_zeta(b, points, 0.03)
@@ -129,12 +129,12 @@ def test_a_sharp_soft_value_is_the_share_of_points_seen():
     b, bodies = drawn(rng)
     points = rng.uniform(-0.5, 0.5, (2000, 3))
     x, near = (jax.tree.map(jnp.asarray, tree) for tree in (b, bodies))
-    sharp = jax.jit(lambda seen, p: soft_zeta(InCell(seen, CELL) if seen.occlusion == "shadow" else seen, p, SHARP).zeta)
+    sharp = jax.jit(lambda seen, p: soft_zeta(InCell(seen, CELL), p, SHARP).zeta)
     clouds = jax.tree.map(jnp.asarray, cloud(points, dtype=np.float64))
     exact = beams(b, Occluders(bodies, CELL), "shadow")(points) <= 0
     assert float(sharp(Hidden(x, near, "shadow"), clouds)) == pytest.approx(exact.mean(), abs=1e-9)
     square = jax.tree.map(lambda a: a[3:], b)
-    exact = beams(square, Occluders(bodies), "blind")(points) <= 0
+    exact = beams(square, Occluders(bodies, CELL), "blind")(points) <= 0
     found = sharp(Hidden(jax.tree.map(jnp.asarray, square), near, "blind"), clouds)
     assert float(found) == pytest.approx(exact.mean(), abs=1e-9)
 
