@@ -2,13 +2,13 @@
 before a part of the robot is nearer than its separation distance?
 
 The person (studies/human.py, 1.75 m) walks at v_h from beyond every sensor's reach towards the base's axis. A sensor sees
-the person as soon as any of the body is in its beam within its effective range and, unless told otherwise, the robot does
-not stand between. What it sees it reports a period and its latency later at the latest. The approach is detected in time if
-the first report comes before the first moment at which any part of the robot is nearer to the person than that part's S_p.
-Period and latency are taken out of the reaction time T_r of S_p there, as they are counted by themselves.
+the person as soon as any of the body is in its beam within its effective range and, unless told otherwise, neither the robot
+nor an obstacle stands between. A sight that lasts for a period is reported a period and the latency after it began at the
+latest; a shorter one may fall between two readings and counts for nothing. The approach is detected in time if the first
+report comes before the first moment at which any part of the robot is nearer to the person than that part's S_p. Period and
+latency are taken out of the reaction time T_r of S_p there, as they are counted by themselves.
 
-A square beam is taken as the cone within it. A first sight counts though it may be lost again; the robot does not slow down
-and the person does not stop.
+A square beam is taken as the cone within it. The robot does not slow down and the person does not stop.
 """
 
 import math
@@ -18,7 +18,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from scipy import stats
 
 from ..coverage.capsules import Capsules, segment_to_segment
@@ -32,7 +32,7 @@ from .moments import STEP, Moments
 STATURE = 1.75  # m
 STRIDE = 0.83  # of stature, in which the gait repeats
 _ERROR = 0.01  # m, by which the body may stand out of the balls that are seen
-_BEYOND = 0.5  # m beyond what is seen and asked, from where the walk begins
+_BEYOND = 1.0  # m beyond what is seen and asked, from where the walk begins: a foot is half of that ahead
 _AT_ONCE = 16  # approaches in memory
 _SLAB = 1 << 9
 
@@ -100,7 +100,8 @@ def turned(points: Float[np.ndarray, "T S 3"], angle: float) -> Float[np.ndarray
 def start_of(robot: Robot, setup: Setup, moments: Moments) -> float:
     """How far from the base's axis, m, walks begin: nothing is seen or asked there."""
     half, range_m = sensor_optics(setup)
-    return robot.reach + max(float((range_m / np.cos(half)).max()), float(moments.asked.max())) + _BEYOND
+    far = max(float(np.hypot(*ends.T[:2]).max()) for ends in (moments.start, moments.end)) + float(moments.radius.max())
+    return max(robot.reach, far) + max(float((range_m / np.cos(half)).max()), float(moments.asked.max())) + _BEYOND
 
 
 def approach(
@@ -132,7 +133,7 @@ def approach(
     steps = len(body.start)
     counts = ball_counts(np.linalg.norm(body.end[0] - body.start[0], axis=1), body.radius, _ERROR)
     which = np.stack([moments.drawn(rng, steps) for _ in azimuths])
-    late = np.ceil(timing.spent / STEP - 1e-9).astype(int)
+    held, late = (np.ceil(s / STEP - 1e-9).astype(int) for s in (timing.period, timing.spent))
     columns = []
     for first in range(0, len(azimuths), _AT_ONCE):
         some = slice(first, first + _AT_ONCE)
@@ -142,7 +143,7 @@ def approach(
         clear = slabs(_clearances, rows, (jnp.asarray(body.radius), jnp.asarray(moments.radius)), _SLAB)
         seen = _seen(robot, setup, moments, at, balls_along(a, b, body.radius, counts), shadow)
         shape = (len(which[some]), steps)
-        columns.append(_judged(clear.reshape(*shape, 2), seen.reshape(*shape, -1), late))
+        columns.append(_judged(clear.reshape(*shape, 2), seen.reshape(*shape, -1), held, late))
         tell(min(first + _AT_ONCE, len(azimuths)))
     sight, report, asked, broken, in_time = (np.concatenate(c) for c in zip(*columns, strict=True))
     return Approaches(azimuths, which[:, -1], sight, report, asked, broken, in_time, steps)
@@ -157,7 +158,15 @@ def _seen(robot: Robot, setup: Setup, m: Moments, at: Any, balls: Any, shadow: b
     return np.isfinite(readings(np.asarray(apex), np.asarray(axis), half, range_m, centre, radius, hiding).distance)
 
 
-def _judged(clear: Any, seen: Any, late: Any) -> tuple[Any, ...]:
+def lasting(seen: Bool[np.ndarray, "A T K"], steps: Int[np.ndarray, " K"]) -> Bool[np.ndarray, "A T K"]:
+    """From which steps on each sensor sees at that step and so many ``steps`` more."""
+    total = np.cumsum(np.pad(seen, ((0, 0), (1, 0), (0, 0))), axis=1)
+    end = np.arange(seen.shape[1])[:, None] + steps + 1
+    count = np.take_along_axis(total, np.minimum(end, seen.shape[1])[None], axis=1) - total[:, :-1]
+    return count == steps + 1
+
+
+def _judged(clear: Any, seen: Any, held: Any, late: Any) -> tuple[Any, ...]:
     """Distances at first sight, first report and first break of S_p, the step of the break, and whether in time.
 
     A sight is found up to a step after it was, and a report must come before the break's step: both on the safe side.
@@ -166,8 +175,8 @@ def _judged(clear: Any, seen: Any, late: Any) -> tuple[Any, ...]:
     gap, margin = clear[..., 0], clear[..., 1]
     touched = np.where((gap <= 0).any(axis=1), (gap <= 0).argmax(axis=1), steps)
     broken = np.where((margin < 0).any(axis=1), (margin < 0).argmax(axis=1), steps)
-    first = np.where(seen.any(axis=1), seen.argmax(axis=1), 2 * steps)
-    sight, report = first.min(axis=1), (first + late).min(axis=1)
+    sight, start = (np.where(s.any(axis=1), s.argmax(axis=1), 2 * steps) for s in (seen, lasting(seen, held)))
+    sight, report = sight.min(axis=1), (start + late).min(axis=1)
 
     def distance(step: Any) -> Any:
         ok = step < touched

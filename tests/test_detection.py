@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from place_rings.coverage.capsules import point_to_segment
 from place_rings.coverage.rings import Ring, Setup, named_setup
 from place_rings.coverage.robots import UR10
@@ -12,7 +14,7 @@ from place_rings.coverage.sensors import Sensor
 from place_rings.coverage.separation import Safety
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.trajectory import Record
-from place_rings.studies.detection import Timing, approach, seeing_as_far, start_of, turned, walker
+from place_rings.studies.detection import Timing, approach, lasting, seeing_as_far, start_of, turned, walker
 from place_rings.studies.moments import STEP, moments_of_record, moments_of_scene
 
 POSE = np.radians([0, -45, 60, -105, -90, 0])
@@ -88,6 +90,37 @@ def test_a_moving_robot_asks_for_more_than_one_that_stands():
     found = run(setup, moving)
     assert np.nanmax(found.asked) > np.nanmax(run(setup).asked)
     assert np.all(found.moment < len(time) * 3)
+
+
+def test_a_short_motion_comes_round_again_and_no_moment_is_preferred():
+    time = np.linspace(0, 1, 21)
+    short = moments_of_record(UR10, Record(time, POSE + np.outer(0.3 * time, np.eye(6)[0])), Safety())
+    count, rng = len(short.weight), np.random.default_rng(0)
+    walks = np.stack([short.drawn(rng, 3 * count + 7) for _ in range(40 * count)])
+    assert np.all(np.diff(walks, axis=1) % count == 1)
+    for step in (0, count, -1):
+        assert np.bincount(walks[:, step], minlength=count).min() > 10
+    assert np.all(short.before(5, np.arange(3)) == [5, 4, 3])
+    assert np.all(STILL.before(0, np.arange(3)) == 0)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30)
+def test_a_sight_shorter_than_a_period_counts_for_nothing(seed):
+    rng = np.random.default_rng(seed)
+    seen, steps = rng.uniform(size=(2, 12, 3)) < 0.7, rng.integers(0, 5, 3)
+    found = lasting(seen, steps)
+    for a, t, k in np.ndindex(seen.shape):
+        part = seen[a, t : t + steps[k] + 1, k]
+        assert found[a, t, k] == (len(part) == steps[k] + 1 and part.all())
+
+
+def test_walks_begin_beyond_all_that_is_asked_and_seen_whatever_reach_a_robot_states():
+    setup = named_setup("n1_8_0")
+    tiny = replace(UR10, reach=0.01)
+    found = approach(tiny, setup, STILL, timing(setup), 1.6, AZIMUTHS, 0, shadow=False)
+    assert found.broken_step.min() > 0
+    assert np.all(found.sight < np.hypot(*STILL.end[0, :, :2].T).max() + 1.5 / math.cos(math.radians(12.5)) + 0.5)
 
 
 def test_the_same_seed_gives_the_same_walks():
