@@ -3,8 +3,9 @@ before a part of the robot is nearer than its separation distance?
 
 The person (studies/human.py, 1.75 m) walks at v_h from beyond every sensor's reach towards the base's axis. A sensor sees
 the person as soon as any of the body is in its beam within its effective range and, unless told otherwise, neither the robot
-nor an obstacle stands between. A sight that lasts for a period is reported a period and the latency after it began at the
-latest; a shorter one may fall between two readings and counts for nothing. The approach is detected in time if the first
+nor an obstacle stands between; under ``blind`` a sensor of one zone sees nothing beyond the first of these in its beam, of
+a square one in the cone around it. A sight that lasts for a period is reported a period and the latency after it began at
+the latest; a shorter one may fall between two readings and counts for nothing. The approach is detected in time if the first
 report comes before the first moment at which any part of the robot is nearer to the person than that part's S_p. Period and
 latency are taken out of the reaction time T_r of S_p there, as they are counted by themselves.
 
@@ -21,12 +22,17 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy import stats
 
+from ..coverage.blinding import polyhedron_in_beam
 from ..coverage.capsules import Capsules, segment_to_segment
+from ..coverage.catalogue import model
+from ..coverage.occlusion import Occlusion
+from ..coverage.polyhedra import Polyhedron
 from ..coverage.ranging import readings, slabs
 from ..coverage.rings import Setup, sensor_optics
 from ..coverage.robots import Robot
+from ..coverage.sensors import Sensor
 from ..coverage.slots import sensor_axes
-from .human import Bones, Posture, ball_counts, balls_along, bones
+from .human import BALL_ERROR, Bones, Posture, ball_counts, balls_along, bones
 from .moments import STEP, Moments
 
 STATURE = 1.75  # m
@@ -112,9 +118,10 @@ def approach(
     speed: float,
     azimuths: Float[np.ndarray, " A"],
     seed: int,
-    shadow: bool = True,
+    occlusion: Occlusion = "shadow",
     start: float | None = None,
     tell: Any = lambda done: None,
+    obstacles: tuple[Polyhedron, ...] = (),
 ) -> Approaches:
     """Walk in from each of ``azimuths`` at ``speed`` m/s, ending at a drawn moment.
 
@@ -124,9 +131,10 @@ def approach(
         timing: of the sensors.
         azimuths: (A,) rad.
         seed: of the moments drawn.
-        shadow: does the robot hide what is behind it?
+        occlusion: what the robot does to its sensors.
         start: how far out walks begin, m; ``start_of`` by default.
         tell: is given how many approaches are done.
+        obstacles: of the cell, which hide too, and stop nobody.
     """
     rng = np.random.default_rng(seed)
     body = walker(speed, start_of(robot, setup, moments) if start is None else start)
@@ -141,7 +149,7 @@ def approach(
         at = which[some].ravel()
         rows = (a, b, moments.start[at], moments.end[at], moments.asked[at])
         clear = slabs(_clearances, rows, (jnp.asarray(body.radius), jnp.asarray(moments.radius)), _SLAB)
-        seen = _seen(robot, setup, moments, at, balls_along(a, b, body.radius, counts), shadow)
+        seen = _seen(robot, setup, moments, at, balls_along(a, b, body.radius, counts), occlusion, obstacles)
         shape = (len(which[some]), steps)
         columns.append(_judged(clear.reshape(*shape, 2), seen.reshape(*shape, -1), held, late))
         tell(min(first + _AT_ONCE, len(azimuths)))
@@ -149,13 +157,47 @@ def approach(
     return Approaches(azimuths, which[:, -1], sight, report, asked, broken, in_time, steps)
 
 
-def _seen(robot: Robot, setup: Setup, m: Moments, at: Any, balls: Any, shadow: bool) -> Any:
+def _seen(
+    robot: Robot, setup: Setup, m: Moments, at: Any, balls: Any, occlusion: Occlusion, obstacles: tuple[Polyhedron, ...]
+) -> Any:
     """Does each sensor see the person at each moment? (T, K)"""
-    apex, axis = sensor_axes(robot, setup, m.frames[at])
-    hiding = Capsules(m.bodies.start[at], m.bodies.end[at], m.bodies.radius) if shadow else None
-    half, range_m = sensor_optics(setup)
-    centre, radius = balls
-    return np.isfinite(readings(np.asarray(apex), np.asarray(axis), half, range_m, centre, radius, hiding).distance)
+    apex, axis = (np.asarray(a) for a in sensor_axes(robot, setup, m.frames[at]))
+    bodies = Capsules(m.bodies.start[at], m.bodies.end[at], m.bodies.radius)
+    hiding = None if occlusion == "ignore" else bodies
+    (half, range_m), (centre, radius) = sensor_optics(setup), balls
+    found = readings(apex, axis, half, range_m, centre, radius, hiding, obstacles).distance
+    return found < (stops(setup, apex, axis, bodies, obstacles) if occlusion == "blind" else np.inf)
+
+
+def stops(
+    setup: Setup,
+    apex: Float[np.ndarray, "T K 3"],
+    axis: Float[np.ndarray, "T K 3"],
+    bodies: Capsules,
+    obstacles: tuple[Polyhedron, ...],
+) -> Float[np.ndarray, "T K"]:
+    """How far sensors see before the robot or an obstacle in their beams answers, m; infinite where they have many zones.
+    The robot is read as balls that hold its bodies, 1 mm larger at most."""
+    start, end, radius = (np.asarray(a) for a in bodies)
+    radius = radius + BALL_ERROR
+    balls = balls_along(start, end, radius, ball_counts(np.linalg.norm((end - start)[0], axis=1), radius, BALL_ERROR))
+    half, range_m = np.concatenate([np.full(r.count, _around(r.sensor)) for r in setup.rings]), sensor_optics(setup)[1]
+    stop = readings(apex, axis, half, range_m, *balls).distance
+    for body in obstacles:
+        halves, ranges = (np.tile(a, len(apex)) for a in (half, range_m))
+        found = polyhedron_in_beam(apex.reshape(-1, 3), axis.reshape(-1, 3), halves, ranges, body)
+        stop = np.minimum(stop, found.reshape(stop.shape))
+    return np.where(np.repeat([_many_zones(r.sensor) for r in setup.rings], [r.count for r in setup.rings]), np.inf, stop)
+
+
+def _around(sensor: Sensor) -> float:
+    """Half angle of the narrowest cone around a beam, rad."""
+    return math.atan(math.hypot(math.tan(sensor.fov / 2), math.tan(sensor.fov_up / 2) if sensor.fov_up else 0.0))
+
+
+def _many_zones(sensor: Sensor) -> bool:
+    """Does each part of the beam see by itself? Of a square beam of no model it is taken so, as elsewhere."""
+    return sensor.fov_up is not None and (sensor.use is None or model(sensor.use.model).zones > 1)
 
 
 def lasting(seen: Bool[np.ndarray, "A T K"], steps: Int[np.ndarray, " K"]) -> Bool[np.ndarray, "A T K"]:
@@ -186,6 +228,6 @@ def _judged(clear: Any, seen: Any, held: Any, late: Any) -> tuple[Any, ...]:
 
 
 def seeing_as_far(setup: Setup, range_m: float) -> Setup:
-    """The setup with sensors that see to ``range_m`` m at least, in the same beams."""
-    rings = (replace(r, sensor=replace(r.sensor, range_m=max(r.sensor.range_m, range_m), use=None)) for r in setup.rings)
+    """The setup with sensors that see to ``range_m`` m at least, whatever their use, in the same beams."""
+    rings = (replace(r, sensor=replace(r.sensor, range_m=max(r.sensor.range_m, range_m))) for r in setup.rings)
     return Setup(tuple(rings))

@@ -70,8 +70,7 @@ def page(r: SafetyResult, command: str) -> str:
         "",
         f"A sight that lasts for a period is reported {1000 * (r.period_s + r.latency_s):.0f} ms after it began at most:"
         f" a period of {1000 * r.period_s:.0f} ms{' (assumed: no rate is sourced)' if r.rate_assumed else ''} and"
-        f" {1000 * r.latency_s:.0f} ms of latency. The robot {'hides' if r.occlusion == 'shadow' else 'does not hide'} what"
-        " is behind it.",
+        f" {1000 * r.latency_s:.0f} ms of latency. {_in_the_way(r)}",
         "",
         *_sensors(r),
     ]
@@ -99,6 +98,12 @@ def _during(r: SafetyResult) -> str:
         f", while the robot moves; walks end at moments drawn evenly from {r.seconds_of_motion:.1f} s of motion, which comes"
         " round again"
     )
+
+
+def _in_the_way(r: SafetyResult) -> str:
+    blind = " and blinds sensors of one zone in whose beams it stands" if r.occlusion == "blind" else ""
+    robot = f"The robot {'does not hide' if r.occlusion == 'ignore' else 'hides'} what is behind it{blind}."
+    return f"{robot} So do {', '.join(r.obstacles)}, which stop nobody." if r.obstacles else robot
 
 
 def _terms(r: SafetyResult) -> list[tuple[str, str, str, str]]:
