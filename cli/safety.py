@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from ..coverage.catalogue import MODELS
+from ..coverage.occlusion import Occlusion
 from ..coverage.rings import Setup, sensor_optics
 from ..coverage.separation import separation, stopping_time
 from ..objectives.scene import Scene
@@ -43,7 +44,7 @@ class Asked:
     directions: int
     rate: float | None
     latency: float
-    shadow: bool
+    occlusion: Occlusion
     seed: int
 
 
@@ -84,6 +85,7 @@ def safety(
     needed, range_m = float(full.asked.max()), float(sensor_optics(setup)[1].min())
     farther = seeing_as_far(setup, needed)
     start = start_of(scene.robot, farther, moments)
+    stands = tuple(o.body for o in scene.obstacles)
     setups = [setup] if range_m >= needed else [setup, farther]
     found: list[Approaches] = []
     with Progress(*Progress.get_default_columns(), console=Console(stderr=True), transient=True) as bar:
@@ -94,7 +96,7 @@ def safety(
             def tell(n: int, done: int = done) -> None:
                 bar.update(task, completed=done + n)
 
-            walk = (when, scene.safety.human, azimuths, asked.seed, asked.shadow, start, tell)
+            walk = (when, scene.safety.human, azimuths, asked.seed, asked.occlusion, start, tell, stands)
             found.append(approach(scene.robot, one, moments, *walk))
     result = _result(name, setup, scene, asked, moments, full, found, when, assumed, range_m, began)
     result = result.model_copy(update={"separation": result.separation.model_copy(update={"reaction_s": whole.reaction})})
@@ -157,7 +159,8 @@ def _result(
         range_m=range_m,
         range_needed_m=float(full.asked.max()),
         range_suffices_percent=100 * float(full.weight @ (full.asked.max(axis=1) <= range_m)),
-        occlusion="shadow" if asked.shadow else "ignore",
+        occlusion=asked.occlusion,
+        obstacles=[o.name for o in scene.obstacles],
         seed=asked.seed,
         sensors=sensor_records(setup),
         disclaimer=detection_page.DISCLAIMER,

@@ -133,6 +133,18 @@ def largest(points: Any, normal: Any, offset: Any) -> Any:
     return value
 
 
+def crossed(a: Any, b: Any, normal: Any, offset: Any) -> Any:
+    """Do segments ``a``-``b`` (..., 3) m meet polyhedra of planes (..., M, 3) and (..., M)? Clipped plane by plane; shapes
+    broadcast."""
+    xp = namespace(a)
+    first, last = (dot(p[..., None, :], normal) - offset for p in (a, b))
+    fall = first - last
+    place = first / xp.where(fall == 0, 1.0, fall)
+    enter = xp.where(fall > 0, place, xp.where((fall == 0) & (first > 0), 2.0, 0.0)).max(axis=-1)
+    leave = xp.where(fall < 0, place, 1.0).min(axis=-1)
+    return xp.maximum(enter, 0.0) <= xp.minimum(leave, 1.0)
+
+
 def planes_share(
     points: Float[np.ndarray, "P 3"],
     normal: Float[np.ndarray, "P M 3"],

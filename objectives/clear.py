@@ -81,7 +81,9 @@ class Clear:
         return f"a ring of radius {radius:g} m on {link} lies in {', '.join(first)}" if first else "nothing is in the way"
 
     def within(self, link: str, radius: float, position: float) -> list[str]:
-        """The names of what a ring at ``position`` lies in at some pose, or comes nearer to than is proven clear."""
+        """The names of what a ring at ``position`` lies in at some pose, or comes nearer to than is proven clear; where the
+        place along the axis is fixed, a position says nothing."""
+        position = position if self.scene.robot.mount(link).length else 0.0
         return list(dict.fromkeys(name for a, b, name in self._of(link, radius)[1] if a + _EDGE < position < b - _EDGE))
 
     def closed(self, link: str) -> tuple[float, float]:

@@ -174,7 +174,8 @@ class SafetyResult(StrictModel):
     range_m: float
     range_needed_m: float
     range_suffices_percent: Percent
-    occlusion: Literal["shadow", "ignore"]
+    occlusion: Literal["shadow", "blind", "ignore"]
+    obstacles: list[str] = []
     seed: int
     sensors: list[SensorRecord]
     disclaimer: str

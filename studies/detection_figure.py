@@ -110,7 +110,7 @@ def _approach(
 ) -> None:
     """One approach at the moment at which the report was due, from above and from the side the person is seen from."""
     azimuth, step = float(found.azimuth[k]), int(found.broken_step[k])
-    at = max(int(found.moment[k]) - (found.walk - 1 - step), 0) if m.together else int(found.moment[k])
+    at = int(m.before(int(found.moment[k]), found.walk - 1 - step))
     cones = sensor_cones(robot, setup, m.q[at])
     body = walker(speed, start)
     turn = -azimuth  # the side view looks across the way in

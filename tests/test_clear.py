@@ -19,6 +19,7 @@ from place_rings.objectives.faults import faults
 from place_rings.objectives.scene import Limits, Obstacle, Pose, Rules, Scene
 from place_rings.objectives.sight import occluders
 from place_rings.objectives.space import segments
+from place_rings.objectives.standing import alone
 from place_rings.placement.candidates import InfeasibleError, Space
 from place_rings.placement.convert import rounded, scene_model, scene_of
 from place_rings.placement.drawing import fresh, vary
@@ -200,3 +201,10 @@ def test_a_real_mount_is_read_back_from_its_file():
         assert (again.rules, again.ring_radius, again.radius_stated) == (scene.rules, scene.ring_radius, scene.radius_stated)
     assert Scene(rules=rules).spacing == 0.03
     assert forward(UR10.chain, Scene().poses[0].q).ndim == 3
+
+
+@pytest.mark.parametrize("position", [0.0, 0.5, 1.0])
+def test_a_position_on_a_mount_without_length_hides_nothing(position):
+    clear = Clear(Scene(occlusion="shadow"))
+    assert clear.within("tool", 0.02, position)
+    assert any("lies in" in f.text for f in alone(clear, 0, Ring("tool", position, 8, radius=0.02)))

@@ -247,7 +247,7 @@ def test_safety_says_that_a_sensor_does_not_reach_and_leaves_a_report(run, tmp_p
     assert found.sensors[0].reflectance == 0.17
     page = (tmp_path / "found" / "README.md").read_text()
     assert "confers a safety rating" in page
-    assert "no placement" in page
+    assert "too late, wherever they look" in page
     assert f"{found.range_needed_m:.2f} m are asked" in page
     with (tmp_path / "found" / "approaches.csv").open() as file:
         assert len(list(csv.DictReader(file))) == 8
