@@ -22,7 +22,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy import stats
 
-from ..coverage.blinding import polyhedron_in_beam
+from ..coverage.blinding import Beam, polyhedron_in_beam
 from ..coverage.capsules import Capsules, segment_to_segment
 from ..coverage.catalogue import model
 from ..coverage.occlusion import Occlusion
@@ -184,9 +184,8 @@ def stops(
     half, range_m = np.concatenate([np.full(r.count, _around(r.sensor)) for r in setup.rings]), sensor_optics(setup)[1]
     stop = readings(apex, axis, half, range_m, *balls).distance
     for body in obstacles:
-        halves, ranges = (np.tile(a, len(apex)) for a in (half, range_m))
-        found = polyhedron_in_beam(apex.reshape(-1, 3), axis.reshape(-1, 3), halves, ranges, body)
-        stop = np.minimum(stop, found.reshape(stop.shape))
+        looks = Beam(apex.reshape(-1, 3), axis.reshape(-1, 3), *(np.tile(a, len(apex)) for a in (half, range_m)))
+        stop = np.minimum(stop, polyhedron_in_beam(looks, body).reshape(stop.shape))
     return np.where(np.repeat([_many_zones(r.sensor) for r in setup.rings], [r.count for r in setup.rings]), np.inf, stop)
 
 
