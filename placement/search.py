@@ -55,11 +55,11 @@ class Schedule:
     ones among so many ``draws``, starts among that many at most. The best starts are sharpened before anything is varied: a
     good answer is there soon."""
 
-    starts: int = 12
+    starts: int = 16
     stages: tuple[Stage, ...] = (
-        Stage(0.03, 2048, 24, 4),
-        Stage(0.01, 8192, 25, 4),
-        Stage(0.02, 4096, 30, 6, variants=12),
+        Stage(0.03, 2048, 24, 8),
+        Stage(0.01, 8192, 25, 8),
+        Stage(0.02, 4096, 30, 6, variants=16),
         Stage(0.02, 8192, 40, 4, variants=8),
         Stage(0.008, 32768, 80, 3),
     )
