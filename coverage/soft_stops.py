@@ -53,7 +53,9 @@ def _by_obstacle(looks: Beam, body: Polyhedron) -> Any:
 
 
 def soft_stop(cones: Cones, bodies: Capsules, obstacles: tuple[Polyhedron, ...] = ()) -> Any:
-    """Where sensors are blinded (K,) m, smoothly; their range and more where they are not."""
-    looks = Beam(cones.apex, cones.axis, cones.half_angle, cones.range_m)
+    """Where sensors are blinded (K,) m, smoothly; their range and more where they are not. By the axes' lengths it has no
+    slope: on the mantle of a cone whose axis is no unit vector what meets there would not meet."""
+    axis = cones.axis / root(dot(cones.axis, cones.axis))[:, None]
+    looks = Beam(cones.apex, axis, cones.half_angle, cones.range_m)
     stops = [_by_bodies(looks, bodies), *(_by_obstacle(looks, body) for body in obstacles)]
     return reduce(jnp.minimum, stops, 1.1 * cones.range_m / jnp.cos(cones.half_angle))

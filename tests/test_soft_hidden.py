@@ -17,7 +17,7 @@ from place_rings.coverage.solids import Cones
 
 from . import drawing
 
-estimate = jax.jit(soft_zeta)
+estimate, stop = jax.jit(soft_zeta), jax.jit(soft_stop)
 MIDDLE, SIZE = (0.4, 0.1, 0.2), np.array((0.2, 0.3, 0.1))  # m
 BOX = (box(MIDDLE, SIZE),)
 FAR = np.full((5, 3), 1e3)  # m, where bodies matter to nobody
@@ -65,8 +65,8 @@ def test_tends_to_the_exact_share(seed):
 def stops(cones, bodies, obstacles):
     """Where sensors are blinded, (K,) m, at most as the soft estimator has it."""
     found = beams(cones, Occluders(bodies, obstacles), "blind")
-    stop = np.where(found.cones.range_m > 0, found.stop, 0.0)  # 0 of those that stand in something
-    return np.minimum(stop, 1.1 * cones.range_m / np.cos(cones.half_angle))
+    at = np.where(found.cones.range_m > 0, found.stop, 0.0)  # 0 of those that stand in something
+    return np.minimum(at, 1.1 * cones.range_m / np.cos(cones.half_angle))
 
 
 @settings(max_examples=20)
@@ -81,13 +81,16 @@ def test_soft_stops_lie_between_exact_ones(seed):
     e = 1.1 * (cones.range_m / np.cos(cones.half_angle)).max() / GRAZE
     thick = bodies._replace(radius=bodies.radius + e), (box(MIDDLE, SIZE + 4 * e),)
     step = np.linalg.norm(bodies.end - bodies.start, axis=1).max() / (BALLS - 1)
-    soft = np.asarray(soft_stop(on_device(cones), Capsules(*on_device(tuple(bodies))), on_device(BOX)))
+    soft, by_box = (
+        np.asarray(stop(on_device(cones), Capsules(*on_device(tuple(stand))), on_device(BOX)))
+        for stand in (bodies, bodies._replace(start=FAR, end=FAR))
+    )
     assert np.all(stops(cones, *thick) - e <= soft + 1e-9)
     assert np.all(soft <= stops(cones, bodies._replace(radius=bodies.radius / 2), BOX) + step / 2 + bodies.radius.max() / 16)
-    box_alone = np.asarray(
-        soft_stop(on_device(cones), Capsules(*on_device(tuple(bodies._replace(start=FAR, end=FAR)))), on_device(BOX))
-    )
-    assert np.all(box_alone <= stops(cones, None, BOX) + 1e-9)
+    exact = stops(cones, None, BOX)
+    stopped = exact < cones.range_m  # the box stands in the beam, not beside it
+    np.testing.assert_allclose(by_box[stopped], exact[stopped], rtol=0, atol=1e-9)
+    assert np.all(by_box <= exact + 1e-9)
     # and this is where the estimator cuts beams off
     p = on_device(cloud(points, dtype=np.float64))
     away = np.linalg.norm(points[:, None] - cones.apex, axis=2) - soft
@@ -100,9 +103,11 @@ def test_soft_stops_lie_between_exact_ones(seed):
 @pytest.mark.parametrize("occlusion", ["shadow", "blind"])
 @settings(max_examples=15)
 @given(seed=drawing.seeds)
+@example(seed=56)  # a stop that moves 75 m per m, by a point: the step must be small
+@example(seed=1466)  # a box that stops a beam at its mantle, whatever the length of the axis
 def test_slopes_are_central_differences(occlusion, seed):
     cones, bodies, points = drawn(seed, 4)
-    p, rng, step, width = on_device(cloud(points, dtype=np.float64)), np.random.default_rng(seed), 1e-6, 0.05
+    p, rng, step, width = on_device(cloud(points, dtype=np.float64)), np.random.default_rng(seed), 1e-8, 0.05
 
     def at(cones):
         return estimate(InCell(hidden(cones, bodies, occlusion), on_device(BOX)), p, width)
@@ -115,4 +120,4 @@ def test_slopes_are_central_differences(occlusion, seed):
         da, dx = rng.normal(size=(2, *cones.apex.shape))
         slope = float((soft.by_apex * da).sum() + (soft.by_axis * dx).sum())
         off.append(abs(slope - (along(step, da, dx) - along(-step, da, dx)) / (2 * step)))
-    assert np.median(off) < 2e-3  # a point on a crease, or a body that comes to matter, spoils one now and then
+    assert np.median(off) < 1e-5  # a point on a crease, or a body that comes to matter, spoils one now and then
