@@ -9,7 +9,7 @@ from ..placement.loader import to_toml
 from ..placement.models import RingModel
 from ..placement.proposals import ProposalFile
 from .pages import csv_text, html, table
-from .robots import SEARCHES, SECONDS, SENSORS, TARGET, VOXEL, Row, pose_deg, where
+from .robots import PROCESSORS, SEARCHES, SECONDS, SENSORS, TARGET, VOXEL, Row, pose_deg, where
 from .robots_figure import picture
 from .works import scene_from
 
@@ -36,14 +36,12 @@ def _file(row: Row) -> str:
 
 
 def _record(row: Row) -> dict[str, object]:
-    percents = {f"{model}_percent": getattr(row, model) for model in OCCLUSIONS}
     head = {"robot": row.robot, "setup": row.name, "sensors": row.sensors, "rings": len(row.rings)}
-    seconds = "" if row.seconds is None else round(row.seconds, 1)
-    return (
-        head
-        | percents
-        | {"unseeing": row.unseeing, "seconds": seconds, "finished": "" if row.finished is None else row.finished}
-    )
+    percents = {f"{model}_percent": getattr(row, model) for model in OCCLUSIONS}
+    spent = (row.processor_seconds, row.wall_seconds, row.finished)
+    cells = ["" if value is None else value if isinstance(value, bool) else round(value, 1) for value in spent]
+    names = ("processor_seconds", "wall_seconds", "finished")
+    return head | percents | {"unseeing": row.unseeing} | dict(zip(names, cells, strict=True))
 
 
 def _proposal(row: Row) -> str:
@@ -57,9 +55,9 @@ def _proposal(row: Row) -> str:
 def _page(rows: Sequence[Row], command: str) -> Iterator[str]:
     yield "# What ignoring the robot's body costs\n"
     yield f"`{command}`: the best ζ of {TARGET} that {SENSORS} sensors in any rings reach on six robots, each in its"
-    yield f"own pose, searched under each model of occlusion in {SECONDS:g} s on the wall, and seen under all three. Counted"
-    yield f"exactly (rule `centre`, voxels of {100 * VOXEL:g} cm). The numbers are in `robots.csv`, each searched setup is a"
-    yield "proposal beside it.\n"
+    yield f"own pose, searched under each model of occlusion in what {PROCESSORS} processors do in {SECONDS:g} s, and seen"
+    yield f"under all three. Counted exactly (rule `centre`, voxels of {100 * VOXEL:g} cm). The numbers are in `robots.csv`,"
+    yield "each searched setup is a proposal beside it.\n"
     yield "![Each robot with the rings found under shadow, and what each setup sees under the three models](robots.png)\n"
     yield "## The price\n"
     yield "A search under `ignore` puts rings where it likes, as the paper does, also into housings; one on a real mount"
@@ -69,9 +67,9 @@ def _page(rows: Sequence[Row], command: str) -> Iterator[str]:
     yield table(*_prices(rows))
     yield _verdict(rows) + "\n"
     yield "## All setups\n"
-    yield "ζ in percent; *unseeing*: sensors that see less than a hundredth of their cones past the body; *s*: seconds of"
-    yield f"the search on the wall, with a * where {SECONDS:g} s cut it short. The machine's two cores were shared with"
-    yield "other jobs.\n"
+    yield "ζ in percent; *unseeing*: sensors that see less than a hundredth of their cones past the body; *s*: of the"
+    yield f"search, seconds of processors, all together, with a * where {PROCESSORS * SECONDS:g} of them cut it short; and"
+    yield "in brackets those on the wall, of a machine that other jobs used too.\n"
     for robot in dict.fromkeys(row.robot for row in rows):
         scene = scene_from(where(robot, {}))
         angles = ", ".join(f"{a:g}" for a in pose_deg(robot))
@@ -83,7 +81,8 @@ def _page(rows: Sequence[Row], command: str) -> Iterator[str]:
 
 
 def _line(row: Row) -> list[str]:
-    seconds = "" if row.seconds is None else f"{row.seconds:.0f}{'' if row.finished else ' *'}"
+    cut = "" if row.finished else " *"
+    seconds = f"{row.processor_seconds:.0f}{cut} ({row.wall_seconds:.0f})" if row.searched else ""
     percents = [f"{getattr(row, model):.2f}" for model in OCCLUSIONS]
     return [_SAID.get(row.name, row.name), f"{row.sensors}", f"{len(row.rings)}", *percents, f"{row.unseeing}", seconds]
 

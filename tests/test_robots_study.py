@@ -2,6 +2,7 @@
 
 import csv
 import io
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -26,7 +27,7 @@ def small(monkeypatch):
 
     def run(heading, cells):
         asked.extend(cells)
-        searched = {"rings": RINGS, "seconds": 12.3, "finished": False}
+        searched = {"rings": RINGS, "processor_seconds": 12.3, "wall_seconds": 20.0, "finished": False}
         return [searched if cell.work == "place in time" else WORKS[cell.work](**cell.arguments) for cell in cells]
 
     return robots.measure(run), asked
@@ -54,7 +55,7 @@ def test_each_robot_is_searched_under_each_model_and_seen_under_all(small, tmp_p
     assert [float(r["shadow_percent"]) for r in records] == [row.shadow for row in rows]
     page, row = files["README.md"], by_name["panda", "shadow"]
     assert f"| searched under `shadow` | 16 | 2 | {row.ignore:.2f} | {row.shadow:.2f} | {row.blind:.2f} |" in page
-    assert "12 *" in page  # cut short
+    assert "12 * (20)" in page  # cut short
     assert "nan" not in page
     (tmp_path / "panda_shadow.toml").write_text(files["panda_shadow.toml"])
     setup, scene, _ = read_proposal(tmp_path / "panda_shadow.toml")
@@ -65,8 +66,9 @@ def test_each_robot_is_searched_under_each_model_and_seen_under_all(small, tmp_p
 def test_a_search_in_time_says_whether_it_came_to_its_end(outcome, monkeypatch):
     caps = []
 
-    def found(scene, space, seed, time_cap, schedule, known):
+    def found(scene, space, seed, time_cap, schedule, known, clock):
         caps.append(time_cap)
+        assert clock() == pytest.approx(time.process_time(), abs=1)
         return SimpleNamespace(setup=Setup((Ring("tool", 0.0, 4),)), outcome=outcome)
 
     monkeypatch.setattr(works, "searching", found)
