@@ -4,9 +4,12 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from ..coverage.capsules import robot_capsules
 from ..coverage.optics import Optics
+from ..coverage.polyhedra import Polyhedron
 from ..coverage.pyramids import Pyramids
 from ..coverage.rings import Setup
 from ..coverage.robots import Robot
@@ -15,7 +18,7 @@ from ..coverage.solids import Cones, Spheres, Union
 from .sheet import Sheet
 
 _LINK, _JOINT = "#b4bbc3", "#7d8791"
-_LINK_RADIUS, _JOINT_RADIUS, _FOOT, _RING_WIDTH = 0.048, 0.062, 0.095, 0.04  # m
+_LINK_RADIUS, _JOINT_RADIUS, _FOOT, RING_WIDTH = 0.048, 0.062, 0.095, 0.04  # m
 
 
 def _polygon(corners: int) -> Any:
@@ -25,6 +28,7 @@ def _polygon(corners: int) -> Any:
 
 DISC, _FINE_DISC = _polygon(48), _polygon(96)
 _UP = np.eye(3)[2]
+_THINNEST = 1e-4  # m, of what is drawn of a polyhedron
 
 
 def circle(centre: Any, axis: Any, radius: float, polygon: Any = DISC) -> Any:
@@ -89,7 +93,7 @@ def add_robot(
     setup: Setup,
     colour: dict[str, str],
     real: bool = False,
-    width: float = _RING_WIDTH,
+    width: float = RING_WIDTH,
 ) -> None:
     """Add the robot's links, joints and foot, and its rings in the colours of their links.
 
@@ -133,6 +137,23 @@ def rim_of(cones: Cones, k: int, length: float) -> Any:
         parts = (cones.apex[one], cones.axis[one], cones.half_angle[one], height, cones.up[one], cones.half_up[one])
         return Pyramids(*parts).corners()[0]
     return circle(cones.apex[k] + length * cones.axis[k], cones.axis[k], float(length * np.tan(cones.half_angle[k])))
+
+
+def faces_within(body: Polyhedron, box: Any, longest: float) -> Any:
+    """Faces (N, 4, 3) m of what of a polyhedron lies in the box (2, 3) m, triangles with a corner twice and edges up to
+    ``longest`` m; none where that is nothing."""
+    normal = np.concatenate([np.asarray(body.normal), np.eye(3), -np.eye(3)])
+    offset = np.concatenate([np.asarray(body.offset), box[1], -box[0]])
+    middle = linprog([0, 0, 0, -1], np.column_stack([normal, np.ones(len(normal))]), offset, bounds=[(None, None)] * 4)
+    if not middle.success or middle.x[3] < _THINNEST:
+        return np.zeros((0, 4, 3))
+    corners = HalfspaceIntersection(np.column_stack([normal, -offset]), middle.x[:3]).intersections
+    tri = corners[ConvexHull(corners).simplices]
+    while np.linalg.norm(tri - np.roll(tri, 1, axis=1), axis=2).max() > longest:
+        a, b, c = np.moveaxis(tri, 1, 0)
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        tri = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    return tri[:, [0, 1, 2, 2]]
 
 
 def convex_pieces(outer: Any) -> list[Any]:
