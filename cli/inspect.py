@@ -14,7 +14,7 @@ from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..objectives.side_by_side import by_occlusion
 from ..objectives.sight import unseeing
-from ..placement.mounted import COLUMNS
+from ..placement.mounted import COLUMNS, SQUARE_COLUMNS
 from ..placement.result_convert import verify_result
 from ..placement.sensing import sensor_records
 from ..placement.sighting import with_sight
@@ -26,7 +26,6 @@ from .sensing import sensor_lines
 from .sighting import check_sight, mounting_lines, print_sight
 from .tables import percent, proof_line, target_label, zeta_table
 
-SQUARE_COLUMNS = ("fov_up_deg", "up_x", "up_y", "up_z")
 _SHOWN = 16  # poses up to which each is shown
 
 
@@ -92,7 +91,7 @@ def cones(setup: Setup, scene: Scene) -> None:
     angle along ``up`` (0: a cone) and ``up`` itself."""
     writer = csv.writer(sys.stdout, lineterminator="\n")
     square = any_square(setup.rings)
-    writer.writerow((*COLUMNS, *SQUARE_COLUMNS) if square else COLUMNS)
+    writer.writerow(SQUARE_COLUMNS if square else COLUMNS)
     labels = [(i, k) for i, ring in enumerate(setup.rings) for k in range(ring.count)]
     for p, pose in enumerate(scene.poses):
         c = sensor_cones(scene.robot, setup, pose.q)

@@ -162,7 +162,7 @@ def place(
     aim: Aim,
 ) -> None:
     """Search a placement for ``scene`` that is good by ``aim``, verify it beside the paper's setups, and write proposal,
-    picture and result."""
+    picture and result; InfeasibleError where the rules leave none."""
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
     check_scene_sight(scene)

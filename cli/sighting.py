@@ -36,7 +36,7 @@ def check_sight(scene: Scene, setup: Setup) -> None:
 
 def check_scene_sight(scene: Scene) -> None:
     """Refuse a search whose rings would all lie within a link's own tube, where the scene minds it."""
-    rings = [] if scene.real else [Ring(link, 0.5, 1, radius=scene.ring_radius) for link in scene.robot.links]
+    rings = [] if scene.real else [Ring(link, 0.5, 1, radius=scene.radius_of(link)) for link in scene.robot.links]
     check_sight(scene, Setup((*rings, *scene.rules.fixed)))
 
 

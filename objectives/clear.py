@@ -56,7 +56,7 @@ class Clear:
         """The radius of a new ring on ``link``, m: the scene's, or ``at_least``. One that is not stated is the least that is
         clear over a centimetre or, of radii up to 5 cm larger than needed, over the longest stretch."""
         first = max(self.scene.radius_of(link), at_least)
-        if self.scene.radius_stated:
+        if self.scene.stated_radius(link) is not None:
             return first
         found, enough = (-1.0, first), min(_ENOUGH, self.scene.robot.mount(link).length)
         for more in _MORE:

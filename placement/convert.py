@@ -83,6 +83,7 @@ def scene_of(model: SceneFile) -> Scene:
                 (math.radians(m.tilt_deg[0]), math.radians(m.tilt_deg[1])),
                 tuple((low, high) for low, high in m.keep_out),
                 sensor_of(m.sensor) if m.sensor else None,
+                m.ring_radius,
             )
             for link, m in model.mounts.items()
         },
@@ -164,6 +165,7 @@ def scene_model(scene: Scene) -> SceneFile:
                 tilt_deg=[degrees(t) for t in m.tilt],
                 keep_out=[list(k) for k in m.keep_out],
                 sensor=None if m.sensor is None else sensor_model(m.sensor),
+                ring_radius=m.radius,
             )
             for link, m in scene.limits.items()
         },

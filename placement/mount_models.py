@@ -73,6 +73,7 @@ class MountModel(StrictModel):
     tilt_deg: Annotated[list[Tilt], Field(min_length=2, max_length=2), AfterValidator(ascending)] = [-70.0, 70.0]
     keep_out: list[Interval] = Field(default=[], max_length=100, description="intervals without rings")
     sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
+    ring_radius: Metres | None = Field(default=None, description="metres; the scene's, if none is given")
 
 
 class RulesModel(StrictModel):
@@ -130,3 +131,12 @@ class ConeRow(StrictModel):
     axis_z: _Part
     fov_deg: float = Field(gt=0, lt=180, description="degrees, the full angle")
     range_m: Metres
+
+
+class SquareConeRow(ConeRow):
+    """A row where some sensors have square beams: with the full angle along ``up``, 0 of a cone, and ``up`` itself."""
+
+    fov_up_deg: float = Field(ge=0, lt=180, description="degrees, the full angle along up; 0: a cone")
+    up_x: _Part
+    up_y: _Part
+    up_z: _Part

@@ -22,7 +22,7 @@ from ..objectives.aim import Aim
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
 from ..objectives.exact import Verified, Verifier
 from ..objectives.scene import Scene
-from ..objectives.standing import meeting
+from .apart import apart
 from .candidates import Candidate, Space, stacked, unlike_first
 from .climb import Brake, Climb, climb
 from .convert import rounded
@@ -132,6 +132,7 @@ def search(
     known: Sequence[Setup] = (),
     aim: Aim | None = None,
     verifier: Verifier | None = None,
+    clock: Callable[[], float] = time.monotonic,
 ) -> SearchResult:
     """Find the setup of ``space`` that covers most of the scene's goals: positions, tilts and phases of its rings, and which
     rings there are where that is free.
@@ -145,20 +146,22 @@ def search(
         scene: robot, poses, goals, limits.
         space: the setups to choose from.
         seed: of the starts and of the points.
-        time_cap: seconds, from the call on.
+        time_cap: seconds of the ``clock``, from the call on.
         schedule: starts and stages.
         voxel: side of the voxels of the exact count, m.
         tell: is given the progress from time to time, in this thread.
         known: setups to start from beside the drawn ones, fitted to the space.
         aim: what is made large; by default zeta itself.
         verifier: counts the answer, and keeps the targets for who counts more; by default a new one of ``voxel``.
+        clock: by default that on the wall.
 
     Raises:
+        InfeasibleError: where rings of different links meet wherever they were tried.
         ValueError: for an empty target, or floors of goals that the aim cannot keep.
     """
     began = time.monotonic()
     schedule = schedule or Schedule()
-    brake = Brake(began + time_cap)
+    brake = Brake(clock() + time_cap, clock=clock)
     aim = aim or Aim()
     goals = len(scene.goals) * aim.mountings
     at_once = [poses_at_once(stage.points, goals, len(scene.poses)) for stage in schedule.stages]
@@ -228,10 +231,8 @@ def search(
             brake.pulled.set()
     finalists = [*finalists, *pool[:FINALISTS]] or [fresh(space, rng)]
     last = schedule.stages[max(progress.stage, 1) - 1].width
+    finalists = apart(space, finalists, luck)
     setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
-    if space.clear is not None:  # rings of different links, which no segment keeps apart
-        apart = [i for i, setup in enumerate(setups) if not meeting(space.clear, setup.rings)] or range(len(setups))
-        finalists, setups = [finalists[i] for i in apart], [setups[i] for i in apart]
 
     def counting(counted: int, to_count: int) -> None:
         progress.counted, progress.to_count = counted, to_count
