@@ -24,7 +24,6 @@ from scipy import stats
 
 from ..coverage.blinding import Beam, polyhedron_in_beam
 from ..coverage.capsules import Capsules, segment_to_segment
-from ..coverage.catalogue import model
 from ..coverage.occlusion import Occlusion
 from ..coverage.polyhedra import Polyhedron
 from ..coverage.ranging import readings, slabs
@@ -186,17 +185,12 @@ def stops(
     for body in obstacles:
         looks = Beam(apex.reshape(-1, 3), axis.reshape(-1, 3), *(np.tile(a, len(apex)) for a in (half, range_m)))
         stop = np.minimum(stop, polyhedron_in_beam(looks, body).reshape(stop.shape))
-    return np.where(np.repeat([_many_zones(r.sensor) for r in setup.rings], [r.count for r in setup.rings]), np.inf, stop)
+    return np.where(np.repeat([r.sensor.zoned for r in setup.rings], [r.count for r in setup.rings]), np.inf, stop)
 
 
 def _around(sensor: Sensor) -> float:
     """Half angle of the narrowest cone around a beam, rad."""
     return math.atan(math.hypot(math.tan(sensor.fov / 2), math.tan(sensor.fov_up / 2) if sensor.fov_up else 0.0))
-
-
-def _many_zones(sensor: Sensor) -> bool:
-    """Does each part of the beam see by itself? Of a square beam of no model it is taken so, as elsewhere."""
-    return sensor.fov_up is not None and (sensor.use is None or model(sensor.use.model).zones > 1)
 
 
 def lasting(seen: Bool[np.ndarray, "A T K"], steps: Int[np.ndarray, " K"]) -> Bool[np.ndarray, "A T K"]:
