@@ -18,7 +18,7 @@ from ..coverage.separation import separation, stopping_time
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import output_folder, write_text
-from ..placement.record import read_record
+from ..placement.record import check_limits, read_record
 from ..placement.result_convert import separation_model
 from ..placement.results import DirectionModel, SafetyResult, ShareModel
 from ..placement.sensing import sensor_records
@@ -74,6 +74,8 @@ def safety(
     left = replace(whole, reaction=whole.reaction - late)
     try:
         record = None if trajectory is None else read_record(trajectory, scene.robot, degrees)
+        if trajectory is not None and record is not None:
+            check_limits(trajectory, scene.robot, zip(record.time_s, record.q, strict=True))
         moments, full = (
             moments_of_scene(scene, s) if record is None else moments_of_record(scene.robot, record, s)
             for s in (left, whole)
