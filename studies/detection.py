@@ -31,7 +31,8 @@ from ..coverage.rings import Setup, sensor_optics
 from ..coverage.robots import Robot
 from ..coverage.sensors import Sensor
 from ..coverage.slots import sensor_axes
-from .human import BALL_ERROR, Bones, Posture, ball_counts, balls_along, bones
+from ..objectives.scene import Scene
+from .human import BALL_ERROR, PEDESTAL, Bones, Posture, ball_counts, balls_along, bones
 from .moments import STEP, Moments
 
 STATURE = 1.75  # m
@@ -77,13 +78,21 @@ class Approaches:
         return float(found.mean()), float(low), float(high)
 
 
-def walker(speed: float, start: float) -> Bones:
-    """The person on the way in along -x from ``start`` m, at ``STEP`` s, until the base's axis is reached."""
+def floor_of(scene: Scene) -> float:
+    """Height of the floor that the person walks on, m: the highest of the scene's, or ``PEDESTAL`` below the base."""
+    floors = [float(o.body.offset[0]) for o in scene.obstacles if len(o.body.offset) == 1]
+    return max(floors, default=-PEDESTAL)
+
+
+def walker(speed: float, start: float, floor: float = -PEDESTAL) -> Bones:
+    """The person on the way in along -x from ``start`` m on a ``floor`` at that height, m, at ``STEP`` s, until the base's
+    axis is reached."""
     at = np.arange(start, 0, -speed * STEP)
     n, zero = len(at), np.zeros(len(at))
     phase = 2 * np.pi * (start - at) / (STRIDE * STATURE)
     place = np.stack([at, zero], axis=1)
-    return bones(STATURE, Posture(place, np.full(n, np.pi), phase, zero + 1, zero, np.zeros((n, 2)), np.zeros((n, 2, 3))))
+    posture = Posture(place, np.full(n, np.pi), phase, zero + 1, zero, np.zeros((n, 2)), np.zeros((n, 2, 3)))
+    return bones(STATURE, posture, floor)
 
 
 @jax.jit
@@ -121,6 +130,7 @@ def approach(
     start: float | None = None,
     tell: Any = lambda done: None,
     obstacles: tuple[Polyhedron, ...] = (),
+    floor: float = -PEDESTAL,
 ) -> Approaches:
     """Walk in from each of ``azimuths`` at ``speed`` m/s, ending at a drawn moment.
 
@@ -134,9 +144,10 @@ def approach(
         start: how far out walks begin, m; ``start_of`` by default.
         tell: is given how many approaches are done.
         obstacles: of the cell, which hide too, and stop nobody.
+        floor: its height, m.
     """
     rng = np.random.default_rng(seed)
-    body = walker(speed, start_of(robot, setup, moments) if start is None else start)
+    body = walker(speed, start_of(robot, setup, moments) if start is None else start, floor)
     steps = len(body.start)
     counts = ball_counts(np.linalg.norm(body.end[0] - body.start[0], axis=1), body.radius, _ERROR)
     which = np.stack([moments.drawn(rng, steps) for _ in azimuths])
