@@ -70,7 +70,7 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
         if line := worst_line(r):
             console.print(line, highlight=False, soft_wrap=True)
     sensors = sensor_records(setup)
-    for line in (record_line(scene), *protective_lines(results, sensors), *sensor_lines(sensors)):
+    for line in (record_line(scene), *protective_lines(results, setup), *sensor_lines(sensors)):
         if line:
             console.print(line, highlight=False, soft_wrap=True)
 

@@ -216,7 +216,7 @@ def place(
     lines = (
         *(worst_line(r) for r in mine),
         record_line(scene),
-        *protective_lines(mine, record.sensors),
+        *protective_lines(mine, result.setup),
         *sensor_lines(record.sensors),
     )
     for line in lines:

@@ -130,4 +130,4 @@ def misplaced_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"], erro
     here = slots(robot, setup.rings)
     there = misplaced(here, seats(here, v.position, v.tilt, v.phase), errors)
     each = zip(*seen_from(here, there, forward(robot.chain, q), up=True), strict=True)
-    return [optics(a, x, here.half_angle, here.range_m, up, here.half_up) for a, x, up in each]
+    return [optics(a, x, here.half_angle, here.range_m, up, here.half_up, here.zoned) for a, x, up in each]

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from .arrays import Array, cross, dot, namespace, root
 from .chain import forward
@@ -26,7 +26,8 @@ class Slots:
 
     Of rings: frame (R,), index into ``forward``'s frames; start (R, 3) m, axis, zero and side (R, 3) of the mount; length
     (R,) m of the mount; radius (R,) m. Of sensors: ring (K,) each belongs to; turn (K,) rad from the first of its ring;
-    half_angle (K,) rad; range_m (K,); half_up (K,) rad, 0 of cones, or None where all are.
+    half_angle (K,) rad; range_m (K,); half_up (K,) rad, 0 of cones, and zoned (K,), is it read
+    zone by zone; None where all are cones.
     """
 
     frame: Int[Array, "*batch R"]
@@ -41,6 +42,7 @@ class Slots:
     half_angle: Float[Array, "*batch K"]
     range_m: Float[Array, "*batch K"]
     half_up: Float[Array, "*batch K"] | None = None
+    zoned: Bool[Array, "*batch K"] | None = None
 
 
 def any_square(rings: Iterable[Ring]) -> bool:
@@ -66,6 +68,7 @@ def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, squ
 
     start, axis, zero, side = (np.array([getattr(m, key) for m in mounts]) for key in ("start", "axis", "zero", "side"))
     turn = np.concatenate([np.arange(n) * (2 * np.pi / max(n, 1)) for n in counts] + [np.zeros(spare)])
+    some_square = square or any_square(rings)
     return Slots(
         np.array([m.frame for m in mounts]),
         start,
@@ -78,7 +81,8 @@ def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, squ
         turn,
         each([r.sensor.fov / 2 for r in rings], np.pi / 4),
         each([r.sensor.range_m for r in rings], -np.inf),
-        each([(r.sensor.fov_up or 0.0) / 2 for r in rings], 0.0) if square or any_square(rings) else None,
+        each([(r.sensor.fov_up or 0.0) / 2 for r in rings], 0.0) if some_square else None,
+        each([r.sensor.zoned for r in rings], 0.0) > 0 if some_square else None,
     )
 
 
@@ -203,4 +207,4 @@ def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cone
     if here.half_up is None:
         return Cones(*sensor_axes(robot, setup, frames), *sensor_optics(setup))
     apex, axis, up = slot_beams(here, v.position, v.tilt, v.phase, frames)
-    return optics(apex, axis, here.half_angle, here.range_m, up, here.half_up)
+    return optics(apex, axis, here.half_angle, here.range_m, up, here.half_up, here.zoned)

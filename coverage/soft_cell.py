@@ -4,7 +4,7 @@ Convex polyhedra throw shadows with plane sides. Where the apex moves, the faces
 edge turns about the edge: what it says of a point changes by its normal times how far the point lies from the edge, in the
 plane, over how far the apex does. Within an obstacle a sensor sees nothing, and nothing says which way is out.
 
-Under ``blind`` obstacles blind round beams, as the robot's bodies do (``soft_stops``), and shadow square ones alone.
+Under ``blind`` obstacles blind sensors of one zone, as the robot's bodies do (``soft_stops``), and shadow the others alone.
 """
 
 from dataclasses import dataclass
@@ -119,4 +119,4 @@ def _(seen: InCell) -> SoftBeams:
     if hidden is None or hidden.occlusion != "blind":
         return CellBeams(soft_beams(seen.seen), obstacles)
     inner = HiddenBeams(hidden, obstacles)
-    return CellBeams(inner, obstacles, cones.half_up > 0) if isinstance(cones, Optics) else inner
+    return CellBeams(inner, obstacles, cones.zoned) if isinstance(cones, Optics) else inner

@@ -4,13 +4,13 @@ Under ``shadow`` a beam is the larger of the cone's function and of minus that o
 bodies that come near a cone are looked at, and of the points only the blocks that their shadows reach. Slopes come from the
 shadow that counts at each point alone.
 
-Under ``blind`` a round beam ends where the nearest body stands in it (``soft_stops``). A square beam, whose sensor has many
-zones, is not blinded as a whole: under ``blind`` it is shadowed.
+Under ``blind`` the beam of a sensor of one zone ends where the nearest body stands in it, or in the cone around a square one
+(``soft_stops``). That of a sensor of many zones is not blinded as a whole: under ``blind`` it is shadowed.
 
 A sensor within a body sees nothing, and the slope there says no more than which way is out.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -50,36 +50,36 @@ class Hidden:
 
 class HiddenBeams(SoftBeams):
     """See ``SoftBeams``. ``free`` are the beams as if there were no bodies; what bodies do to them stands behind their own
-    parts and columns. Beams of both shapes may be stopped and shadowed at once, each by its shape. ``obstacles`` blind, too,
-    and shadow nothing here."""
+    parts and columns. Some beams may be stopped and others shadowed, each by its zones. ``obstacles`` blind, too, and shadow
+    nothing here."""
 
     def __init__(self, hidden: Hidden, obstacles: tuple[Polyhedron, ...] = ()) -> None:
         self.free, self.bodies = soft_beams(hidden.cones), hidden.bodies
         self.cones, self.count = self.free.cones, self.free.count
-        cones = self.cones
+        cones, around = self.cones, self.cones.around()
         self.parts, self.columns = self.free.parts, self.free.columns
-        square: Any = cones.half_up > 0 if isinstance(cones, Optics) else None
+        zoned: Any = cones.zoned if isinstance(cones, Optics) else None
         self.stops = hidden.occlusion == "blind"
-        self.shadows = not self.stops or square is not None
+        self.shadows = not self.stops or zoned is not None
         if self.stops:
             self.columns += 1
 
             def stop_of(apex: Any, axis: Any) -> Any:
-                stop = soft_stop(Cones(apex, axis, cones.half_angle, cones.range_m), self.bodies, obstacles)
-                return stop if square is None else jnp.where(square, jnp.inf, stop)
+                stop = soft_stop(replace(around, apex=apex, axis=axis), self.bodies, obstacles)
+                return stop if zoned is None else jnp.where(zoned, jnp.inf, stop)
 
             stop, self._pull_stop = jax.vjp(stop_of, cones.apex, cones.axis)
             self.parts = (*self.parts, jnp.append(stop, jnp.zeros(1, stop.dtype)))
         if not self.shadows:
             return
         start, end, radius = (a[None] for a in self.bodies)
-        looks = Beam(*(a[:, None] for a in vars(cones.around()).values()))
+        looks = Beam(*(a[:, None] for a in vars(around).values()))
         matters = capsule_gap(looks, start, end, radius, steps=_STEPS)[0] < _MARGIN
         depth, _ = self._depth(cones.apex[:, None], start, end, radius)
         deepest = jnp.arange(depth.shape[1])[None] == depth.argmax(axis=1)[:, None]
         matters = jnp.where((depth > 0).any(axis=1, keepdims=True), deepest, matters)  # one is enough to see nothing
         if self.stops:
-            matters = matters & square[:, None]
+            matters = matters & zoned[:, None]
         self._matters = matters
         pairs = jnp.argsort(~matters.ravel(), stable=True).astype(jnp.int32)
         self._pairs = jnp.pad(pairs, (0, -len(pairs) % _PAIRS))

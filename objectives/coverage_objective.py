@@ -98,12 +98,12 @@ class CoverageObjective:
         parts = seen_from(slots, here, self._frames[at], slots.half_up is not None)
         apex, axis, *up = (v[self._mounting[some], pose] for v in parts)
         lost = {None: None, "ring": slots.ring, "sensor": np.arange(len(slots.ring))}[self.aim.losing]
-        half_angle, range_m, half_up, group = (
+        half_angle, range_m, half_up, zoned, group = (
             None if a is None else np.broadcast_to(a, (len(some), *np.shape(a)))
-            for a in (slots.half_angle, slots.range_m, slots.half_up, lost)
+            for a in (slots.half_angle, slots.range_m, slots.half_up, slots.zoned, lost)
         )
         rows = Rows(some, self._pose[some], apex, axis, half_angle, range_m)
-        return rows._replace(up=up[0] if up else None, half_up=half_up, group=group)
+        return rows._replace(up=up[0] if up else None, half_up=half_up, zoned=zoned, group=group)
 
     def _worth(self, zetas: Any, some: Any, poses: Any) -> tuple[float, Any, Any]:
         """Value of a setup whose ``some`` terms have these zetas (T,), its slopes by these, and zeta pose by pose (P,)."""

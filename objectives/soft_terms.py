@@ -24,9 +24,9 @@ _ROWS_ELSEWHERE = (256, 4)  # on an accelerator several, as memory holds them
 
 class Rows(NamedTuple):
     """What N rows look at, each one setup's K sensors at one pose and the points of one term: numbers of the term and of the
-    pose (N,); apexes m and axes (N, K, 3), half angles and ranges (N, K); where beams may be square ups (N, K, 3) and half
-    angles along them (N, K), else None. Where losses count: the group (N, K) that each sensor is lost with, and the weights
-    (N, G) of the losses in slopes."""
+    pose (N,); apexes m and axes (N, K, 3), half angles and ranges (N, K); where beams may be square ups (N, K, 3), half
+    angles along them and whether they are zoned (N, K), else None. Where losses count: the group (N, K) that each sensor is
+    lost with, and the weights (N, G) of the losses in slopes."""
 
     term: Any
     pose: Any
@@ -36,6 +36,7 @@ class Rows(NamedTuple):
     range_m: Any
     up: Any = None
     half_up: Any = None
+    zoned: Any = None
     group: Any = None
     weights: Any = None
 
@@ -77,7 +78,7 @@ class SoftTerms:
             zetas = () if row.group is None else row.weights.shape
 
             def look() -> Soft:
-                beams = optics(row.apex, row.axis, row.half_angle, row.range_m, row.up, row.half_up)
+                beams = optics(row.apex, row.axis, row.half_angle, row.range_m, row.up, row.half_up, row.zoned)
                 seen, points = self._past(beams, row.pose), jax.tree.map(lambda a: a[row.term], clouds)
                 if row.group is None:
                     return soft_seen(seen, points, width, self._seen, slopes=slopes)
@@ -106,6 +107,7 @@ def _rows() -> tuple[int, int | None]:
 
 def _filled(array: np.ndarray, size: int) -> np.ndarray:
     """``array``, filled up to ``size`` along its first axis, in 32 bit."""
-    found = np.zeros((size, *array.shape[1:]), np.float32 if array.dtype.kind == "f" else np.int32)
+    kind: Any = {"f": np.float32, "b": bool}.get(array.dtype.kind, np.int32)
+    found = np.zeros((size, *array.shape[1:]), kind)
     found[: len(array)] = array
     return found

@@ -52,14 +52,14 @@ def sensor_of(model: SensorModel) -> Sensor:
     if model.use is not None:
         return effective(model.use).sensor
     up = None if model.fov_up_deg is None else math.radians(model.fov_up_deg)
-    return Sensor(math.radians(model.fov_deg), model.range_m, None, up)
+    return Sensor(math.radians(model.fov_deg), model.range_m, None, up, model.zones)
 
 
 def sensor_model(sensor: Sensor) -> SensorModel:
     """A sensor as a file holds it: of a model of the catalogue both the use and the beam that follows."""
     beam: dict[str, Any] = {"fov_deg": degrees(sensor.fov), "range_m": sensor.range_m}
     if sensor.fov_up is not None:
-        beam["fov_up_deg"] = degrees(sensor.fov_up)
+        beam |= {"fov_up_deg": degrees(sensor.fov_up), "zones": sensor.zones}
     if sensor.use is None:
         return SensorModel(**beam)
     u = sensor.use

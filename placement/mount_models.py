@@ -19,12 +19,16 @@ _SAME = 1e-6  # degrees and metres, by which a stated beam may be off that of th
 
 class SensorModel(StrictModel):
     """A beam; or a model of the catalogue and what it is used for, from which the beam follows. A file may state both, as
-    those that are written do, if they agree."""
+    those that are written do, if they agree. A square beam that neither is of a model nor says how many zones it has is
+    taken as of one: then no more is claimed than is seen."""
 
     fov_deg: float = Field(default=25.0, gt=0, lt=180, description="degrees, the full angle")
     range_m: Metres = 1.5
     fov_up_deg: float | None = Field(
         default=None, gt=0, lt=180, description="degrees, of a square beam along its ring's axis; none: a round beam"
+    )
+    zones: int = Field(
+        default=1, ge=1, le=1000, description="in a row of a square beam, each seeing by itself; 1: blinded as a whole"
     )
     model: Annotated[str, Field(max_length=100)] | None = Field(default=None, description="of the catalogue")
     ambient: Annotated[str, Field(max_length=100)] | None = Field(default=None, description="light, like 50kcps or 5klx")
@@ -46,6 +50,8 @@ class SensorModel(StrictModel):
         use, given = self.use, self.model_fields_set
         if use is None:
             refuse(((key,), getattr(self, key), "only beside a model") for key in _USES if getattr(self, key) is not None)
+            if self.zones > 1 and self.fov_up_deg is None:
+                refuse([(("zones",), self.zones, "1 for a round beam; more only beside fov_up_deg")])
             return self
         if use.model not in MODELS:
             refuse([(("model",), use.model, ", ".join(MODELS))])
@@ -54,7 +60,7 @@ class SensorModel(StrictModel):
         except ValueError as error:
             raise PydanticCustomError("rule", "{error}", {"error": str(error)}) from error
         up = None if found.fov_up is None else math.degrees(found.fov_up)
-        beam = {"fov_deg": math.degrees(found.fov), "range_m": found.range_m, "fov_up_deg": up}
+        beam = {"fov_deg": math.degrees(found.fov), "range_m": found.range_m, "fov_up_deg": up, "zones": found.zones}
         refuse(
             ((key,), getattr(self, key), f"{value:.9g}, as {use.model} has it here, or no such key")
             for key, value in beam.items()

@@ -176,6 +176,7 @@ class SafetyResult(StrictModel):
     range_suffices_percent: Percent
     occlusion: Literal["shadow", "blind", "ignore"]
     obstacles: list[str] = []
+    floor_m: float
     seed: int
     sensors: list[SensorRecord]
     disclaimer: str

@@ -24,7 +24,6 @@ from scipy import stats
 
 from ..coverage.blinding import Beam, polyhedron_in_beam
 from ..coverage.capsules import Capsules, segment_to_segment
-from ..coverage.catalogue import model
 from ..coverage.occlusion import Occlusion
 from ..coverage.polyhedra import Polyhedron
 from ..coverage.ranging import readings, slabs
@@ -32,7 +31,8 @@ from ..coverage.rings import Setup, sensor_optics
 from ..coverage.robots import Robot
 from ..coverage.sensors import Sensor
 from ..coverage.slots import sensor_axes
-from .human import BALL_ERROR, Bones, Posture, ball_counts, balls_along, bones
+from ..objectives.scene import Scene
+from .human import BALL_ERROR, PEDESTAL, Bones, Posture, ball_counts, balls_along, bones
 from .moments import STEP, Moments
 
 STATURE = 1.75  # m
@@ -78,13 +78,21 @@ class Approaches:
         return float(found.mean()), float(low), float(high)
 
 
-def walker(speed: float, start: float) -> Bones:
-    """The person on the way in along -x from ``start`` m, at ``STEP`` s, until the base's axis is reached."""
+def floor_of(scene: Scene) -> float:
+    """Height of the floor that the person walks on, m: the highest of the scene's, or ``PEDESTAL`` below the base."""
+    floors = [float(o.body.offset[0]) for o in scene.obstacles if len(o.body.offset) == 1]
+    return max(floors, default=-PEDESTAL)
+
+
+def walker(speed: float, start: float, floor: float = -PEDESTAL) -> Bones:
+    """The person on the way in along -x from ``start`` m on a ``floor`` at that height, m, at ``STEP`` s, until the base's
+    axis is reached."""
     at = np.arange(start, 0, -speed * STEP)
     n, zero = len(at), np.zeros(len(at))
     phase = 2 * np.pi * (start - at) / (STRIDE * STATURE)
     place = np.stack([at, zero], axis=1)
-    return bones(STATURE, Posture(place, np.full(n, np.pi), phase, zero + 1, zero, np.zeros((n, 2)), np.zeros((n, 2, 3))))
+    posture = Posture(place, np.full(n, np.pi), phase, zero + 1, zero, np.zeros((n, 2)), np.zeros((n, 2, 3)))
+    return bones(STATURE, posture, floor)
 
 
 @jax.jit
@@ -122,6 +130,7 @@ def approach(
     start: float | None = None,
     tell: Any = lambda done: None,
     obstacles: tuple[Polyhedron, ...] = (),
+    floor: float = -PEDESTAL,
 ) -> Approaches:
     """Walk in from each of ``azimuths`` at ``speed`` m/s, ending at a drawn moment.
 
@@ -135,9 +144,10 @@ def approach(
         start: how far out walks begin, m; ``start_of`` by default.
         tell: is given how many approaches are done.
         obstacles: of the cell, which hide too, and stop nobody.
+        floor: its height, m.
     """
     rng = np.random.default_rng(seed)
-    body = walker(speed, start_of(robot, setup, moments) if start is None else start)
+    body = walker(speed, start_of(robot, setup, moments) if start is None else start, floor)
     steps = len(body.start)
     counts = ball_counts(np.linalg.norm(body.end[0] - body.start[0], axis=1), body.radius, _ERROR)
     which = np.stack([moments.drawn(rng, steps) for _ in azimuths])
@@ -186,17 +196,12 @@ def stops(
     for body in obstacles:
         looks = Beam(apex.reshape(-1, 3), axis.reshape(-1, 3), *(np.tile(a, len(apex)) for a in (half, range_m)))
         stop = np.minimum(stop, polyhedron_in_beam(looks, body).reshape(stop.shape))
-    return np.where(np.repeat([_many_zones(r.sensor) for r in setup.rings], [r.count for r in setup.rings]), np.inf, stop)
+    return np.where(np.repeat([r.sensor.zoned for r in setup.rings], [r.count for r in setup.rings]), np.inf, stop)
 
 
 def _around(sensor: Sensor) -> float:
     """Half angle of the narrowest cone around a beam, rad."""
     return math.atan(math.hypot(math.tan(sensor.fov / 2), math.tan(sensor.fov_up / 2) if sensor.fov_up else 0.0))
-
-
-def _many_zones(sensor: Sensor) -> bool:
-    """Does each part of the beam see by itself? Of a square beam of no model it is taken so, as elsewhere."""
-    return sensor.fov_up is not None and (sensor.use is None or model(sensor.use.model).zones > 1)
 
 
 def lasting(seen: Bool[np.ndarray, "A T K"], steps: Int[np.ndarray, " K"]) -> Bool[np.ndarray, "A T K"]:

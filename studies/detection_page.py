@@ -102,7 +102,8 @@ def _during(r: SafetyResult) -> str:
 
 def _in_the_way(r: SafetyResult) -> str:
     blind = " and blinds sensors of one zone in whose beams it stands" if r.occlusion == "blind" else ""
-    robot = f"The robot {'does not hide' if r.occlusion == 'ignore' else 'hides'} what is behind it{blind}."
+    robot = f"The person walks on a floor at {r.floor_m:g} m in the base frame."
+    robot += f" The robot {'does not hide' if r.occlusion == 'ignore' else 'hides'} what is behind it{blind}."
     return f"{robot} So do {', '.join(r.obstacles)}, which stop nobody." if r.obstacles else robot
 
 

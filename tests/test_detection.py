@@ -11,15 +11,15 @@ from place_rings.coverage.beams import Occluders, beams
 from place_rings.coverage.capsules import Capsules, point_to_segment, robot_capsules
 from place_rings.coverage.chain import forward
 from place_rings.coverage.effective import effective
-from place_rings.coverage.polyhedra import box
+from place_rings.coverage.polyhedra import box, half_space
 from place_rings.coverage.rings import Ring, Setup, named_setup
 from place_rings.coverage.robots import UR10
 from place_rings.coverage.sensors import Sensor, Use
 from place_rings.coverage.separation import Safety
 from place_rings.coverage.slots import sensor_axes, sensor_cones
-from place_rings.objectives.scene import Pose, Scene
+from place_rings.objectives.scene import Obstacle, Pose, Scene
 from place_rings.objectives.trajectory import Record
-from place_rings.studies.detection import Timing, approach, lasting, seeing_as_far, start_of, stops, turned, walker
+from place_rings.studies.detection import Timing, approach, floor_of, lasting, seeing_as_far, start_of, stops, turned, walker
 from place_rings.studies.moments import STEP, moments_of_record, moments_of_scene
 
 POSE = np.radians([0, -45, 60, -105, -90, 0])
@@ -51,6 +51,15 @@ def test_sensors_that_see_all_around_and_far_report_everybody():
     found = run(Setup((ring, replace(ring, tilt=0.8), replace(ring, tilt=-0.8))))
     assert found.in_time.all()
     assert np.all(found.sight > found.asked)
+
+
+def test_the_person_walks_on_the_scenes_floor():
+    table, floor = Obstacle("table", box((0, 0, 0), (1, 1, 1))), Obstacle("floor", half_space(-0.9))
+    assert (floor_of(Scene()), floor_of(Scene(obstacles=(table,)))) == (-0.75, -0.75)
+    assert floor_of(Scene(obstacles=(table, floor))) == -0.9
+    lower, usual = walker(1.6, 2.0, -0.9), walker(1.6, 2.0)
+    for key in ("start", "end"):
+        np.testing.assert_allclose(getattr(lower, key), getattr(usual, key) + np.array([0, 0, -0.15]), atol=1e-12)
 
 
 def test_distances_are_those_of_points_on_the_body():
