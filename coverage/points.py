@@ -8,6 +8,7 @@ from .solids import Parts, Solid, fold
 
 _BATCH = 1 << 10  # candidates tested at once: in cache
 _MOST = 32_000 * _BATCH  # candidates
+_FIRST = 256 * _BATCH  # candidates after which a pace is known that would need more than these
 
 
 class EmptySolidError(ValueError):
@@ -40,12 +41,12 @@ def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
     low, high = solid.bounds()
     sequence = qmc.Sobol(3, seed=seed)
     found: list[np.ndarray] = []
-    total = 0
-    for _ in range(_MOST // _BATCH):
+    total = tried = 0
+    while tried < _FIRST or total * _MOST > count * tried:
         candidates = low + (high - low) * sequence.random(_BATCH)
         hits = candidates[_inside(solid, candidates)]
         found.append(hits)
-        total += len(hits)
+        total, tried = total + len(hits), tried + _BATCH
         if total >= count:
             return np.concatenate(found)[:count]
-    raise EmptySolidError(f"only {total} of {_MOST} points tried lie inside the target: it is empty or too thin")
+    raise EmptySolidError(f"only {total} of {tried} points tried lie inside the target: it is empty or too thin")
