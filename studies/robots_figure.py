@@ -97,8 +97,8 @@ def _dumbbells(ax: Axes, rows: Sequence[Row]) -> None:
         for model, value in zip(OCCLUSIONS, values, strict=True):
             marker, face, edge = _LOOKS[model]
             ax.plot(value, y, marker, mfc=face, mec=edge, mew=1.4, ms=7.5, zorder=2 + (model == "ignore"))
-    best = max(row.shadow for row, _ in shown if row.searched)
-    ax.axvline(best, color=COLOURS[0], lw=0.8, ls=(0, (4, 3)), zorder=0.5)
+    found = next(row.shadow for row, _ in shown if row.name == SHOWN)
+    ax.axvline(found, color=COLOURS[0], lw=0.8, ls=(0, (4, 3)), zorder=0.5)
     ax.set_yticks(
         [-at - 0.5 * (not row.searched) for at, (row, _) in enumerate(shown)], [label for _, label in shown], fontsize=9
     )
