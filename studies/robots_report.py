@@ -69,8 +69,8 @@ def _page(rows: Sequence[Row], command: str) -> Iterator[str]:
     yield "## All setups\n"
     yield "ζ in percent; *unseeing*: sensors that see less than a hundredth of their cones past the body; *s*: of the"
     yield f"search, seconds of processors, all together, with a * where the limit of {PROCESSORS * SECONDS:g} s, of which a"
-    yield "fifth is kept for the exact count, cut its climbs short; in brackets those on the wall, of a machine that other jobs"
-    yield "used too.\n"
+    yield "fifth is kept for the exact count, cut its climbs short; in brackets those on the wall, of a machine that other"
+    yield "jobs used too.\n"
     for robot in dict.fromkeys(row.robot for row in rows):
         scene = scene_from(where(robot, {}))
         angles = ", ".join(f"{a:g}" for a in pose_deg(robot))

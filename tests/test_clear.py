@@ -30,7 +30,6 @@ from place_rings.placement.errors import UserError
 from place_rings.placement.layout import ring_layout
 from place_rings.placement.loader import read_scene
 from place_rings.placement.rework import Rework
-from place_rings.placement.search import Schedule, Stage, search
 
 from . import drawing
 
@@ -267,11 +266,11 @@ def test_a_search_moves_rings_that_meet_apart():
         assert np.array_equal(found.count, c.count)
 
 
-def test_a_search_says_where_rings_cannot_be_moved_apart():
+def test_rings_that_cannot_be_moved_apart_are_refused():
     space = folded({"upper_arm": Limits((0.5, 0.56)), "forearm": Limits((0.3, 0.4))})
     rng = np.random.default_rng(0)
     with pytest.raises(InfeasibleError, match=r"ring 0 \(upper_arm\) lies in ring 1 \(forearm\) at pose 1, and so do"):
-        search(space.scene, space, schedule=Schedule(2, (Stage(0.05, 256, 2, 1),), draws=2), voxel=0.1)
+        apart(space, [fresh(space, rng)], rng)
     held = replace(space.scene, rules=Rules(fixed=space.setup(fresh(space, rng)).rings))
     fixed = Space(held, sensors=held.rules.fixed[0].count + held.rules.fixed[1].count + 8)
     assert apart(fixed, [fresh(fixed, rng)], rng)  # fixed rings are there, whatever they do
