@@ -1,6 +1,7 @@
 """The commands as a user runs them: what they print, what they refuse, what they leave behind."""
 
 import csv
+import gc
 import io
 import json
 import os
@@ -13,10 +14,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from place_rings.cli import main as command_line
+from place_rings.cli.entry import never_lost
+from place_rings.cli.place import comparable
 from place_rings.coverage.rings import named_setup
 from place_rings.coverage.robots import UR10
 from place_rings.coverage.slots import sensor_cones
 from place_rings.objectives.exact import Verifier
+from place_rings.objectives.scene import Scene
 from place_rings.placement import search as searching
 from place_rings.placement.loader import read_proposal
 from place_rings.placement.proposals import SearchFile
@@ -188,6 +192,7 @@ def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
 
 
 def test_an_interrupt_while_comparing_keeps_the_proposal(run, monkeypatch, tmp_path):
+    assert comparable(Scene())  # imported before what it imports is replaced
     monkeypatch.setattr(searching, "Schedule", lambda: Schedule(4, (Stage(0.1, 512, 4, 2),)))
     real, calls = Verifier.verify, []
 
@@ -235,6 +240,23 @@ def test_ctrl_c_keeps_the_best_so_far(tmp_path, delay):
         if process.returncode == 130:  # else Python itself had not begun
             assert "interrupted before there was anything to keep" in err
         assert not (tmp_path / "out" / "proposal.toml").exists()
+
+
+def test_ctrl_c_that_is_dropped_in_callbacks_comes_again(monkeypatch):
+    left = [KeyboardInterrupt] * 2
+
+    def pressed(phase, info):
+        if left:
+            raise left.pop()
+
+    monkeypatch.setattr(sys, "unraisablehook", never_lost)
+    gc.callbacks.append(pressed)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            gc.collect(), time.sleep(5)
+    finally:
+        gc.callbacks.remove(pressed)
+    assert not left
 
 
 def test_safety_says_that_a_sensor_does_not_reach_and_leaves_a_report(run, tmp_path):
