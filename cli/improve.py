@@ -16,11 +16,12 @@ from ..placement.beam import WORTH, Answer
 from ..placement.changes import Change, Kind, turn
 from ..placement.convert import ring_models, scene_model
 from ..placement.loader import output_folder, to_toml, write_text
+from ..placement.progress import Outcome
+from ..placement.progress import Progress as Told
 from ..placement.proposals import ImproveResult, ProposalFile, StepModel
 from ..placement.result_convert import change_model, verify_result, work_model
 from ..placement.results import VerifyResult
-from ..placement.search import Outcome, SearchResult
-from ..placement.search import Progress as Told
+from ..placement.search import SearchResult
 from .picture import comparison_picture
 from .place import check_scene, found_model
 from .sighting import check_sight

@@ -23,6 +23,7 @@ from ..placement.convert import ring_models, scene_model
 from ..placement.errors import UserError
 from ..placement.finalists import MANY
 from ..placement.loader import output_folder, to_toml, write_text
+from ..placement.progress import Progress as Told
 from ..placement.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
 from ..placement.reach import fewest_sensors
 from ..placement.result_convert import tolerant_model, verify_result
@@ -73,7 +74,7 @@ def find(
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
-        def tell(p: searching.Progress) -> None:
+        def tell(p: Told) -> None:
             total, done = p.stages, p.climbed
             what = f"stage {p.stage} of {p.stages}"
             if p.to_count:
@@ -91,7 +92,7 @@ def find_fewest(
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
-        def tell(sensors: int, p: searching.Progress) -> None:
+        def tell(sensors: int, p: Told) -> None:
             bar.update(
                 task,
                 description=f"{sensors} sensors",

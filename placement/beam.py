@@ -19,8 +19,9 @@ from ..objectives.exact import Verifier
 from .candidates import stacked
 from .changes import Change, Touched, Work, changes, work
 from .climb import Brake, climb
+from .progress import Progress
 from .rework import Placed, Rework
-from .search import Progress, Stage
+from .schedule import Stage
 from .touching import as_it_is, touched
 
 WORTH = 5e-4  # of zeta: a change that gains less is not worth the work, and values that gain less stay as they were
@@ -133,11 +134,11 @@ class Beam:
         return [end[0] for end in ends]
 
     def _climb(self, p: Placed, stage: Stage, clouds: Cloud) -> tuple[Placed, float, int]:
-        if not p.loose:
-            return p, float(self.objective.zetas(stacked([p.arrays]), p.values[None], clouds)[0]), 0
-        box = p.low, p.high
-        found = climb(self.objective, stacked([p.arrays]), box, p.values, stage.width, stage.steps, clouds, self.brake)
-        return replace(p, values=found.values), found.hard, found.evaluations
+        setup, box, spent = stacked([p.arrays]), (p.low, p.high), 0
+        if p.loose:
+            found = climb(self.objective, setup, box, p.values, stage.width, stage.steps, clouds, self.brake)
+            p, spent = replace(p, values=found.values), found.evaluations
+        return p, float(self.objective.zetas(setup, p.values[None], clouds)[0]), spent
 
     def ends(self, some: list[Placed]) -> list[Touched]:
         """Where setups come to through all stages, the best first."""

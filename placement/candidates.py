@@ -161,15 +161,14 @@ class Space:
             low[1, 0], high[1, 0] = tilts
         return low, high
 
-    def _ring(self, link: str, count: int) -> Ring:
+    def ring(self, link: str, count: int) -> Ring:
+        """A new ring of so many sensors on ``link``, at its start."""
         like = next((r for r in self.layout.rings if r.link == link), None) if self.layout else None
         ring = Ring(link, 0.0, count, 0.0, 0.0, self.radii[link], self.scene.sensor_of(link))
         return ring if like is None else replace(ring, sensor=like.sensor)
 
-    def arrays(self, c: Candidate) -> tuple[Slots, Stretch]:
-        """A candidate for the objective; all candidates have one shape."""
-        links = [self.segments[i].link if i >= 0 else self.scene.robot.links[0] for i in c.segment]
-        rings = [self._ring(link, int(n)) for link, n in zip(links, c.count, strict=True)]
+    def stretch(self, c: Candidate) -> Stretch:
+        """Where a candidate's rings and the fixed ones may be."""
         shared = np.concatenate([c.sign, np.ones(len(self.fixed))]) if self.scene.rules.shared_tilt else None
         which = np.concatenate([c.segment, np.full(len(self.fixed), -1)])
         where = stretch(self.segments, which, shared)
@@ -177,7 +176,13 @@ class Space:
             n = len(c.segment)
             where.low[n:] = [ring.position for ring in self.fixed]
             where.tilt_of[n:] = np.arange(n, n + len(self.fixed))
-        return slots(self.scene.robot, (*rings, *self.fixed), self.sensors, self.square), where
+        return where
+
+    def arrays(self, c: Candidate) -> tuple[Slots, Stretch]:
+        """A candidate for the objective; all candidates have one shape."""
+        links = [self.segments[i].link if i >= 0 else self.scene.robot.links[0] for i in c.segment]
+        rings = [self.ring(link, int(n)) for link, n in zip(links, c.count, strict=True)]
+        return slots(self.scene.robot, (*rings, *self.fixed), self.sensors, self.square), self.stretch(c)
 
     def values(self, c: Candidate) -> Float[np.ndarray, "3 R"]:
         """Values of a candidate's rings and of the fixed ones."""
@@ -187,10 +192,10 @@ class Space:
     def setup(self, c: Candidate) -> Setup:
         """The setup that a candidate stands for: each phase in [0, spacing), the rings of a link from proximal to distal,
         the fixed ones as they are."""
-        position, tilt, phase = decode(self.arrays(c)[1], self.values(c))
+        position, tilt, phase = decode(self.stretch(c), self.values(c))
         rings = [
             replace(
-                self._ring(self.segments[c.segment[i]].link, int(c.count[i])),
+                self.ring(self.segments[c.segment[i]].link, int(c.count[i])),
                 position=float(np.clip(position[i], 0, 1)),
                 tilt=float(tilt[i]),
                 phase=float(phase[i] % (2 * math.pi / c.count[i])),
@@ -216,7 +221,7 @@ class Space:
         if self.scene.rules.shared_tilt:
             values[1] = np.abs(values[1]).mean()
         c = Candidate(segment, count, values, sign)
-        along = encode(self.arrays(c)[1], np.concatenate([values[0], [r.position for r in self.fixed]]))
+        along = encode(self.stretch(c), np.concatenate([values[0], [r.position for r in self.fixed]]))
         values[0] = along[: self.places]
         low, high = self.box(c)
         return replace(c, values=np.clip(values, low[:, : self.places], high[:, : self.places]))
@@ -262,7 +267,7 @@ def features(space: Space, c: Candidate) -> Float[np.ndarray, " F"]:
     places. Half the sum of differences of two of them is the share of sensors that sit elsewhere."""
     links = space.scene.robot.links
     grid = np.zeros((len(links), _POSITIONS + 1, _TILTS + 1))
-    position, tilt, _ = decode(space.arrays(c)[1], space.values(c))
+    position, tilt, _ = decode(space.stretch(c), space.values(c))
     for i in c.rings:
         x, y = np.clip(position[i], 0, 1) * (_POSITIONS - 1), (tilt[i] / math.pi + 0.5) * (_TILTS - 1)
         a, b = int(x), int(y)

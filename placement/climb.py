@@ -31,11 +31,10 @@ class Brake:
 
 @dataclass(frozen=True)
 class Climb:
-    """Where a climb came to: values (3, R), soft zeta, share of the points in a cone, and evaluations spent."""
+    """Where a climb came to: values (3, R), soft zeta, and evaluations spent."""
 
     values: Values
     soft: float
-    hard: float
     evaluations: int
 
 
@@ -84,4 +83,4 @@ def climb(
     optimizer.set_ftol_abs(1e-6)
     optimizer.set_max_objective(value_and_slope)
     optimizer.optimize(values.ravel()[free])
-    return Climb(best, top, float(objective.zetas(setup, best[None], clouds, poses=poses)[0]), calls)
+    return Climb(best, top, calls)

@@ -20,8 +20,8 @@ from ..objectives.scene import Scene
 from .beam import WORTH, Answer, Beam, Plan
 from .changes import Touched
 from .climb import Brake
+from .progress import Outcome, Progress, Statistics
 from .rework import Rework
-from .search import Outcome, Progress, Statistics
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,9 @@ from ..coverage.rings import Setup
 from ..objectives.aim import Aim
 from ..objectives.scene import Scene
 from .candidates import InfeasibleError, Space
-from .search import Outcome, Progress, Schedule, SearchResult, search
+from .progress import Outcome, Progress
+from .schedule import Schedule
+from .search import SearchResult, search
 
 _FIRST = 24  # sensors of the first search
 _MOST = 1000

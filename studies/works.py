@@ -20,7 +20,8 @@ from ..placement.convert import ring_models, scene_of, setup_of
 from ..placement.layout import ring_layout
 from ..placement.models import SceneFile
 from ..placement.mount_models import RingModel
-from ..placement.search import Outcome, Schedule, Stage
+from ..placement.progress import Outcome
+from ..placement.schedule import Schedule, Stage
 from ..placement.search import search as searching
 from . import approach, distance, grid, human, maxcover, objects, task, walk
 from .approach import unseen_approaches

@@ -25,7 +25,7 @@ from place_rings.placement import search as searching
 from place_rings.placement.loader import read_proposal
 from place_rings.placement.proposals import SearchFile
 from place_rings.placement.results import RobustnessResult, SafetyResult, VerifyResult
-from place_rings.placement.search import Schedule, Stage
+from place_rings.placement.schedule import Schedule, Stage
 
 
 @pytest.fixture

@@ -17,9 +17,10 @@ from place_rings.placement.changes import Kind
 from place_rings.placement.convert import rounded
 from place_rings.placement.improve import improve
 from place_rings.placement.loader import read_proposal
+from place_rings.placement.progress import Outcome
 from place_rings.placement.proposals import ImproveResult
 from place_rings.placement.results import VerifyResult
-from place_rings.placement.search import Outcome, Stage
+from place_rings.placement.schedule import Stage
 
 from .test_rework import check_changes, check_rules
 

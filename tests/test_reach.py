@@ -6,8 +6,9 @@ from place_rings.coverage.targets import Target
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Goal, Limits, Rules, Scene
 from place_rings.placement.candidates import InfeasibleError
+from place_rings.placement.progress import Outcome
 from place_rings.placement.reach import fewest_sensors
-from place_rings.placement.search import Outcome, Schedule, Stage
+from place_rings.placement.schedule import Schedule, Stage
 
 QUICK = Schedule(4, (Stage(0.1, 512, 6, 2), Stage(0.03, 512, 6, 1, variants=1)), draws=16)
 SCENE = Scene(goals=(Goal(Target("V_S", 0.5)),), rules=Rules(sensors=(4, 16)))

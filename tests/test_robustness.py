@@ -25,7 +25,8 @@ from place_rings.objectives.tolerance import tolerance
 from place_rings.placement.candidates import Space, stacked
 from place_rings.placement.drawing import fresh
 from place_rings.placement.layout import ring_layout
-from place_rings.placement.search import Schedule, Stage, search
+from place_rings.placement.schedule import Schedule, Stage
+from place_rings.placement.search import search
 
 from . import drawing
 

@@ -11,11 +11,13 @@ from place_rings.objectives.coverage_objective import CoverageObjective, TargetP
 from place_rings.objectives.exact import TooFineError, Verifier
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
 from place_rings.objectives.soft_terms import SoftTerms
-from place_rings.placement import search as searching
+from place_rings.placement import pool as pools
 from place_rings.placement.candidates import Space, stacked
 from place_rings.placement.drawing import fresh
 from place_rings.placement.layout import ring_layout
-from place_rings.placement.search import Outcome, Schedule, Stage, search
+from place_rings.placement.progress import Outcome
+from place_rings.placement.schedule import Schedule, Stage
+from place_rings.placement.search import search
 
 from . import drawing
 
@@ -93,7 +95,7 @@ def test_a_time_cap_still_gives_an_answer(scene):
 
 
 def test_an_interrupt_keeps_the_best_so_far(scene, monkeypatch):
-    real, calls = searching.wait, []
+    real, calls = pools.wait, []
 
     def interrupted(*args, **kwargs):
         calls.append(1)
@@ -101,13 +103,13 @@ def test_an_interrupt_keeps_the_best_so_far(scene, monkeypatch):
             raise KeyboardInterrupt
         return real(*args, **kwargs)
 
-    monkeypatch.setattr(searching, "wait", interrupted)
+    monkeypatch.setattr(pools, "wait", interrupted)
     stopped = search(scene, Space(scene, ring_layout(scene, 2, 6)), schedule=SHORT, voxel=0.1)
     assert stopped.outcome is Outcome.INTERRUPTED
     assert 0 < stopped.exact < 1
 
 
-@pytest.mark.parametrize("call", [2, 3, 4])  # clouds of the starts, of the first stage, of the second
+@pytest.mark.parametrize("call", [2, 3, 4])  # clouds of all points, of the first stage, of the second
 def test_an_interrupt_between_the_climbs_keeps_the_best_so_far(scene, monkeypatch, call):
     real, calls, told = TargetPoints.clouds, [], []
 

@@ -1,0 +1,241 @@
+"""The first part of a search: coordinate exchange, ring by ring, by the points that no other ring sees.
+
+Of a ring it takes one test to know whether it sees a point (coverage/azimuth.py), and what others see, it need not: so to
+try another place for one ring costs little, nothing is compiled, and thousands of places are tried in the time of one
+gradient. The exchange goes by the share of the points in a cone, not by a soft one, and sees neither bodies nor obstacles.
+"""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from copy import copy
+from dataclasses import dataclass, replace
+from itertools import repeat
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ..coverage.azimuth import Around, around, rings_see
+from ..coverage.chain import forward
+from ..coverage.rings import Ring
+from ..objectives.coverage_objective import TargetPoints
+from ..objectives.scene import Scene
+from ..objectives.space import Stretch, decode
+from .candidates import Candidate, Rng, Space
+from .climb import Brake
+from .drawing import fresh, vary
+
+_AT_ONCE = 1 << 16  # tests: their arrays stay in cache
+_FEWEST = 8  # points of a goal at a pose
+
+
+@dataclass(frozen=True)
+class Round:
+    """One sharpening: points (of all goals and poses together); the best so many go on; sweeps over the rings of each;
+    places tried for a ring near its own, apart by about ``scale`` of its bounds, and anywhere; and moves tried in each
+    sweep: of sensors where counts are free, else of rings."""
+
+    points: int
+    keep: int
+    sweeps: int
+    near: int
+    scale: float
+    anywhere: int = 0
+    moves: int = 0
+
+
+_SPREADS = (0.3, 1.0)  # of the places near a ring, in parts of a round's scale
+_STREAM = 3  # of random numbers, beside those of the search
+
+
+@dataclass(frozen=True)
+class Field:
+    """Points of all goals at all poses: weights (N,) that sum to 1, and where they are about each link's mount."""
+
+    weights: Float[np.ndarray, " N"]
+    around: dict[str, Around]
+
+
+class Fields:
+    """A scene's points about its mounts, of which fields take the first."""
+
+    def __init__(self, scene: Scene, points: TargetPoints) -> None:
+        self._terms = points.terms[: len(points.terms) // points.mountings]
+        self._weights = np.array([scene.goal_weights[g] * scene.pose_weights[p] for g, p in self._terms])
+        frames = [np.asarray(forward(scene.robot.chain, pose.q)) for pose in scene.poses]
+        self._each = [
+            {m.link: around(m, frames[p][m.frame], some) for m in scene.robot.mounts}
+            for (_, p), some in zip(self._terms, points.points, strict=False)
+        ]
+        self._most = len(points.points[0])
+        self.all = self.first(self._most * len(self._terms))
+
+    def first(self, count: int) -> Field:
+        """Of all terms together about ``count`` points: the first of each."""
+        n = min(max(count // len(self._terms), _FEWEST), self._most)
+        weights = np.repeat(self._weights / n, n).astype(np.float32)
+        parts = {link: [each[link] for each in self._each] for link in self._each[0]}
+        return Field(
+            weights,
+            {x: Around(*(np.concatenate([a[:n] for a in c]) for c in zip(*p, strict=True))) for x, p in parts.items()},
+        )
+
+    def share(self, space: Space, c: Candidate) -> float:
+        """Weighted share in [0, 1] of all points that a candidate sees."""
+        here = Exchange(space, c, np.random.default_rng(0))
+        here.look(self.all)
+        return here.value
+
+
+class Exchange:
+    """A candidate whose rings are put elsewhere, one at a time, while the share of a field that some ring sees grows."""
+
+    def __init__(self, space: Space, c: Candidate, rng: Rng) -> None:
+        self._space, self._rng, self.candidate, self.value = space, rng, c, -1.0
+        self._rings, self._stretches = dict[tuple[int, int], Ring](), dict[bytes, Stretch]()
+
+    def look(self, field: Field) -> None:
+        """See the points of a field from here on."""
+        self._field = field
+        self._held = np.zeros(len(field.weights), bool)
+        for ring in self._space.fixed:
+            self._held |= self._see(ring, np.array([[ring.position], [ring.tilt], [ring.phase]]))[0]
+        self._seen = np.zeros((self._space.places, len(field.weights)), bool)
+        self._places = np.full((3, self._space.places), np.nan)
+        self.value = -1.0
+        self._take(self.candidate)
+
+    def _see(self, ring: Ring, places: Float[np.ndarray, "3 K"], points: Around | None = None) -> Bool[np.ndarray, "K N"]:
+        position, tilt, phase = places
+        points = points or self._field.around[ring.link]
+        return rings_see(ring, points, position * self._space.scene.robot.mount(ring.link).length, tilt, phase)
+
+    def _ring(self, c: Candidate, i: int) -> Ring:
+        key = int(c.segment[i]), int(c.count[i])
+        if key not in self._rings:
+            self._rings[key] = self._space.ring(self._space.segments[key[0]].link, key[1])
+        return self._rings[key]
+
+    def _stretch(self, c: Candidate) -> Stretch:
+        key = c.segment.tobytes() + c.sign.tobytes() * self._space.scene.rules.shared_tilt
+        if key not in self._stretches:
+            self._stretches[key] = self._space.stretch(c)
+        return self._stretches[key]
+
+    def _take(self, c: Candidate) -> bool:
+        """Take another candidate if it is better."""
+        places = np.asarray(decode(self._stretch(c), self._space.values(c)))[:, : self._space.places]
+        old = self.candidate
+        other = (places != self._places).any(axis=0) | (c.segment != old.segment) | (c.count != old.count)
+        seen = self._seen.copy()
+        for i in np.flatnonzero(other).tolist():
+            seen[i] = self._see(self._ring(c, i), places[:, i : i + 1])[0] if c.segment[i] >= 0 else False
+        value = float(self._field.weights[seen.any(axis=0) | self._held].sum())
+        if better := value > self.value:
+            self.candidate, self.value, self._seen, self._places = c, value, seen, places
+        return better
+
+    def put(self, i: int, near: int, scale: float, anywhere: int) -> None:
+        """Put ring ``i`` where it adds most: of so many places near its own, and so many anywhere, its own among them."""
+        c, space, rng = self.candidate, self._space, self._rng
+        free = space.room(np.delete(c.segment, i).tolist(), space.segments[c.segment[i]].link if space.layout else None)
+        segment = np.concatenate([np.full(near, c.segment[i]), rng.choice(free, anywhere)])
+        edges = {s: space.limits(s, int(c.count[i])) for s in {*segment.tolist()}}
+        low, high = (np.array([edges[s][k] for s in segment.tolist()]) for k in (0, 1))
+        values, sign = rng.uniform(low, high), rng.choice([-1.0, 1.0], len(segment))
+        spread = rng.choice(_SPREADS, (near, 1)) * rng.standard_normal((near, 3))
+        values[:near] = np.clip(c.values[:, i] + scale * spread * (high - low)[:near], low[:near], high[:near])
+        sign[:near] = c.sign[i]
+        if space.scene.rules.shared_tilt:
+            values[:, 1] = c.values[1, i]
+        unseen = np.flatnonzero(~(np.delete(self._seen, i, axis=0).any(axis=0) | self._held))
+        weights = self._field.weights[unseen]
+        best, answer = float(weights @ self._seen[i][unseen]), c
+        step = max(_AT_ONCE // max(len(unseen), 1), 1)
+        for s in edges:
+            trial, mine = _with(c, i, s, values[0], 1.0), np.flatnonzero(segment == s)
+            places, ring = self._places_of(trial, i, values[mine], sign[mine]), self._ring(trial, i)
+            points = self._field.around[ring.link].some(unseen)
+            for k in range(0, len(mine), step):
+                gains = self._see(ring, places[:, k : k + step], points) @ weights
+                if gains.max() > best:
+                    best, j = float(gains.max()), mine[k + int(gains.argmax())]
+                    answer = _with(c, i, s, values[j], sign[j])
+        if answer is not c:
+            self._take(answer)
+
+    def _places_of(self, c: Candidate, i: int, values: Any, sign: Any) -> Float[np.ndarray, "3 K"]:
+        """Where ring ``i`` is with other values (K, 3) and signs (K,): as ``decode`` would say of each."""
+        where = self._stretch(c)
+        beside = np.flatnonzero(np.delete(where.segment == where.segment[i], i))
+        along = np.delete(self._space.values(c)[0], i)[beside]
+        rank = (along < values[:, :1]).sum(axis=1)
+        tilt = sign * c.values[1, where.tilt_of[i]] if self._space.scene.rules.shared_tilt else values[:, 1]
+        return np.stack([where.low[i] + values[:, 0] * where.free[i] + rank * where.gap[i], tilt, values[:, 2]])
+
+    def move(self, near: int, scale: float, anywhere: int) -> None:
+        """Draw a ring anew, or move sensors to others; keep it if, with the rings it touched put well, it is better."""
+        other, c = copy(self), vary(self._space, self.candidate, self._rng)
+        other.value = -1.0
+        other._take(c)
+        was = self.candidate
+        for i in c.rings:
+            if c.segment[i] != was.segment[i] or c.count[i] != was.count[i] or (c.values[:, i] != was.values[:, i]).any():
+                other.put(int(i), near, scale, anywhere)
+        if other.value > self.value:
+            self.candidate, self.value, self._seen, self._places = other.candidate, other.value, other._seen, other._places
+
+    def sweep(self, r: Round) -> None:
+        """Put every ring once, in a drawn order, and try so many moves."""
+        for i in self._rng.permutation(self.candidate.rings):
+            self.put(int(i), r.near, r.scale, r.anywhere)
+        for _ in range(r.moves):
+            self.move(r.near, r.scale, r.anywhere)
+
+
+def _with(c: Candidate, i: int, segment: int, values: Any, sign: float) -> Candidate:
+    """``c`` with other values of ring ``i``."""
+    each, which, signs = c.values.copy(), c.segment.copy(), c.sign.copy()
+    each[:, i], which[i], signs[i] = values, segment, sign
+    return replace(c, values=each, segment=which, sign=signs)
+
+
+def exchange(
+    space: Space,
+    fields: Fields,
+    seed: int,
+    brake: Brake,
+    threads: ThreadPoolExecutor,
+    tell: Callable[[int, float, Candidate], None],
+    known: Sequence[Candidate],
+    rounds: Sequence[Round],
+) -> list[Candidate]:
+    """Candidates that came furthest, the best first.
+
+    Args:
+        space: what to choose from.
+        fields: of the scene.
+        seed: of the starts and of all that is drawn.
+        brake: ends the exchange after a sweep; Ctrl-C pulls it.
+        threads: that share the climbs.
+        tell: is given the round, how much of it is over, and the best so far from time to time, in this thread.
+        known: starts beside the drawn ones.
+        rounds: how it goes.
+    """
+    drawn = [np.random.default_rng((seed, _STREAM, k)) for k in range(max(rounds[0].keep, len(known)))]
+    starts = [*known, *(fresh(space, rng) for rng in drawn[len(known) :])]
+    pool = [Exchange(space, c, rng) for c, rng in zip(starts, drawn, strict=True)]
+    try:
+        for number, r in enumerate(rounds):
+            pool = sorted(pool, key=lambda e: -e.value)[: r.keep if number else None]
+            list(threads.map(Exchange.look, pool, repeat(fields.first(r.points))))
+            for i in range(r.sweeps):
+                list(threads.map(Exchange.sweep, pool, repeat(r)))
+                tell(number, (i + 1) / r.sweeps, max(pool, key=lambda e: e.value).candidate)
+                if brake.on():
+                    break
+            if brake.on():
+                break
+    except KeyboardInterrupt:
+        brake.pulled.set()
+    return [e.candidate for e in sorted(pool, key=lambda e: -e.value)]

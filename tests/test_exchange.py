@@ -1,0 +1,128 @@
+"""The exchange's quick looks against cones one by one, and against the rules and the points as others see them."""
+
+import math
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from place_rings.coverage.azimuth import around, rings_see
+from place_rings.coverage.chain import forward
+from place_rings.coverage.rings import Ring, Setup
+from place_rings.coverage.robots import UR10
+from place_rings.coverage.sensors import Sensor
+from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.targets import Target
+from place_rings.objectives.coverage_objective import TargetPoints
+from place_rings.objectives.faults import faults
+from place_rings.objectives.scene import Goal, Pose, Rules, Scene
+from place_rings.placement.candidates import Space
+from place_rings.placement.climb import Brake
+from place_rings.placement.drawing import fresh, papers
+from place_rings.placement.exchange import Exchange, Fields, Round, exchange
+from place_rings.placement.layout import ring_layout
+
+Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
+TWO = Scene(
+    poses=(Pose(Q, 1.0), Pose(np.radians([10.0, -80.0, 60.0, -70.0, -90.0, 0.0]), 3.0)),
+    goals=(Goal(Target("V_S", 0.5), 0.7), Goal(Target("V_OT"), 0.3)),
+)
+FIXED = replace(
+    TWO,
+    rules=Rules(spacing=0.1, fixed=(Ring("forearm", 0.4, 8, 0.3, 0.1),), sensors=(4, 24)),
+)
+SHARED = replace(TWO, rules=Rules(shared_tilt=True))
+
+
+@given(
+    st.sampled_from(["upper_arm", "forearm", "tool"]),
+    st.floats(0, 1),
+    st.integers(1, 24),
+    st.floats(-math.pi / 2, math.pi / 2),
+    st.floats(-7, 7),
+    st.floats(0, 0.3),
+    st.floats(0.05, 3.0),
+    st.floats(0.05, 2.0),
+    st.integers(0, 2**31),
+)
+def test_the_sensor_nearest_in_azimuth_sees_what_the_ring_sees(link, position, count, tilt, phase, radius, fov, reach, seed):
+    mount = UR10.mount(link)
+    ring = Ring(link, position * (mount.length > 0), count, tilt, phase, radius, Sensor(fov, reach))
+    cones = sensor_cones(UR10, Setup((ring,)), Q)
+    points = np.random.default_rng(seed).uniform(-1.5, 1.5, (400, 3)) + cones.apex.mean(axis=0)
+    near = around(mount, np.asarray(forward(UR10.chain, Q))[mount.frame], points)
+    (seen,) = rings_see(ring, near, *(np.array([v]) for v in (ring.position * mount.length, tilt, phase)))
+    way = points[:, None] - cones.apex
+    length = np.linalg.norm(way, axis=-1)
+    off = np.abs(np.arccos(np.clip(np.einsum("nki,ki->nk", way, cones.axis) / length, -1, 1)) - fov / 2) * length
+    clear = ((off > 1e-4) & (np.abs(length - reach) > 1e-4)).all(axis=1)
+    inside = ((length <= reach) & (np.einsum("nki,ki->nk", way, cones.axis) >= math.cos(fov / 2) * length)).any(axis=1)
+    assert np.array_equal(seen[clear], inside[clear])
+    assert clear.mean() > 0.9
+
+
+def _space(scene, sensors=None):
+    return Space(scene, sensors=sensors) if sensors else Space(scene, ring_layout(scene, 2, 8))
+
+
+@pytest.mark.parametrize(("scene", "sensors"), [(TWO, None), (TWO, 48), (FIXED, 48), (SHARED, None)])
+def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sensors):
+    space, points = _space(scene, sensors), TargetPoints(scene, 128, 0)
+    fields = Fields(scene, points)
+    rng = np.random.default_rng(1)
+    here = Exchange(space, fresh(space, rng), rng)
+    here.look(fields.first(256))
+    for i in range(6):
+        before = here.value
+        here.sweep(Round(256, 1, 1, 6, 0.2, anywhere=4, moves=3))
+        assert here.value >= before
+        assert here.value == pytest.approx(_share(scene, space.setup(here.candidate), points, 64), abs=0.01), i
+        assert not faults(scene, space.setup(here.candidate).rings)
+        assert space.setup(here.candidate).sensors == space.sensors
+    assert here.value > 0.1
+    assert fields.share(space, here.candidate) == pytest.approx(
+        _share(scene, space.setup(here.candidate), points, 128), abs=0.005
+    )
+
+
+def _share(scene, setup, points, count):
+    """By all cones, one by one."""
+    total = 0.0
+    for (g, p), some in zip(points.terms, points.points, strict=True):
+        cones = sensor_cones(scene.robot, setup, scene.poses[p].q)
+        total += scene.goal_weights[g] * scene.pose_weights[p] * cones.holds(some[:count]).mean()
+    return total
+
+
+def _exchanged(seed, brake=None, tell=lambda *_: None):
+    space = _space(TWO)
+    rounds = (Round(256, 5, 2, 6, 0.2, 4, 1), Round(512, 2, 2, 6, 0.1, 2, 1))
+    fields = Fields(TWO, TargetPoints(TWO, 256, 0))
+    with ThreadPoolExecutor(2) as threads:
+        found = exchange(space, fields, seed, brake or Brake(math.inf), threads, tell, papers(space), rounds)
+    return found, fields, space
+
+
+def test_an_exchange_is_the_same_for_the_same_seed_and_beats_what_it_started_from():
+    (first, fields, space), (again, *_), (other, *_) = _exchanged(0), _exchanged(0), _exchanged(1)
+    assert len(first) == 2
+    assert all(np.array_equal(a.values, b.values) for a, b in zip(first, again, strict=True))
+    assert not np.array_equal(first[0].values, other[0].values)
+    assert fields.share(space, first[0]) > max(fields.share(space, c) for c in papers(space))
+
+
+@pytest.mark.parametrize("sweeps", [1, 2, 3])
+def test_ctrl_c_in_an_exchange_keeps_the_best_so_far(sweeps):
+    left, brake = [None] * sweeps, Brake(math.inf, threading.Event())
+
+    def tell(*_):
+        left.pop()
+        if not left:
+            raise KeyboardInterrupt
+
+    found, *_ = _exchanged(0, brake, tell)
+    assert found
+    assert brake.on()
