@@ -2,7 +2,8 @@
 
 Of a ring it takes one test to know whether it sees a point (coverage/azimuth.py), and what others see, it need not: so to
 try another place for one ring costs little, nothing is compiled, and thousands of places are tried in the time of one
-gradient. The exchange goes by the share of the points in a cone, not by a soft one, and sees neither bodies nor obstacles.
+gradient. The exchange goes by the share of the points in a cone, not by a soft one. What stands in the way it looks up on a
+grid of places (coverage/lookout.py).
 """
 
 from collections.abc import Callable, Sequence
@@ -17,9 +18,10 @@ from jaxtyping import Bool, Float
 
 from ..coverage.azimuth import Around, around, rings_see
 from ..coverage.chain import forward
+from ..coverage.lookout import Lookout, lookout
 from ..coverage.rings import Ring
 from ..objectives.coverage_objective import TargetPoints
-from ..objectives.scene import Scene
+from ..objectives.sight import occluders
 from ..objectives.space import Stretch, decode
 from .candidates import Candidate, Rng, Space
 from .climb import Brake
@@ -27,6 +29,8 @@ from .drawing import fresh, vary
 
 _AT_ONCE = 1 << 16  # tests: their arrays stay in cache
 _FEWEST = 8  # points of a goal at a pose
+_LOOKED_AT = 8192  # points, where something stands in the way
+_BLINDED = 16  # poses up to which sensors are blinded, not shadowed
 
 
 @dataclass(frozen=True)
@@ -50,24 +54,31 @@ _STREAM = 3  # of random numbers, beside those of the search
 
 @dataclass(frozen=True)
 class Field:
-    """Points of all goals at all poses: weights (N,) that sum to 1, and where they are about each link's mount."""
+    """Points of all goals at all poses: weights (N,) that sum to 1, where they are about each link's mount, and what stands
+    in the way of each link's sensors."""
 
     weights: Float[np.ndarray, " N"]
     around: dict[str, Around]
+    past: dict[str, Lookout]
 
 
 class Fields:
     """A scene's points about its mounts, of which fields take the first."""
 
-    def __init__(self, scene: Scene, points: TargetPoints) -> None:
-        self._terms = points.terms[: len(points.terms) // points.mountings]
+    def __init__(self, space: Space, points: TargetPoints) -> None:
+        scene, each = space.scene, points.points[: len(points.points) // points.mountings]
+        self._terms = points.terms[: len(each)]
         self._weights = np.array([scene.goal_weights[g] * scene.pose_weights[p] for g, p in self._terms])
-        frames = [np.asarray(forward(scene.robot.chain, pose.q)) for pose in scene.poses]
+        frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
+        self._most, self._past = len(each[0]), dict[str, Lookout]()
+        if scene.occlusion != "ignore" or scene.obstacles:
+            self._most = min(self._most, max(_LOOKED_AT // len(each), _FEWEST))
+            each = [some[: self._most] for some in each]
+            self._past = _lookouts(space, frames, each, [p for _, p in self._terms])
         self._each = [
-            {m.link: around(m, frames[p][m.frame], some) for m in scene.robot.mounts}
-            for (_, p), some in zip(self._terms, points.points, strict=False)
+            {m.link: around(m, frames[p, m.frame], some) for m in scene.robot.mounts}
+            for (_, p), some in zip(self._terms, each, strict=True)
         ]
-        self._most = len(points.points[0])
         self.all = self.first(self._most * len(self._terms))
 
     def first(self, count: int) -> Field:
@@ -75,16 +86,26 @@ class Fields:
         n = min(max(count // len(self._terms), _FEWEST), self._most)
         weights = np.repeat(self._weights / n, n).astype(np.float32)
         parts = {link: [each[link] for each in self._each] for link in self._each[0]}
-        return Field(
-            weights,
-            {x: Around(*(np.concatenate([a[:n] for a in c]) for c in zip(*p, strict=True))) for x, p in parts.items()},
-        )
+        found = {x: Around(*(np.concatenate([a[:n] for a in c]) for c in zip(*p, strict=True))) for x, p in parts.items()}
+        number = (np.arange(len(self._terms))[:, None] * self._most + np.arange(n)).ravel()
+        return Field(weights, {link: points._replace(number=number) for link, points in found.items()}, self._past)
 
     def share(self, space: Space, c: Candidate) -> float:
         """Weighted share in [0, 1] of all points that a candidate sees."""
         here = Exchange(space, c, np.random.default_rng(0))
         here.look(self.all)
         return here.value
+
+
+def _lookouts(space: Space, frames: Any, points: list[Any], pose: list[int]) -> dict[str, Lookout]:
+    """What stands in the way of each link's sensors."""
+    scene, found = space.scene, {}
+    way = [occluders(scene, p.q) for p in scene.poses]
+    for link in {s.link for s in space.segments} | {r.link for r in space.fixed}:
+        mount, sensor = scene.robot.mount(link), space.ring(link, 1).sensor
+        blinded = scene.occlusion == "blind" and not sensor.zoned and len(way) <= _BLINDED
+        found[link] = lookout(mount, space.radii[link], sensor, frames[:, mount.frame], way, points, pose, blinded)
+    return found
 
 
 class Exchange:
@@ -108,7 +129,8 @@ class Exchange:
     def _see(self, ring: Ring, places: Float[np.ndarray, "3 K"], points: Around | None = None) -> Bool[np.ndarray, "K N"]:
         position, tilt, phase = places
         points = points or self._field.around[ring.link]
-        return rings_see(ring, points, position * self._space.scene.robot.mount(ring.link).length, tilt, phase)
+        height = position * self._space.scene.robot.mount(ring.link).length
+        return rings_see(ring, points, height, tilt, phase, self._field.past.get(ring.link))
 
     def _ring(self, c: Candidate, i: int) -> Ring:
         key = int(c.segment[i]), int(c.count[i])

@@ -58,7 +58,7 @@ class Pool:
         ]
         self.points = TargetPoints(scene, max(self._sizes), seed, aim.mountings)
         self.objective = CoverageObjective(scene, self.points, aim)
-        self.fields = Fields(scene, self.points) if exchange_sees_all(scene, space, aim) else None
+        self.fields = Fields(space, self.points) if exchange_sees_all(scene, space, aim) else None
         self.rng, self.luck = (np.random.default_rng((seed, i)) for i in (1, 2))
         self.progress = Progress(stages=len(schedule.rounds) + len(schedule.stages))
         self.first: list[Candidate] = []
@@ -84,7 +84,7 @@ class Pool:
                 self._show(c)
             self.tell(self.progress)
 
-        rounds, fields = self.schedule.rounds, self.fields or Fields(self.scene, self.points)
+        rounds, fields = self.schedule.rounds, self.fields or Fields(self.space, self.points)
         if rounds:
             found = exchange(self.space, fields, self.seed, self.brake, self.threads, tell, self.some, rounds)
             most = self.schedule.starts

@@ -61,14 +61,18 @@ _REFINE = (Stage(0.01, 8192, 25, FINALISTS), Stage(0.008, 32768, 80, FINALISTS))
 
 def usual(scene: Scene, space: Space, aim: Aim) -> Schedule:
     """How a search goes unless told: an exchange, with moves of sensors where the space leaves counts free; and climbs,
-    which only refine what it finds where it goes by all that counts."""
+    which only refine what it finds where it goes by all that counts, or nearly so."""
     rounds = FIXED if space.layout else FREE
-    if exchange_sees_all(scene, space, aim):
-        return Schedule(FINALISTS, _REFINE, rounds=rounds)
+    if exchange_sees(scene, space, aim):
+        return Schedule(FINALISTS if exchange_sees_all(scene, space, aim) else 2 * FINALISTS, _REFINE, rounds=rounds)
     return Schedule(rounds=rounds)
 
 
 def exchange_sees_all(scene: Scene, space: Space, aim: Aim) -> bool:
     """Does an exchange go by all that counts: the mean of zeta, of cones that nothing stands in the way of?"""
-    open_air = scene.occlusion == "ignore" and not scene.obstacles and not space.square
-    return open_air and aim.plain and scene.over_poses == "mean" and not any(g.at_least for g in scene.goals)
+    return exchange_sees(scene, space, aim) and scene.occlusion == "ignore" and not scene.obstacles
+
+
+def exchange_sees(scene: Scene, space: Space, aim: Aim) -> bool:
+    """Does it go by that, but for what it looks up of things in the way?"""
+    return aim.plain and scene.over_poses == "mean" and not space.square and not any(g.at_least for g in scene.goals)

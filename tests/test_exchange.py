@@ -71,7 +71,7 @@ def _space(scene, sensors=None):
 @pytest.mark.parametrize(("scene", "sensors"), [(TWO, None), (TWO, 48), (FIXED, 48), (SHARED, None)])
 def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sensors):
     space, points = _space(scene, sensors), TargetPoints(scene, 128, 0)
-    fields = Fields(scene, points)
+    fields = Fields(space, points)
     rng = np.random.default_rng(1)
     here = Exchange(space, fresh(space, rng), rng)
     here.look(fields.first(256))
@@ -100,7 +100,7 @@ def _share(scene, setup, points, count):
 def _exchanged(seed, brake=None, tell=lambda *_: None):
     space = _space(TWO)
     rounds = (Round(256, 5, 2, 6, 0.2, 4, 1), Round(512, 2, 2, 6, 0.1, 2, 1))
-    fields = Fields(TWO, TargetPoints(TWO, 256, 0))
+    fields = Fields(space, TargetPoints(TWO, 256, 0))
     with ThreadPoolExecutor(2) as threads:
         found = exchange(space, fields, seed, brake or Brake(math.inf), threads, tell, papers(space), rounds)
     return found, fields, space
