@@ -1,15 +1,16 @@
-"""What rings see, in cylindrical coordinates about their mount's axis: of each ring one sensor decides.
+"""What rings see, in cylindrical coordinates about their mount's axis: of each ring hardly more than one sensor decides.
 
 Take a point at radius r and height z above the ring's plane, and a sensor at radius R, tilted by t out of that plane, whose
 azimuth differs from the point's by d. With c = cos d, the way v from the sensor to the point has the part
 cos t (r c - R) + z sin t along the sensor's axis and the length |v|^2 = r^2 - 2 r R c + R^2 + z^2. The part grows with c, as
 cos t is never negative, and the length falls. So whatever c a cone of a half angle below 90 degrees holds, it holds greater
-ones too: the evenly spaced sensors of a ring see together what the one nearest in azimuth sees, at one test a point instead
-of one a sensor.
+ones too, as long as its range does: what no cone of the ring holds with the sensor nearest in azimuth, it does not hold at
+all, at one test a point instead of one a sensor. Only where that sensor's range ends before the point may the next ones,
+which look past it at an angle, still see it.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -55,28 +56,48 @@ def rings_see(
     what ``past`` says of the sensor nearest in azimuth: others may see around it.
     32 bits: a point within about 1e-6 m of a cone's surface may fall on either side of it.
     """
-    r, z, azimuth = (a[None] for a in points[:3])
     height, tilt, phase = (np.asarray(a, np.float32)[:, None] for a in (height, tilt, phase))
-    sensor, spacing, R = ring.sensor, 2 * math.pi / ring.count, ring.radius
-    half = min(sensor.fov, sensor.fov_up or sensor.fov) / 2
-    turns = (azimuth - phase) * np.float32(1 / spacing)
+    spacing, range_m = 2 * math.pi / ring.count, ring.sensor.range_m
+    turns = (points.azimuth - phase) * np.float32(1 / spacing)
     turns -= np.rint(turns)
     turns *= np.float32(spacing)
-    part = np.cos(turns)
-    part *= r
-    above = z - height
-    square = above * above
-    square += r * r + np.float32(R * R)
-    square -= np.float32(2 * R) * part
-    part -= np.float32(R)
-    part *= np.cos(tilt)
-    above *= np.sin(tilt)
-    part += above
-    seen = (square <= np.float32(sensor.range_m**2)) & (part > 0)
-    part *= part
-    seen &= part >= square * np.float32(math.cos(half) ** 2)
+    part, square, seen = _in_cones(ring, points.radius, points.height - height, tilt, turns)
+    beyond = np.nonzero(seen & (part > range_m))
+    if len(beyond[0]):
+        seen[beyond] = False
+        seen[_by_others(ring, points, height, tilt, turns, *beyond)] = True
     if past is not None:
         k, n = np.nonzero(seen)
         looks = points.azimuth[n] - turns[k, n]
         seen[k, n] = past.sees(points.number[n], height[k, 0], looks, tilt[k, 0], square[k, n])
     return seen
+
+
+def _in_cones(ring: Ring, radius: Any, above: Any, tilt: Any, turn: Any) -> tuple[Any, Any, Any]:
+    """Of points at a radius m and so far above the ring's plane, m, and sensors whose azimuth differs by ``turn`` rad: the
+    part of the way along the sensor's axis, m, its squared length, m^2, and is it in the endless cone?"""
+    half, R = min(ring.sensor.fov, ring.sensor.fov_up or ring.sensor.fov) / 2, np.float32(ring.radius)
+    part = np.cos(turn)
+    part *= radius
+    square = above * above
+    square += radius * radius + R * R
+    square -= 2 * R * part
+    part -= R
+    part *= np.cos(tilt)
+    part += above * np.sin(tilt)
+    return part, square, (part > 0) & (part * part >= square * np.float32(math.cos(half) ** 2))
+
+
+def _by_others(ring: Ring, points: Around, height: Any, tilt: Any, turns: Any, k: Any, n: Any) -> tuple[Any, ...]:
+    """Which of the points ``n`` (M,) beyond the range of the nearest sensor at places ``k`` (M,) the next ones see."""
+    spacing, found = np.float32(2 * math.pi / ring.count), [(k[:0], n[:0])]
+    for j in range(1, ring.count):
+        turn = (j + 1) // 2 * spacing + (1 if j % 2 == 0 else -1) * np.abs(turns[k, n])
+        above = points.height[n] - height[k, 0]
+        part, _, seen = _in_cones(ring, points.radius[n], above, tilt[k, 0], turn)
+        near = seen & (part <= ring.sensor.range_m)
+        found.append((k[near], n[near]))
+        k, n = k[seen & ~near], n[seen & ~near]
+        if len(k) == 0:
+            break
+    return tuple(np.concatenate(each) for each in zip(*found, strict=True))

@@ -40,7 +40,7 @@ SHARED = replace(TWO, rules=Rules(shared_tilt=True))
 @given(
     st.sampled_from(["upper_arm", "forearm", "tool"]),
     st.floats(0, 1),
-    st.integers(1, 24),
+    st.integers(1, 64),
     st.floats(-math.pi / 2, math.pi / 2),
     st.floats(-7, 7),
     st.floats(0, 0.3),
@@ -55,12 +55,8 @@ def test_the_sensor_nearest_in_azimuth_sees_what_the_ring_sees(link, position, c
     points = np.random.default_rng(seed).uniform(-1.5, 1.5, (400, 3)) + cones.apex.mean(axis=0)
     near = around(mount, np.asarray(forward(UR10.chain, Q))[mount.frame], points)
     (seen,) = rings_see(ring, near, *(np.array([v]) for v in (ring.position * mount.length, tilt, phase)))
-    way = points[:, None] - cones.apex
-    length = np.linalg.norm(way, axis=-1)
-    off = np.abs(np.arccos(np.clip(np.einsum("nki,ki->nk", way, cones.axis) / length, -1, 1)) - fov / 2) * length
-    clear = ((off > 1e-4) & (np.abs(length - reach) > 1e-4)).all(axis=1)
-    inside = ((length <= reach) & (np.einsum("nki,ki->nk", way, cones.axis) >= math.cos(fov / 2) * length)).any(axis=1)
-    assert np.array_equal(seen[clear], inside[clear])
+    clear = np.abs(cones(points)) > 1e-5
+    assert np.array_equal(seen[clear], cones.holds(points)[clear])
     assert clear.mean() > 0.9
 
 
