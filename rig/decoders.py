@@ -49,8 +49,8 @@ class PackedDecoder:
     """Frames of a ``Layout``. Having no check, one counts as intact only when the next one's magic follows it at once, so
     each is handed on when the next begins; its time is still that of its own last byte."""
 
-    def __init__(self, count: int, layout: Layout) -> None:
-        self.counts, self._count, self._layout, self._length = Counts(), count, layout, layout.length(count)
+    def __init__(self, count: int, counts: Counts | None = None, layout: Layout = ESP32) -> None:
+        self.counts, self._count, self._layout, self._length = counts or Counts(), count, layout, layout.length(count)
         self._arrivals, self._order = Arrivals(), Order(self.counts, 1 << 8 * layout.sequence.size)
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
@@ -84,8 +84,8 @@ class LineDecoder:
     """Lines of text: a number of millimetres for each sensor, parted by commas, semicolons, tabs or blanks; nan, - or -1 where
     a sensor failed. Whatever stands before a first colon is passed over. A line that has something else is skipped."""
 
-    def __init__(self, count: int) -> None:
-        self.counts, self._count = Counts(), count
+    def __init__(self, count: int, counts: Counts | None = None) -> None:
+        self.counts, self._count = counts or Counts(), count
         self._arrivals, self._sequence, self._whole = Arrivals(), 0, False
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
@@ -121,15 +121,16 @@ def _none(mm: np.ndarray, status: np.ndarray) -> np.ndarray:
     return np.where((status == Status.VALID) & np.isin(mm, NO_TARGET_MM), np.uint8(Status.NO_TARGET), status)
 
 
-DECODERS: dict[str, Callable[[int], FrameDecoder]] = {
+DECODERS: dict[str, Callable[[int, Counts | None], FrameDecoder]] = {
     "place-rings": Decoder,
-    "esp32": lambda count: PackedDecoder(count, ESP32),
+    "esp32": PackedDecoder,
     "text": LineDecoder,
 }
 
 
-def decoder(name: str, count: int) -> FrameDecoder:
-    """The decoder called ``name`` for a ring of ``count`` sensors; ValueError lists those there are."""
+def decoder(name: str, count: int, counts: Counts | None = None) -> FrameDecoder:
+    """The decoder called ``name`` for a ring of ``count`` sensors, which goes on with ``counts``; ValueError lists those there
+    are."""
     if name not in DECODERS:
         raise ValueError(f"unknown decoder {name!r}; known: {', '.join(DECODERS)}")
-    return DECODERS[name](count)
+    return DECODERS[name](count, counts)

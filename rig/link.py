@@ -15,6 +15,7 @@ from typing import Self
 import numpy as np
 from jaxtyping import Float
 
+from .clocks import Lag
 from .records import DamagedError, Kind, Record, RecordReader
 from .state import JOINTS, NORMAL, REDUCED, State, implausible, impossible
 
@@ -71,7 +72,7 @@ class Link:
         self._record, self._on_fault = record, on_fault
         self._states: deque[State] = deque(maxlen=int(_MEMORY * rate))
         self._fault: LinkFaultError | None = None
-        self._changed, self._closing, self._lag = threading.Condition(), False, np.inf
+        self._changed, self._closing, self._lag = threading.Condition(), False, Lag()
         self._started = time.monotonic()
         self._process = subprocess.Popen(
             [*command, host, str(rate)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=0
@@ -168,16 +169,16 @@ class Link:
         state, before = State.unpack(record.time, record.data), self._states[-1] if self._states else None
         if wrong := implausible(state) or (before and impossible(before, state)):
             raise self._ended(Ended.GARBLED, wrong)
-        if not state.safety & (NORMAL | REDUCED):
+        if state.safety & ~(NORMAL | REDUCED):
             raise self._ended(Ended.STOPPED, f"safety status {state.safety:#x}")
-        lag = state.time - state.clock  # of the robot's clock behind the host's: the least seen is that of no delay
-        if lag < self._lag - STALE:
-            if before:
-                raise self._ended(Ended.GARBLED, f"the robot's clock jumped by {self._lag - lag:.4g} s")
-        elif lag > self._lag + STALE:
-            raise self._ended(Ended.LATE, f"{1000 * (lag - self._lag):.0f} ms")
-        self._lag = min(self._lag, lag)
+        delay = self._lag.delay(state.time, state.clock)
+        if delay > STALE:
+            raise self._ended(Ended.LATE, f"{1000 * delay:.0f} ms")
         with self._changed:
+            if delay < -STALE:
+                if len(self._states) > 1:
+                    raise self._ended(Ended.GARBLED, f"the robot's clock jumped by {-delay:.4g} s")
+                self._states.clear()  # the first one alone came late
             self._states.append(state)
             self._changed.notify_all()
 

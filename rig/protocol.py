@@ -16,7 +16,9 @@ _HEADER = struct.Struct("<2sBBBHQ")  # magic, version, count, its complement, se
 _CHECK = struct.Struct("<I")
 _SENSORS = np.dtype([("mm", "<u2"), ("status", "u1")])
 _TURN = 1 << 16  # of the sequence number
-_LATE = 8  # frames: one that is older than the newest by no more came late, one that is older yet is of a ring that restarted
+_LATE = (
+    8  # frames: one that is older than the newest by no more came late, one that is older yet is of a ring that restarted
+)
 
 
 class Status(IntEnum):
@@ -51,8 +53,11 @@ class Frame:
 
 @dataclass
 class Counts:
-    """What came over a line: frames handed on; lost by gaps in the sequence; late, which are not handed on; wrong by length
-    or check; bytes that belong to none; restarts of the ring."""
+    """What came over a line.
+
+    frames: handed on. lost: gaps in the sequence. late: came after a newer one, or twice, and were not handed on. corrupt:
+    what began as a frame and was none. skipped: bytes that belong to none. restarts: of the ring.
+    """
 
     frames: int = 0
     lost: int = 0
@@ -73,6 +78,7 @@ class Order:
         ahead = (sequence - self._last) % self._turn if self._last >= 0 else 1
         if ahead == 0 or ahead >= self._turn - _LATE:
             self._counts.late += 1
+            self._counts.lost -= ahead != 0 and self._counts.lost > 0  # it was thought lost
             return False
         if clock < self._clock or ahead >= self._turn // 2:
             self._counts.restarts += 1
@@ -96,7 +102,9 @@ def encode(sequence: int, clock: float, distance: Float[np.ndarray, " n"], statu
     """
     count = len(distance)
     if not 1 <= count <= MOST_SENSORS or len(status) != count:
-        raise ValueError(f"found {count} distances and {len(status)} statuses, allowed: as many of both, 1 to {MOST_SENSORS}")
+        raise ValueError(
+            f"found {count} distances and {len(status)} statuses, allowed: as many of both, 1 to {MOST_SENSORS}"
+        )
     sensors = np.zeros(count, _SENSORS)
     there = np.isin(status, _DISTANT)
     mm = np.rint(1000 * np.where(there, distance, 0.0))
@@ -139,8 +147,8 @@ class Decoder:
     intact frame is lost to what stands before it.
     """
 
-    def __init__(self, count: int) -> None:
-        self.counts, self._count, self._length = Counts(), count, length(count)
+    def __init__(self, count: int, counts: Counts | None = None) -> None:
+        self.counts, self._count, self._length = counts or Counts(), count, length(count)
         self._arrivals, self._order = Arrivals(), Order(self.counts)
 
     def feed(self, data: bytes, time: float) -> list[Frame]:

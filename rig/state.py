@@ -10,7 +10,7 @@ from jaxtyping import Float
 JOINTS = 6  # of every robot that ur-rtde knows
 VARIABLES = ("actual_q", "actual_qd", "runtime_state", "safety_status_bits", "timestamp")  # a short package spoils the last
 _LAYOUT = struct.Struct("<d6d6dII")
-NORMAL, REDUCED = 1 << 0, 1 << 1  # safety status bits that allow it to move
+NORMAL, REDUCED = 1 << 0, 1 << 1  # safety status bits; all higher ones are of stops, faults and violations
 _TURNS = 2 * math.pi + 0.1  # rad, beyond which no joint of these robots turns
 _MOST_SPEED = 2 * math.pi + 0.2  # rad/s: of the fastest joint (UR3e, third wrist)
 _MOST_ACCELERATION = 40.0  # rad/s², that the controller takes

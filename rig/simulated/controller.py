@@ -213,7 +213,9 @@ class Controller:
             if line == "stop":
                 self.stop()
             if not self.mute:
-                writer.write(_ANSWERS.get(line.lower(), "Stopped" if line == "stop" else "could not understand").encode() + b"\n")
+                writer.write(
+                    _ANSWERS.get(line.lower(), "Stopped" if line == "stop" else "could not understand").encode() + b"\n"
+                )
 
     async def _script(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         script = b""

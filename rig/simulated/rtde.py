@@ -6,7 +6,16 @@ from collections.abc import Mapping, Sequence
 
 HEAD = struct.Struct(">HB")  # size with this head, kind
 VERSION, CONTROLLER, TEXT, OUTPUTS, INPUTS, START, PAUSE, DATA = b"VvMOISPU"
-_CODES = {"DOUBLE": "d", "INT32": "i", "UINT32": "I", "UINT8": "B", "UINT64": "Q", "BOOL": "?", "VECTOR6D": "6d", "VECTOR3D": "3d"}
+_CODES = {
+    "DOUBLE": "d",
+    "INT32": "i",
+    "UINT32": "I",
+    "UINT8": "B",
+    "UINT64": "Q",
+    "BOOL": "?",
+    "VECTOR6D": "6d",
+    "VECTOR3D": "3d",
+}
 _CODES |= {"VECTOR6INT32": "6i", "VECTOR6UINT32": "6I"}
 _TYPES = (
     (r"timestamp|.*_double_register_\d+|speed_scaling|(target_speed|speed_slider)_fraction|.*_analog_output_\d", "DOUBLE"),

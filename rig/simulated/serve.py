@@ -1,0 +1,116 @@
+"""The simulated rig's process: controller, rings, and the hand that disturbs them."""
+
+import asyncio
+import json
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from .arm import Arm
+from .controller import PERIOD, Controller
+from .plain import World
+from .ports import SimulatedRing
+from .spoilers import SPOILERS
+
+_CLOCK_RATE = 1 - 40e-6  # of the rings' clocks
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What is simulated. folder: where the rings' ports appear, ring0, ring1, … rate: frames a second. encodings: of each ring's
+    firmware; one for all where there is but one."""
+
+    world: World
+    q: Float[np.ndarray, " 6"]
+    folder: Path
+    address: str = "127.0.0.1"
+    rate: float = 15.0
+    encodings: tuple[str, ...] = ("place-rings",)
+    seed: int = 0
+
+
+class Simulation:
+    """A rig that runs. Messages are objects with ``do`` and what belongs to it; each is answered with the time it was done."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig, rng = rig, np.random.default_rng(rig.seed)
+        self._arm = Arm(rig.q, PERIOD)
+        self._controller = Controller(self._arm, rig.address)
+        counts = rig.world.counts
+        encodings = rig.encodings * len(counts) if len(rig.encodings) == 1 else rig.encodings
+        self._noise, self._spoiling, *own = rng.spawn(2 + len(counts))
+        self._rings = [SimulatedRing(rig.folder / f"ring{i}", encodings[i], own[i]) for i in range(len(counts))]
+        self._start, self._told = time.monotonic(), False
+
+    async def run(self) -> None:
+        """Serve until stdin ends."""
+        await self._controller.open()
+        print(json.dumps({"done": "open", "time": time.monotonic()}), flush=True)
+        tasks = [asyncio.create_task(work) for work in (self._controller.run(), self._measure(), self._listen())]
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        self._controller.close()
+        for ring in self._rings:
+            ring.unplug()
+        for task in done:
+            task.result()
+
+    async def _measure(self) -> None:
+        loop, due, known, seen = asyncio.get_running_loop(), time.monotonic(), None, None
+        while True:
+            due = max(due + 1 / self._rig.rate, time.monotonic() - 1.0)
+            await asyncio.sleep(due - time.monotonic())
+            q = self._arm.q
+            if self._told or known is None or (q != known).any():
+                self._told, known = False, q
+                seen = await loop.run_in_executor(None, self._rig.world.see, q)
+            clock = _CLOCK_RATE * (time.monotonic() - self._start)
+            for ring, measured in zip(self._rings, self._rig.world.measure(seen, self._noise), strict=True):
+                ring.send(clock, *measured)
+
+    async def _listen(self) -> None:
+        reader = asyncio.StreamReader()
+        await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+        while line := await reader.readline():
+            message = json.loads(line)
+            answer = self._do(message)
+            print(json.dumps({"done": message["do"], "time": time.monotonic(), **(answer or {})}), flush=True)
+
+    def _do(self, message: dict[str, Any]) -> dict[str, Any] | None:
+        controller, ring = self._controller, self._rings[message.get("ring", 0)] if self._rings else None
+        deeds: dict[str, Callable[[], Any]] = {
+            "close": controller.close,
+            "stall": lambda: setattr(controller, "frozen", True),
+            "mute": lambda: setattr(controller, "mute", True),
+            "spoil": lambda: setattr(controller, "spoil", SPOILERS[message["how"]](self._spoiling)),
+            "zero": lambda: controller.send_all(b"\0\0U"),
+            "stop": lambda: controller.stop(protective=True),
+            "world": lambda: self._tell(message),
+            "counts": lambda: {"sent": [r.sent for r in self._rings], "dropped": [r.dropped for r in self._rings]},
+            "state": lambda: {"q": self._arm.q.tolist(), "moving": self._arm.moving},
+        }
+        if ring is not None:
+            deeds |= {
+                "unplug": ring.unplug,
+                "plug": ring.plug,
+                "silent": lambda: setattr(ring, "silent", message.get("on", True)),
+                "corrupt": lambda: setattr(ring, "corrupt", message["share"]),
+                "disorder": lambda: setattr(ring, "disorder", message["share"]),
+                "garble": lambda: setattr(ring, "garble", True),
+            }
+        answer = deeds[message["do"]]()
+        return answer if isinstance(answer, dict) else None
+
+    def _tell(self, message: dict[str, Any]) -> None:
+        self._rig.world.tell(message)
+        self._told = True
+
+
+def serve(rig: Rig) -> None:
+    """Run a rig until stdin ends."""
+    asyncio.run(Simulation(rig).run())
