@@ -1,5 +1,6 @@
 """What happens to a ring's line, judged by its bytes as they come: the same while it runs and when it is replayed."""
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
@@ -9,6 +10,7 @@ import numpy as np
 from .clocks import Lag
 from .decoders import decoder
 from .protocol import Counts, Frame
+from .records import Kind, Record
 
 SILENT = 0.25  # s without a frame: nothing is known of a ring any more. Rings send ten frames a second or more
 LATE = 0.1  # s: frames that waited longer on their way are told of, and not handed on
@@ -37,6 +39,18 @@ class Event:
     what: Happened
     time: float
     detail: str = ""
+
+    def record(self) -> Record:
+        """As it is kept."""
+        return Record(Kind.HAPPENED, self.ring, self.time, json.dumps([self.what.name, self.detail]).encode())
+
+    @staticmethod
+    def of(record: Record) -> "Event":
+        """What was kept; ValueError if it is none."""
+        match json.loads(record.data):
+            case [str(name), str(detail)] if name in Happened.__members__:
+                return Event(record.source, Happened[name], record.time, detail)
+        raise ValueError("no event of a ring")
 
 
 @dataclass(frozen=True)

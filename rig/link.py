@@ -8,43 +8,19 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from enum import Enum
 from types import TracebackType
 from typing import Self
 
 import numpy as np
 from jaxtyping import Float
 
-from .clocks import Lag
-from .records import DamagedError, Kind, Record, RecordReader
-from .state import JOINTS, NORMAL, REDUCED, State, implausible, impossible
+from .records import DamagedError, Record, RecordReader
+from .state import State
+from .vetting import STALE, Ended, LinkFaultError, Vetting, between
 
 RATE = 125.0  # states a second: every controller has it
-STALE = 0.08  # s: older than that is no state at all
 START = 5.0  # s, for the first state to come: Python's start, and the client's exchange with the robot
 _MEMORY = 30.0  # s, of states
-_GAP = 0.05  # s: between states farther apart nothing is interpolated
-
-
-class Ended(Enum):
-    """Why a link ended; the values are for people."""
-
-    REFUSED = "the robot cannot be reached"
-    SILENT = "no state came in time after connecting"
-    CLOSED = "the robot's side closed"
-    STALE = "no new state came in time"
-    LATE = "states come too long after they were measured"
-    GARBLED = "a state that cannot be true"
-    STOPPED = "the robot's safety stopped it"
-    ABORTED = "the client's process ended"
-
-
-class LinkFaultError(Exception):
-    """The link ended, or has no state to give. why: of ``Ended``. time: s, of the host's monotonic clock, when it was found."""
-
-    def __init__(self, why: Ended, detail: str, time: float) -> None:
-        super().__init__(f"{why.value}: {detail}" if detail else why.value)
-        self.why, self.detail, self.time = why, detail, time
 
 
 class Link:
@@ -56,7 +32,8 @@ class Link:
     Args:
         host: name or address.
         rate: states a second.
-        record: is given each record that came.
+        on_state: is given each state that is good, from the link's thread.
+        record: is given each record that came, good or not.
         on_fault: is called once, from the link's thread.
         command: that starts the process, for tests.
     """
@@ -65,14 +42,15 @@ class Link:
         self,
         host: str,
         rate: float = RATE,
+        on_state: Callable[[State], None] = lambda state: None,
         record: Callable[[Record], None] = lambda record: None,
         on_fault: Callable[[LinkFaultError], None] = lambda fault: None,
         command: tuple[str, ...] = (sys.executable, "-m", f"{__package__}.link_process"),
     ) -> None:
-        self._record, self._on_fault = record, on_fault
+        self._on_state, self._record, self._on_fault = on_state, record, on_fault
         self._states: deque[State] = deque(maxlen=int(_MEMORY * rate))
         self._fault: LinkFaultError | None = None
-        self._changed, self._closing, self._lag = threading.Condition(), False, Lag()
+        self._changed, self._closing, self._vetting = threading.Condition(), False, Vetting()
         self._started = time.monotonic()
         self._process = subprocess.Popen(
             [*command, host, str(rate)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=0
@@ -92,7 +70,7 @@ class Link:
                 raise self._fault
             now = time.monotonic()
             if len(self._states) < 2 or now - self._states[-1].time > STALE:  # two that agree with each other
-                raise LinkFaultError(Ended.STALE, "", now)
+                raise LinkFaultError(Ended.STALE)
             return self._states[-1]
 
     def wait(self, seconds: float = START + 1) -> State:
@@ -106,10 +84,9 @@ class Link:
         there are none near enough. Waits for states after the last time, for at most ``patience`` s."""
         times = np.asarray(times, float)
         with self._changed:
-            if len(times):
-                last = float(times.max())
-                self._changed.wait_for(lambda: self._fault or (self._states and self._states[-1].time >= last), patience)
-            states = list(self._states)
+            first, last = (float(times.min()), float(times.max())) if len(times) else (0.0, 0.0)
+            self._changed.wait_for(lambda: self._fault or (self._states and self._states[-1].time >= last), patience)
+            states = [state for state in self._states if first - STALE <= state.time <= last + STALE]
         return between(states, times)
 
     def close(self) -> None:
@@ -133,13 +110,18 @@ class Link:
         try:
             self._receive()
         except LinkFaultError as fault:
-            if self._closing:
-                return
-            with self._changed:
-                self._fault = fault
-                self._changed.notify_all()
-            self._process.kill()
-            self._on_fault(fault)
+            self._end(fault)
+        except Exception as error:  # whatever it is, there are no states any more, and that must be known
+            self._end(LinkFaultError(Ended.ABORTED, repr(error)))
+
+    def _end(self, fault: LinkFaultError) -> None:
+        if self._closing:
+            return
+        with self._changed:
+            self._fault = fault
+            self._changed.notify_all()
+        self._process.kill()
+        self._on_fault(fault)
 
     def _receive(self) -> None:
         reader, pipe = RecordReader(), self._process.stdout
@@ -147,55 +129,25 @@ class Link:
         while True:
             due = self._states[-1].time + STALE if self._states else self._started + START
             if not select.select([pipe], [], [], max(due - time.monotonic(), 0))[0]:
-                raise self._ended(Ended.STALE if self._states else Ended.SILENT)
+                raise LinkFaultError(Ended.STALE if self._states else Ended.SILENT)
             data = os.read(pipe.fileno(), 1 << 16)
             if not data:
-                raise self._ended(Ended.ABORTED, f"exit status {self._process.wait(1)}")
+                raise LinkFaultError(Ended.ABORTED, f"exit status {self._process.wait(1)}")
             try:
                 records = reader.feed(data)
             except DamagedError as error:
-                raise self._ended(Ended.GARBLED, str(error)) from None
+                raise LinkFaultError(Ended.GARBLED, str(error)) from None
             for record in records:
-                self._record(record)
                 self._take(record)
             if self._states and time.monotonic() > self._states[-1].time + STALE:
-                raise self._ended(Ended.STALE)
+                raise LinkFaultError(Ended.STALE)
 
     def _take(self, record: Record) -> None:
-        if record.kind == Kind.NOTE:
-            raise self._ended(Ended.REFUSED, record.data.decode(errors="replace"))
-        if record.kind == Kind.END:
-            raise self._ended(Ended.CLOSED)
-        state, before = State.unpack(record.time, record.data), self._states[-1] if self._states else None
-        if wrong := implausible(state) or (before and impossible(before, state)):
-            raise self._ended(Ended.GARBLED, wrong)
-        if state.safety & ~(NORMAL | REDUCED):
-            raise self._ended(Ended.STOPPED, f"safety status {state.safety:#x}")
-        delay = self._lag.delay(state.time, state.clock)
-        if delay > STALE:
-            raise self._ended(Ended.LATE, f"{1000 * delay:.0f} ms")
+        self._record(record)
+        state = self._vetting.take(record)
         with self._changed:
-            if delay < -STALE:
-                if len(self._states) > 1:
-                    raise self._ended(Ended.GARBLED, f"the robot's clock jumped by {-delay:.4g} s")
-                self._states.clear()  # the first one alone came late
+            if self._vetting.count == 1:
+                self._states.clear()
             self._states.append(state)
             self._changed.notify_all()
-
-    def _ended(self, why: Ended, detail: str = "") -> LinkFaultError:
-        return LinkFaultError(why, detail, time.monotonic())
-
-
-def between(states: list[State], times: Float[np.ndarray, " n"], gap: float = _GAP) -> Float[np.ndarray, "n 6"]:
-    """Joint angles (n, 6) rad at ``times`` (n,) s, linear between the states around each; nan where these are more than ``gap``
-    s apart, or there are none on both sides."""
-    found = np.full((len(times), JOINTS), np.nan)
-    if len(states) < 2:
-        return found
-    known, q = np.array([s.time for s in states]), np.array([s.q for s in states])
-    after = np.clip(np.searchsorted(known, times), 1, len(known) - 1)
-    width = known[after] - known[after - 1]
-    good = (times >= known[0]) & (times <= known[-1]) & (width <= gap) & (width > 0)
-    share = np.where(good, (times - known[after - 1]) / np.where(width > 0, width, 1.0), 0.0)[:, None]
-    found[good] = ((1 - share) * q[after - 1] + share * q[after])[good]
-    return found
+        self._on_state(state)

@@ -45,7 +45,7 @@ def main() -> None:
             state = State(now, clock, np.array(q), np.array(speed), runtime, safety)
             os.write(out, Record(Kind.STATE, 0, now, state.pack()).pack())
         else:
-            os.write(out, Record(Kind.END, 0, time.monotonic()).pack())
+            os.write(out, Record(Kind.CLOSED, 0, time.monotonic()).pack())
     except (RuntimeError, ImportError, ValueError, IndexError) as error:
         os.write(out, Record(Kind.NOTE, 0, time.monotonic(), str(error).encode()).pack())
     except BrokenPipeError:

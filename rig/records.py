@@ -22,7 +22,10 @@ class Kind(IntEnum):
     MOVE = 6  # struct of doubles: joints, speed, acceleration
     STOP = 7
     DONE = 8
-    END = 9
+    CLOSED = 9  # the robot's side
+    OPENED = 10  # a ring's port
+    HAPPENED = 11  # JSON: ``health.Event``
+    END = 12  # of a recording
 
 
 class DamagedError(Exception):

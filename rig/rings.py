@@ -61,7 +61,8 @@ class RingReader:
         while not self._ended.is_set():
             try:
                 with serial.Serial(self._port.name, self._port.baud, timeout=_TICK, exclusive=True) as port:
-                    self._line.opened(time.monotonic())
+                    self._line.opened(now := time.monotonic())
+                    self._record(Record(Kind.OPENED, self._number, now))
                     while not self._ended.is_set():
                         data = port.read(1)
                         self._take(data + port.read(port.in_waiting) if data else b"", time.monotonic())
