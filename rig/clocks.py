@@ -18,8 +18,10 @@ class Lag:
         self._least, self._time = np.inf, 0.0
 
     def delay(self, time: float, clock: float) -> float:
-        """Seconds by which what was sent at ``clock`` s and came at ``time`` s is later than the quickest before it; negative if
-        it was quicker, 0 for the first."""
+        """Seconds by which what was sent at ``clock`` s and came at ``time`` s is later than the quickest before it.
+
+        Negative if it was quicker, 0 for the first.
+        """
         lag, least = time - clock, self._least + _DRIFT * (time - self._time)
         self._least, self._time = min(lag, least), time
         return lag - least if np.isfinite(least) else 0.0
@@ -29,8 +31,8 @@ class Lag:
 class Alignment:
     """A sender's clock against the host's: host time = offset + (1 + drift) · (clock - origin), s.
 
-    low, high: 95 % interval of the drift. jitter: s, 95 % of arrivals come no later than so long after the line. The line goes
-    through the quickest arrivals: what even these take is part of the offset, and cannot be told from it.
+    low, high: 95 % interval of the drift. jitter: s, 95 % of arrivals come no later than so long after the line. The line
+    goes through the quickest arrivals: what even these take is part of the offset, and cannot be told from it.
     """
 
     origin: float

@@ -81,8 +81,10 @@ class PackedDecoder:
 
 
 class LineDecoder:
-    """Lines of text: a number of millimetres for each sensor, parted by commas, semicolons, tabs or blanks; nan, - or -1 where
-    a sensor failed. Whatever stands before a first colon is passed over. A line that has something else is skipped."""
+    """Lines of text: a number of millimetres for each sensor, parted by commas, semicolons, tabs or blanks.
+
+    nan, - or -1 stand where a sensor failed. Whatever stands before a last colon is passed over. A line that has something
+    else is skipped."""
 
     def __init__(self, count: int, counts: Counts | None = None) -> None:
         self.counts, self._count = counts or Counts(), count
@@ -129,8 +131,11 @@ DECODERS: dict[str, Callable[[int, Counts | None], FrameDecoder]] = {
 
 
 def decoder(name: str, count: int, counts: Counts | None = None) -> FrameDecoder:
-    """The decoder called ``name`` for a ring of ``count`` sensors, which goes on with ``counts``; ValueError lists those there
-    are."""
+    """The decoder called ``name`` for a ring of ``count`` sensors, which goes on with ``counts``.
+
+    Raises:
+        ValueError: if there is none of that name; it lists those there are.
+    """
     if name not in DECODERS:
         raise ValueError(f"unknown decoder {name!r}; known: {', '.join(DECODERS)}")
     return DECODERS[name](count, counts)

@@ -2,8 +2,8 @@
 
 import json
 import threading
-from contextlib import suppress
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,8 +12,8 @@ import numpy as np
 from .clocks import Alignment, align
 from .health import Event, Line, Port
 from .protocol import Frame
-from .records import Kind
 from .recording import Recorded
+from .records import Kind
 from .state import State
 from .vetting import LinkFaultError, Vetting, between
 
@@ -22,8 +22,8 @@ _LONGEST = 0.05  # s between what a ring's clock says and its arrival: beyond, t
 
 @dataclass
 class Gathered:
-    """states: of the robot, all good. frames: (ring, frame) of each ring in its order. events: of rings' lines. fault: of the
-    link, with what it was. said: what was kept beside, as a check wrote it."""
+    """states: of the robot, all good. frames: (ring, frame) of each ring in its order. events: of rings' lines. fault: of
+    the link, with what it was. said: what was kept beside, as a check wrote it."""
 
     states: list[State] = field(default_factory=list)
     frames: list[tuple[int, Frame]] = field(default_factory=list)
@@ -55,14 +55,15 @@ class Gathered:
         return align(np.array([s.time for s in self.states]), np.array([s.clock for s in self.states]))
 
     def rows(self, rings: int, since: float = -np.inf, until: float = np.inf) -> tuple[np.ndarray, ...]:
-        """Readings of frames that came from ``since`` to ``until`` s: time (n,) s, joints (n, 6) rad, ring (n,), sensor (n,),
-        distance (n,) m, status (n,).
+        """Readings of frames that came from ``since`` to ``until`` s: time (n,) s, joints (n, 6) rad, ring (n,), sensor
+        (n,), distance (n,) m, status (n,).
 
-        A frame's time is that of its ring's clock on the host's, or of its arrival where the ring sends none. Frames around which
-        the robot was not heard of twice in time are left out.
+        A frame's time is that of its ring's clock on the host's, or of its arrival where the ring sends none. Frames around
+        which the robot was not heard of twice in time are left out.
         """
         clocks = self.clocks(rings)
         some = [(ring, frame) for ring, frame in self.frames if since <= frame.time < until]
+        some.sort(key=lambda pair: (pair[1].time, pair[0]))  # threads took turns by chance
         times = np.array([_time(frame, clocks[ring]) for ring, frame in some])
         joints = between(self.states, times)
         sure = np.isfinite(joints).all(axis=1)

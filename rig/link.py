@@ -35,6 +35,7 @@ class Link:
         on_state: is given each state that is good, from the link's thread.
         record: is given each record that came, good or not.
         on_fault: is called once, from the link's thread.
+        start: s, by which the first state must have come.
         command: that starts the process, for tests.
     """
 
@@ -45,13 +46,14 @@ class Link:
         on_state: Callable[[State], None] = lambda state: None,
         record: Callable[[Record], None] = lambda record: None,
         on_fault: Callable[[LinkFaultError], None] = lambda fault: None,
+        start: float = START,
         command: tuple[str, ...] = (sys.executable, "-m", f"{__package__}.link_process"),
     ) -> None:
         self._on_state, self._record, self._on_fault = on_state, record, on_fault
         self._states: deque[State] = deque(maxlen=int(_MEMORY * rate))
         self._fault: LinkFaultError | None = None
         self._changed, self._closing, self._vetting = threading.Condition(), False, Vetting()
-        self._started = time.monotonic()
+        self._until = time.monotonic() + start
         self._process = subprocess.Popen(
             [*command, host, str(rate)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=0
         )
@@ -127,7 +129,7 @@ class Link:
         reader, pipe = RecordReader(), self._process.stdout
         assert pipe is not None
         while True:
-            due = self._states[-1].time + STALE if self._states else self._started + START
+            due = self._states[-1].time + STALE if self._states else self._until
             if not select.select([pipe], [], [], max(due - time.monotonic(), 0))[0]:
                 raise LinkFaultError(Ended.STALE if self._states else Ended.SILENT)
             data = os.read(pipe.fileno(), 1 << 16)

@@ -12,7 +12,7 @@ import time
 import numpy as np
 
 from .records import Kind, Record
-from .state import VARIABLES, State
+from .state import VARIABLES, State, complaint
 
 _POLL = 0.0005  # s
 _HOPELESS = 10  # s: a constructor that hangs cannot be reached from Python, so the kernel ends it, should nobody else
@@ -46,10 +46,10 @@ def main() -> None:
             os.write(out, Record(Kind.STATE, 0, now, state.pack()).pack())
         else:
             os.write(out, Record(Kind.CLOSED, 0, time.monotonic()).pack())
-    except (RuntimeError, ImportError, ValueError, IndexError) as error:
-        os.write(out, Record(Kind.NOTE, 0, time.monotonic(), str(error).encode()).pack())
     except BrokenPipeError:
         pass
+    except Exception as error:  # of the client, whatever it raises
+        os.write(out, Record(Kind.NOTE, 0, time.monotonic(), complaint(error).encode()).pack())
     os._exit(0)  # the client's threads may hang
 
 

@@ -195,6 +195,6 @@ class Decoder:
 
 
 def measured(mm: np.ndarray, status: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distances (n,) m, nan where there is none, and statuses (n,) from millimetres and bytes of status as a ring sends them;
-    a byte that is no ``Status`` is a failure."""
+    """Distances (n,) m, nan where there is none, and statuses (n,) from millimetres and bytes of status as a ring sends
+    them; a byte that is no ``Status`` is a failure."""
     return np.where(_HAS[status], mm / 1000.0, np.nan), _STATUS[status]

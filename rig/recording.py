@@ -20,8 +20,8 @@ _CHUNK = 1 << 20
 class Recording:
     """Appends records to a new file; each is with the operating system when ``put`` returns.
 
-    A disk that is full, or anything else that keeps it from writing, ends the recording at the last whole record: ``failure``
-    says why, ``on_failure`` is called once with that line, and what comes then is not kept.
+    A disk that is full, or anything else that keeps it from writing, ends the recording at the last whole record:
+    ``failure`` says why, ``on_failure`` is called once with that line, and what comes then is not kept.
 
     Args:
         path: of the file, which must not exist.
@@ -89,8 +89,8 @@ class Recording:
 
 
 class Recorded:
-    """A recording as it is read. about: what was recorded. ended: whether its end was found. damage: why it was read no further,
-    empty where all was read."""
+    """A recording as it is read. about: what was recorded. ended: whether its end was found. damage: why it was read no
+    further, empty where all was read."""
 
     def __init__(self, path: Path) -> None:
         self._path, self.ended, self.damage = path, False, ""

@@ -1,4 +1,4 @@
-"""Records: what is written to a recording, and what the processes of the rig tell each other. No pickle: bytes and a check."""
+"""Records: what a recording is made of, and what the processes of the rig tell each other. No pickle: bytes and a check."""
 
 import struct
 import zlib

@@ -17,8 +17,8 @@ _RETRY = 0.05  # s, between attempts to open a port
 class RingReader:
     """Reads ring ``number`` at ``port``: hands on its frames, what happens to it, and all its bytes as they came.
 
-    Found: a port that is gone within 20 ms, silence and bytes that make no frame within ``SILENT`` s of the last frame, and a
-    port that is back within 50 ms of its appearance; plus what the machine takes to wake a thread.
+    Found: a port that is gone within 20 ms, silence and bytes that make no frame within ``SILENT`` s of the last frame, and
+    a port that is back within 50 ms of its appearance; plus what the machine takes to wake a thread.
     """
 
     def __init__(

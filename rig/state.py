@@ -65,3 +65,24 @@ def impossible(before: State, state: State) -> str | None:
         joint = int(over.argmax())
         return f"joint {joint} went by {np.degrees(state.q[joint] - before.q[joint]):.4g}° in {1000 * seconds:.4g} ms"
     return None
+
+
+_MOVE = struct.Struct("<6d2d")
+
+
+def pack_move(q: Float[np.ndarray, " 6"], speed: float, acceleration: float) -> bytes:
+    """A motion to joint angles ``q`` (6,) rad, its leading joint with ``speed`` rad/s and ``acceleration`` rad/s²."""
+    return _MOVE.pack(*q, speed, acceleration)
+
+
+def unpack_move(data: bytes) -> tuple[tuple[float, ...], float, float]:
+    """Joint angles, speed and acceleration of a motion."""
+    *q, speed, acceleration = _MOVE.unpack(data)
+    return tuple(q), speed, acceleration
+
+
+def complaint(error: Exception) -> str:
+    """What the client raised, as one line; that it is not there, as what to do about it."""
+    if isinstance(error, ImportError):
+        return "ur-rtde is not installed; it comes with place-rings on Python 3.11 and 3.12"
+    return " ".join(str(error).split()) or repr(error)

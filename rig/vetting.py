@@ -29,7 +29,8 @@ class Ended(Enum):
 
 
 class LinkFaultError(Exception):
-    """The link ended, or has no state to give. why: of ``Ended``. time: s, of the host's monotonic clock, when it was found."""
+    """The link ended, or has no state to give. why: of ``Ended``. time: s, of the host's monotonic clock, when it was
+    found."""
 
     def __init__(self, why: Ended, detail: str = "", at: float | None = None) -> None:
         super().__init__(f"{why.value}: {detail}" if detail else why.value)
@@ -72,8 +73,8 @@ class Vetting:
 
 
 def between(states: Sequence[State], times: Float[np.ndarray, " n"], gap: float = _GAP) -> Float[np.ndarray, "n 6"]:
-    """Joint angles (n, 6) rad at ``times`` (n,) s, linear between the states around each; nan where these are more than ``gap``
-    s apart, or there are none on both sides."""
+    """Joint angles (n, 6) rad at ``times`` (n,) s, linear between the states around each; nan where these are more than
+    ``gap`` s apart, or there are none on both sides."""
     found = np.full((len(times), JOINTS), np.nan)
     if len(states) < 2:
         return found

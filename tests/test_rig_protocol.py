@@ -1,5 +1,7 @@
 """The ring protocol and the decoders: no intact frame is lost, no other is taken, whatever comes."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -24,7 +26,7 @@ def frame(sequence=0, clock=1.5, values=((1000, Status.VALID),) * COUNT):
 def fed(found, data, cuts=()):
     """Frames of bytes that come in pieces."""
     edges = [0, *sorted(min(cut, len(data)) for cut in cuts), len(data)]
-    return [f for a, b in zip(edges, edges[1:], strict=False) for f in found.feed(data[a:b], float(b))]
+    return [f for a, b in pairwise(edges) for f in found.feed(data[a:b], float(b))]
 
 
 @given(sensors, st.integers(0, 65535), st.integers(0, 2**63))

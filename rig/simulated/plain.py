@@ -1,4 +1,4 @@
-"""The plainest world: distances that change smoothly with the joints. For tests of what lies between a ring and its reader."""
+"""What simulated rings see, and the plainest of it: distances that change smoothly with the joints, for tests."""
 
 from typing import Any, Protocol
 
@@ -17,8 +17,8 @@ class World(Protocol):
     counts: tuple[int, ...]
 
     def see(self, q: Float[np.ndarray, " 6"]) -> Any:
-        """What there is to be seen at joint angles ``q`` (6,) rad: the same for the same ones, until something is told. May take
-        its time: it is called in a thread of its own."""
+        """What there is to be seen at joint angles ``q`` (6,) rad: the same for the same ones, until something is told. May
+        take its time: it is called in a thread of its own."""
         ...
 
     def measure(self, seen: Any, rng: np.random.Generator) -> list[Measured]:

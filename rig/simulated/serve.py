@@ -23,8 +23,8 @@ _CLOCK_RATE = 1 - 40e-6  # of the rings' clocks
 
 @dataclass(frozen=True)
 class Rig:
-    """What is simulated. folder: where the rings' ports appear, ring0, ring1, … rate: frames a second. encodings: of each ring's
-    firmware; one for all where there is but one."""
+    """What is simulated. folder: where the rings' ports appear, ring0, ring1, … rate: frames a second. encodings: of each
+    ring's firmware; one for all where there is but one."""
 
     world: World
     q: Float[np.ndarray, " 6"]
@@ -36,7 +36,8 @@ class Rig:
 
 
 class Simulation:
-    """A rig that runs. Messages are objects with ``do`` and what belongs to it; each is answered with the time it was done."""
+    """A rig that runs. Messages are objects with ``do`` and what belongs to it; each is answered with the time it was
+    done."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig, rng = rig, np.random.default_rng(rig.seed)

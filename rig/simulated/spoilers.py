@@ -9,7 +9,6 @@ import numpy as np
 from .rtde import HEAD
 
 Spoiler = Callable[[np.random.Generator], Callable[[bytes], bytes]]
-_BEHIND = 1.5  # s, that packages are delayed by
 _FIRST = HEAD.size + 1  # of the joints' bytes: the toolkit's recipe begins with them
 
 
@@ -53,11 +52,16 @@ def _nan(rng: np.random.Generator) -> Callable[[bytes], bytes]:
 def _frozen_clock(rng: np.random.Generator) -> Callable[[bytes], bytes]:
     """The same package for ever."""
     kept = list[bytes]()
-    return lambda data: kept[0] if kept else kept.append(data) or data
+
+    def spoil(data: bytes) -> bytes:
+        kept.append(data)
+        return kept[0]
+
+    return spoil
 
 
 def _late(rng: np.random.Generator) -> Callable[[bytes], bytes]:
-    """Packages that fall further and further behind: time goes at a third of its speed, so to say."""
+    """Packages that fall further and further behind: of three that are due one is sent, the oldest."""
     queue: deque[bytes] = deque()
     turn = [0]
 
