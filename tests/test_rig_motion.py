@@ -1,0 +1,155 @@
+"""Motion: refused before it begins, stopped by whatever goes wrong, through the unmodified client and a simulated robot."""
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+from place_rings.rig.gathering import replay
+from place_rings.rig.health import Port
+from place_rings.rig.link import Link
+from place_rings.rig.motion import Limits, MoveRefusedError, Mover, MoveStoppedError
+from place_rings.rig.recording import Recorded, Recording
+from place_rings.rig.session import Session
+from place_rings.rig.simulated.process import SimulatedRig, command
+from place_rings.rig.vetting import Ended, LinkFaultError
+
+pytest.importorskip("rtde_control")
+HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
+LIMITS = Limits(np.radians([[-200.0, 200.0]] * 6), np.radians(30), np.radians(60))
+
+
+def rig(address, rings=1, sensors=4, rate=15.0):
+    return SimulatedRig((("-m", "place_rings.rig.simulated"), command(rings, sensors, rate)), address)
+
+
+@pytest.fixture(scope="module")
+def robot():
+    with rig("127.0.6.1") as simulated, Link(simulated.address) as link:
+        link.wait()
+        yield simulated, link
+
+
+@pytest.fixture(scope="module")
+def mover(robot):
+    with Mover(robot[0].address, robot[1], LIMITS) as found:
+        yield found
+
+
+def later(do):
+    timer = threading.Timer(0.2, do)
+    timer.start()
+    return timer
+
+
+def at_rest(simulated):
+    before = simulated.do("state")
+    time.sleep(0.05)
+    return np.abs(np.subtract(simulated.do("state")["q"], before["q"])).max() < 1e-3
+
+
+def test_it_goes_where_it_is_told_no_faster_than_allowed(robot, mover):
+    goal = HOME + np.array([0.1, 0.05, -0.1, 0, 0, 0.02])
+    begin = robot[1].latest()
+    mover.move(goal)
+    np.testing.assert_allclose(robot[1].latest().q, goal, atol=2e-3)
+    states = [s for s in robot[1]._states if s.time > begin.time]
+    assert max(np.abs(s.speed).max() for s in states) <= LIMITS.speed + 1e-6
+    assert len(states) > 10
+    times = np.array([s.time for s in states[2:-2]]) + 0.001
+    found = robot[1].joints(times)
+    assert np.isfinite(found).all()
+    np.testing.assert_allclose(found, [s.q for s in states[2:-2]], atol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("q", "text"),
+    [
+        (HOME[:5], "found 5 joint angles"),
+        (HOME * np.nan, "not finite"),
+        (HOME + np.radians([0, 0, 0, 0, 0, 300]), "joint 5: found 300°, allowed: -200° to 200°"),
+        (HOME[None], "found 6 joint angles|found"),
+    ],
+)
+def test_what_may_not_be_is_refused_and_nothing_moves(robot, mover, q, text):
+    with pytest.raises(MoveRefusedError, match=text):
+        mover.move(q)
+    assert at_rest(robot[0])
+
+
+def test_a_way_that_comes_near_itself_is_refused(robot, mover, monkeypatch):
+    half = robot[1].latest().q[0] + 0.25
+    monkeypatch.setattr(mover, "_fault_at", lambda q: "the tool near the forearm" if abs(q[0] - half) < 0.02 else None)
+    with pytest.raises(MoveRefusedError, match="of the way: the tool near the forearm"):
+        mover.move(robot[1].latest().q + np.array([0.5, 0, 0, 0, 0, 0]))
+    assert at_rest(robot[0])
+
+
+def test_a_near_reading_stops_it(robot, mover, monkeypatch):
+    near = []
+    monkeypatch.setattr(mover, "_danger", lambda: near[0] if near else None)
+    timer = later(lambda: near.append("ring 1 reads 40 mm"))
+    with pytest.raises(MoveStoppedError, match="ring 1 reads 40 mm"):
+        mover.move(HOME + 1)
+    timer.join()
+    assert at_rest(robot[0])
+    with pytest.raises(MoveRefusedError, match="ring 1"):
+        mover.move(HOME)
+
+
+def test_control_c_stops_it(robot, mover):
+    timer = later(lambda: os.kill(os.getpid(), signal.SIGINT))
+    with pytest.raises(KeyboardInterrupt):
+        mover.move(HOME + 1)
+    timer.join()
+    assert at_rest(robot[0])
+    mover.move(robot[1].latest().q + 0.02)  # and it can go on
+
+
+def test_a_killed_client_stops_it_by_the_robots_watchdog(robot, mover):
+    """The last that the mover is good for."""
+    timer = later(mover._process.kill)
+    with pytest.raises(MoveStoppedError, match="the client's process ended"):
+        mover.move(HOME - 1)
+    timer.join()
+    assert at_rest(robot[0])
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, 1.1, np.nan, np.inf])
+def test_limits_are_low(speed):
+    with pytest.raises(ValueError, match="speed: found"):
+        Limits(LIMITS.joints, speed)
+    assert Limits(LIMITS.joints).speed <= np.radians(20)
+
+
+def test_a_session_is_gathered_recorded_and_replayed_and_ends_by_its_fault(tmp_path):
+    with rig("127.0.6.2", rings=2) as simulated:
+        ports = [Port(simulated.ring(i), 4) for i in range(2)]
+        with Session(simulated.address, ports, Recording(tmp_path / "file", {"rings": 2})) as session:
+            session.link.wait()
+            with Mover(simulated.address, session.link, LIMITS) as mover:
+                mover.move(HOME + 0.05)
+                session.say("rod", place=[0.1, 0.2, 0.3])
+                timer = later(lambda: simulated.do("close"))
+                with pytest.raises(MoveStoppedError, match="closed"):
+                    mover.move(HOME - 0.6)
+                timer.join()
+            assert session.trouble
+            with pytest.raises(LinkFaultError):
+                session.link.latest()
+    gathered, recorded = session.gathered, Recorded(tmp_path / "file")
+    found = replay(recorded, ports)
+    assert recorded.ended
+    assert gathered.fault.why == found.fault.why == Ended.CLOSED
+    assert [s for _, s in found.said] == [s for _, s in gathered.said]
+    rows = gathered.rows(2)
+    assert len(rows[0]) > 50
+    for live, again in zip(rows, found.rows(2), strict=True):
+        np.testing.assert_array_equal(live, again)
+    time_, joints, ring, sensor, distance, _ = rows
+    true = 1 + 0.3 * np.sin(joints @ np.arange(1, 7) + ring + sensor)
+    still = np.abs(joints - HOME).max(axis=1) < 1e-4
+    assert np.abs(distance - true)[still].max() < 0.02
+    assert (np.diff(time_) > -1).all()
