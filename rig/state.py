@@ -14,6 +14,7 @@ NORMAL, REDUCED = 1 << 0, 1 << 1  # safety status bits; all higher ones are of s
 _TURNS = 2 * math.pi + 0.1  # rad, beyond which no joint of these robots turns
 _MOST_SPEED = 2 * math.pi + 0.2  # rad/s: of the fastest joint (UR3e, third wrist)
 _MOST_ACCELERATION = 40.0  # rad/s², that the controller takes
+_LONGEST = 10.0  # s, between states: a clock that goes by more is no clock
 _SLACK = 0.002  # rad, of the encoders and of speeds that are filtered
 
 
@@ -47,23 +48,23 @@ def implausible(state: State) -> str | None:
     if not (math.isfinite(state.clock) and np.isfinite(state.q).all() and np.isfinite(state.speed).all()):
         return "a number that is not finite"
     if np.abs(state.q).max() > _TURNS:
-        return f"a joint at {np.degrees(state.q[np.abs(state.q).argmax()]):.4g}°"
+        return f"a joint at {math.degrees(state.q[np.abs(state.q).argmax()]):.4g}°"
     if np.abs(state.speed).max() > _MOST_SPEED:
-        return f"a joint at {np.degrees(state.speed[np.abs(state.speed).argmax()]):.4g}°/s"
+        return f"a joint at {math.degrees(state.speed[np.abs(state.speed).argmax()]):.4g}°/s"
     return None
 
 
 def impossible(before: State, state: State) -> str | None:
     """Why a state cannot follow another: no joint goes farther than its speeds and the most acceleration allow."""
     seconds = state.clock - before.clock
-    if seconds <= 0:
+    if not 0 < seconds <= _LONGEST:
         return f"the robot's clock went by {seconds:.4g} s"
     fastest = np.maximum(np.abs(before.speed), np.abs(state.speed))
     allowed = fastest * seconds + _MOST_ACCELERATION * seconds**2 / 2 + _SLACK
     over = np.abs(state.q - before.q) - allowed
     if over.max() > 0:
         joint = int(over.argmax())
-        return f"joint {joint} went by {np.degrees(state.q[joint] - before.q[joint]):.4g}° in {1000 * seconds:.4g} ms"
+        return f"joint {joint} went by {math.degrees(state.q[joint] - before.q[joint]):.4g}° in {1000 * seconds:.4g} ms"
     return None
 
 

@@ -70,7 +70,7 @@ def test_what_is_no_joint_vector_is_never_taken(at, value, speed):
 @given(st.binary(min_size=48, max_size=48))
 def test_random_bytes_for_joints_are_never_taken(data):
     q = np.frombuffer(data)
-    assume(not np.all(np.abs(q - HOME) < 0.01))
+    assume(not np.allclose(q, HOME, rtol=0, atol=0.01))
     assert taken([*good(), state(10, q)]) == (10, Ended.GARBLED)
 
 
@@ -80,6 +80,9 @@ def test_random_bytes_for_joints_are_never_taken(data):
         (np.nan, Ended.GARBLED),
         (0.0, Ended.GARBLED),
         (1e9, Ended.GARBLED),
+        (1e200, Ended.GARBLED),
+        (1.7e308, Ended.GARBLED),
+        (9.0, Ended.GARBLED),
         (7 + 9 / 125, Ended.GARBLED),
         (7.2, Ended.GARBLED),
     ],

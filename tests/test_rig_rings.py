@@ -41,7 +41,7 @@ def test_silence_and_garble_are_told_once_each_and_so_is_their_end(ticks, noise)
     assert events == [Happened.SILENT] * (0.02 * (ticks - 1) > SILENT) + [Happened.BACK]
     heard = 0.02 * ticks + 0.01
     events, _ = judged(line, [(heard + 0.02 * n, noise) for n in range(1, ticks + 1)])
-    assert events == [Happened.GARBLED] * (0.02 * ticks > SILENT)
+    assert [e for e in events if e != Happened.NOISY] == [Happened.GARBLED] * (0.02 * ticks > SILENT)
 
 
 @given(st.floats(LATE + 0.01, 0.2))
