@@ -8,9 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
-from .protocol import Arrivals, Counts, Decoder, Frame, Order, Status, measured
+from .protocol import MOST_MM, Arrivals, Counts, Decoder, Frame, Order, Status, measured
 
-NO_TARGET_MM = (0, 8190, 8191, 9999, 65535)  # what firmwares write for a sensor that sees nothing
+NO_TARGET_MM = (0, 8190, 8191, 9999, MOST_MM)  # what firmwares write for a sensor that sees nothing
+_NONE = np.isin(np.arange(MOST_MM + 1), NO_TARGET_MM)
+_FAILURES = (b"nan", b"-1", b"-")
 _LONGEST = 4096  # bytes of a line
 _LINE = re.compile(rb"(\d{1,6}(?:\.\d{0,6})?|-1|nan|-)", re.IGNORECASE)
 _SEPARATORS = re.compile(rb"[\s,;]+")
@@ -110,17 +112,17 @@ class LineDecoder:
             self.counts.corrupt += bool(words)
             self.counts.skipped += len(line) + 1
             return []
-        failed = np.array([not word[:1].isdigit() for word in words])
-        mm = np.array([0.0 if bad else float(word) for word, bad in zip(words, failed, strict=True)])
+        mm = np.array([0.0 if word.lower() in _FAILURES else float(word) for word in words])
+        status = np.array([Status.FAILED if word.lower() in _FAILURES else Status.VALID for word in words], np.uint8)
         sequence, self._sequence = self._sequence, self._sequence + 1
         self.counts.frames += 1
-        status = np.where(failed, Status.FAILED, _none(mm, np.zeros(self._count, np.uint8))).astype(np.uint8)
+        status = _none(np.minimum(mm, MOST_MM).astype(int), status)
         return [Frame(time, np.nan, sequence, *measured(mm, status))]
 
 
 def _none(mm: np.ndarray, status: np.ndarray) -> np.ndarray:
     """``status`` (n,), with no target where a valid sensor's ``mm`` say so."""
-    return np.where((status == Status.VALID) & np.isin(mm, NO_TARGET_MM), np.uint8(Status.NO_TARGET), status)
+    return np.where(_NONE[mm] & (status == Status.VALID), np.uint8(Status.NO_TARGET), status)
 
 
 DECODERS: dict[str, Callable[[int, Counts | None], FrameDecoder]] = {

@@ -1,6 +1,7 @@
 """What happens to a ring's line, judged by its bytes as they come: the same while it runs and when it is replayed."""
 
 import json
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
@@ -15,7 +16,7 @@ from .records import Kind, Record
 SILENT = 0.25  # s without a frame: nothing is known of a ring any more. Rings send ten frames a second or more
 LATE = 0.1  # s: frames that waited longer on their way are told of, and not handed on
 BAUD = 460800
-_WINDOW = 1.0  # s, in which so many bad frames
+_WINDOW = 3.0  # s, in which so many bad frames
 _NOISY = 3  # are told of
 
 
@@ -69,7 +70,8 @@ class Line:
     def __init__(self, number: int, port: Port, now: float) -> None:
         self._number, self._port, self.counts = number, port, Counts()
         self._state: Happened | None = None
-        self._window, self._bad, self._noisy = now, 0, False
+        self._spoiled: deque[float] = deque([-np.inf] * _NOISY, maxlen=_NOISY)
+        self._bad, self._noisy = 0, False
         self.opened(now)
 
     def opened(self, now: float) -> None:
@@ -106,13 +108,13 @@ class Line:
         """Tells of a line that spoils frames, when it begins to."""
         c = self.counts
         bad = c.lost + c.late + c.corrupt
-        if bad - self._bad >= _NOISY and not self._noisy:
-            self._noisy = True
+        self._spoiled.extend([now] * min(bad - self._bad, _NOISY))
+        self._bad = bad
+        first, last = self._spoiled[0], self._spoiled[-1]
+        before, self._noisy = self._noisy, now - (last if self._noisy else first) < _WINDOW
+        if self._noisy and not before:
             told = f"{c.lost} lost, {c.late} late, {c.corrupt} corrupt beside {c.frames} frames"
             yield Event(self._number, Happened.NOISY, now, told)
-        if now - self._window > _WINDOW:
-            self._noisy = self._noisy and bad > self._bad
-            self._window, self._bad = now, bad
 
     def _turn(self, what: Happened, now: float, detail: str = "") -> Iterator[Event]:
         if what != self._state:

@@ -10,7 +10,7 @@ import pytest
 from place_rings.rig.gathering import replay
 from place_rings.rig.health import Port
 from place_rings.rig.link import Link
-from place_rings.rig.motion import Limits, MoveRefusedError, Mover, MoveStoppedError
+from place_rings.rig.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
 from place_rings.rig.recording import Recorded, Recording
 from place_rings.rig.session import Session
 from place_rings.rig.simulated.process import SimulatedRig, command

@@ -99,6 +99,13 @@ class Controller:
             for client in self._clients:
                 self._send_state(client, due)
 
+    async def heal(self) -> None:
+        """Be as it was at first, whatever was done to it."""
+        self.close()
+        self.mute = self.frozen = False
+        self.spoil, self.safety = None, _NORMAL
+        await self.open()
+
     def stop(self, protective: bool = False) -> None:
         """End the program; a protective stop is seen in the safety status."""
         self._playing = self._waiting = False

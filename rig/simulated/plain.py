@@ -38,7 +38,7 @@ class PlainWorld:
 
     def see(self, q: Float[np.ndarray, " 6"]) -> Float[np.ndarray, "r s"]:
         """True distances, m."""
-        ring, sensor = np.ogrid[: len(self.counts), : self.counts[0]]
+        ring, sensor = np.ogrid[: len(self.counts), : max(self.counts, default=0)]
         return 1 + 0.3 * np.sin(float(q @ np.arange(1, 7)) + ring + sensor)
 
     def measure(self, seen: Float[np.ndarray, "r s"], rng: np.random.Generator) -> list[Measured]:

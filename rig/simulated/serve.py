@@ -1,6 +1,7 @@
 """The simulated rig's process: controller, rings, and the hand that disturbs them."""
 
 import asyncio
+import inspect
 import json
 import sys
 import time
@@ -80,12 +81,15 @@ class Simulation:
         while line := await reader.readline():
             message = json.loads(line)
             answer = self._do(message)
+            if inspect.isawaitable(answer):
+                answer = await answer
             print(json.dumps({"done": message["do"], "time": time.monotonic(), **(answer or {})}), flush=True)
 
-    def _do(self, message: dict[str, Any]) -> dict[str, Any] | None:
+    def _do(self, message: dict[str, Any]) -> Any:
         controller, ring = self._controller, self._rings[message.get("ring", 0)] if self._rings else None
         deeds: dict[str, Callable[[], Any]] = {
             "close": controller.close,
+            "heal": controller.heal,
             "stall": lambda: setattr(controller, "frozen", True),
             "mute": lambda: setattr(controller, "mute", True),
             "spoil": lambda: setattr(controller, "spoil", SPOILERS[message["how"]](self._spoiling)),
@@ -102,10 +106,9 @@ class Simulation:
                 "silent": lambda: setattr(ring, "silent", message.get("on", True)),
                 "corrupt": lambda: setattr(ring, "corrupt", message["share"]),
                 "disorder": lambda: setattr(ring, "disorder", message["share"]),
-                "garble": lambda: setattr(ring, "garble", True),
+                "garble": lambda: setattr(ring, "garble", message.get("on", True)),
             }
-        answer = deeds[message["do"]]()
-        return answer if isinstance(answer, dict) else None
+        return deeds[message["do"]]()
 
     def _tell(self, message: dict[str, Any]) -> None:
         self._rig.world.tell(message)
