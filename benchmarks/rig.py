@@ -23,7 +23,7 @@ import psutil
 from common import table
 from place_rings.rig.decoders import DECODERS, decoder
 from place_rings.rig.gathering import replay
-from place_rings.rig.health import SILENT, Happened, Port
+from place_rings.rig.health import SILENT, Event, Happened, Port
 from place_rings.rig.motion import Limits, Mover, MoveStoppedError
 from place_rings.rig.recording import Recorded, Recording
 from place_rings.rig.records import Kind
@@ -169,17 +169,18 @@ def not_there(rig: SimulatedRig, folder: Path, do: str, rng: np.random.Generator
     rig.do("heal")
 
 
-def ring_fault(rig: SimulatedRig, name: str, watch: list, rng: np.random.Generator, found: Found) -> None:
+def ring_fault(rig: SimulatedRig, name: str, rng: np.random.Generator, found: Found) -> None:
     """One run of a fault of a ring's line, at a random moment."""
     do, more, end, events, _ = _RINGS[name]
-    ring = int(rng.integers(2))
+    watch, ring = list[Event](), int(rng.integers(2))
     if do == "plug":
         rig.do("unplug", ring=ring)
-    time.sleep(rng.uniform(1.1, 1.6))
-    watch.clear()
-    done = rig.do(do, ring=ring, **more)["time"]
-    until(lambda: any(e.ring == ring and e.what in events for e in watch))
-    event = next((e for e in watch if e.ring == ring and e.what in events), None)
+    with Rings([Port(rig.ring(i), 16) for i in range(2)], on_event=watch.append):
+        time.sleep(rng.uniform(0.4, 0.9))
+        watch.clear()
+        done = rig.do(do, ring=ring, **more)["time"]
+        until(lambda: any(e.ring == ring and e.what in events for e in watch))
+        event = next((e for e in watch if e.ring == ring and e.what in events), None)
     found.outcomes[event.what.value if event else "not found"] += 1
     if event:
         found.seconds.append(event.time - done)
@@ -257,13 +258,17 @@ def victim(rig: SimulatedRig, folder: Path, full: bool, rng: np.random.Generator
     found.lost += max(int(kept) - records, 0)
 
 
-def faults(runs: int, seed: int = 0) -> list[tuple]:
-    """Rows of the table: fault, runs, what happened, median and worst ms, bound, joint vectors given wrong, records lost."""
-    rng, rows = np.random.default_rng(seed), []
+def faults(runs: int, seed: int = 0) -> tuple[list[tuple], float]:
+    """Rows of the table: fault, runs, what happened, median and worst ms, bound, joint vectors given wrong, records lost. And
+    the longest that ending a session took, s."""
+    rng, rows, endings = np.random.default_rng(seed), list[tuple](), [0.0]
 
     def keep(name: str, found: Found, bound: str) -> None:
         happened = "; ".join(f"{what} ({n})" for what, n in found.outcomes.most_common() if n)
-        rows.append((name, runs, happened, *found.times(), bound, f"{found.wrong} of {found.given}", found.lost))
+        rows.append(
+            (name, runs, happened, *found.times(), bound, f"{found.wrong} of {found.given}" * bool(found.given), found.lost)
+        )
+        endings.append(found.closing)
         print(*rows[-1], f"ending {found.closing:.2f} s", sep=" | ", flush=True)
 
     with tempfile.TemporaryDirectory() as place, SimulatedRig((_PLAIN, command(2)), "127.0.7.1") as rig:
@@ -284,13 +289,11 @@ def faults(runs: int, seed: int = 0) -> list[tuple]:
                 victim(rig, folder, full, rng, found)
             keep(name, found, "")
     with SimulatedRig((_PLAIN, command(2)), "127.0.7.2") as rig:
-        watch: list = []
-        with Rings([Port(rig.ring(i), 16) for i in range(2)], on_event=watch.append):
-            for name, (*_, bound) in _RINGS.items():
-                found = Found()
-                for _ in range(runs):
-                    ring_fault(rig, name, watch, rng, found)
-                keep(f"a ring: {name}", found, f"{1000 * bound:.0f}")
+        for name, (*_, bound) in _RINGS.items():
+            found = Found()
+            for _ in range(runs):
+                ring_fault(rig, name, rng, found)
+            keep(f"a ring: {name}", found, f"{1000 * bound:.0f}")
     moving = {"close": "the robot's side closes", "zero": "a header says length 0", "stall": "the stream stalls"}
     moving |= {"kill": "the moving client is killed", "near": "a near reading", "ctrl-c": "Ctrl-C"}
     with SimulatedRig((_PLAIN, command(1)), "127.0.7.3") as rig:
@@ -299,7 +302,7 @@ def faults(runs: int, seed: int = 0) -> list[tuple]:
             for _ in range(runs):
                 moving_fault(rig, kind, rng, found)
             keep(f"on the move: {name}", found, "1000")
-    return rows
+    return rows, max(endings)
 
 
 def throughput() -> list[tuple]:
@@ -338,14 +341,17 @@ def report(runs: int = RUNS) -> list[str]:
     """Both tables."""
     columns = ("fault", "runs", "what happens", "median, ms", "worst, ms", "bound, ms", "joints given wrong", "records lost")
     intro = [
-        f"{runs} runs of each, on the simulated rig through unmodified ur-rtde and pyserial: `python benchmarks rig`. Times
-        are", "from the fault's doing to its finding; on the move, to the robot's standing still from 15°/s. Bounds are
-        without what a", f"busy machine takes to wake a thread (mean load here: {os.getloadavg()[2]:.1f} on {os.cpu_count()}
-        cores). Joints given wrong:", "vectors that were handed out older than 80 ms or not where the robot stood, of all
-        that were asked for. Records lost: of", "what was gathered, not in the recording's replay.", "",
+        f"{runs} runs of each, on the simulated rig, through unmodified ur-rtde and pyserial: `python benchmarks rig`.",
+        "Times are from the fault's doing to its finding; on the move, to the robot's standing still from 15°/s.",
+        "Bounds are without what a busy machine takes to wake a thread (MEAN).",
+        "Joints given wrong: vectors that were handed out older than 80 ms, or not where the robot stood, of all asked for.",
+        "Records lost: of what was gathered, not in the recording's replay. Ending a session took at most ENDING s.",
+        "",
     ]
-    speed = ["", "Speed:", "", *table(("what", "", "", ""), throughput())]
-    return intro + table(columns, faults(runs)) + speed
+    rows, ending = faults(runs)
+    load = f"mean load here: {os.getloadavg()[2]:.1f} on {os.cpu_count()} cores"
+    head = [line.replace("MEAN", load).replace("ENDING", f"{ending:.2f}") for line in intro]
+    return head + table(columns, rows) + ["", "Speed:", "", *table(("what", "", "", ""), throughput())]
 
 
 if __name__ == "__main__":
