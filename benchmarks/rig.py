@@ -35,6 +35,8 @@ from place_rings.rig.vetting import STALE, LinkFaultError
 
 RUNS = 20
 _HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
+_OWN = 0.02  # s, between being given a vector and looking at the clock
+_DRIFT = 0.002  # s, that clocks may have drifted apart in a run
 _WAIT = 3.0  # s, for a fault to be found
 _PLAIN = ("-m", "place_rings.rig.simulated")
 _ROBOT: dict[str, tuple[str, dict]] = {
@@ -103,7 +105,7 @@ class Asker(threading.Thread):
                 continue
             now = time.monotonic()
             lag = min(lag, state.time - state.clock)
-            stale = now - state.time > STALE + 0.02 or state.time - state.clock - lag > STALE  # 20 ms: of this thread's own
+            stale = now - state.time > STALE + _OWN or state.time - state.clock - lag > STALE + _DRIFT
             self.given += 1
             self.wrong += bool(stale or np.abs(state.q - _HOME).max() > 1e-9)
 
@@ -259,8 +261,8 @@ def victim(rig: SimulatedRig, folder: Path, full: bool, rng: np.random.Generator
 
 
 def faults(runs: int, seed: int = 0) -> tuple[list[tuple], float]:
-    """Rows of the table: fault, runs, what happened, median and worst ms, bound, joint vectors given wrong, records lost. And
-    the longest that ending a session took, s."""
+    """Rows of the table (fault, runs, what happened, median and worst ms, bound, joints given wrong, records lost), and the
+    longest that ending a session took, s."""
     rng, rows, endings = np.random.default_rng(seed), list[tuple](), [0.0]
 
     def keep(name: str, found: Found, bound: str) -> None:

@@ -18,8 +18,9 @@ _STUDIES = (
     f"place_rings.studies.{name}" for name in ("human", "walk", "objects", "distance", "approach", "moments", "detection")
 )
 _PLACEMENT = (f"place_rings.placement.{name}" for name in ("search", "finalists", "subset", "record"))
+_RIG = (f"place_rings.rig.{name}" for name in ("protocol", "clocks", "state", "vetting", "gathering"))
 install_import_hook(
-    ["place_rings.coverage", "place_rings.objectives", *_PLACEMENT, *_STUDIES],
+    ["place_rings.coverage", "place_rings.objectives", *_PLACEMENT, *_STUDIES, *_RIG],
     f"{_checker.__name__}.check",
 )
 
