@@ -24,6 +24,7 @@ from common import table
 from place_rings.rig.decoders import DECODERS, decoder
 from place_rings.rig.gathering import replay
 from place_rings.rig.health import SILENT, Event, Happened, Port
+from place_rings.rig.link import START
 from place_rings.rig.motion import Limits, Mover, MoveStoppedError
 from place_rings.rig.recording import Recorded, Recording
 from place_rings.rig.records import Kind
@@ -37,6 +38,7 @@ RUNS = 20
 _HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 _OWN = 0.02  # s, between being given a vector and looking at the clock
 _DRIFT = 0.002  # s, that clocks may have drifted apart in a run
+_PATIENCE = 4.0  # s, for a robot to answer
 _WAIT = 3.0  # s, for a fault to be found
 _PLAIN = ("-m", "place_rings.rig.simulated")
 _ROBOT: dict[str, tuple[str, dict]] = {
@@ -111,12 +113,12 @@ class Asker(threading.Thread):
 
 
 @contextmanager
-def listening(rig: SimulatedRig, folder: Path, found: Found, rings: int = 2) -> Iterator[Session]:
+def listening(rig: SimulatedRig, folder: Path, found: Found, start: float = START) -> Iterator[Session]:
     """A session that is recorded, whose link is asked all the time, and whose recording is replayed afterwards."""
     file = folder / "recording"
     file.unlink(missing_ok=True)
-    ports = [Port(rig.ring(i), 16) for i in range(rings)]
-    session = Session(rig.address, ports, Recording(file, {}))
+    ports = [Port(rig.ring(i), 16) for i in range(2)]
+    session = Session(rig.address, ports, Recording(file, {}), start=start)
     asker = Asker(session)
     try:
         yield session
@@ -162,9 +164,9 @@ def not_there(rig: SimulatedRig, folder: Path, do: str, rng: np.random.Generator
     """One run of connecting to a robot that refuses or never answers."""
     rig.do(do)
     start = time.monotonic()
-    with listening(rig, folder, found) as session:
+    with listening(rig, folder, found, _PATIENCE) as session:
         try:
-            session.link.wait(10)
+            session.link.wait(_PATIENCE + 1)
         except LinkFaultError as fault:
             found.outcomes[fault.why.value] += 1
             found.seconds.append(fault.time - start)
@@ -284,7 +286,7 @@ def faults(runs: int, seed: int = 0) -> tuple[list[tuple], float]:
             found = Found()
             for _ in range(runs):
                 not_there(rig, folder, do, rng, found)
-            keep(name, found, "5000")
+            keep(name, found, f"{1000 * _PATIENCE:.0f}")
         for name, full in (("kill -9 of the check", False), ("the disk is full", True)):
             found = Found()
             for _ in range(runs):

@@ -15,7 +15,7 @@ from .protocol import Frame
 from .recording import Recorded
 from .records import Kind
 from .state import State
-from .vetting import LinkFaultError, Vetting, between
+from .vetting import STALE, LinkFaultError, Vetting, between
 
 _LONGEST = 0.05  # s between what a ring's clock says and its arrival: beyond, the arrival is taken
 
@@ -82,12 +82,12 @@ def _time(frame: Frame, clock: Alignment | None) -> float:
     return time if abs(time - frame.time) <= _LONGEST + 4 * clock.jitter else frame.time  # a ring that restarted
 
 
-def replay(recorded: Recorded, ports: Sequence[Port]) -> Gathered:
-    """What was gathered when it was recorded: all bytes and states go the same way again.
+def replay(recorded: Recorded, ports: Sequence[Port], stale: float = STALE) -> Gathered:
+    """What was gathered when it was recorded: all bytes and states go the same way again, with the link's ``stale`` s.
 
     Events are those that were found then, as what nobody sent leaves no bytes. A record that cannot be read is passed over.
     """
-    found, vetting, lines = Gathered(), Vetting(), dict[int, Line]()
+    found, vetting, lines = Gathered(), Vetting(stale), dict[int, Line]()
     for record in recorded.records():
         match record.kind:
             case Kind.STATE | Kind.NOTE | Kind.CLOSED if found.fault is None:

@@ -19,14 +19,14 @@ from .state import State
 from .vetting import STALE, Ended, LinkFaultError, Vetting, between
 
 RATE = 125.0  # states a second: every controller has it
-START = 5.0  # s, for the first state to come: Python's start, and the client's exchange with the robot
+START = 10.0  # s, for the first state to come: Python's start, and the client's exchange with the robot
 _MEMORY = 30.0  # s, of states
 
 
 class Link:
     """Joint angles of the robot at ``host``, received in a process of its own that is ended with the link.
 
-    A fault is final: what comes after it is not looked at. It is found at most ``STALE`` s after the last good state, plus
+    A fault is final: what comes after it is not looked at. It is found at most ``stale`` s after the last good state, plus
     what the machine takes to wake a thread.
 
     Args:
@@ -36,7 +36,8 @@ class Link:
         record: is given each record that came, good or not.
         on_fault: is called once, from the link's thread.
         start: s, by which the first state must have come.
-        command: that starts the process, for tests.
+        stale: s, after which a state is no state: at most a tenth for a real robot. A simulated one on a busy machine needs
+            more. command: that starts the process, for tests.
     """
 
     def __init__(
@@ -47,13 +48,14 @@ class Link:
         record: Callable[[Record], None] = lambda record: None,
         on_fault: Callable[[LinkFaultError], None] = lambda fault: None,
         start: float = START,
+        stale: float = STALE,
         command: tuple[str, ...] = (sys.executable, "-m", f"{__package__}.link_process"),
     ) -> None:
         self._on_state, self._record, self._on_fault = on_state, record, on_fault
         self._states: deque[State] = deque(maxlen=int(_MEMORY * rate))
         self._fault: LinkFaultError | None = None
-        self._changed, self._closing, self._vetting = threading.Condition(), False, Vetting()
-        self._until = time.monotonic() + start
+        self._changed, self._closing, self._vetting = threading.Condition(), False, Vetting(stale)
+        self._until, self._stale = time.monotonic() + start, stale
         self._process = subprocess.Popen(
             [*command, host, str(rate)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=0
         )
@@ -71,7 +73,7 @@ class Link:
             if self._fault:
                 raise self._fault
             now = time.monotonic()
-            if len(self._states) < 2 or now - self._states[-1].time > STALE:  # two that agree with each other
+            if len(self._states) < 2 or now - self._states[-1].time > self._stale:  # two that agree with each other
                 raise LinkFaultError(Ended.STALE)
             return self._states[-1]
 
@@ -129,7 +131,7 @@ class Link:
         reader, pipe = RecordReader(), self._process.stdout
         assert pipe is not None
         while True:
-            due = self._states[-1].time + STALE if self._states else self._until
+            due = self._states[-1].time + self._stale if self._states else self._until
             if not select.select([pipe], [], [], max(due - time.monotonic(), 0))[0]:
                 raise LinkFaultError(Ended.STALE if self._states else Ended.SILENT)
             data = os.read(pipe.fileno(), 1 << 16)
@@ -141,7 +143,7 @@ class Link:
                 raise LinkFaultError(Ended.GARBLED, str(error)) from None
             for record in records:
                 self._take(record)
-            if self._states and time.monotonic() > self._states[-1].time + STALE:
+            if self._states and time.monotonic() > self._states[-1].time + self._stale:
                 raise LinkFaultError(Ended.STALE)
 
     def _take(self, record: Record) -> None:

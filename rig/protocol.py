@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Integer
 
 VERSION = 1
 MAGIC = b"\xa5\xc3"
@@ -48,7 +48,7 @@ class Frame:
     clock: float
     sequence: int
     distance: Float[np.ndarray, " n"]
-    status: Int[np.ndarray, " n"]
+    status: Integer[np.ndarray, " n"]
 
 
 @dataclass
@@ -94,7 +94,7 @@ def length(count: int) -> int:
     return _HEADER.size + count * _SENSORS.itemsize + _CHECK.size
 
 
-def encode(sequence: int, clock: float, distance: Float[np.ndarray, " n"], status: Int[np.ndarray, " n"]) -> bytes:
+def encode(sequence: int, clock: float, distance: Float[np.ndarray, " n"], status: Integer[np.ndarray, " n"]) -> bytes:
     """A frame; distances (n,) m are rounded to mm, and 0 where ``status`` says that there is none.
 
     Raises:

@@ -8,12 +8,12 @@ from typing import Any, Self
 
 from .gathering import Gathered
 from .health import Event, Port
-from .link import Link
+from .link import RATE, START, Link
 from .protocol import Frame
 from .recording import Recording
 from .records import Record
 from .rings import Rings
-from .vetting import LinkFaultError
+from .vetting import STALE, LinkFaultError
 
 
 class Session:
@@ -24,7 +24,7 @@ class Session:
         ports: of its rings, in the setup's order.
         recording: keeps everything; closed with the session.
         on_event: is given what happens to a ring's line, from that line's thread.
-        rate: states of the robot a second.
+        rate, start, stale: of the link.
     """
 
     def __init__(
@@ -33,13 +33,17 @@ class Session:
         ports: Sequence[Port],
         recording: Recording | None = None,
         on_event: Callable[[Event], None] = lambda event: None,
-        rate: float = 125.0,
+        rate: float = RATE,
+        start: float = START,
+        stale: float = STALE,
     ) -> None:
         self.gathered, self._recording, self._on_event, self._count = Gathered(), recording, on_event, len(ports)
         with ExitStack() as stack:
             if recording:
                 stack.enter_context(recording)
-            self.link = stack.enter_context(Link(host, rate, self.gathered.take, self._record, self._fault))
+            self.link = stack.enter_context(
+                Link(host, rate, self.gathered.take, self._record, self._fault, start=start, stale=stale)
+            )
             self.rings = stack.enter_context(Rings(ports, self._frame, self._event, self._record))
             self._stack = stack.pop_all()
 

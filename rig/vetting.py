@@ -38,9 +38,11 @@ class LinkFaultError(Exception):
 
 
 class Vetting:
-    """Takes records in the order they came. last: the newest state that was good. count: of good states."""
+    """Takes records in the order they came. last: the newest state that was good. count: of good states. ``stale``: s, by
+    which none may be late."""
 
-    def __init__(self) -> None:
+    def __init__(self, stale: float = STALE) -> None:
+        self._stale = stale
         self.last: State | None = None
         self.count, self._lag = 0, Lag()
 
@@ -49,7 +51,7 @@ class Vetting:
 
         Raises:
             LinkFaultError: if there is none, if it cannot be true by itself or after the one before, if it came more than
-                ``STALE`` s later than measured, or if the robot's safety stopped it.
+                ``stale`` s later than measured, or if the robot's safety stopped it.
         """
         if record.kind == Kind.NOTE:
             raise LinkFaultError(Ended.REFUSED, record.data.decode(errors="replace"))
@@ -64,11 +66,11 @@ class Vetting:
         if state.safety & ~(NORMAL | REDUCED):
             raise LinkFaultError(Ended.STOPPED, f"safety status {state.safety:#x}")
         delay = self._lag.delay(state.time, state.clock)
-        if delay > STALE:
+        if delay > self._stale:
             raise LinkFaultError(Ended.LATE, f"{1000 * delay:.0f} ms")
-        if delay < -STALE and self.count > 1:  # else the first alone came late
+        if delay < -self._stale and self.count > 1:  # else the first alone came late
             raise LinkFaultError(Ended.GARBLED, f"the robot's clock jumped by {-delay:.4g} s")
-        self.last, self.count = state, 1 if delay < -STALE else self.count + 1
+        self.last, self.count = state, 1 if delay < -self._stale else self.count + 1
         return state
 
 

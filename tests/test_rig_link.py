@@ -15,7 +15,7 @@ from place_rings.rig.state import State
 from place_rings.rig.vetting import STALE, Ended, LinkFaultError, Vetting, between
 
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
-WAKE = 0.05  # s that a thread may take to wake on a busy machine
+WAKE = 0.5  # s that a thread may take to wake on a busy machine
 joint = st.integers(0, 5)
 
 

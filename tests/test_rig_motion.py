@@ -18,6 +18,7 @@ from place_rings.rig.vetting import Ended, LinkFaultError
 
 pytest.importorskip("rtde_control")
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
+BUSY = 0.5  # s, that a busy machine may keep processes waiting
 LIMITS = Limits(np.radians([[-200.0, 200.0]] * 6), np.radians(30), np.radians(60))
 
 
@@ -27,7 +28,7 @@ def rig(address, rings=1, sensors=4, rate=15.0):
 
 @pytest.fixture(scope="module")
 def robot():
-    with rig("127.0.6.1") as simulated, Link(simulated.address) as link:
+    with rig("127.0.6.1") as simulated, Link(simulated.address, stale=BUSY) as link:
         link.wait()
         yield simulated, link
 
@@ -127,7 +128,7 @@ def test_limits_are_low(speed):
 def test_a_session_is_gathered_recorded_and_replayed_and_ends_by_its_fault(tmp_path):
     with rig("127.0.6.2", rings=2) as simulated:
         ports = [Port(simulated.ring(i), 4) for i in range(2)]
-        with Session(simulated.address, ports, Recording(tmp_path / "file", {"rings": 2})) as session:
+        with Session(simulated.address, ports, Recording(tmp_path / "file", {"rings": 2}), stale=BUSY) as session:
             session.link.wait()
             with Mover(simulated.address, session.link, LIMITS) as mover:
                 mover.move(HOME + 0.05)
@@ -140,7 +141,7 @@ def test_a_session_is_gathered_recorded_and_replayed_and_ends_by_its_fault(tmp_p
             with pytest.raises(LinkFaultError):
                 session.link.latest()
     gathered, recorded = session.gathered, Recorded(tmp_path / "file")
-    found = replay(recorded, ports)
+    found = replay(recorded, ports, BUSY)
     assert recorded.ended
     assert gathered.fault.why == found.fault.why == Ended.CLOSED
     assert [s for _, s in found.said] == [s for _, s in gathered.said]

@@ -100,7 +100,7 @@ def test_order_takes_what_is_ahead(start, ahead):
 
 @pytest.mark.parametrize(
     ("distance", "status"),
-    [([], []), ([1.0], []), ([-0.1], [0]), ([66.0], [0]), ([float("nan")], [0]), ([1.0], [4]), ([1.0] * 65, [0] * 65)],
+    [([], []), ([-0.1], [0]), ([66.0], [0]), ([float("nan")], [0]), ([1.0], [4]), ([1.0] * 65, [0] * 65)],
 )
 def test_what_fits_no_frame_is_refused(distance, status):
     with pytest.raises(ValueError, match="allowed"):

@@ -14,7 +14,7 @@ from place_rings.rig.rings import Rings
 from place_rings.rig.simulated.ports import SimulatedRing
 
 COUNT = 4
-WAKE = 0.1  # s that a thread may take to wake on a busy machine
+WAKE = 0.5  # s that a thread may take to wake on a busy machine
 
 
 def frame(n):
