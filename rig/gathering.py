@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from .clocks import Alignment, align
 from .health import Event, Line, Port
@@ -61,10 +62,9 @@ class Gathered:
         A frame's time is that of its ring's clock on the host's, or of its arrival where the ring sends none. Frames around
         which the robot was not heard of twice in time are left out.
         """
-        clocks = self.clocks(rings)
         some = [(ring, frame) for ring, frame in self.frames if since <= frame.time < until]
         some.sort(key=lambda pair: (pair[1].time, pair[0]))  # threads took turns by chance
-        times = np.array([_time(frame, clocks[ring]) for ring, frame in some])
+        times = _times(some, self.clocks(rings))
         joints = between(self.states, times)
         sure = np.isfinite(joints).all(axis=1)
         kept = [pair for pair, good in zip(some, sure, strict=True) if good]
@@ -75,11 +75,18 @@ class Gathered:
         return np.repeat(times[sure], count), np.repeat(joints[sure], count, axis=0), ring, sensor, distance, status
 
 
-def _time(frame: Frame, clock: Alignment | None) -> float:
-    if clock is None or np.isnan(frame.clock):
-        return frame.time
-    time = float(clock.host(np.array(frame.clock)))
-    return time if abs(time - frame.time) <= _LONGEST + 4 * clock.jitter else frame.time  # a ring that restarted
+def _times(some: Sequence[tuple[int, Frame]], clocks: Sequence[Alignment | None]) -> Float[np.ndarray, " n"]:
+    """When the frames of rings were measured, s of the host's monotonic clock."""
+    ring = np.array([number for number, _ in some], int)
+    arrival, clock = np.array([(f.time, f.clock) for _, f in some], float).reshape(-1, 2).T
+    times = arrival.copy()
+    for number, alignment in enumerate(clocks):
+        if alignment:
+            here = (ring == number) & np.isfinite(clock)
+            host = alignment.host(clock[here])
+            sure = np.abs(host - arrival[here]) <= _LONGEST + 4 * alignment.jitter  # else the ring had restarted
+            times[here] = np.where(sure, host, arrival[here])
+    return times
 
 
 def replay(recorded: Recorded, ports: Sequence[Port], stale: float = STALE) -> Gathered:

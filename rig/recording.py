@@ -1,10 +1,12 @@
 """The recording of a check: everything that came, with the times it came, in a file that a kill leaves readable."""
 
+import errno
 import json
 import os
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -34,13 +36,15 @@ class Recording:
 
     def __init__(self, path: Path, about: Mapping[str, Any], on_failure: Callable[[str], None] = lambda line: None) -> None:
         self.path, self.failure, self._on_failure = path, "", on_failure
-        self._lock, self._size, self._synced = threading.Lock(), 0, time.monotonic()
+        self._lock, self._size, self._ended = threading.Lock(), 0, threading.Event()
         try:
             self._file = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_APPEND, 0o644)
         except OSError as error:
             raise UserError(f"{path}: cannot be recorded to: {error.strerror}") from error
         what = {"format": FORMAT, "wall": time.time(), **about}
         self.put(Record(Kind.ABOUT, 0, time.monotonic(), json.dumps(what).encode()))
+        self._thread = threading.Thread(target=self._sync, name="recording", daemon=True)
+        self._thread.start()
 
     def put(self, record: Record) -> None:
         """Keep a record."""
@@ -53,13 +57,9 @@ class Recording:
                 while left:
                     left = left[os.write(self._file, left) :]
                 self._size += len(data)
-                if time.monotonic() - self._synced > _SYNC:
-                    os.fsync(self._file)
-                    self._synced = time.monotonic()
                 return
             except OSError as error:
-                self.failure = f"{self.path}: the recording ended: {error.strerror}"
-                self._cut()
+                self._fail(error)
         self._on_failure(self.failure)
 
     def event(self, what: str, **more: Any) -> None:
@@ -69,6 +69,8 @@ class Recording:
     def close(self) -> None:
         """Write an end, so that a reader knows that nothing is missing."""
         self.put(Record(Kind.END, 0, time.monotonic()))
+        self._ended.set()
+        self._thread.join()
         with self._lock:
             if self._file >= 0:
                 os.close(self._file)
@@ -80,12 +82,28 @@ class Recording:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
 
-    def _cut(self) -> None:
+    def _fail(self, error: OSError) -> None:
         """Leave whole records alone, where the file can be cut at all: a reader passes over the rest anyway."""
-        try:
+        self.failure = f"{self.path}: the recording ended: {error.strerror}"
+        with suppress(OSError):
             os.ftruncate(self._file, self._size)
-        except OSError:
-            return
+
+    def _sync(self) -> None:
+        """Wait for the disk now and then, in a thread of its own: whoever puts records is not to wait."""
+        while True:
+            ended = self._ended.wait(_SYNC)
+            try:
+                os.fsync(self._file)
+            except OSError as error:
+                if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # a pipe or a device, which has nothing to wait for
+                    with self._lock:
+                        known = self.failure
+                        self._fail(error)
+                    if not known:
+                        self._on_failure(self.failure)
+                    return
+            if ended:
+                return
 
 
 class Recorded:

@@ -3,6 +3,7 @@
 import asyncio
 import inspect
 import json
+import signal
 import sys
 import time
 from collections.abc import Callable
@@ -116,5 +117,6 @@ class Simulation:
 
 
 def serve(rig: Rig) -> None:
-    """Run a rig until stdin ends."""
+    """Run a rig until stdin ends. Ctrl-C is for who started it, and ends that first."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     asyncio.run(Simulation(rig).run())
