@@ -14,8 +14,11 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -25,14 +28,14 @@ from place_rings.rig.decoders import DECODERS, decoder
 from place_rings.rig.gathering import replay
 from place_rings.rig.health import SILENT, Event, Happened, Port
 from place_rings.rig.link import START
-from place_rings.rig.motion import Limits, Mover, MoveStoppedError
+from place_rings.rig.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
 from place_rings.rig.recording import Recorded, Recording
 from place_rings.rig.records import Kind
 from place_rings.rig.rings import Rings
 from place_rings.rig.session import Session
 from place_rings.rig.simulated.ports import ENCODERS
 from place_rings.rig.simulated.process import SimulatedRig, command
-from place_rings.rig.vetting import STALE, LinkFaultError
+from place_rings.rig.vetting import STALE, Ended, LinkFaultError
 
 RUNS = 20
 _HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
@@ -67,7 +70,22 @@ _RINGS: dict[str, tuple[str, dict, dict, tuple[Happened, ...], float]] = {  # fa
         (Happened.NOISY, Happened.GARBLED),
         2.0,
     ),
-    "frames out of order, one in five": ("disorder", {"share": 0.2}, {"do": "disorder", "share": 0}, (Happened.NOISY,), 3.0),
+    "frames out of order, one in four": (
+        "disorder",
+        {"share": 0.33},
+        {"do": "disorder", "share": 0},
+        (Happened.NOISY,),
+        3.0,
+    ),
+}
+
+_MOVING = {
+    "close": "the robot's side closes",
+    "zero": "a header says length 0",
+    "stall": "the stream stalls",
+    "kill": "the moving client is killed",
+    "near": "a near reading",
+    "ctrl-c": "Ctrl-C",
 }
 
 
@@ -81,6 +99,7 @@ class Found:
     wrong: int = 0
     given: int = 0
     lost: int = 0
+    disturbed: int = 0
     closing: float = 0.0
 
     def times(self) -> tuple[str, str]:
@@ -147,6 +166,7 @@ def robot_fault(rig: SimulatedRig, folder: Path, do: str, more: dict, rng: np.ra
     with listening(rig, folder, found) as session:
         session.link.wait()
         time.sleep(rng.uniform(0.05, 0.5))
+        session.link.latest()
         if do:
             done = rig.do(do, **more)["time"]
         else:
@@ -160,7 +180,7 @@ def robot_fault(rig: SimulatedRig, folder: Path, do: str, more: dict, rng: np.ra
     rig.do("heal")
 
 
-def not_there(rig: SimulatedRig, folder: Path, do: str, rng: np.random.Generator, found: Found) -> None:
+def not_there(rig: SimulatedRig, folder: Path, do: str, found: Found) -> None:
     """One run of connecting to a robot that refuses or never answers."""
     rig.do(do)
     start = time.monotonic()
@@ -224,12 +244,15 @@ def moving_fault(rig: SimulatedRig, kind: str, rng: np.random.Generator, found: 
             timer.start()
             try:
                 mover.move(start + np.where(start > 0, -1, 1) * 1.5)
-                found.outcomes["it went on"] += 1
+                what = "it went on"
             except (MoveStoppedError, KeyboardInterrupt) as error:
-                found.outcomes[str(error) or "interrupted"] += 1
+                what = str(error) or "interrupted"
+                if not done:  # the machine kept the link waiting
+                    timer.cancel()
+                    raise LinkFaultError(Ended.STALE) from None
             timer.join()
+            found.outcomes[what if still else f"{what}, but it moved on"] += 1
         found.seconds += [still[0] - done[0]] if still else []
-        found.outcomes["it moved on"] += not still
     rig.do("heal")
 
 
@@ -262,51 +285,62 @@ def victim(rig: SimulatedRig, folder: Path, full: bool, rng: np.random.Generator
     found.lost += max(int(kept) - records, 0)
 
 
-def faults(runs: int, seed: int = 0) -> tuple[list[tuple], float]:
-    """Rows of the table (fault, runs, what happened, median and worst ms, bound, joints given wrong, records lost), and the
-    longest that ending a session took, s."""
-    rng, rows, endings = np.random.default_rng(seed), list[tuple](), [0.0]
+def row(name: str, runs: int, run: Callable[[Found], None], bound: str) -> tuple[tuple, Found]:
+    """The row of a fault, and what was found in so many runs; those that the machine disturbed are begun again."""
+    found = Found()
+    while sum(found.outcomes.values()) < runs:
+        try:
+            run(found)
+        except (LinkFaultError, MoveRefusedError) as error:
+            found.disturbed += 1
+            print("begun again:", name, error, flush=True)
+    happened = "; ".join(f"{what} ({n})" for what, n in found.outcomes.most_common())
+    given = f"{found.wrong} of {found.given}" if found.given else ""
+    cells = (name, runs, happened, *found.times(), bound, given, found.lost)
+    print(*cells, f"ending {found.closing:.2f} s", sep=" | ", flush=True)
+    return cells, found
 
-    def keep(name: str, found: Found, bound: str) -> None:
-        happened = "; ".join(f"{what} ({n})" for what, n in found.outcomes.most_common() if n)
-        rows.append(
-            (name, runs, happened, *found.times(), bound, f"{found.wrong} of {found.given}" * bool(found.given), found.lost)
-        )
-        endings.append(found.closing)
-        print(*rows[-1], f"ending {found.closing:.2f} s", sep=" | ", flush=True)
 
+def of_robot(runs: int, seed: int) -> list[tuple[tuple, Found]]:
+    """Rows of the robot's faults, and of the check's own."""
+    rng, rows = np.random.default_rng(seed), []
     with tempfile.TemporaryDirectory() as place, SimulatedRig((_PLAIN, command(2)), "127.0.7.1") as rig:
         folder = Path(place)
         for name, (do, more) in _ROBOT.items():
-            found = Found()
-            for _ in range(runs):
-                robot_fault(rig, folder, do, more, rng, found)
-            keep(name, found, "80" if name != "packages fall behind" else "80 behind")
+            bound = "80" if name != "packages fall behind" else "80 behind"
+            rows.append(row(name, runs, partial(robot_fault, rig, folder, do, more, rng), bound))
         for name, do in (("the robot refuses to be connected to", "close"), ("it accepts, and never answers", "mute")):
-            found = Found()
-            for _ in range(runs):
-                not_there(rig, folder, do, rng, found)
-            keep(name, found, f"{1000 * _PATIENCE:.0f}")
+            rows.append(row(name, runs, partial(not_there, rig, folder, do), f"{1000 * _PATIENCE:.0f}"))
         for name, full in (("kill -9 of the check", False), ("the disk is full", True)):
-            found = Found()
-            for _ in range(runs):
-                victim(rig, folder, full, rng, found)
-            keep(name, found, "")
+            rows.append(row(name, runs, partial(victim, rig, folder, full, rng), ""))
+    return rows
+
+
+def of_rings(runs: int, seed: int) -> list[tuple[tuple, Found]]:
+    """Rows of the faults of rings' lines."""
+    rng = np.random.default_rng(seed)
     with SimulatedRig((_PLAIN, command(2)), "127.0.7.2") as rig:
-        for name, (*_, bound) in _RINGS.items():
-            found = Found()
-            for _ in range(runs):
-                ring_fault(rig, name, rng, found)
-            keep(f"a ring: {name}", found, f"{1000 * bound:.0f}")
-    moving = {"close": "the robot's side closes", "zero": "a header says length 0", "stall": "the stream stalls"}
-    moving |= {"kill": "the moving client is killed", "near": "a near reading", "ctrl-c": "Ctrl-C"}
+        return [
+            row(f"a ring: {name}", runs, partial(ring_fault, rig, name, rng), f"{1000 * bound:.0f}")
+            for name, (*_, bound) in _RINGS.items()
+        ]
+
+
+def of_motion(runs: int, seed: int) -> list[tuple[tuple, Found]]:
+    """Rows of faults while the robot moves."""
+    rng = np.random.default_rng(seed)
     with SimulatedRig((_PLAIN, command(1)), "127.0.7.3") as rig:
-        for kind, name in moving.items():
-            found = Found()
-            for _ in range(runs):
-                moving_fault(rig, kind, rng, found)
-            keep(f"on the move: {name}", found, "1000")
-    return rows, max(endings)
+        return [
+            row(f"on the move: {name}", runs, partial(moving_fault, rig, kind, rng), "1000")
+            for kind, name in _MOVING.items()
+        ]
+
+
+def faults(runs: int, seed: int = 0) -> list[tuple[tuple, Found]]:
+    """Rows of the table, and what was found: three parts at once, as each mostly waits."""
+    with ProcessPoolExecutor(3, get_context("spawn")) as pool:
+        parts = [pool.submit(part, runs, seed) for part in (of_robot, of_rings, of_motion)]
+        return [each for part in parts for each in part.result()]
 
 
 def throughput() -> list[tuple]:
@@ -350,11 +384,14 @@ def report(runs: int = RUNS) -> list[str]:
         "Bounds are without what a busy machine takes to wake a thread (MEAN).",
         "Joints given wrong: vectors that were handed out older than 80 ms, or not where the robot stood, of all asked for.",
         "Records lost: of what was gathered, not in the recording's replay. Ending a session took at most ENDING s.",
+        "Runs begun again, as the machine kept the link waiting beyond its bound before anything was done: AGAIN.",
         "",
     ]
-    rows, ending = faults(runs)
+    found = faults(runs)
+    rows, ending = [cells for cells, _ in found], max(each.closing for _, each in found)
+    again = str(sum(each.disturbed for _, each in found))
     load = f"mean load here: {os.getloadavg()[2]:.1f} on {os.cpu_count()} cores"
-    head = [line.replace("MEAN", load).replace("ENDING", f"{ending:.2f}") for line in intro]
+    head = [line.replace("MEAN", load).replace("ENDING", f"{ending:.2f}").replace("AGAIN", again) for line in intro]
     return head + table(columns, rows) + ["", "Speed:", "", *table(("what", "", "", ""), throughput())]
 
 
