@@ -328,6 +328,7 @@ def of_rings(runs: int, seed: int) -> list[tuple[tuple, Found]]:
 
 def of_motion(runs: int, seed: int) -> list[tuple[tuple, Found]]:
     """Rows of faults while the robot moves."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # which a job in the background ignores
     rng = np.random.default_rng(seed)
     with SimulatedRig((_PLAIN, command(1)), "127.0.7.3") as rig:
         return [

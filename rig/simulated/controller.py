@@ -55,6 +55,7 @@ class Controller:
         self.spoil: Callable[[bytes], bytes] | None = None
         self.safety = _NORMAL
         self._start, self._clock = time.monotonic(), (clock_start, clock_rate)
+        self._now = self._start  # the time of the arm's last step, though it may be late
         self._clients: set[Client] = set()
         self._servers: list[asyncio.Server] = []
         self._writers: set[asyncio.StreamWriter] = set()
@@ -95,6 +96,7 @@ class Controller:
             due = max(due + PERIOD, time.monotonic() - 10 * PERIOD)
             await asyncio.sleep(due - time.monotonic())
             self.arm.tick()
+            self._now = due
             self._command()
             for client in self._clients:
                 self._send_state(client, due)
@@ -123,7 +125,7 @@ class Controller:
         """The robot's variables."""
         start, rate = self._clock
         return {
-            "timestamp": start + rate * (time.monotonic() - self._start),
+            "timestamp": start + rate * (self._now - self._start),
             "actual_q": self.arm.q.tolist(),
             "target_q": self.arm.q.tolist(),
             "actual_qd": self.arm.speed.tolist(),
