@@ -1,18 +1,45 @@
 """Where the command starts: the rest is imported under guard, as that takes a second and Ctrl-C may come before."""
 
+import _thread
 import os
+import signal
 import sys
+import threading
+from typing import Any, NoReturn
+
+_SOON = 0.02  # s, until Ctrl-C is raised again: by then the callback that it was lost in is over
 
 
 def main() -> None:
     """Run the command line."""
+    sys.unraisablehook = never_lost
+    heeded = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     try:
+        if heeded:
+            signal.signal(signal.SIGINT, _nothing_to_keep)  # an exception through a half imported library can crash it
         from .main import main as run
 
+        if heeded:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         run()
     except KeyboardInterrupt:
-        print("place-rings: interrupted before there was anything to keep", file=sys.stderr, flush=True)
-        os._exit(130)
+        _nothing_to_keep()
+
+
+def never_lost(dropped: Any) -> None:
+    """Raise Ctrl-C again where Python drops it, as it does with all that is raised in a callback of the garbage collector
+    (JAX has one, and in it a search spends a tenth of its first seconds); a ``sys.unraisablehook``."""
+    if isinstance(dropped.exc_value, KeyboardInterrupt):
+        again = threading.Timer(_SOON, _thread.interrupt_main)
+        again.daemon = True
+        again.start()
+    else:
+        sys.__unraisablehook__(dropped)
+
+
+def _nothing_to_keep(*_: object) -> NoReturn:
+    print("place-rings: interrupted before there was anything to keep", file=sys.stderr, flush=True)
+    os._exit(130)
 
 
 if __name__ == "__main__":

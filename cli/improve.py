@@ -14,9 +14,10 @@ from ..objectives.scene import Scene
 from ..placement import improve as improving
 from ..placement.beam import WORTH, Answer
 from ..placement.changes import Change, Kind, turn
-from ..placement.convert import change_model, ring_models, scene_model, verify_result, work_model
+from ..placement.convert import ring_models, scene_model
 from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.proposals import ImproveResult, ProposalFile, StepModel
+from ..placement.result_convert import change_model, verify_result, work_model
 from ..placement.results import VerifyResult
 from ..placement.search import Outcome, SearchResult
 from ..placement.search import Progress as Told

@@ -14,8 +14,8 @@ from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..objectives.side_by_side import by_occlusion
 from ..objectives.sight import unseeing
-from ..placement.convert import verify_result
-from ..placement.mounted import COLUMNS
+from ..placement.mounted import COLUMNS, SQUARE_COLUMNS
+from ..placement.result_convert import verify_result
 from ..placement.sensing import sensor_records
 from ..placement.sighting import with_sight
 from .motion import record_line, worst_line
@@ -23,10 +23,9 @@ from .options import Counting
 from .place import check_scene
 from .protective import protective_lines
 from .sensing import sensor_lines
-from .sighting import ADVICE, check_sight, mounting_lines, occlusion_table, scene_lines, unseeing_lines
+from .sighting import check_sight, mounting_lines, print_sight
 from .tables import percent, proof_line, target_label, zeta_table
 
-SQUARE_COLUMNS = ("fov_up_deg", "up_x", "up_y", "up_z")
 _SHOWN = 16  # poses up to which each is shown
 
 
@@ -59,11 +58,7 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
         return
     console = Console()
     console.print(zeta_table(results, {name: setup.sensors}, f"ζ in percent, {how(counting)}, {place(scene)}"))
-    table = occlusion_table(results)
-    if table is not None:
-        console.print(table)
-    for told in (*unseeing_lines(results[0].unseeing), *scene_lines(scene), *([ADVICE] if table is not None else [])):
-        console.print(told, highlight=False, soft_wrap=True)
+    print_sight(console, results, results[0].unseeing, scene)
     for told in results[0].mounting:
         console.print(f"No real mount: {told}.", highlight=False, soft_wrap=True)
     for r in results:
@@ -75,7 +70,7 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
         if line := worst_line(r):
             console.print(line, highlight=False, soft_wrap=True)
     sensors = sensor_records(setup)
-    for line in (record_line(scene), *protective_lines(results, sensors), *sensor_lines(sensors)):
+    for line in (record_line(scene), *protective_lines(results, setup), *sensor_lines(sensors)):
         if line:
             console.print(line, highlight=False, soft_wrap=True)
 
@@ -96,14 +91,12 @@ def cones(setup: Setup, scene: Scene) -> None:
     angle along ``up`` (0: a cone) and ``up`` itself."""
     writer = csv.writer(sys.stdout, lineterminator="\n")
     square = any_square(setup.rings)
-    writer.writerow((*COLUMNS, *SQUARE_COLUMNS) if square else COLUMNS)
+    writer.writerow(SQUARE_COLUMNS if square else COLUMNS)
     labels = [(i, k) for i, ring in enumerate(setup.rings) for k in range(ring.count)]
     for p, pose in enumerate(scene.poses):
         c = sensor_cones(scene.robot, setup, pose.q)
-        for (i, k), apex, axis, half, range_m in zip(labels, c.apex, c.axis, c.half_angle, c.range_m, strict=True):
-            numbers = [round(float(v), 9) + 0.0 for v in (*apex, *axis, 2 * np.degrees(half), range_m)]
-            more = []
+        for n, (i, k) in enumerate(labels):
+            values = [*c.apex[n], *c.axis[n], 2 * np.degrees(c.half_angle[n]), c.range_m[n]]
             if isinstance(c, Optics):
-                first = sum(ring.count for ring in setup.rings[:i]) + k
-                more = [round(float(v), 9) + 0.0 for v in (2 * np.degrees(c.half_up[first]), *c.up[first])]
-            writer.writerow([p, i, k, *numbers, *more])
+                values += [2 * np.degrees(c.half_up[n]), *c.up[n]]
+            writer.writerow([p, i, k, *(round(float(v), 9) + 0.0 for v in values)])

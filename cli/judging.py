@@ -1,12 +1,13 @@
 """Commands on a setup that is there: verify, robustness, safety, improve."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from ..coverage.mounting import Law
+from ..coverage.occlusion import Occlusion
 from ..objectives.exact import Rule
 from ..placement.errors import UserError
 from ..placement.loader import resolve
@@ -139,7 +140,10 @@ def safety(
         float | None, Parameter(validator=Number(gt=0, lte=10_000), help="Readings a second; the sensor's own, or 20.")
     ] = None,
     latency: Annotated[float, Parameter(validator=Number(gte=0, lte=5), help="From a reading to the report, s.")] = 0.02,
-    occlusion: Annotated[Literal["shadow", "ignore"], Parameter(help="Does the robot hide what is behind it?")] = "shadow",
+    occlusion: Annotated[
+        Occlusion | None,
+        Parameter(help="What the robot does to its sensors; the scene's, but shadow in place of ignore, if none is given."),
+    ] = None,
     seed: Seed = 0,
     out: Annotated[Path, Parameter(help="Folder for README.md, safety.png, approaches.csv and safety.json.")] = Path(
         "place-rings-safety"
@@ -162,7 +166,8 @@ def safety(
     setup, found = resolve_with_sensor(subject, resolve_scene(scene, robot), sensor, ambient, reflectance, target_size)
     if degrees and trajectory is None:
         raise UserError("--degrees: found alone, allowed: only with --trajectory")
-    asked = Asked(approaches, directions, rate, latency, occlusion == "shadow", seed)
+    own: Occlusion = "shadow" if found.occlusion == "ignore" else found.occlusion
+    asked = Asked(approaches, directions, rate, latency, occlusion or own, seed)
     run(subject, setup, found, trajectory, degrees, asked, out, as_json)
 
 

@@ -10,6 +10,7 @@ from cyclopts.validators import Number
 
 from ..objectives.aim import Losing
 from ..objectives.scene import Scene
+from ..placement.candidates import InfeasibleError
 from ..placement.errors import UserError
 from ..placement.loader import with_sensor
 from . import judging, robots, tools  # noqa: F401  (they add their commands)
@@ -112,9 +113,12 @@ def place(
     asked = with_sensor(asked, resolve_sensor(sensor, ambient, reflectance, target_size, asked.sensor))
     asked = with_occlusion(with_motion(with_floors(asked, at_least), trajectory, degrees, worst), occlusion)
     share = resolve_reach(reach, sensors)
-    space = None if share else resolve_space(asked, rings_per_link, sensors_per_ring, sensors)
     aim = resolve_aim(asked, redundancy, losing, tolerant, position_error_mm, direction_error_deg)
-    run(asked, space, share, seed, cap, voxel, out, as_json, aim)
+    try:
+        space = None if share else resolve_space(asked, rings_per_link, sensors_per_ring, sensors)
+        run(asked, space, share, seed, cap, voxel, out, as_json, aim)
+    except InfeasibleError as error:
+        raise UserError(f"{scene}: {error}" if scene else str(error)) from error
 
 
 def main() -> None:

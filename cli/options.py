@@ -15,7 +15,7 @@ from ..coverage.robots import robot as built_in
 from ..coverage.targets import Target
 from ..objectives.exact import VOXEL, Rule
 from ..objectives.scene import Goal, Pose, Scene
-from ..placement.candidates import InfeasibleError, Space
+from ..placement.candidates import Space
 from ..placement.convert import scene_model
 from ..placement.errors import UserError, explain, shown
 from ..placement.layout import ring_layout
@@ -188,13 +188,10 @@ def resolve_reach(reach: float | None, sensors: int | None) -> float | None:
 
 
 def resolve_space(scene: Scene, rings_per_link: int, sensors_per_ring: int, sensors: int | None) -> Space:
-    """The setups that a search may choose from; UserError where the rules leave none."""
-    try:
-        if sensors is not None:
-            return Space(scene, sensors=sensors)
-        return Space(scene, ring_layout(scene, rings_per_link, sensors_per_ring))
-    except InfeasibleError as error:
-        raise UserError(f"rules: {error}") from error
+    """The setups that a search may choose from; InfeasibleError where the rules leave none."""
+    if sensors is not None:
+        return Space(scene, sensors=sensors)
+    return Space(scene, ring_layout(scene, rings_per_link, sensors_per_ring))
 
 
 @dataclass(frozen=True)

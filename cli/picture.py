@@ -18,15 +18,18 @@ from scipy.spatial import ConvexHull
 from ..coverage.chain import forward
 from ..coverage.points import sample
 from ..coverage.rings import Setup
+from ..coverage.robots import PAPER_ROBOTS
 from ..coverage.slots import sensor_cones
 from ..coverage.solids import Cones, Solid
 from ..objectives.scene import Scene
-from ..studies.shapes import DISC, add_robot, body, convex_pieces, rim_of
+from ..objectives.sight import sight
+from ..studies.shapes import DISC, RING_WIDTH, add_robot, body, convex_pieces, faces_within, rim_of
 from ..studies.sheet import GREY, GRID, INK, LINK_COLOURS, UNSEEN_COLOUR, Sheet, write_png
 
 # Caption, azimuth and elevation of the eye in degrees, and its distance in diagonals of the box.
 VIEWS = (("oblique view", -58.0, 22.0, 4.0), ("from above", -90.0, 89.99, 1000.0))
 
+_OBSTACLE = "#c9b48c"
 _TARGET, _TARGET_EDGE = "#f5f5f5", "#8f8a80"
 _SAMPLES = 5_000  # points in the target, of which the unseen become dots
 _SENSOR_RADIUS = 0.0085  # m
@@ -86,7 +89,11 @@ def _draw_seen(sheet: Sheet, cones: Cones, colours: list[Any], outer: Solid) -> 
 
 def _draw_robot(sheet: Sheet, scene: Scene, setup: Setup, cones: Cones, colour: dict[str, str], unseen: Any) -> None:
     """Over the cones: robot, rings, sensors and the unseen points, which hide each other as they should."""
-    add_robot(sheet, scene.robot, forward(scene.robot.chain, scene.poses[0].q), setup, colour)
+    frames, width = forward(scene.robot.chain, scene.poses[0].q), scene.rules.band[1] if scene.real else RING_WIDTH
+    bodies = scene.real or scene.robot.name not in PAPER_ROBOTS  # the paper's rings go around joints' axes
+    add_robot(sheet, scene.robot, frames, setup, colour, bodies, width)
+    for obstacle in scene.obstacles:
+        sheet.surface(faces_within(obstacle.body, sheet.box, 0.04 * sheet.size), _OBSTACLE, 0.65, edges=False)
     xy, depth = sheet.project(cones.apex)
     sensors = xy[:, None] + _SENSOR_RADIUS * DISC
     sheet.add(depth + 0.02, sensors, "white", INK, 1.4 / sheet.size)  # a little nearer than the ring they sit on
@@ -143,7 +150,7 @@ def _draw(path: Path, scene: Scene, views: list[Any], title: str, parts: list[st
         sheet = Sheet(figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal", xmargin=0.01, ymargin=0.01), box, *eye)
         _draw_room(sheet)
         _draw_seen(sheet, cones, [colour[ring.link] for ring in setup.rings for _ in range(ring.count)], solid.a)
-        _draw_robot(sheet, scene, setup, cones, colour, points[cones(points) > 0])
+        _draw_robot(sheet, scene, setup, cones, colour, points[sight(scene, cones, q)(points) > 0])
         sheet.ax.axis("off")
         sheet.ax.text(0, 1.01, caption, transform=sheet.ax.transAxes, fontsize=11, color=GREY, style="italic")
     figure.text(0.5, 0.945, title, ha="center", fontsize=min(18, 1300 / max(1, len(title))), color=INK, weight="bold")
@@ -153,6 +160,7 @@ def _draw(path: Path, scene: Scene, views: list[Any], title: str, parts: list[st
         *(Patch(fc=(*to_rgb(colour[k]), 0.4), ec=colour[k], label=f"seen from the {k.replace('_', ' ')}") for k in links),
         Line2D([], [], linestyle="", marker="o", markersize=5, color=UNSEEN_COLOUR, label=f"unseen part of {target}"),
         Patch(fc=_TARGET, ec=_TARGET_EDGE, label=f"target {target}"),
+        *([Patch(fc=_OBSTACLE, label="obstacles")] if scene.obstacles else []),
     ]
     figure.legend(handles=key, loc="lower center", ncols=len(key), frameon=False, fontsize=min(10.5, 54 / len(key)))
     write_png(path, figure)

@@ -19,12 +19,13 @@ from ..objectives.side_by_side import by_occlusion
 from ..objectives.sight import unseeing
 from ..placement import search as searching
 from ..placement.candidates import Space
-from ..placement.convert import ring_models, scene_model, tolerant_model, verify_result
+from ..placement.convert import ring_models, scene_model
 from ..placement.errors import UserError
 from ..placement.finalists import MANY
 from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
 from ..placement.reach import fewest_sensors
+from ..placement.result_convert import tolerant_model, verify_result
 from ..placement.results import VerifyResult
 from ..placement.sensing import sensor_records
 from ..placement.sighting import with_sight
@@ -32,7 +33,7 @@ from .motion import record_line, worst_line
 from .picture import placement_picture
 from .protective import protective_lines
 from .sensing import sensor_lines
-from .sighting import ADVICE, check_scene_sight, mounting_lines, occlusion_table, scene_lines, unseeing_lines, without_lines
+from .sighting import check_scene_sight, mounting_lines, print_sight, without_lines
 from .tables import ring_table, target_label, zeta_table
 
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
@@ -161,7 +162,7 @@ def place(
     aim: Aim,
 ) -> None:
     """Search a placement for ``scene`` that is good by ``aim``, verify it beside the paper's setups, and write proposal,
-    picture and result."""
+    picture and result; InfeasibleError where the rules leave none."""
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
     check_scene_sight(scene)
@@ -205,14 +206,9 @@ def place(
     title = f"ζ in percent, rule centre, voxels of {voxel:g} m, {where}"
     order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
     console.print(zeta_table(sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)), sensors, title))
-    table = occlusion_table(comparison)
-    if table is not None:
-        console.print(table)
     own = mine[0].unseeing if mine else []
     mount = [f"No real mount: {line}." for line in mounting_lines(scene, result.setup)]
-    told_of_mount = [*without_lines(scene, result.setup), *mount]
-    for told in (*told_of_mount, *unseeing_lines(own), *scene_lines(scene), *([ADVICE] if table is not None else [])):
-        console.print(told, highlight=False, soft_wrap=True)
+    print_sight(console, comparison, own, scene, [*without_lines(scene, result.setup), *mount])
     if asked:
         each = ", ".join(f"{name} {value:.2f}" for name, value in asked.items())
         console.print(f"Asked for, {aim}, in percent: {each}.", highlight=False)
@@ -220,7 +216,7 @@ def place(
     lines = (
         *(worst_line(r) for r in mine),
         record_line(scene),
-        *protective_lines(mine, record.sensors),
+        *protective_lines(mine, result.setup),
         *sensor_lines(record.sensors),
     )
     for line in lines:

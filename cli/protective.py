@@ -1,6 +1,8 @@
 """What commands say of V_P: the formula with its terms, where the robot's speed is from, and that it is no safety rating."""
 
-from ..placement.results import SensorRecord, SeparationModel, VerifyResult
+from ..coverage.rings import Setup
+from ..placement.results import SeparationModel, VerifyResult
+from ..placement.sensing import title
 
 DISCLAIMER = "An engineering aid: it confers no safety rating."
 
@@ -13,8 +15,8 @@ def formula(s: SeparationModel) -> str:
     )
 
 
-def protective_lines(results: list[VerifyResult], sensors: list[SensorRecord]) -> list[str]:
-    """Lines on the V_P among the results, and which of the sensors do not reach as far; none where there is none."""
+def protective_lines(results: list[VerifyResult], setup: Setup) -> list[str]:
+    """Lines on the V_P among the results, and which of a setup's sensors do not reach as far; none where there is none."""
     s = next((r.separation for r in results if r.separation is not None), None)
     if s is None:
         return []
@@ -24,8 +26,8 @@ def protective_lines(results: list[VerifyResult], sensors: list[SensorRecord]) -
         else "no joint speeds are known at some poses, so robot_speed is taken there"
     )
     reach = [
-        f"{sensor.title} sees {sensor.range_m:.2f} m, less than the {s.largest_m:.2f} m asked at the fastest part."
-        for sensor in sensors
+        f"{title(sensor)} sees {sensor.range_m:.2f} m, less than the {s.largest_m:.2f} m asked at the fastest part."
+        for sensor in dict.fromkeys(ring.sensor for ring in setup.rings)
         if sensor.range_m < s.largest_m
     ]
     return [

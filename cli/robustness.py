@@ -9,7 +9,7 @@ from ..objectives.exact import Verifier
 from ..objectives.redundancy import redundancy
 from ..objectives.scene import Scene
 from ..objectives.tolerance import tolerance
-from ..placement.convert import robustness_result
+from ..placement.result_convert import robustness_result
 from ..placement.results import LossModel, RobustnessResult
 from .aim_options import Robustness
 from .place import check_scene

@@ -12,17 +12,18 @@ from rich.console import Console
 from rich.progress import Progress
 
 from ..coverage.catalogue import MODELS
+from ..coverage.occlusion import Occlusion
 from ..coverage.rings import Setup, sensor_optics
 from ..coverage.separation import separation, stopping_time
 from ..objectives.scene import Scene
-from ..placement.convert import separation_model
 from ..placement.errors import UserError
 from ..placement.loader import output_folder, write_text
-from ..placement.record import read_record
+from ..placement.record import check_limits, read_record
+from ..placement.result_convert import separation_model
 from ..placement.results import DirectionModel, SafetyResult, ShareModel
 from ..placement.sensing import sensor_records
 from ..studies import detection_page
-from ..studies.detection import Approaches, Timing, approach, seeing_as_far, start_of
+from ..studies.detection import Approaches, Timing, approach, floor_of, seeing_as_far, start_of, walker
 from ..studies.detection_figure import picture
 from ..studies.moments import STEP, Moments, moments_of_record, moments_of_scene
 from ..studies.pages import csv_text
@@ -43,7 +44,7 @@ class Asked:
     directions: int
     rate: float | None
     latency: float
-    shadow: bool
+    occlusion: Occlusion
     seed: int
 
 
@@ -73,6 +74,8 @@ def safety(
     left = replace(whole, reaction=whole.reaction - late)
     try:
         record = None if trajectory is None else read_record(trajectory, scene.robot, degrees)
+        if trajectory is not None and record is not None:
+            check_limits(trajectory, scene.robot, zip(record.time_s, record.q, strict=True))
         moments, full = (
             moments_of_scene(scene, s) if record is None else moments_of_record(scene.robot, record, s)
             for s in (left, whole)
@@ -84,6 +87,7 @@ def safety(
     needed, range_m = float(full.asked.max()), float(sensor_optics(setup)[1].min())
     farther = seeing_as_far(setup, needed)
     start = start_of(scene.robot, farther, moments)
+    stands, floor = tuple(o.body for o in scene.obstacles), floor_of(scene)
     setups = [setup] if range_m >= needed else [setup, farther]
     found: list[Approaches] = []
     with Progress(*Progress.get_default_columns(), console=Console(stderr=True), transient=True) as bar:
@@ -94,12 +98,13 @@ def safety(
             def tell(n: int, done: int = done) -> None:
                 bar.update(task, completed=done + n)
 
-            walk = (when, scene.safety.human, azimuths, asked.seed, asked.shadow, start, tell)
+            walk = (when, scene.safety.human, azimuths, asked.seed, asked.occlusion, start, tell, stands, floor)
             found.append(approach(scene.robot, one, moments, *walk))
     result = _result(name, setup, scene, asked, moments, full, found, when, assumed, range_m, began)
     result = result.model_copy(update={"separation": result.separation.model_copy(update={"reaction_s": whole.reaction})})
     command = shlex.join(["place-rings", *sys.argv[1:]])
-    picture(scene.robot, setup, moments, found[0], scene.safety.human, start, asked.directions, folder / "safety.png")
+    person = walker(scene.safety.human, start, floor)
+    picture(scene.robot, setup, moments, found[0], person, floor, asked.directions, folder / "safety.png")
     write_text(folder / "approaches.csv", csv_text(detection_page.rows(found[0], moments)))
     write_text(folder / "safety.json", result.model_dump_json(indent=2) + "\n")
     write_text(folder / "README.md", detection_page.page(result, command))
@@ -157,7 +162,9 @@ def _result(
         range_m=range_m,
         range_needed_m=float(full.asked.max()),
         range_suffices_percent=100 * float(full.weight @ (full.asked.max(axis=1) <= range_m)),
-        occlusion="shadow" if asked.shadow else "ignore",
+        occlusion=asked.occlusion,
+        obstacles=[o.name for o in scene.obstacles],
+        floor_m=floor_of(scene),
         seed=asked.seed,
         sensors=sensor_records(setup),
         disclaimer=detection_page.DISCLAIMER,

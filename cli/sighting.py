@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from itertools import groupby
 
+from rich.console import Console
 from rich.table import Table
 
 from ..coverage.occlusion import OCCLUSIONS
@@ -10,7 +11,7 @@ from ..coverage.rings import Ring, Setup
 from ..objectives.clear import Clear
 from ..objectives.faults import faults
 from ..objectives.scene import Scene
-from ..objectives.sight import check_mounting
+from ..objectives.sight import check_bodies, check_mounting
 from ..objectives.standing import REAL
 from ..placement.errors import UserError
 from ..placement.results import UnseeingModel, VerifyResult
@@ -26,9 +27,8 @@ def check_sight(scene: Scene, setup: Setup) -> None:
     """Refuse a setup whose sensors stand within their own link, where the scene minds it, and a robot without bodies."""
     if scene.occlusion == "ignore":
         return
-    if not scene.robot.bodies:
-        raise UserError(f"occlusion: found {scene.occlusion}, allowed: ignore, as robot {scene.robot.name} has no bodies")
     try:
+        check_bodies(scene, scene.occlusion)
         check_mounting(scene, setup)
     except ValueError as error:
         raise UserError(str(error)) from error
@@ -36,7 +36,7 @@ def check_sight(scene: Scene, setup: Setup) -> None:
 
 def check_scene_sight(scene: Scene) -> None:
     """Refuse a search whose rings would all lie within a link's own tube, where the scene minds it."""
-    rings = [] if scene.real else [Ring(link, 0.5, 1, radius=scene.ring_radius) for link in scene.robot.links]
+    rings = [] if scene.real else [Ring(link, 0.5, 1, radius=scene.radius_of(link)) for link in scene.robot.links]
     check_sight(scene, Setup((*rings, *scene.rules.fixed)))
 
 
@@ -93,3 +93,19 @@ def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
 def scene_lines(scene: Scene) -> list[str]:
     """What was taken for an obstacle that is not convex."""
     return [f"Obstacle {o.name} is not convex: its convex hull stands for it." for o in scene.obstacles if o.hulled]
+
+
+def print_sight(
+    console: Console,
+    results: Sequence[VerifyResult],
+    blind: Sequence[UnseeingModel],
+    scene: Scene,
+    mount: Sequence[str] = (),
+) -> None:
+    """Print zeta under all models of occlusion, what is told of the ``mount``, the sensors that see nothing, obstacles that
+    are not as they were, and advice where the models differ."""
+    table = occlusion_table(results)
+    if table is not None:
+        console.print(table)
+    for told in (*mount, *unseeing_lines(blind), *scene_lines(scene), *([ADVICE] if table is not None else [])):
+        console.print(told, highlight=False, soft_wrap=True)

@@ -14,7 +14,18 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 
 from ..coverage.targets import Target
 from ..placement.loader import output_folder, scene_keys, write_text
-from ..studies import bound, bound_report, convergence, convergence_report, paper_page, paper_study, pareto, pareto_report
+from ..studies import (
+    bound,
+    bound_report,
+    convergence,
+    convergence_report,
+    paper_page,
+    paper_study,
+    pareto,
+    pareto_report,
+    robots,
+    robots_report,
+)
 from ..studies.engine import program, run
 from ..studies.pages import csv_text
 from ..studies.store import Cell, Store
@@ -118,4 +129,15 @@ def study_bound(out: Path, seed: int, workers: int = 1, scheduler: str | None = 
     bound_report.picture(rows, folder / "bound.png")
     command = ["place-rings", "study", "bound", *(["--seed", str(seed)] if seed else [])]
     write_text(folder / "README.md", bound_report.page(rows, shlex.join(command)))
+    print(folder / "README.md")
+
+
+def study_robots(out: Path, seed: int, workers: int = 1, scheduler: str | None = None) -> None:
+    """Measure, draw and write what ignoring the robot's body costs on several robots."""
+    folder = output_folder(out)
+    with _measuring(folder, workers, scheduler) as measure:
+        rows = robots.measure(measure, seed)
+    command = ["place-rings", "study", "robots", *(["--seed", str(seed)] if seed else [])]
+    for name, text in robots_report.write(rows, folder, shlex.join(command)).items():
+        write_text(folder / name, text)
     print(folder / "README.md")

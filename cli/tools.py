@@ -61,7 +61,7 @@ def task(
 
 @app.command
 def study(
-    name: Literal["bound", "convergence", "paper", "pareto"],
+    name: Literal["bound", "convergence", "paper", "pareto", "robots"],
     /,
     *,
     target: Targets = (),
@@ -86,11 +86,13 @@ def study(
 
     pareto: fronts of two targets, by default V_S:0.5 against V_S:1.5, each point a proposal.
 
+    robots: what ignoring the robot's body costs on six robots: searches under each model of occlusion, seen under all three.
+
     Example: place-rings study paper --workers 16
 
     Example: place-rings study pareto --sensors 80 --target V_S:0.5 --target V_S:1.5
     """
-    from .study import study_bound, study_convergence, study_paper, study_pareto
+    from .study import study_bound, study_convergence, study_paper, study_pareto, study_robots
 
     check_machines(workers, scheduler)
     folder = out or Path("results") / name
@@ -102,6 +104,8 @@ def study(
         study_convergence(folder, workers, scheduler)
     elif name == "paper":
         study_paper(folder, seed, workers, scheduler)
+    elif name == "robots":
+        study_robots(folder, seed, workers, scheduler)
     else:
         study_pareto(folder, seed, resolve_pair(target), sensors, scene, workers, scheduler)
 

@@ -22,6 +22,13 @@ def dot(a: Any, b: Any) -> Any:
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
 
 
+def cross(a: Any, b: Any) -> Any:
+    """Cross product over the last axis (3), NumPy or JAX, spelled out as ``dot`` is."""
+    a1, a2, a3 = (a[..., i] for i in range(3))
+    b1, b2, b3 = (b[..., i] for i in range(3))
+    return namespace(a).stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1], axis=-1)
+
+
 def root(square: Any) -> Any:
     """Square root with value 0 and gradient 0 at (and below) 0: the dangerous input is replaced before the root."""
     xp = namespace(square)

@@ -5,8 +5,9 @@ where the sensor is blinded, of the distance from the apex less that of the near
 (of a pyramid the cone around it) are sorted out once; a cell of the octree asks only for the shadows of the cones it still
 knows.
 
-A square beam is that of a sensor of many zones, each of which reports the nearest thing in itself: what stands in some
-leaves the others as they are. So it is never blinded as a whole, and ``blind`` does to it what ``shadow`` does.
+A sensor of one zone reports the nearest thing in its beam, and is blinded beyond: one with a square beam by what is in the
+cone around it, which blinds it a little too soon, never too late. Each of many zones reports the nearest thing in itself:
+what stands in some leaves the others as they are, and ``blind`` does to the beam what ``shadow`` does.
 """
 
 from dataclasses import dataclass, replace
@@ -194,8 +195,8 @@ def beams(cones: Cones, occluders: Occluders, occlusion: Occlusion, bracketed: b
     """What the sensors of ``cones`` see under ``occlusion``: the cones themselves where nothing stands in the way.
 
     Obstacles shadow under ``ignore``, too, which ignores the robot alone; they blind, as the robot does, under ``blind``. A
-    sensor that stands within something sees nothing. Square beams are shadowed under ``blind``, too: a sensor of many zones
-    is not blinded as a whole.
+    sensor that stands within something sees nothing. Sensors of many zones are shadowed under ``blind``, too: none of them
+    is blinded as a whole.
 
     Args:
         cones: of K sensors, or ``Optics``, 64-bit NumPy.
@@ -210,14 +211,14 @@ def beams(cones: Cones, occluders: Occluders, occlusion: Occlusion, bracketed: b
     within_, _ = occluders.holds(np.asarray(cones.apex))
     live = within_ < 0
     cones = replace(cones, range_m=np.where(live, cones.range_m, -np.inf))
-    stops = occlusion == "blind" and live & ~_square(cones)
+    stops = occlusion == "blind" and live & ~_zoned(cones)
     stop, late = _stops(cones, np.flatnonzero(stops), occluders, bracketed)
     return _beams(cones, stop, late, *_shadows(cones, np.flatnonzero(live & ~stops), occluders))
 
 
-def _square(cones: Cones) -> Any:
-    """Which of the beams are pyramids (K,)."""
-    return np.asarray(cones.half_up) > 0 if isinstance(cones, Optics) else np.zeros(len(cones), bool)
+def _zoned(cones: Cones) -> Any:
+    """Which of the beams are read zone by zone (K,)."""
+    return np.asarray(cones.zoned) if isinstance(cones, Optics) else np.zeros(len(cones), bool)
 
 
 def _looks(cones: Cones, k: Any) -> Beam:
@@ -236,9 +237,8 @@ def _in_capsules(function: Any, looks: Beam, bodies: Capsules | None, margin: fl
 
 def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:
     """Distances of what obstacles and beams have in common (K, O) m; infinite if nothing."""
-    apex, axis, half, range_m = (np.asarray(a) for a in looks)
-    each = [polyhedron_in_beam(apex, axis, half, range_m, body, margin) for body in occluders.obstacles]
-    return np.stack(each, axis=1) if each else np.full((len(apex), 0), np.inf)
+    each = [polyhedron_in_beam(looks, body, margin) for body in occluders.obstacles]
+    return np.stack(each, axis=1) if each else np.full((len(looks.apex), 0), np.inf)
 
 
 def _stops(cones: Cones, k: Any, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:

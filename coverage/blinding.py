@@ -8,13 +8,14 @@ It jumps where a body just grazes the beam. ``margin`` widens or narrows bodies 
 sign the distance is bracketed.
 """
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 from jaxtyping import Float
 
-from .arrays import Array, dot, namespace, root
+from .arrays import Array, cross, dot, namespace, root
 from .polyhedra import Polyhedron
 from .ranging import ball_in_cone
 from .solids import cone
@@ -23,6 +24,7 @@ _CANDIDATES = 1 << 18  # points looked at at once: some tens of megabytes
 MARGIN = 1e-9  # m and rad: rounding of what is in a beam
 _GOLDEN = (5**0.5 - 1) / 2
 _STEPS, _HALVINGS = 52, 40  # of a golden section and of halving: to 1e-11 of an axis
+_NIL, _FAR = 1e-12, 1e9  # what nothing is divided by, and what comes of it
 
 
 class Beam(NamedTuple):
@@ -61,7 +63,7 @@ def _repeat(times: int, step: Any, state: Any) -> Any:
     return state
 
 
-def _golden(function: Any, low: Any, high: Any) -> Any:
+def _golden(function: Any, low: Any, high: Any, steps: int = _STEPS) -> Any:
     """Where ``function``, falling and then rising, is least between ``low`` and ``high`` (...)."""
     xp = namespace(low)
 
@@ -70,7 +72,7 @@ def _golden(function: Any, low: Any, high: Any) -> Any:
         left = function(a) <= function(b)
         return xp.where(left, low, a), xp.where(left, b, high)
 
-    low, high = _repeat(_STEPS, step, (low, high))
+    low, high = _repeat(steps, step, (low, high))
     return (low + high) / 2
 
 
@@ -86,10 +88,10 @@ def _end(function: Any, inner: Any, outer: Any) -> Any:
     return xp.where(function(outer) <= 0, outer, _repeat(_HALVINGS, step, (inner, outer))[0])
 
 
-def capsule_gap(beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0) -> tuple[Any, Any]:
+def capsule_gap(beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0, steps: int = _STEPS) -> tuple[Any, Any]:
     """Distance (...) m of capsules from cones, or by how deep they overlap where it is negative; and where along the axis
-    (0 to 1) it is least. The distance of a point from a convex cone is convex along the axis. For arguments and gradients
-    see ``capsule_in_beam``."""
+    (0 to 1) it is least, to 0.62 ** ``steps``. The distance of a point from a convex cone is convex along the axis. For
+    arguments and gradients see ``capsule_in_beam``."""
     xp = namespace(beam.apex)
     radius, along = radius + margin, end - start
     beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
@@ -98,7 +100,7 @@ def capsule_gap(beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0
     if xp is not np:
         still = jax.lax.stop_gradient(still)
     zero, one = xp.zeros(shape, along.dtype), xp.ones(shape, along.dtype)
-    best = _golden(lambda place: cone_gap(still[0], still[1] + place[..., None] * still[2]), zero, one)
+    best = _golden(lambda place: cone_gap(still[0], still[1] + place[..., None] * still[2]), zero, one, steps)
     return cone_gap(beam, start + best[..., None] * along) - radius, best
 
 
@@ -145,69 +147,74 @@ def capsule_in_beam(beam: Beam, start: Any, end: Any, radius: Any, margin: float
     return xp.where(gap <= 0, least, xp.inf), gap
 
 
-def polyhedron_in_beam(
-    apex: Float[np.ndarray, "K 3"],
-    axis: Float[np.ndarray, "K 3"],
-    half_angle: Float[np.ndarray, " K"],
-    range_m: Float[np.ndarray, " K"],
-    body: Polyhedron,
-    margin: float = 0.0,
-) -> Float[np.ndarray, " K"]:
-    """Distance (K,) m of the nearest point of what a polyhedron and each of K cones have in common; infinite if nothing.
+def _over(a: Any, b: Any) -> Any:
+    """``a`` over ``b``; far away where ``b`` is next to nothing, without slope."""
+    xp = namespace(b)
+    some = abs(b) > _NIL
+    return xp.where(some, a / xp.where(some, b, 1.0), _FAR)
+
+
+def meeting_points(looks: Beam, body: Polyhedron) -> Any:
+    """Points (K, N, 3) m, of which one is the nearest to the apex of what a polyhedron and each of K cones have in common,
+    where they meet; the others lie anywhere. NumPy or JAX, differentiable.
 
     The least distance on a convex set is taken where some of its bounds meet: at the apex's foot on a face; on a face where
     the cone's mantle leans most towards it, where it meets the plane of the base nearest to the axis, or at the rim of the
-    base; on an edge at the apex's foot, at its ends, or where it enters the mantle or the base. Of these points the
-    nearest that lies in both counts. ``margin`` (m and rad) widens both. NumPy only.
+    base; on an edge at the apex's foot, at its ends, or where it enters the mantle or the base.
+    """
+    xp = namespace(looks.apex)
+    apex, axis, half_angle, range_m = (a[:, None] for a in looks)
+    normal, offset = body.normal[None], body.offset[None]
+    cosine, sine = xp.cos(half_angle), xp.sin(half_angle)
+    height = dot(apex, normal) - offset  # (K, F), from the face's plane
+    aside = dot(axis, normal)[..., None] * axis - normal  # -normal less its part along the axis
+    width = root(dot(aside, aside))
+    aside = aside / xp.where(width > 0, width, 1.0)[..., None]
+    look = cosine[..., None] * axis + sine[..., None] * aside
+    # On the plane of the base, at ``aside`` times x from its middle, the face's plane is met where:
+    middle = apex + range_m[..., None] * axis
+    x = _over(dot(middle, normal) - offset, width)
+    level = middle + x[..., None] * aside
+    rim = root((range_m * sine / cosine) ** 2 - x * x)[..., None] * cross(axis, aside)
+    on_mantle = apex - _over(height, dot(look, normal))[..., None] * look
+    found = [apex - height[..., None] * normal, on_mantle, level, level + rim, level - rim]
+    if len(body.edges):
+        found += _on_edges(apex, axis, cosine, range_m, body)
+    return xp.concatenate(found, axis=1)
+
+
+def polyhedron_in_beam(looks: Beam, body: Polyhedron, margin: float = 0.0) -> Float[np.ndarray, " K"]:
+    """Distance (K,) m of the nearest point of what a polyhedron and each of K cones have in common; infinite if nothing: of
+    ``meeting_points`` the nearest that lies in both. ``margin`` (m and rad) widens both. NumPy only.
     """
     each = 1 + _CANDIDATES // (5 * len(body.offset) + 7 * len(body.edges))
-    if len(apex) > each:
-        some = [slice(i, i + each) for i in range(0, len(apex), each)]
-        return np.concatenate([polyhedron_in_beam(apex[k], axis[k], half_angle[k], range_m[k], body, margin) for k in some])
-    half_angle, range_m = half_angle + margin, range_m + margin
-    normal, offset = body.normal[None], body.offset[None] + margin
-    c, s = np.cos(half_angle)[:, None], np.sin(half_angle)[:, None]
-    height = dot(apex[:, None], normal) - offset  # (K, F), from the face's plane
-    found = [apex[:, None] - height[..., None] * normal]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        lean = dot(axis[:, None], normal)
-        aside = lean[..., None] * axis[:, None] - normal  # -normal less its part along the axis
-        width = np.sqrt(dot(aside, aside))
-        aside = np.where((width > 0)[..., None], aside / width[..., None], 0.0)
-        look = c[..., None] * axis[:, None] + s[..., None] * aside
-        found.append(apex[:, None] + (height / -dot(look, normal))[..., None] * look)
-        # On the plane of the base, at ``aside`` times x from its middle, the face's plane is met where:
-        middle = (apex + range_m[:, None] * axis)[:, None]
-        x = (dot(middle, normal) - offset) / width
-        level = middle + x[..., None] * aside
-        found.append(level)
-        rim = np.sqrt(np.maximum((range_m[:, None] * s / c) ** 2 - x * x, 0.0))
-        across = np.cross(np.broadcast_to(axis[:, None], aside.shape), aside)
-        found += [level + rim[..., None] * across, level - rim[..., None] * across]
-        if len(body.edges):
-            found += _on_edges(apex, axis, (c, s), range_m, body)
-    points = np.concatenate(found, axis=1)
-    points = np.where(np.isfinite(points), points, 1e9)
-    cosine, sine = np.cos(half_angle + MARGIN)[:, None], np.sin(half_angle + MARGIN)[:, None]
-    in_cone = cone(points, apex[:, None], axis[:, None], cosine, sine, range_m[:, None]) <= MARGIN
-    v = points - apex[:, None]
+    if len(looks.apex) > each:
+        some = [slice(i, i + each) for i in range(0, len(looks.apex), each)]
+        return np.concatenate([polyhedron_in_beam(Beam(*(a[k] for a in looks)), body, margin) for k in some])
+    looks = Beam(looks.apex, looks.axis, looks.half_angle + margin, looks.range_m + margin)
+    body = replace(body, offset=body.offset + margin)
+    points = meeting_points(looks, body)
+    apex, axis, half_angle, range_m = (a[:, None] for a in looks)
+    cosine, sine = np.cos(half_angle + MARGIN), np.sin(half_angle + MARGIN)
+    in_cone = cone(points, apex, axis, cosine, sine, range_m) <= MARGIN
+    v = points - apex
     distance = np.where(in_cone, np.sqrt(dot(v, v)), np.inf)
-    for i, face in enumerate(body.normal):  # what lies outside of one face needs no look at the others
+    for normal, offset in zip(body.normal, body.offset, strict=True):  # outside of one face there is no look at the others
         k, n = np.nonzero(np.isfinite(distance))
-        distance[k, n] = np.where(dot(points[k, n], face) <= offset[0, i] + MARGIN, distance[k, n], np.inf)
+        distance[k, n] = np.where(dot(points[k, n], normal) <= offset + MARGIN, distance[k, n], np.inf)
     return distance.min(axis=1, initial=np.inf)
 
 
-def _on_edges(apex: Any, axis: Any, angle: Any, range_m: Any, body: Polyhedron) -> list[Any]:
+def _on_edges(apex: Any, axis: Any, cosine: Any, range_m: Any, body: Polyhedron) -> list[Any]:
     """Points (K, E, 3) on edges: nearest to the apex, both ends, and where the edge's line meets mantle and base."""
-    cosine, _ = angle
+    xp = namespace(apex)
     a, w = body.edges[None, :, 0], (body.edges[:, 1] - body.edges[:, 0])[None]
-    v = a - apex[:, None]
-    along_v, along_w = dot(v, axis[:, None]), dot(w, axis[:, None])
+    v = a - apex
+    along_v, along_w = dot(v, axis), dot(w, axis)
     vv, vw, ww = dot(v, v), dot(v, w), dot(w, w)
     square = cosine * cosine
     p, q, r = along_w**2 - square * ww, along_v * along_w - square * vw, along_v**2 - square * vv
-    spread = np.sqrt(np.maximum(q * q - p * r, 0.0))
-    places = [-vw / ww, np.zeros_like(vw), np.ones_like(vw), (range_m[:, None] - along_v) / along_w]
-    places += [(-q + spread) / p, (-q - spread) / p, -r / (2 * q)]
-    return [a + np.clip(place, 0.0, 1.0)[..., None] * w for place in places]
+    spread = root(q * q - p * r)
+    places = [-vw / ww, xp.zeros_like(vw), xp.ones_like(vw), _over(range_m - along_v, along_w)]
+    places += [_over(-q + spread, p), _over(-q - spread, p), _over(-r, 2 * q)]
+    return [a + xp.clip(place, 0.0, 1.0)[..., None] * w for place in places]

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int, UInt64
 
-from .arrays import dot, rows
+from .arrays import cross, dot, rows
 from .optics import Optics
-from .pyramids import Pyramids, cross
+from .pyramids import Pyramids
 from .rods import Rods
 from .solids import Cones, Parts, Spheres
 from .tube import Tube

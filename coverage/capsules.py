@@ -45,14 +45,20 @@ def robot_capsules(robot: Robot, frames: Float[Array, "*batch F 4 4"]) -> Capsul
     return Capsules(ends[0], ends[1], xp.asarray([b.radius for b in robot.bodies], dtype=frames.dtype))
 
 
-def point_to_segment(points: Any, start: Any, end: Any) -> Any:
-    """Distance (...) m of ``points`` (..., 3) from the segments ``start``-``end`` (..., 3) m; the three broadcast."""
+def from_segment(points: Any, start: Any, end: Any) -> Any:
+    """The way (..., 3) m to ``points`` (..., 3) m from the nearest place of the segments ``start``-``end`` (..., 3) m; the
+    three broadcast."""
     xp = namespace(points)
     along = end - start
     v = points - start
     square = dot(along, along)
     t = xp.clip(dot(v, along) / xp.where(square > 0, square, 1.0), 0.0, 1.0)
-    v = v - t[..., None] * along
+    return v - t[..., None] * along
+
+
+def point_to_segment(points: Any, start: Any, end: Any) -> Any:
+    """Distance (...) m of ``points`` (..., 3) from the segments ``start``-``end`` (..., 3) m; the three broadcast."""
+    v = from_segment(points, start, end)
     return root(dot(v, v))
 
 

@@ -12,13 +12,12 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
-from .arrays import Array, dot, namespace
+from .arrays import Array, cross, dot, namespace
 from .chain import forward
 from .optics import optics
-from .pyramids import cross
 from .rings import Setup, ring_values
 from .robots import Robot
-from .slots import Slots, in_base, seats, slots, up_of
+from .slots import Seats, Slots, seats, seen_from, slots
 from .solids import Cones
 
 Law = Literal["uniform", "normal"]
@@ -86,28 +85,20 @@ def misplaced_axes(
     frames: Float[Array, "P F 4 4"],
     errors: Misplaced,
 ) -> tuple[Float[Array, "D P K 3"], Float[Array, "D P K 3"]]:
-    """Apexes m and unit axes of all sensors in the base frame, for each drawn mounting and each pose; see
-    ``misplaced_beams``."""
-    return misplaced_beams(slots, position, tilt, phase, frames, errors)[:2]
-
-
-def misplaced_beams(
-    slots: Slots,
-    position: Float[Array, " R"],
-    tilt: Float[Array, " R"],
-    phase: Float[Array, " R"],
-    frames: Float[Array, "P F 4 4"],
-    errors: Misplaced,
-) -> tuple[Any, Any, Any]:
-    """Apexes m, unit axes and the ``up`` of square beams of all sensors in the base frame, each (D, P, K, 3), for each drawn
-    mounting and each pose.
+    """Apexes m and unit axes of all sensors in the base frame, for each drawn mounting and each pose.
 
     Args:
         slots, position, tilt, phase: see ``slot_axes``; differentiable by the last three where these are JAX arrays.
         frames: T_base_frame of P poses.
         errors: the drawn errors, NumPy.
     """
-    apex, look, centre, along, radial = (v[None] for v in seats(slots, position, tilt, phase))
+    apex, axis = seen_from(slots, misplaced(slots, seats(slots, position, tilt, phase), errors), frames, up=False)
+    return apex, axis
+
+
+def misplaced(slots: Slots, meant: Seats, errors: Misplaced) -> Seats:
+    """Where sensors really sit that are ``meant`` to sit there: all (D, K, 3), for each drawn mounting."""
+    apex, look, centre, along, radial = (v[None] for v in meant)
     xp, dtype, ring = namespace(look), look.dtype, slots.ring
 
     def like(values: Any) -> Any:
@@ -124,22 +115,19 @@ def misplaced_beams(
     turn = sum(like(errors.turn[..., i : i + 1]) * like(e)[None] for i, e in enumerate((slots.zero, slots.side, slots.axis)))
     turn = turn[:, ring]
 
-    def change(v: Any) -> Any:
-        """What the rings' rotations add to ``v`` (Rodrigues): exactly 0 without one."""
+    def turned(v: Any) -> Any:
+        """``v`` by the rings' rotations (Rodrigues): exactly itself without one."""
         across = cross(turn, v)
-        return sine * across + cosine * cross(turn, across)
+        return v + (sine * across + cosine * cross(turn, across))
 
-    up_ = up_of(look, along, radial)
-    apex = (apex + like(errors.slip)[:, ring, None] * along + change(apex - centre))[:, None]
-    found = in_base(slots, apex, (look + change(look))[:, None], frames[None])
-    return *found, in_base(slots, apex, (up_ + change(up_))[:, None], frames[None])[1]
+    slipped = centre + like(errors.slip)[:, ring, None] * along
+    return Seats(slipped + turned(apex - centre), turned(look), slipped, turned(along), turned(radial))
 
 
 def misplaced_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"], errors: Misplaced) -> list[Cones]:
     """V_FOV at pose ``q`` (J,) rad for each drawn mounting, in the base frame (64-bit NumPy)."""
     v = ring_values(setup)
-    frames = forward(robot.chain, q)[None]
     here = slots(robot, setup.rings)
-    found = misplaced_beams(here, v.position, v.tilt, v.phase, frames, errors)
-    each = zip(*(part[:, 0] for part in found), strict=True)
-    return [optics(a, x, here.half_angle, here.range_m, up, here.half_up) for a, x, up in each]
+    there = misplaced(here, seats(here, v.position, v.tilt, v.phase), errors)
+    each = zip(*seen_from(here, there, forward(robot.chain, q), up=True), strict=True)
+    return [optics(a, x, here.half_angle, here.range_m, up, here.half_up, here.zoned) for a, x, up in each]

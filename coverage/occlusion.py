@@ -18,7 +18,7 @@ from typing import Any, Literal, NamedTuple, get_args
 import jax
 from jaxtyping import Float
 
-from .arrays import Array, dot, namespace, root, rows
+from .arrays import Array, cross, dot, namespace, root, rows
 
 Occlusion = Literal["ignore", "shadow", "blind"]
 OCCLUSIONS: tuple[Occlusion, ...] = get_args(Occlusion)
@@ -72,11 +72,6 @@ def _unit(v: Any, instead: Any) -> tuple[Any, Any]:
     return length, xp.where(some[..., None], v / xp.where(some, length, 1.0)[..., None], instead)
 
 
-def _cross(a: Any, b: Any) -> Any:
-    x, y, z, u, v, w = (c[..., i] for c in (a, b) for i in range(3))
-    return namespace(a).stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
-
-
 def capsule_shadow(apex: Any, start: Any, end: Any, radius: Any) -> Shadow:
     """The shadows behind capsules, seen from apexes outside of them; all broadcast, NumPy or JAX, differentiable.
 
@@ -94,7 +89,7 @@ def capsule_shadow(apex: Any, start: Any, end: Any, radius: Any) -> Shadow:
     length, along = _unit(end - start, _perpendicular(towards))
     near = dot(to_start, along)
     height, away = _unit(to_start - near[..., None] * along, _perpendicular(along))
-    across = _cross(along, away)
+    across = cross(along, away)
     far = near + length
     rays, growths = [], []
     for place in (near, far):

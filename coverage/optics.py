@@ -1,5 +1,4 @@
-"""What the optics of sensors see, before anything stands in the way: cones of single-zone sensors, pyramids of multi-zone
-ones, both in one setup."""
+"""What the optics of sensors see, before anything stands in the way: cones and pyramids, both in one setup."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,7 +6,7 @@ from typing import Any
 
 import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from .arrays import Array, namespace, rows
 from .pyramids import Pyramids, pyramid
@@ -20,10 +19,12 @@ from .solids import Cones, cone
 class Optics(Cones):
     """Cones of which some are pyramids, numbered together: a part with half_up (K,) rad above 0 is a pyramid, whose ``up``
     (K, 3) is a unit vector across its axis; of the others ``up`` says nothing. Each part has the function of its shape, so
-    the union is 1-Lipschitz."""
+    the union is 1-Lipschitz. zoned (K,): is it read zone by zone, so that what stands in some leaves the others as they
+    are?"""
 
     up: Float[Array, "K 3"]
     half_up: Float[Array, " K"]
+    zoned: Bool[Array, " K"]
 
     def part(self, points: Any, index: Any) -> Any:
         half, half_up, range_m = self.half_angle[index], self.half_up[index], self.range_m[index]
@@ -75,8 +76,8 @@ def beam(points: Any, apex: Any, axis: Any, half: Any, range_m: Any, up: Any, ha
     return xp.where(half_up > 0, pyramid(points, apex, axis, up, half, half_up, range_m), round_)
 
 
-def optics(apex: Any, axis: Any, half: Any, range_m: Any, up: Any, half_up: Any) -> Cones:
+def optics(apex: Any, axis: Any, half: Any, range_m: Any, up: Any, half_up: Any, zoned: Any) -> Cones:
     """V_FOV of K sensors: plain cones where no beam is square, which are sooner counted. half_up None: there is none."""
     if half_up is None:
         return Cones(apex, axis, half, range_m)
-    return Optics(apex, axis, half, range_m, up, half_up)
+    return Optics(apex, axis, half, range_m, up, half_up, zoned)

@@ -19,7 +19,7 @@ from .share import Share, Tangent, either
 from .solids import Parts
 
 _DIGITS = 7  # of normals: faces of a hull that agree to these are one
-_NOWHERE = 1e9  # m, offset that makes a plane function of normal 0 never count
+NOWHERE = 1e9  # m, offset that makes a plane function of normal 0 never count
 
 
 @jax.tree_util.register_dataclass
@@ -104,7 +104,7 @@ def polyhedron_shadow(apex: Float[Array, "K 3"], body: Polyhedron) -> tuple[Floa
     xp = namespace(apex)
     looks = dot(apex[:, None], body.normal[None]) > body.offset[None]
     normal = xp.where(looks[..., None], body.normal[None], 0.0)
-    offset = xp.where(looks, body.offset[None], _NOWHERE)
+    offset = xp.where(looks, body.offset[None], NOWHERE)
     if len(body.edges) == 0:
         return normal, offset
     first, second = looks[:, body.faces[:, 0]], looks[:, body.faces[:, 1]]
@@ -120,7 +120,7 @@ def polyhedron_shadow(apex: Float[Array, "K 3"], body: Polyhedron) -> tuple[Floa
     n = n * xp.where(dot(n, lit) + dot(n, dark) >= 0, 1.0, -1.0)[..., None]
     return (
         xp.concatenate([normal, n], axis=1),
-        xp.concatenate([offset, xp.where(rim, dot(n, apex[:, None]), _NOWHERE)], axis=1),
+        xp.concatenate([offset, xp.where(rim, dot(n, apex[:, None]), NOWHERE)], axis=1),
     )
 
 
@@ -131,6 +131,18 @@ def largest(points: Any, normal: Any, offset: Any) -> Any:
     for i in range(1, normal.shape[-2]):
         value = xp.maximum(value, dot(points, normal[..., i, :]) - offset[..., i])
     return value
+
+
+def crossed(a: Any, b: Any, normal: Any, offset: Any) -> Any:
+    """Do segments ``a``-``b`` (..., 3) m meet polyhedra of planes (..., M, 3) and (..., M)? Clipped plane by plane; shapes
+    broadcast."""
+    xp = namespace(a)
+    first, last = (dot(p[..., None, :], normal) - offset for p in (a, b))
+    fall = first - last
+    place = first / xp.where(fall == 0, 1.0, fall)
+    enter = xp.where(fall > 0, place, xp.where((fall == 0) & (first > 0), 2.0, 0.0)).max(axis=-1)
+    leave = xp.where(fall < 0, place, 1.0).min(axis=-1)
+    return xp.maximum(enter, 0.0) <= xp.minimum(leave, 1.0)
 
 
 def planes_share(
@@ -188,7 +200,7 @@ class Polyhedra(Parts):
 def polyhedra(bodies: tuple[Polyhedron, ...], box: Float[np.ndarray, "2 3"]) -> Polyhedra:
     """The union of ``bodies``, of which what lies in ``box`` (2, 3) m is asked about."""
     most = max((len(b.offset) for b in bodies), default=1)
-    normal, offset = np.zeros((len(bodies), most, 3)), np.full((len(bodies), most), _NOWHERE)
+    normal, offset = np.zeros((len(bodies), most, 3)), np.full((len(bodies), most), NOWHERE)
     for i, b in enumerate(bodies):
         normal[i, : len(b.offset)], offset[i, : len(b.offset)] = b.normal, b.offset
     return Polyhedra(normal, offset, box)

@@ -7,16 +7,9 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from .arrays import Array, dot, namespace, rows
+from .arrays import Array, cross, dot, namespace, rows
 from .share import Share, Tangent, either
 from .solids import Parts
-
-
-def cross(a: Any, b: Any) -> Any:
-    """Cross product over the last axis (3), NumPy or JAX, spelled out as ``dot`` is."""
-    a1, a2, a3 = (a[..., i] for i in range(3))
-    b1, b2, b3 = (b[..., i] for i in range(3))
-    return namespace(a).stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1], axis=-1)
 
 
 def pyramid(points: Any, apex: Any, axis: Any, up: Any, half: Any, half_up: Any, range_m: Any) -> Any:

@@ -17,6 +17,7 @@ from jaxtyping import Float
 
 from .arrays import dot, namespace, root
 from .capsules import Capsules, gap_to_capsules, segment_to_segment
+from .polyhedra import Polyhedron, crossed, polyhedra
 from .solids import cone
 
 Occlusion = Literal["ignore", "shadow"]
@@ -111,10 +112,12 @@ def _in_cones(rows: Any, fixed: Any) -> Any:
 
 @jax.jit
 def _hidden(rows: Any, fixed: Any) -> Any:
-    """Does a body stand between an eye and a point, both (R, 3)? Bodies start and end (R, N, 3), thick (N,)."""
+    """Does a body or an obstacle stand between an eye and a point, both (R, 3)? Bodies start and end (R, N, 3), thick (N,);
+    obstacles' planes (O, M, 3) and (O, M)."""
     eye, point, start, end = rows
-    (thick,) = fixed
-    return (segment_to_segment(eye[:, None], point[:, None], start, end) < thick[None]).any(axis=1)
+    thick, normal, offset = fixed
+    body = segment_to_segment(eye[:, None], point[:, None], start, end) < thick[None]
+    return body.any(axis=1) | crossed(eye[:, None], point[:, None], normal[None], offset[None]).any(axis=1)
 
 
 @jax.jit
@@ -133,6 +136,7 @@ def readings(
     centre: Float[np.ndarray, "T B 3"],
     radius: Float[np.ndarray, " B"],
     bodies: Capsules | None = None,
+    obstacles: tuple[Polyhedron, ...] = (),
 ) -> Readings:
     """What every sensor reads in every pose, some poses at a time in bounded memory.
 
@@ -144,8 +148,11 @@ def readings(
             when the segment from the apex to the ball's nearest point in the cone comes closer to a body's axis than the
             body's radius; the next ball is read instead. So a ball half hidden counts as hidden: balls should be small
             beside the bodies. A sensor that stands inside a body reads nothing at all.
+        obstacles: that hide in the same way, in all poses alike.
     """
     poses, sensors = apex.shape[:2]
+    if bodies is None and obstacles:
+        bodies = Capsules(np.zeros((poses, 0, 3)), np.zeros((poses, 0, 3)), np.zeros(0))
     step = max(1, _TRIPLES // max(1, sensors * -(-len(radius) // BLOCK)))
     some = [slice(first, first + step) for first in range(0, poses, step)]
     parts = [
@@ -154,13 +161,16 @@ def readings(
             centre[t],
             radius,
             bodies and Capsules(bodies.start[t], bodies.end[t], bodies.radius),
+            obstacles,
         )
         for t in some
     ]
     return Readings(*(np.concatenate(values) for values in zip(*parts, strict=True)))
 
 
-def _read(sensors: Any, centre: Any, radius: Any, bodies: Capsules | None) -> tuple[Any, Any]:
+def _read(
+    sensors: Any, centre: Any, radius: Any, bodies: Capsules | None, obstacles: tuple[Polyhedron, ...]
+) -> tuple[Any, Any]:
     """Distance and point of ``readings``, all poses at once."""
     apex, axis, half_angle, range_m = sensors
     distance, point = np.full(apex.shape[:2], np.inf), np.full(apex.shape, np.nan)
@@ -175,7 +185,7 @@ def _read(sensors: Any, centre: Any, radius: Any, bodies: Capsules | None) -> tu
     eyes = apex[t, k], axis[t, k], half_angle[k], range_m[k]
     found = slabs(_in_cones, (*eyes, balls[t, g], size[g])).astype(float)
     if bodies is not None:
-        _hide(found, t, k, g, eyes, (balls, size), bodies)
+        _hide(found, t, k, g, eyes, (balls, size), bodies, obstacles)
     ball, near = found.argmin(axis=1), found.min(axis=1)
     best = _nearest_rows(near, t, k)
     t, k, g, ball = t[best], k[best], g[best], ball[best]
@@ -184,18 +194,19 @@ def _read(sensors: Any, centre: Any, radius: Any, bodies: Capsules | None) -> tu
     return distance, point
 
 
-def _hide(found: Any, t: Any, k: Any, g: Any, eyes: Any, balls: Any, bodies: Capsules) -> None:
+def _hide(found: Any, t: Any, k: Any, g: Any, eyes: Any, balls: Any, bodies: Capsules, obstacles: Any) -> None:
     """Make the distances ``found`` (R, BLOCK) of hidden balls infinite, as far as that matters.
 
     Only where a sensor's nearest ball is hidden are its others tested.
     """
     (centre, size), (apex, axis, half, range_m) = balls, eyes
-    thick = (jnp.asarray(bodies.radius),)
+    stands = polyhedra(obstacles, np.zeros((2, 3)))
+    fixed = tuple(jnp.asarray(a) for a in (bodies.radius, stands.normal, stands.offset))
 
     def test(row: Any, ball: Any) -> Any:
         where = t[row], g[row], ball
         seen = ball_in_cone(apex[row], axis[row], half[row], range_m[row], centre[where], size[where[1:]])[1]
-        hidden = slabs(_hidden, (apex[row], seen, bodies.start[t[row]], bodies.end[t[row]]), thick, _HITS)
+        hidden = slabs(_hidden, (apex[row], seen, bodies.start[t[row]], bodies.end[t[row]]), fixed, _HITS)
         found[row[hidden], ball[hidden]] = np.inf
         return hidden
 

@@ -1,6 +1,7 @@
 """A robot: its chain, the mount axes and the bodies of its links, its joints' limits, its reach."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -32,7 +33,7 @@ class Mount:
     section: float = 0.0
     aside: float = 0.0
 
-    @property
+    @cached_property
     def side(self) -> Float[np.ndarray, " 3"]:
         """Third axis of the ring's plane, ``axis x zero``: phase turns from ``zero`` towards it."""
         return np.cross(self.axis, self.zero)

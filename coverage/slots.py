@@ -9,12 +9,11 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
-from .arrays import Array, dot, namespace, root
+from .arrays import Array, cross, dot, namespace, root
 from .chain import forward
 from .optics import optics
-from .pyramids import cross
 from .rings import Ring, Setup, ring_values, sensor_optics
 from .robots import Robot
 from .solids import Cones
@@ -27,7 +26,8 @@ class Slots:
 
     Of rings: frame (R,), index into ``forward``'s frames; start (R, 3) m, axis, zero and side (R, 3) of the mount; length
     (R,) m of the mount; radius (R,) m. Of sensors: ring (K,) each belongs to; turn (K,) rad from the first of its ring;
-    half_angle (K,) rad; range_m (K,); half_up (K,) rad, 0 of cones, or None where all are.
+    half_angle (K,) rad; range_m (K,); half_up (K,) rad, 0 of cones, and zoned (K,), is it read
+    zone by zone; None where all are cones.
     """
 
     frame: Int[Array, "*batch R"]
@@ -42,6 +42,7 @@ class Slots:
     half_angle: Float[Array, "*batch K"]
     range_m: Float[Array, "*batch K"]
     half_up: Float[Array, "*batch K"] | None = None
+    zoned: Bool[Array, "*batch K"] | None = None
 
 
 def any_square(rings: Iterable[Ring]) -> bool:
@@ -67,6 +68,7 @@ def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, squ
 
     start, axis, zero, side = (np.array([getattr(m, key) for m in mounts]) for key in ("start", "axis", "zero", "side"))
     turn = np.concatenate([np.arange(n) * (2 * np.pi / max(n, 1)) for n in counts] + [np.zeros(spare)])
+    some_square = square or any_square(rings)
     return Slots(
         np.array([m.frame for m in mounts]),
         start,
@@ -79,7 +81,8 @@ def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, squ
         turn,
         each([r.sensor.fov / 2 for r in rings], np.pi / 4),
         each([r.sensor.range_m for r in rings], -np.inf),
-        each([(r.sensor.fov_up or 0.0) / 2 for r in rings], 0.0) if square or any_square(rings) else None,
+        each([(r.sensor.fov_up or 0.0) / 2 for r in rings], 0.0) if some_square else None,
+        each([r.sensor.zoned for r in rings], 0.0) > 0 if some_square else None,
     )
 
 
@@ -122,6 +125,12 @@ def in_base(slots: Slots, apex: Any, look: Any, frames: Any) -> tuple[Any, Any]:
     return origin + dot(rotation, apex), dot(rotation, look)
 
 
+def in_links(slots: Slots, vectors: Any, frames: Any) -> Any:
+    """Vectors (..., K, 3) of the sensors from the base frame to those of their links; for the others see ``in_base``."""
+    rotation = frames[..., slots.frame[slots.ring], :3, :3]
+    return dot(rotation.swapaxes(-1, -2), vectors[..., None, :])
+
+
 def up_of(look: Any, along: Any, radial: Any) -> Any:
     """Unit ``up`` of square beams (..., 3): across the sensor's axis ``look`` and the ring's tangent. For a sensor in its
     seat the two are across each other; one that looks astray is not turned about its own axis."""
@@ -129,13 +138,44 @@ def up_of(look: Any, along: Any, radial: Any) -> Any:
     return up / root(dot(up, up))[..., None]
 
 
+def ring_slopes(
+    slots: Slots, here: Seats, by_apex: Any, by_look: Any, by_up: Any = None
+) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
+    """How fast a value grows by the rings' positions, tilts and phases, where it grows by ``by_apex`` (..., K, 3), 1/m, by
+    ``by_look`` and by ``by_up`` with what the sensors in their seats are made of, all in the frames of their links.
+
+    A position moves a sensor along the mount; a tilt turns it about its ring's tangent, backwards, and a phase about the
+    ring's axis: so the last two are the moments of the three vectors about these axes.
+    """
+    moment = cross(here.look, by_look)
+    if by_up is not None:
+        moment = moment + cross(up_of(here.look, here.along, here.radial), by_up)
+    moved = dot(by_apex, slots.axis[slots.ring])
+    tilted = -dot(moment, cross(here.along, here.radial))
+    turned = dot(moment + cross(here.apex - here.centre, by_apex), here.along)
+    each = (v.reshape(-1, v.shape[-1]).sum(axis=0) for v in (moved, tilted, turned))
+    position, tilt, phase = (np.bincount(slots.ring, v, len(slots.length)) for v in each)
+    return position * slots.length, tilt, phase
+
+
 def slot_beams(
     slots: Slots, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
-) -> tuple[Any, Any, Any]:
+) -> tuple[Any, ...]:
     """As ``slot_axes``, and the unit vectors ``up`` (..., K, 3) of square beams."""
-    here, batch = seats(slots, position, tilt, phase), (1,) * (frames.ndim - 3)
-    apex, look, up = (v.reshape(*batch, -1, 3) for v in (here.apex, here.look, up_of(here.look, here.along, here.radial)))
-    return *in_base(slots, apex, look, frames), in_base(slots, apex, up, frames)[1]
+    return seen_from(slots, seats(slots, position, tilt, phase), frames, up=True)
+
+
+def seen_from(slots: Slots, here: Seats, frames: Any, up: bool) -> tuple[Any, ...]:
+    """Apexes m and unit axes of sensors in their seats, and with ``up`` the vectors of square beams, in the base frame, each
+    with the leading axes of the seats, then those of ``frames``, then (K, 3)."""
+    batch, frames = (1,) * (frames.ndim - 3), frames.reshape((1,) * (here.apex.ndim - 2) + frames.shape)
+
+    def beside(v: Any) -> Any:
+        return v.reshape(*v.shape[:-2], *batch, *v.shape[-2:])
+
+    apex, look = beside(here.apex), beside(here.look)
+    found = in_base(slots, apex, look, frames)
+    return (*found, in_base(slots, apex, beside(up_of(here.look, here.along, here.radial)), frames)[1]) if up else found
 
 
 def slot_axes(
@@ -148,8 +188,8 @@ def slot_axes(
         position, tilt, phase: of each ring, NumPy or JAX, differentiable in the latter.
         frames: T_base_frame (..., F, 4, 4) from ``forward``.
     """
-    here, batch = seats(slots, position, tilt, phase), (1,) * (frames.ndim - 3)
-    return in_base(slots, here.apex.reshape(*batch, -1, 3), here.look.reshape(*batch, -1, 3), frames)
+    apex, axis = seen_from(slots, seats(slots, position, tilt, phase), frames, up=False)
+    return apex, axis
 
 
 def sensor_axes(
@@ -167,4 +207,4 @@ def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cone
     if here.half_up is None:
         return Cones(*sensor_axes(robot, setup, frames), *sensor_optics(setup))
     apex, axis, up = slot_beams(here, v.position, v.tilt, v.phase, frames)
-    return optics(apex, axis, here.half_angle, here.range_m, up, here.half_up)
+    return optics(apex, axis, here.half_angle, here.range_m, up, here.half_up, here.zoned)

@@ -63,7 +63,7 @@ def over_groups(
     add: AddGroup, seen: Seen, cloud: Cloud, width: Any, cut: Any, slopes: Any, zetas: tuple[int, ...] = ()
 ) -> Soft:
     """What ``soft_zeta`` does, with another ``add_group``, which may add up a whole array of zetas of this shape."""
-    beams, (n, _) = seen.beams() if isinstance(seen, Hidden | InCell) else soft_beams(seen), cloud.weight.shape
+    beams, (n, _) = soft_beams(seen), cloud.weight.shape
     group = min(_GROUP.get(jax.default_backend(), _GROUP_ELSEWHERE), n)
 
     def whole_groups(a: Any) -> Any:

@@ -56,14 +56,12 @@ class SoftBeams:
         gap = cone(centre[:, None], *(a[None, :-1] for a in self.parts[:5])) - radius[:, None]
         return (gap < cut * width) & (weight[:, :1] > 0)
 
-    def _in_pieces(self, near: Any, last: Any = 0) -> tuple[Callable[[Any], Any], tuple[Any, int]]:
-        """Of the near beams of each block (g, K), those of piece j as a function, and how many pieces there are and may be;
-        beams of higher ``last`` (g, K), whole numbers, come after the others."""
+    def _in_pieces(self, near: Any) -> tuple[Callable[[Any], Any], tuple[Any, int]]:
+        """Of the near beams of each block (g, K), those of piece j as a function, and how many pieces there are and may
+        be."""
         k = self.count
         piece = min(_PIECE.get(jax.default_backend(), _PIECE_ELSEWHERE), k)
-        rank = last * k + jnp.arange(k, dtype=jnp.int32)[None]
-        ranks = jnp.sort(jnp.where(near, rank, jnp.iinfo(jnp.int32).max), axis=1)
-        index = jnp.where(ranks == jnp.iinfo(jnp.int32).max, k, ranks % k)
+        index = jnp.sort(jnp.where(near, jnp.arange(k, dtype=jnp.int32)[None], k), axis=1)
         index = jnp.pad(index, ((0, 0), (0, -k % piece)), constant_values=k)
         pieces = -(-near.sum(axis=1).max() // piece), index.shape[1] // piece
         return lambda j: jax.lax.dynamic_slice_in_dim(index, j * piece, piece, axis=1), pieces
@@ -101,3 +99,10 @@ class SoftBeams:
     def pulled_back(self, slope: Any) -> tuple[Any, ...]:
         """Gradient by the apexes and by the axes (K, 3) from that by all columns (K, columns)."""
         return slope[:, :3], slope[:, 3:6]
+
+
+def by_apex(pull: Any, slopes: tuple[Any, Any, Any], columns: int) -> Any:
+    """Gradient (g, c, columns), of which the first three are by the apex: where the sum over points grows by ``pull``
+    (g, c, B) with what has these slopes (g, c, B) along x, y and z."""
+    found = jnp.stack([(pull * slope).sum(axis=2) for slope in slopes], axis=2)
+    return jnp.pad(found, ((0, 0), (0, 0), (0, columns - 3)))

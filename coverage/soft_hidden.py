@@ -4,14 +4,13 @@ Under ``shadow`` a beam is the larger of the cone's function and of minus that o
 bodies that come near a cone are looked at, and of the points only the blocks that their shadows reach. Slopes come from the
 shadow that counts at each point alone.
 
-Under ``blind`` a round beam ends where the nearest body stands in it. That distance jumps where a body is just grazed, so
-here it is smooth: a body is a row of balls; one that stands beside the beam by x counts as if it stood ``_GRAZE`` x further
-off. A square beam, whose sensor has many zones, is not blinded as a whole: under ``blind`` it is shadowed.
+Under ``blind`` the beam of a sensor of one zone ends where the nearest body stands in it, or in the cone around a square one
+(``soft_stops``). That of a sensor of many zones is not blinded as a whole: under ``blind`` it is shadowed.
 
 A sensor within a body sees nothing, and the slope there says no more than which way is out.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -19,18 +18,18 @@ import jax
 import jax.numpy as jnp
 
 from .arrays import dot, root
-from .blinding import Beam
-from .capsules import Capsules
+from .blinding import Beam, capsule_gap
+from .capsules import Capsules, from_segment
 from .occlusion import Occlusion, capsule_shadow, nearest_ball
 from .optics import Optics
-from .soft_beams import Near, SoftBeams
+from .polyhedra import Polyhedron
+from .soft_beams import Near, SoftBeams, by_apex
 from .soft_square import soft_beams
+from .soft_stops import soft_stop
 from .solids import Cones
 
-_BALLS = 17  # of a row that stands for a body
-_GRAZE = 200.0
 _OUT = 10.0  # metres that a beam is moved away from all points by, for each that its apex lies within a body
-_HALVINGS = 18
+_STEPS = 18  # to find the place on a body's axis that is nearest to a cone
 _NEAR = 3.0  # widths from a shadow within which it matters to a block
 _PAIRS = 16  # of a cone and a body, looked at at once
 _TRIPLES = 32  # of a cone, a body and a block, looked at at once
@@ -48,93 +47,39 @@ class Hidden:
     bodies: Capsules
     occlusion: Occlusion
 
-    def beams(self) -> "SoftBeams":
-        """What the soft estimator asks."""
-        return HiddenBeams(self)
-
-
-def _rows_of_balls(bodies: Capsules) -> Any:
-    """Centres (N, _BALLS, 3) m along the axes."""
-    share = jnp.linspace(0.0, 1.0, _BALLS, dtype=bodies.start.dtype)[None, :, None]
-    return bodies.start[:, None] * (1 - share) + bodies.end[:, None] * share
-
-
-def _with_axes(cones: Cones, count: int) -> Beam:
-    """Cones with so many axes behind the first."""
-    parts = cones.apex, cones.axis, cones.half_angle, cones.range_m
-    return Beam(*(a.reshape(a.shape[:1] + (1,) * count + a.shape[1:]) for a in parts))
-
-
-def _beside(points: Any, cones: Beam) -> tuple[Any, Any]:
-    """How far points (..., 3) lie outside of cones, 0 within, convex; and their distance from the apexes; all broadcast."""
-    v = points - cones.apex
-    cosine, sine = jnp.cos(cones.half_angle), jnp.sin(cones.half_angle)
-    d, length = dot(v, cones.axis), root(dot(v, v))
-    rho = root(jnp.maximum(length * length - d * d, 0.0))
-    # Behind the apex the cone's function is less than the distance, which counts here.
-    beside = jnp.where(d * cosine + rho * sine < 0, length, jnp.maximum(rho * cosine - d * sine, d - cones.range_m))
-    return jnp.maximum(beside, 0.0), length
-
-
-def _gap(cones: Cones, bodies: Capsules) -> Any:
-    """How far the bodies' axes lie outside of the cones (K, N) m: by a search that halves, as that is convex."""
-    beams, along = _with_axes(cones, 1), bodies.end - bodies.start
-
-    def at(share: Any) -> Any:
-        return _beside(bodies.start[None] + share[..., None] * along[None], beams)[0]
-
-    def closer(_: Any, between: Any) -> Any:
-        low, high = between
-        a, b = low + 0.382 * (high - low), high - 0.382 * (high - low)
-        left = at(a) < at(b)
-        return jnp.where(left, low, a), jnp.where(left, b, high)
-
-    shape = len(cones), len(along)
-    ends = jnp.zeros(shape, along.dtype), jnp.ones(shape, along.dtype)
-    low, high = jax.lax.fori_loop(0, _HALVINGS, closer, ends)
-    return at((low + high) / 2)
-
-
-def soft_stop(cones: Cones, bodies: Capsules) -> Any:
-    """Where sensors are blinded (K,) m, smoothly; their range and more where they are not."""
-    centre = _rows_of_balls(bodies)[None]
-    radius = bodies.radius[None, :, None]
-    beside, length = _beside(centre, _with_axes(cones, 2))
-    within = jnp.minimum(beside, radius)
-    stop = length - radius + within * within / radius + _GRAZE * (beside - within)
-    longest = cones.range_m / jnp.cos(cones.half_angle)
-    return jnp.minimum(jnp.maximum(stop, 0.0).min(axis=(1, 2)), 1.1 * longest)
-
 
 class HiddenBeams(SoftBeams):
     """See ``SoftBeams``. ``free`` are the beams as if there were no bodies; what bodies do to them stands behind their own
-    parts and columns. Beams of both shapes may be stopped and shadowed at once, each by its shape."""
+    parts and columns. Some beams may be stopped and others shadowed, each by its zones. ``obstacles`` blind, too, and shadow
+    nothing here."""
 
-    def __init__(self, hidden: Hidden) -> None:
+    def __init__(self, hidden: Hidden, obstacles: tuple[Polyhedron, ...] = ()) -> None:
         self.free, self.bodies = soft_beams(hidden.cones), hidden.bodies
         self.cones, self.count = self.free.cones, self.free.count
-        cones = self.cones
+        cones, around = self.cones, self.cones.around()
         self.parts, self.columns = self.free.parts, self.free.columns
-        square: Any = cones.half_up > 0 if isinstance(cones, Optics) else None
+        zoned: Any = cones.zoned if isinstance(cones, Optics) else None
         self.stops = hidden.occlusion == "blind"
-        self.shadows = not self.stops or square is not None
+        self.shadows = not self.stops or zoned is not None
         if self.stops:
             self.columns += 1
 
             def stop_of(apex: Any, axis: Any) -> Any:
-                stop = soft_stop(Cones(apex, axis, cones.half_angle, cones.range_m), self.bodies)
-                return stop if square is None else jnp.where(square, jnp.inf, stop)
+                stop = soft_stop(replace(around, apex=apex, axis=axis), self.bodies, obstacles)
+                return stop if zoned is None else jnp.where(zoned, jnp.inf, stop)
 
             stop, self._pull_stop = jax.vjp(stop_of, cones.apex, cones.axis)
             self.parts = (*self.parts, jnp.append(stop, jnp.zeros(1, stop.dtype)))
         if not self.shadows:
             return
-        matters = _gap(cones.around(), self.bodies) < self.bodies.radius[None] + _MARGIN
-        depth, _ = self._depth(cones.apex[:, None], self.bodies.start[None], self.bodies.end[None], self.bodies.radius[None])
+        start, end, radius = (a[None] for a in self.bodies)
+        looks = Beam(*(a[:, None] for a in vars(around).values()))
+        matters = capsule_gap(looks, start, end, radius, steps=_STEPS)[0] < _MARGIN
+        depth, _ = self._depth(cones.apex[:, None], start, end, radius)
         deepest = jnp.arange(depth.shape[1])[None] == depth.argmax(axis=1)[:, None]
         matters = jnp.where((depth > 0).any(axis=1, keepdims=True), deepest, matters)  # one is enough to see nothing
         if self.stops:
-            matters = matters & square[:, None]
+            matters = matters & zoned[:, None]
         self._matters = matters
         pairs = jnp.argsort(~matters.ravel(), stable=True).astype(jnp.int32)
         self._pairs = jnp.pad(pairs, (0, -len(pairs) % _PAIRS))
@@ -173,19 +118,20 @@ class HiddenBeams(SoftBeams):
             row = jnp.where(i * _TRIPLES + jnp.arange(_TRIPLES) < number, block * (self.count + 1) + beam, rows)
             return row, value[:, 0], [slope[:, 0] for slope in slopes]
 
-        def most_of(i: Any, most: Any) -> Any:
-            row, value, _ = say(i)
-            return most.at[row].max(value, mode="drop")
-
-        def slopes_of(i: Any, before: Any) -> Any:
+        def tell(i: Any, told: Any) -> Any:
             row, value, slopes = say(i)
-            best = value >= most.at[row].get(mode="fill", fill_value=jnp.inf) - _SAME
-            told = (jnp.ones_like(value), *slopes)
-            return tuple(b.at[row].add(jnp.where(best, one, 0), mode="drop") for b, one in zip(before, told, strict=True))
+            most, *sums = told
+            after = most.at[row].max(value, mode="drop")
+            before, least = (a.at[row].get(mode="fill", fill_value=jnp.inf) for a in (most, after))
+            kept, best = ((a >= least - _SAME).astype(value.dtype) for a in (before, value))
+            more = (best, *(best * slope for slope in slopes))
+            return after, *(
+                a.at[row].multiply(kept, mode="drop").at[row].add(b, mode="drop") for a, b in zip(sums, more, strict=True)
+            )
 
         rows, chunks = g * (self.count + 1), -(-number // _TRIPLES)
-        most = jax.lax.fori_loop(0, chunks, most_of, jnp.full((rows, size), -jnp.inf, points.dtype))
-        equal, *slopes = jax.lax.fori_loop(0, chunks, slopes_of, (jnp.zeros((rows, size), points.dtype),) * 4)
+        nothing = jnp.full((rows, size), -jnp.inf, points.dtype), *(jnp.zeros((rows, size), points.dtype),) * 4
+        most, equal, *slopes = jax.lax.fori_loop(0, chunks, tell, nothing)
         slopes = [slope / jnp.maximum(equal, 1) for slope in slopes]  # where bodies meet, two may say the same
         index, pieces = self._in_pieces(near & ~hidden)
 
@@ -222,52 +168,48 @@ class HiddenBeams(SoftBeams):
     @staticmethod
     def _depth(apex: Any, start: Any, end: Any, radius: Any) -> tuple[Any, Any]:
         """How deep apexes (..., 3) stand in bodies, m, and which way is out (..., 3)."""
-        along, v = end - start, apex - start
-        square = dot(along, along)
-        v = v - jnp.clip(dot(v, along) / jnp.where(square > 0, square, 1.0), 0.0, 1.0)[..., None] * along
+        v = from_segment(apex, start, end)
         length = root(dot(v, v))
         return radius - length, v / jnp.where(length > 0, length, 1.0)[..., None]
 
     def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
         """As of ``SoftBeams``, and where something hides a point, and the slopes of that by the apex."""
         t, *geometry = self.free.pairs(points, some, width)
-        looks = [look for look, wanted in ((self._behind, self.shadows), (self._past, self.stops)) if wanted]
-        most, *slopes = looks[0](points, some, t)
-        for look in looks[1:]:
-            value, *others = look(points, some, t)
-            slopes = [jnp.where(value > most, new, old) for new, old in zip(others, slopes, strict=True)]
-            most = jnp.maximum(value, most)
+        most, *slopes = some[-4:] if self.shadows else self._past(points, some)
+        if self.shadows and self.stops:
+            past, *others = self._past(points, some)
+            slopes = [jnp.where(past > most, new, old) for new, old in zip(others, slopes, strict=True)]
+            most = jnp.maximum(past, most)
         most = most * (1 / width)
         return jnp.maximum(t, most), *geometry, most > t, *slopes
 
-    def _past(self, points: Any, some: Any, t: Any) -> tuple[Any, ...]:
+    def _past(self, points: Any, some: Any) -> tuple[Any, ...]:
         """How far points lie past where beams are stopped (g, c, B) m, and the slopes of that by the apex."""
         v = points[:, None] - some[0][:, :, None]
         length = root(dot(v, v))
         by = (-v[..., i] / jnp.where(length > 0, length, 1.0) for i in range(3))
         return length - some[len(self.free.parts)][..., None], *by
 
-    def _behind(self, points: Any, some: Any, t: Any) -> tuple[Any, ...]:
-        """How far points lie in shadows (g, c, B) m, and the slopes of that by the apex."""
-        most, *slopes = some[-4:]
-        return most, *slopes
-
     def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
         """See ``SoftBeams``; where beams are stopped the last column is the slope by the distance where they end."""
         *of_beam, hidden, x, y, z = geometry
         found = self.free.slopes(points, some, jnp.where(hidden, 0, pull), *of_beam)
         pull = jnp.where(hidden, pull, 0)
-        by_apex = jnp.stack([(pull * slope).sum(axis=2) for slope in (x, y, z)], axis=2)
-        found = found + jnp.pad(by_apex, ((0, 0), (0, 0), (0, found.shape[2] - 3)))
+        found = found + by_apex(pull, (x, y, z), found.shape[2])
         return jnp.concatenate([found, -pull.sum(axis=2)[..., None]], axis=2) if self.stops else found
 
     def pulled_back(self, slope: Any) -> tuple[Any, ...]:
         """See ``SoftBeams``. Where a beam is not stopped, its distance is a constant, which passes nothing on."""
-        by_apex, by_axis, *rest = self.free.pulled_back(slope)
+        apex, axis, *rest = self.free.pulled_back(slope)
         if not self.stops:
-            return by_apex, by_axis, *rest
+            return apex, axis, *rest
         more_apex, more_axis = self._pull_stop(slope[:, -1])
-        return by_apex + more_apex, by_axis + more_axis, *rest
+        return apex + more_apex, axis + more_axis, *rest
+
+
+@soft_beams.register
+def _(seen: Hidden) -> SoftBeams:
+    return HiddenBeams(seen)
 
 
 def _for_points(a: Any, ndim: int) -> Any:

@@ -4,21 +4,22 @@ A pyramid's f is, point by point, one of five functions that are linear in p, in
 its gradient too is weighted sums over points. That by side = up x axis goes into those by up and by axis.
 """
 
+from functools import singledispatch
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 
-from .arrays import dot
+from .arrays import cross, dot
 from .optics import Optics
-from .pyramids import cross, pyramid
 from .soft_beams import SoftBeams
-from .solids import Cones, cone
 
 
-def soft_beams(cones: Cones) -> SoftBeams:
-    """What the soft estimator asks of these cones, or of beams of both shapes."""
-    return SquareBeams(cones) if isinstance(cones, Optics) else SoftBeams(cones)
+@singledispatch
+def soft_beams(seen: Any) -> SoftBeams:
+    """What the soft estimator asks of what sensors see: here of cones, or of beams of both shapes; what leaves less of them
+    registers its own."""
+    return SquareBeams(seen) if isinstance(seen, Optics) else SoftBeams(seen)
 
 
 class SquareBeams(SoftBeams):
@@ -36,7 +37,7 @@ class SquareBeams(SoftBeams):
 
     def _reach(self, blocks: Any, width: Any, cut: Any) -> Any:
         _, weight, centre, radius = blocks
-        gap = _value(centre[:, None], *(a[None, :-1] for a in self.parts[:7])) - radius[:, None]
+        gap = self.cones.part(centre[:, None], jnp.arange(self.count)[None]) - radius[:, None]
         return (gap < cut * width) & (weight[:, :1] > 0)
 
     def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
@@ -82,9 +83,3 @@ class SquareBeams(SoftBeams):
     def pulled_back(self, slope: Any) -> tuple[Any, ...]:
         """Gradient by the apexes, the axes and the ups (K, 3)."""
         return *super().pulled_back(slope), slope[:, 6:9]
-
-
-def _value(points: Any, apex: Any, axis: Any, cosine: Any, sine: Any, range_m: Any, up: Any, half_up: Any) -> Any:
-    """Implicit function of each beam; ``cosine`` and ``sine`` are of the half angle of a cone, or of a pyramid across up."""
-    square = pyramid(points, apex, axis, up, jnp.arctan2(sine, cosine), half_up, range_m)
-    return jnp.where(half_up > 0, square, cone(points, apex, axis, cosine, sine, range_m))

@@ -52,6 +52,10 @@ class Parts(ABC):
             return self.part(points[:, None, :], np.arange(len(self))[None]).min(axis=1)
         return reduce(np.minimum, (self.part(points, i) for i in range(len(self))))
 
+    def holds(self, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
+        """Which points lie in the union."""
+        return np.asarray(self(points) <= 0)
+
     def decide(
         self,
         points: Float[np.ndarray, "P 3"],

@@ -53,6 +53,16 @@ class Tube(Parts):
         crossing = xp.minimum(xp.maximum(-before, after), xp.maximum(before, -after))
         return xp.maximum(crossing, distance - self.radius)
 
+    def holds(self, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
+        """See ``Parts.holds``: distances are measured only where the signs of a slab's two planes differ, which few do."""
+        height = self.normal @ points.T - dot(self.centre, self.normal)[:, None]
+        positive, negative, i = height >= 0, height <= 0, self.first
+        differ = np.flatnonzero((positive[i] & negative[i + 1]) | (negative[i] & positive[i + 1]))
+        slab, point = np.divmod(differ, len(points))
+        found = np.zeros(len(points), bool)
+        found[point[self.part(points[point], slab) <= 0]] = True
+        return found
+
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         centre = np.asarray(self.centre)
         return np.stack([centre.min(axis=0) - self.radius, centre.max(axis=0) + self.radius])

@@ -56,7 +56,7 @@ class Clear:
         """The radius of a new ring on ``link``, m: the scene's, or ``at_least``. One that is not stated is the least that is
         clear over a centimetre or, of radii up to 5 cm larger than needed, over the longest stretch."""
         first = max(self.scene.radius_of(link), at_least)
-        if self.scene.radius_stated:
+        if self.scene.stated_radius(link) is not None:
             return first
         found, enough = (-1.0, first), min(_ENOUGH, self.scene.robot.mount(link).length)
         for more in _MORE:
@@ -81,7 +81,9 @@ class Clear:
         return f"a ring of radius {radius:g} m on {link} lies in {', '.join(first)}" if first else "nothing is in the way"
 
     def within(self, link: str, radius: float, position: float) -> list[str]:
-        """The names of what a ring at ``position`` lies in at some pose, or comes nearer to than is proven clear."""
+        """The names of what a ring at ``position`` lies in at some pose, or comes nearer to than is proven clear; where the
+        place along the axis is fixed, a position says nothing."""
+        position = position if self.scene.robot.mount(link).length else 0.0
         return list(dict.fromkeys(name for a, b, name in self._of(link, radius)[1] if a + _EDGE < position < b - _EDGE))
 
     def closed(self, link: str) -> tuple[float, float]:

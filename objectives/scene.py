@@ -59,12 +59,13 @@ class Goal:
 @dataclass(frozen=True)
 class Limits:
     """Where rings may sit on a link and how they may tilt: position (low, high) on its mount axis, intervals within that
-    are kept free of rings, tilt (low, high) rad; and the sensor of its rings, if not the scene's."""
+    are kept free of rings, tilt (low, high) rad; and the sensor and the radius, m, of its rings, if not the scene's."""
 
     position: tuple[float, float] = (0.0, 1.0)
     tilt: tuple[float, float] = (math.radians(-70), math.radians(70))
     keep_out: tuple[tuple[float, float], ...] = ()
     sensor: Sensor | None = None
+    radius: float | None = None
 
 
 @dataclass(frozen=True)
@@ -163,9 +164,15 @@ class Scene:
         around = surrounded(self.robot.mount(link), self.robot.bodies)
         return math.ceil(1000 * (around + self.rules.standoff) - 1e-6) / 1000
 
+    def stated_radius(self, link: str) -> float | None:
+        """The radius that the scene states for rings on ``link``, m, if any."""
+        of_link = self.limits_of(link).radius
+        return self.ring_radius if of_link is None and self.radius_stated else of_link
+
     def radius_of(self, link: str) -> float:
         """The radius of a new ring on ``link``, m: the scene's, raised to the least where it was not stated."""
-        return self.ring_radius if self.radius_stated else max(self.ring_radius, self.least_radius(link))
+        stated = self.stated_radius(link)
+        return max(self.ring_radius, self.least_radius(link)) if stated is None else stated
 
     @property
     def spacing(self) -> float:

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from ..coverage.arrays import cross
 from ..coverage.beams import INSIDE, Beams, Occluders, beams
 from ..coverage.capsules import point_to_segment, robot_capsules
 from ..coverage.chain import forward
 from ..coverage.occlusion import Occlusion
 from ..coverage.optics import Optics
-from ..coverage.pyramids import cross
 from ..coverage.rings import Setup, ring_values
 from ..coverage.slots import seats, sensor_cones, slots
 from ..coverage.solids import Cones, Parts
@@ -25,6 +25,12 @@ class BodilessError(ValueError):
     """A robot without bodies, where these are asked for."""
 
 
+def check_bodies(scene: Scene, occlusion: Occlusion) -> None:
+    """Refuse a robot without bodies that should shadow or blind its sensors: BodilessError."""
+    if occlusion != "ignore" and not scene.robot.bodies:
+        raise BodilessError(f"occlusion: found {occlusion}, allowed: ignore, as robot {scene.robot.name} has no bodies")
+
+
 def occluders(scene: Scene, q: Float[np.ndarray, " J"], occlusion: Occlusion | None = None) -> Occluders:
     """What stands in the way of sensors at joint angles ``q`` (J,) rad.
 
@@ -33,10 +39,9 @@ def occluders(scene: Scene, q: Float[np.ndarray, " J"], occlusion: Occlusion | N
     """
     bodies = tuple(o.body for o in scene.obstacles)
     occlusion = occlusion or scene.occlusion
+    check_bodies(scene, occlusion)
     if occlusion == "ignore":
         return Occluders(None, bodies)
-    if not scene.robot.bodies:
-        raise BodilessError(f"occlusion: found {occlusion}, allowed: ignore, as robot {scene.robot.name} has no bodies")
     return Occluders(robot_capsules(scene.robot, forward(scene.robot.chain, q)), bodies)
 
 

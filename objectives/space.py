@@ -128,6 +128,13 @@ def decode(where: Stretch, values: Float[Array, "3 R"]) -> Float[Array, "3 R"]:
     return xp.stack([position, where.sign * values[1][where.tilt_of], values[2]])
 
 
+def value_slopes(
+    where: Stretch, position: Float[np.ndarray, " R"], tilt: Float[np.ndarray, " R"], phase: Float[np.ndarray, " R"]
+) -> Float[np.ndarray, "3 R"]:
+    """How fast something grows by the values that ``decode`` reads, from how fast it does by positions, tilts and phases."""
+    return np.stack([position * where.free, np.bincount(where.tilt_of, where.sign * tilt, len(tilt)), phase])
+
+
 def encode(where: Stretch, position: Float[np.ndarray, " R"]) -> Float[np.ndarray, " R"]:
     """The first row of the values whose positions are nearest to ``position``."""
     order = np.lexsort((np.arange(len(position)), position))

@@ -9,6 +9,7 @@ from scipy.spatial import KDTree
 
 from ..coverage.capsules import robot_capsules
 from ..coverage.chain import forward
+from ..coverage.robot import BASE
 from ..coverage.robots import Robot
 from .scene import Pose, Recorded
 
@@ -47,7 +48,8 @@ class Thinned:
 
 
 def _travelled(robot: Robot, q: Float[np.ndarray, "T J"]) -> tuple[Float[np.ndarray, " C"], Float[np.ndarray, " C"]]:
-    """From each sample to the next, how far the TCP goes, m, and how far the TCP or an end of a body does at most."""
+    """From each sample to the next, how far the TCP goes, m, and how far the TCP or a body does at most: an end of it, and
+    what stands a radius off as it turns."""
     tcp, most = [], []
     for i in range(0, len(q) - 1, _CHUNK):
         frames = forward(robot.chain, q[i : i + _CHUNK + 1])
@@ -56,6 +58,10 @@ def _travelled(robot: Robot, q: Float[np.ndarray, "T J"]) -> tuple[Float[np.ndar
             bodies = robot_capsules(robot, frames)
             points = np.concatenate([points, bodies.start, bodies.end], axis=1)
         gone = np.linalg.norm(np.diff(points, axis=0), axis=2)
+        if robot.bodies:
+            turned = np.linalg.norm(np.diff(frames[..., :3, :3], axis=0), axis=(2, 3)) / math.sqrt(2)  # 2 sin(angle / 2)
+            spin = [turned[:, b.frame] * b.radius * (b.frame != BASE) for b in robot.bodies]
+            gone[:, 1:] += np.stack(spin * 2, axis=1)
         tcp.append(gone[:, 0])
         most.append(gone.max(axis=1))
     return np.concatenate(tcp), np.concatenate(most)

@@ -22,7 +22,10 @@ Rng = np.random.Generator
 
 
 class InfeasibleError(ValueError):
-    """Rules that no setup can keep; the text says why."""
+    """Rules that no setup can keep; the text names the key of a scene's file and says why."""
+
+    def __init__(self, text: str, key: str = "rules") -> None:
+        super().__init__(f"{key}: {text}")
 
 
 @dataclass(frozen=True)
@@ -74,8 +77,8 @@ class Space:
         """The radius of new rings on ``link``, m: the layout's, or the scene's; raised as ``Clear.radius`` says."""
         like = next((r.radius for r in self.layout.rings if r.link == link), None) if self.layout else None
         if self.clear is None:
-            return self.scene.ring_radius if like is None else like
-        stated = self.scene.radius_stated
+            return self.scene.radius_of(link) if like is None else like
+        stated = self.scene.stated_radius(link) is not None
         return like if stated and like is not None else self.clear.radius(link, like or 0.0)
 
     def _stretches(self) -> dict[str, list[tuple[float, float]]] | None:
@@ -90,9 +93,11 @@ class Space:
         for link in self.scene.robot.links:
             least = self.scene.least_radius(link)
             if link in links and self.radii[link] < least - _ROUNDING:
+                key = "ring_radius" if self.scene.limits_of(link).radius is None else f"mounts.{link}.ring_radius"
                 raise InfeasibleError(
-                    f"ring_radius: found {self.radii[link]:g}, allowed: {least:g} and more, as a real ring on {link} needs"
-                    f' (standoff {self.scene.rules.standoff:g}), or mount = "free"'
+                    f"found {self.radii[link]:g}, allowed: {least:g} and more, as a real ring on {link} needs"
+                    f' (standoff {self.scene.rules.standoff:g}), or mount = "free"',
+                    key,
                 )
         return {link: self.clear.stretches(link, radius) for link, radius in self.radii.items()}
 

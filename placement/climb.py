@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,14 +18,15 @@ Values = Float[np.ndarray, "3 R"]
 
 @dataclass
 class Brake:
-    """Asks all climbs to stop: by the clock, or by hand."""
+    """Asks all climbs to stop: when a clock, which counts seconds, is past the deadline, or by hand."""
 
     deadline: float
     pulled: threading.Event = field(default_factory=threading.Event)
+    clock: Callable[[], float] = time.monotonic
 
     def on(self) -> bool:
         """Shall climbs stop?"""
-        return self.pulled.is_set() or time.monotonic() > self.deadline
+        return self.pulled.is_set() or self.clock() > self.deadline
 
 
 @dataclass(frozen=True)

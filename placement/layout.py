@@ -11,7 +11,7 @@ def ring_layout(scene: Scene, rings_per_link: int, sensors_per_ring: int) -> Set
     """Rings as evenly placed as the paper's, without tilt, on every link with a length; one ring on each other link. Where
     rings have bodies, a link on which none is clear at all poses has none, as long as there is another."""
     clear, rings = Clear(scene) if scene.real else None, []
-    radii = {link: clear.radius(link) if clear else scene.ring_radius for link in scene.robot.links}
+    radii = {link: clear.radius(link) if clear else scene.radius_of(link) for link in scene.robot.links}
     free = {link for link, radius in radii.items() if clear is None or clear.stretches(link, radius)}
     for mount in scene.robot.mounts:
         if free and mount.link not in free:

@@ -19,7 +19,8 @@ from ..objectives.scene import Scene
 from .cell import with_meshes
 from .convert import ring_models, scene_of, setup_of, thinning
 from .errors import UserError, explain, shown
-from .models import RingModel, SceneFile
+from .models import SceneFile
+from .mount_models import RingModel
 from .mounted import mounted_setup
 from .proposals import ProposalFile
 from .record import with_record

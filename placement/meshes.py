@@ -17,6 +17,7 @@ from .urdf_chain import Carried
 FORMATS = (".stl", ".dae", ".obj")
 LARGEST = 128 * 2**20  # bytes of a mesh
 MOST_TRIANGLES = 3_000_000
+FAR = 20.0  # m from its link's frame, beyond which no part of a shape is believed
 Which = Literal["collision", "visual"]
 
 
@@ -93,7 +94,8 @@ class Meshes:
     def shape(self, shape: Shape, link: str) -> Float[np.ndarray, "T 3 3"]:
         """Triangles (T, 3, 3) m of a shape in its link's frame; a round one is laid around by a polyhedron of 64 sides."""
         if shape.kind == "mesh":
-            points = self._triangles(self.find(shape.file, link), shape.file, link) * np.array(shape.size)
+            with np.errstate(over="ignore"):
+                points = self._triangles(self.find(shape.file, link), shape.file, link) * np.array(shape.size)
         elif shape.kind == "box":
             points = np.asarray(trimesh.creation.box(extents=shape.size).triangles)
         elif shape.kind == "sphere":
@@ -106,7 +108,13 @@ class Meshes:
             made = trimesh.creation.capsule(shape.size[1], around, count=[64, 64])
             points = np.asarray(made.triangles) - [0, 0, float(made.bounds.mean(axis=0)[2])]
         T = shape.T_link_shape
-        return points @ T[:3, :3].T + T[:3, 3]
+        with np.errstate(over="ignore", invalid="ignore"):
+            points = points @ T[:3, :3].T + T[:3, 3]
+        far = float(np.nan_to_num(np.abs(points), nan=np.inf).max())
+        if far > FAR:
+            found = f"{shape.file or shape.kind}, {far:.3g} m from the link's frame"
+            raise self._fail(link, found, f"{FAR:g} m and less (a mesh in millimetres has scale 0.001)")
+        return points
 
     def surface(self, carried: Carried, which: Which) -> Float[np.ndarray, "T 3 3"]:
         """Triangles (T, 3, 3) m of a link's shapes of that kind, or else of the other, in the frame that it rides on."""

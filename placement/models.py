@@ -9,7 +9,6 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import (
-    AfterValidator,
     Discriminator,
     Field,
     Tag,
@@ -17,32 +16,20 @@ from pydantic import (
     field_validator,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
 
-from ..coverage.catalogue import MODELS
-from ..coverage.effective import effective
 from ..coverage.occlusion import Occlusion
 from ..coverage.polyhedra import hull
 from ..coverage.rings import RING_RADIUS
 from ..coverage.robots import PAPER_ROBOTS, ROBOTS
-from ..coverage.sensors import Use
 from ..coverage.separation import WALKING
 from ..coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
-from ..objectives.scene import REFERENCE_POSE_DEG, Mounting
+from ..objectives.scene import REFERENCE_POSE_DEG
 from .errors import IN_LINE, NAMED
+from .kinds import Metres, Weight
+from .mount_models import MountModel, RingModel, RulesModel, SensorModel
 from .robot_convert import robot_of
 from .robot_models import RobotFile
 from .strict import StrictModel, fault, refuse
-
-__all__ = ["StrictModel", "refuse"]
-
-Weight = Annotated[float, Field(gt=0, le=1e6, description="relative weight")]
-Metres = Annotated[float, Field(gt=0, le=100, description="metres")]
-Percent = Annotated[float, Field(ge=0, le=100, description="percent")]
-Tilt = Annotated[float, Field(gt=-90, lt=90, description="degrees, positive towards distal")]
-Position = Annotated[float, Field(ge=0, le=1, description="0 proximal to 1 distal")]
-_USES = ("ambient", "reflectance", "target_size")
-_SAME = 1e-6  # degrees and metres, by which a stated beam may be off that of the catalogue
 
 
 class PoseModel(StrictModel):
@@ -105,135 +92,11 @@ class TargetModel(StrictModel):
         return radius
 
 
-class SensorModel(StrictModel):
-    """A beam; or a model of the catalogue and what it is used for, from which the beam follows. A file may state both, as
-    those that are written do, if they agree."""
-
-    fov_deg: float = Field(default=25.0, gt=0, lt=180, description="degrees, the full angle")
-    range_m: Metres = 1.5
-    fov_up_deg: float | None = Field(
-        default=None, gt=0, lt=180, description="degrees, of a square beam along its ring's axis; none: a round beam"
-    )
-    model: Annotated[str, Field(max_length=100)] | None = Field(default=None, description="of the catalogue")
-    ambient: Annotated[str, Field(max_length=100)] | None = Field(default=None, description="light, like 50kcps or 5klx")
-    reflectance: float | None = Field(default=None, gt=0, le=1, description="of the target, a share")
-    target_size: Annotated[list[Metres], Field(min_length=2, max_length=2)] | None = Field(
-        default=None, description="width and height of the target, metres"
-    )
-
-    @property
-    def use(self) -> Use | None:
-        """What the model is used for; None without one."""
-        if self.model is None:
-            return None
-        size = None if self.target_size is None else (self.target_size[0], self.target_size[1])
-        return Use(self.model, self.ambient, self.reflectance, size)
-
-    @model_validator(mode="after")
-    def _of_the_catalogue(self) -> Self:
-        use, given = self.use, self.model_fields_set
-        if use is None:
-            refuse(((key,), getattr(self, key), "only beside a model") for key in _USES if getattr(self, key) is not None)
-            return self
-        if use.model not in MODELS:
-            refuse([(("model",), use.model, ", ".join(MODELS))])
-        try:
-            found = effective(use).sensor
-        except ValueError as error:
-            raise PydanticCustomError("rule", "{error}", {"error": str(error)}) from error
-        up = None if found.fov_up is None else math.degrees(found.fov_up)
-        beam = {"fov_deg": math.degrees(found.fov), "range_m": found.range_m, "fov_up_deg": up}
-        refuse(
-            ((key,), getattr(self, key), f"{value:.9g}, as {use.model} has it here, or no such key")
-            for key, value in beam.items()
-            if key in given and value is not None and abs((getattr(self, key) or 0.0) - value) > _SAME
-        )
-        refuse(
-            ((key,), getattr(self, key), f"no such key, as the beam of {use.model} is round")
-            for key, value in beam.items()
-            if value is None and getattr(self, key) is not None
-        )
-        return self
-
-
 class CurveModel(StrictModel):
     blend: float = Field(default=0.5, gt=0, le=1, description="share of a segment that its two bends take")
     points_per_bend: int = Field(default=20, ge=2, le=1000, description="interpolation points")
     robot_radius: Metres = ROBOT_RADIUS
     tcp_range: Metres = TCP_RANGE
-
-
-def _ascending(pair: list[Any]) -> list[Any]:
-    if pair[0] > pair[1]:
-        raise fault(f"{pair}", "the lower value first")
-    return pair
-
-
-Interval = Annotated[list[Position], Field(min_length=2, max_length=2), AfterValidator(_ascending)]
-
-
-class MountModel(StrictModel):
-    position: Interval = [0.0, 1.0]
-    tilt_deg: Annotated[list[Tilt], Field(min_length=2, max_length=2), AfterValidator(_ascending)] = [-70.0, 70.0]
-    keep_out: list[Interval] = Field(default=[], max_length=100, description="intervals without rings")
-    sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
-
-
-class RulesModel(StrictModel):
-    """What makes a setup buildable."""
-
-    spacing: float = Field(default=0.03, ge=0, le=10, description="metres, between two rings on a link")
-    from_joints: float = Field(default=0.0, ge=0, le=10, description="metres, from a link's ends")
-    sensors_per_ring: Annotated[
-        list[Annotated[int, Field(ge=1, le=1000)]], Field(min_length=2, max_length=2), AfterValidator(_ascending)
-    ] = [3, 24]
-    rings_per_link: int = Field(default=8, ge=1, le=200, description="rings, at most")
-    shared_tilt: bool = Field(default=False, description="all rings have one tilt, up to its sign")
-    mount: Mounting | None = Field(
-        default=None, description="real: rings have bodies; free: none; real unless occlusion is ignore, if none is given"
-    )
-    standoff: float = Field(default=0.012, ge=0, le=1, description="metres, from what a ring surrounds to its sensors")
-    ring_thickness: float = Field(default=0.01, ge=0, le=1, description="metres, of a ring's body across the axis")
-    ring_width: float = Field(default=0.02, ge=0, le=1, description="metres, of a ring's body along the axis")
-
-    @model_validator(mode="after")
-    def _of_one_body(self) -> Self:
-        if self.ring_width < self.ring_thickness:
-            refuse([(("ring_width",), self.ring_width, f"{self.ring_thickness:g} and more, the ring_thickness")])
-        if self.standoff < self.ring_thickness / 2:
-            refuse([(("standoff",), self.standoff, f"{self.ring_thickness / 2:g} and more, half the ring_thickness")])
-        return self
-
-
-class RingModel(StrictModel):
-    link: Annotated[str, Field(max_length=100)]
-    position: Position = 0.0
-    count: int = Field(ge=1, le=1000, description="sensors")
-    tilt_deg: Tilt = 0.0
-    phase_deg: float = Field(default=0.0, ge=-360, le=360, description="degrees")
-    radius: Metres | None = Field(default=None, description="metres; the scene's, if none is given")
-    sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
-
-
-_Index = Annotated[int, Field(ge=0, le=999, description="counted from 0")]
-_Place = Annotated[float, Field(ge=-100, le=100, description="metres, base frame")]
-_Part = Annotated[float, Field(ge=-1.001, le=1.001, description="part of a unit vector, base frame")]
-
-
-class ConeRow(StrictModel):
-    """A row of ``place-rings cones``: a sensor at a pose, base frame."""
-
-    pose: int = Field(ge=0, lt=10_000, description="counted from 0")
-    ring: _Index
-    sensor: _Index
-    apex_x: _Place
-    apex_y: _Place
-    apex_z: _Place
-    axis_x: _Part
-    axis_y: _Part
-    axis_z: _Part
-    fov_deg: float = Field(gt=0, lt=180, description="degrees, the full angle")
-    range_m: Metres
 
 
 _Coordinate = Annotated[float, Field(ge=-100, le=100, description="metres, base frame")]

@@ -19,11 +19,12 @@ from ..coverage.chain import forward
 from ..coverage.rings import Ring, Setup
 from ..coverage.robots import Mount
 from ..coverage.sensors import Sensor
+from ..coverage.slots import up_of
 from ..objectives.scene import Scene
 from .errors import UserError, explain, shown
-from .models import ConeRow
+from .mount_models import ConeRow, SquareConeRow
 
-COLUMNS = tuple(ConeRow.model_fields)
+COLUMNS, SQUARE_COLUMNS = tuple(ConeRow.model_fields), tuple(SquareConeRow.model_fields)
 TOLERANCE_MM, TOLERANCE_DEG = 2.0, 1.0  # by which a sensor may be off its ring
 _UNIT = 1e-3  # by which an axis may be longer or shorter than 1
 _DIGITS = 9  # decimals of lengths in such a list
@@ -70,17 +71,22 @@ def _rows(name: str, text: str) -> list[tuple[int, ConeRow]]:
     """The rows, and the line on which each ends."""
     try:
         reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
-        if tuple(sorted(reader.fieldnames or ())) != tuple(sorted(COLUMNS)):
-            found = ",".join(reader.fieldnames or ())
-            raise UserError(f"{name}: line 1: found {shown(found)}, allowed: the columns {','.join(COLUMNS)}")
+        kinds = {tuple(sorted(kind.model_fields)): kind for kind in (ConeRow, SquareConeRow)}
+        kind = kinds.get(tuple(sorted(reader.fieldnames or ())))
+        if kind is None:
+            found, square = ",".join(reader.fieldnames or ()), ",".join(SQUARE_COLUMNS[len(COLUMNS) :])
+            allowed = f"the columns {','.join(COLUMNS)}, and for square beams {square}"
+            raise UserError(f"{name}: line 1: found {shown(found)}, allowed: {allowed}")
         rows = []
         for fields in reader:
             if None in fields or None in fields.values():
-                raise UserError(f"{name}: line {reader.line_num}: found more or fewer fields, allowed: {len(COLUMNS)}")
+                raise UserError(
+                    f"{name}: line {reader.line_num}: found more or fewer fields, allowed: {len(kind.model_fields)}"
+                )
             try:
-                rows.append((reader.line_num, ConeRow.model_validate_strings(fields)))
+                rows.append((reader.line_num, kind.model_validate_strings(fields)))
             except ValidationError as error:
-                raise explain(f"{name}: line {reader.line_num}", error, ConeRow) from error
+                raise explain(f"{name}: line {reader.line_num}", error, kind) from error
     except csv.Error as error:
         raise UserError(f"{name}: not CSV: {error}") from error
     if not rows:
@@ -97,23 +103,26 @@ def _ring(name: str, number: int, poses: dict[int, list[ConeRow]], frames: list[
         for k in range(count):
             if times[k] != 1:
                 raise UserError(f"{name}: ring {number}: sensor {k}: found {times[k]} rows at pose {pose}, allowed: 1")
-    kinds = {(row.fov_deg, row.range_m) for rows in some for row in rows}
+    kinds = {(row.fov_deg, row.range_m, _fov_up_deg(row)) for rows in some for row in rows}
     if len(kinds) > 1:
-        raise UserError(
-            f"{name}: ring {number}: found {len(kinds)} kinds of sensors, allowed: one fov_deg and range_m a ring"
-        )
-    ((fov_deg, range_m),) = kinds
-    sensor = Sensor(math.radians(fov_deg), range_m)
-    apex, axis = (
-        np.array([[[getattr(row, f"{part}_{x}") for x in "xyz"] for row in rows] for rows in some])
-        for part in ("apex", "axis")
-    )
-    length = np.linalg.norm(axis, axis=-1, keepdims=True)
-    if np.any(np.abs(length - 1) > _UNIT):
-        found = f"{float(length.ravel()[np.argmax(np.abs(length - 1))]):g}"
-        raise UserError(f"{name}: ring {number}: found an axis of length {found}, allowed: 1")
-    T = np.array([frames[pose] for pose in poses])
-    fits = [_fit(mount, T[:, mount.frame], apex, axis / length, sensor) for mount in scene.robot.mounts]
+        allowed = "one fov_deg, range_m and fov_up_deg a ring"
+        raise UserError(f"{name}: ring {number}: found {len(kinds)} kinds of sensors, allowed: {allowed}")
+    ((fov_deg, range_m, up_deg),) = kinds
+    sensor = Sensor(math.radians(fov_deg), range_m, None, math.radians(up_deg) if up_deg > 0 else None)
+
+    def part(key: str) -> Any:
+        return np.array([[[getattr(row, f"{key}_{x}") for x in "xyz"] for row in rows] for rows in some])
+
+    def unit(key: str) -> Any:
+        found = part(key)
+        length = np.linalg.norm(found, axis=-1, keepdims=True)
+        if np.any(np.abs(length - 1) > _UNIT):
+            worst = f"{float(length.ravel()[np.argmax(np.abs(length - 1))]):g}"
+            raise UserError(f"{name}: ring {number}: found a vector {key} of length {worst}, allowed: 1")
+        return found / length
+
+    T, up = np.array([frames[pose] for pose in poses]), unit("up") if up_deg > 0 else None
+    fits = [_fit(mount, T[:, mount.frame], part("apex"), unit("axis"), up, sensor) for mount in scene.robot.mounts]
     good = [f for f in fits if f.misfit <= 1 and f.ring.radius > 0]
     if not good:
         f = min(fits, key=lambda f: f.misfit)
@@ -125,22 +134,32 @@ def _ring(name: str, number: int, poses: dict[int, list[ConeRow]], frames: list[
     return min(good, key=lambda f: (round(f.misfit, _TIE), abs(f.ring.radius - scene.ring_radius))).ring
 
 
+def _fov_up_deg(row: ConeRow) -> float:
+    return row.fov_up_deg if isinstance(row, SquareConeRow) else 0.0
+
+
+def _turned(T: Float[np.ndarray, "P 4 4"], v: Float[np.ndarray, "P K 3"]) -> Float[np.ndarray, "P K 3"]:
+    """Vectors from the base frame to the frames T_base_frame."""
+    return np.einsum("pji,pkj->pki", T[:, :3, :3], v)
+
+
 def _fit(
     mount: Mount,
     T: Float[np.ndarray, "P 4 4"],
     apex: Float[np.ndarray, "P K 3"],
     axis: Float[np.ndarray, "P K 3"],
+    up: Float[np.ndarray, "P K 3"] | None,
     sensor: Sensor,
 ) -> Fit:
     """The ring on a mount that is nearest to K sensors seen at P poses, where the mount's frame is T_base_frame.
 
     In the frame (zero, side, axis) of the mount, sensor k turned back by its share of the circle lies at radius and phase,
     as one complex number: their mean is the least-squares fit. So are the mean place along the axis, and for the tilt the
-    mean of the axes' parts along the radius and along the mount.
+    mean of the axes' parts along the radius and along the mount. ``up`` of square beams follows from these, up to its sign.
     """
     basis = np.stack([mount.zero, mount.side, mount.axis])
-    at = (np.einsum("pji,pkj->pki", T[:, :3, :3], apex - T[:, None, :3, 3]) - mount.start) @ basis.T
-    look = np.einsum("pji,pkj->pki", T[:, :3, :3], axis) @ basis.T
+    at = (_turned(T, apex - T[:, None, :3, 3]) - mount.start) @ basis.T
+    look = _turned(T, axis) @ basis.T
     count = apex.shape[1]
     turn = 2 * np.pi / count * np.arange(count)
     middle = ((at[..., 0] + 1j * at[..., 1]) * np.exp(-1j * turn)).mean()
@@ -152,6 +171,10 @@ def _fit(
     off = np.linalg.norm(at - (radius * radial + place * mount.length * along), axis=-1).max()
     wanted = math.cos(tilt) * radial + math.sin(tilt) * along
     angle = np.arctan2(np.linalg.norm(np.cross(look, wanted), axis=-1), (look * wanted).sum(axis=-1)).max()
+    if up is not None:
+        seen, across = _turned(T, up) @ basis.T, up_of(wanted, along, radial)
+        cosine = np.abs((seen * across).sum(axis=-1))
+        angle = max(angle, np.arctan2(np.linalg.norm(np.cross(seen, across), axis=-1), cosine).max())
     if abs(tilt) >= math.pi / 2:
         angle = max(angle, math.pi / 2)  # looking inward is no ring
     ring = Ring(mount.link, place, count, tilt, phase % (2 * math.pi), radius, sensor)

@@ -4,10 +4,13 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from .models import Percent, RingModel, SceneFile, StrictModel, refuse
+from .kinds import Percent
+from .models import SceneFile
+from .mount_models import RingModel
 from .results import ErrorsModel, RobustnessResult, SafetyResult, SensorRecord, VerifyResult
 from .robot_convert import robot_of
 from .robot_models import RobotFile
+from .strict import StrictModel, refuse
 
 
 class FoundModel(StrictModel):

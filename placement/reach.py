@@ -66,8 +66,14 @@ def fewest_sensors(
         return result.short == 0 and result.exact >= wanted
 
     while not enough or enough - short > 1:
+        left = time_cap - (time.monotonic() - began)
+        count = sensors
+
+        def told(progress: Progress, count: int = count) -> None:
+            tell(count, progress)
+
         try:
-            space = Space(scene, sensors=sensors)
+            result = search(scene, Space(scene, sensors=sensors), seed, left, schedule, voxel, told, known, aim)
         except InfeasibleError:
             if not found:
                 raise
@@ -76,13 +82,6 @@ def fewest_sensors(
                 sensors = (short + enough) // 2
                 continue
             break
-        left = time_cap - (time.monotonic() - began)
-        count = sensors
-
-        def told(progress: Progress, count: int = count) -> None:
-            tell(count, progress)
-
-        result = search(scene, space, seed, left, schedule, voxel, told, known, aim)
         found[sensors] = result
         known = [result.setup, *known][:3]
         if good(result):

@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TextIO
@@ -53,16 +53,21 @@ def with_record(scene: Scene, path: Path, how: Thinning | None = None, degrees: 
     how = how or Thinning()
     record = read_record(path, scene.robot, degrees)
     thinned = thin(record, scene.robot, how)
-    for pose in thinned.poses:
-        beyond = scene.robot.beyond(pose.q)
-        if beyond is not None:
-            low, high = np.degrees(scene.robot.limits[beyond]) if scene.robot.limits is not None else (-np.inf, np.inf)
-            joint, angle = scene.robot.chain.joints[beyond], np.degrees(pose.q[beyond])
-            raise UserError(
-                f"{path}: {joint} at {pose.time_s:g} s: found {angle:.6g} degrees,"
-                f" allowed: {low:.6g} to {high:.6g}, its limits on {scene.robot.name}"
-            )
+    check_limits(path, scene.robot, [(pose.time_s or 0.0, pose.q) for pose in thinned.poses])
     return replace(scene, poses=thinned.poses, recorded=recorded(path.name, record, thinned, how))
+
+
+def check_limits(path: Path, robot: Robot, moments: Iterable[tuple[float, Float[np.ndarray, " J"]]]) -> None:
+    """Refuse (UserError) the first moment of the record at ``path``, s and rad, at which a joint is beyond its limits."""
+    for time_s, q in moments:
+        beyond = robot.beyond(q)
+        if beyond is not None:
+            low, high = np.degrees(robot.limits[beyond]) if robot.limits is not None else (-np.inf, np.inf)
+            joint, angle = robot.chain.joints[beyond], np.degrees(q[beyond])
+            raise UserError(
+                f"{path}: {joint} at {time_s:g} s: found {angle:.6g} degrees,"
+                f" allowed: {low:.6g} to {high:.6g}, its limits on {robot.name}"
+            )
 
 
 def _schemes(robot: Robot) -> list[list[str]]:

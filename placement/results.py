@@ -5,7 +5,8 @@ from typing import Literal
 from pydantic import Field
 
 from ..coverage.occlusion import Occlusion
-from .models import Metres, Percent, StrictModel
+from .kinds import Metres, Percent
+from .strict import StrictModel
 
 
 class ProofModel(StrictModel):
@@ -173,7 +174,9 @@ class SafetyResult(StrictModel):
     range_m: float
     range_needed_m: float
     range_suffices_percent: Percent
-    occlusion: Literal["shadow", "ignore"]
+    occlusion: Literal["shadow", "blind", "ignore"]
+    obstacles: list[str] = []
+    floor_m: float
     seed: int
     sensors: list[SensorRecord]
     disclaimer: str

@@ -71,7 +71,7 @@ class Rework:
         around the link."""
         there = next((ring.radius for ring in self.mounted.rings if ring.link == link), None)
         if self.clear is None:
-            return self.scene.ring_radius if there is None else there
+            return self.scene.radius_of(link) if there is None else there
         if there is not None and there >= self.scene.least_radius(link):
             return there
         return self.clear.radius(link)

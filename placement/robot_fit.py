@@ -193,4 +193,5 @@ def outlines(links: Sequence[FittedLink]) -> str:
     """One line on how tight the capsules are."""
     volume, contained = sum(link.volume for link in links), sum(link.contained for link in links)
     capsules = sum(len(link.capsules) for link in links)
-    return f"{capsules} capsules around {len(links)} links, {volume / contained:.2f} times their volume"
+    times = f", {volume / contained:.2f} times their volume" if contained > 0 else ", which are flat"
+    return f"{capsules} capsules around {len(links)} links{times}"

@@ -22,7 +22,7 @@ from ..objectives.aim import Aim
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
 from ..objectives.exact import Verified, Verifier
 from ..objectives.scene import Scene
-from ..objectives.standing import meeting
+from .apart import apart
 from .candidates import Candidate, Space, stacked, unlike_first
 from .climb import Brake, Climb, climb
 from .convert import rounded
@@ -34,6 +34,7 @@ FINALISTS = 3  # climbs that the exact count compares, beside the best start
 UNLIKE = 0.12  # share of the sensors that sit elsewhere, from which on starts and variants are unlike
 ALIKE = 0.03  # climbs that end this close count as one
 _LEAST = 256  # points of a goal at a pose
+_EACH = 8  # drawn candidates that are compared for each that is taken
 
 
 @dataclass(frozen=True)
@@ -50,13 +51,15 @@ class Stage:
 
 @dataclass(frozen=True)
 class Schedule:
-    """How a search ends: so many starts, these stages, then the exact count of the finalists. Starts and variants are the
-    best unlike ones among so many ``draws``."""
+    """How a search ends: so many starts, these stages, then the exact count of the finalists. Variants are the best unlike
+    ones among so many ``draws``, starts among that many at most. The best starts are sharpened before anything is varied: a
+    good answer is there soon."""
 
-    starts: int = 32
+    starts: int = 16
     stages: tuple[Stage, ...] = (
-        Stage(0.03, 2048, 30, 8),
-        Stage(0.02, 4096, 30, 6, variants=12),
+        Stage(0.03, 2048, 24, 8),
+        Stage(0.01, 8192, 25, 8),
+        Stage(0.02, 4096, 30, 6, variants=16),
         Stage(0.02, 8192, 40, 4, variants=8),
         Stage(0.008, 32768, 80, 3),
     )
@@ -129,6 +132,7 @@ def search(
     known: Sequence[Setup] = (),
     aim: Aim | None = None,
     verifier: Verifier | None = None,
+    clock: Callable[[], float] = time.monotonic,
 ) -> SearchResult:
     """Find the setup of ``space`` that covers most of the scene's goals: positions, tilts and phases of its rings, and which
     rings there are where that is free.
@@ -142,20 +146,22 @@ def search(
         scene: robot, poses, goals, limits.
         space: the setups to choose from.
         seed: of the starts and of the points.
-        time_cap: seconds, from the call on.
+        time_cap: seconds of the ``clock``, from the call on.
         schedule: starts and stages.
         voxel: side of the voxels of the exact count, m.
         tell: is given the progress from time to time, in this thread.
         known: setups to start from beside the drawn ones, fitted to the space.
         aim: what is made large; by default zeta itself.
         verifier: counts the answer, and keeps the targets for who counts more; by default a new one of ``voxel``.
+        clock: by default that on the wall.
 
     Raises:
+        InfeasibleError: where rings of different links meet wherever they were tried.
         ValueError: for an empty target, or floors of goals that the aim cannot keep.
     """
     began = time.monotonic()
     schedule = schedule or Schedule()
-    brake = Brake(began + time_cap)
+    brake = Brake(clock() + time_cap, clock=clock)
     aim = aim or Aim()
     goals = len(scene.goals) * aim.mountings
     at_once = [poses_at_once(stage.points, goals, len(scene.poses)) for stage in schedule.stages]
@@ -191,7 +197,7 @@ def search(
         def best(some: list[Candidate], count: int, width: float, clouds: Cloud, poses: Any) -> list[Candidate]:
             """The ``count`` best of ``some`` that are unlike each other and the pool, by their soft values."""
             order = np.argsort(-scores(some, width, clouds, poses), kind="stable")
-            return unlike_first(space, [some[i] for i in order[: 8 * count]], UNLIKE, pool)[:count]
+            return unlike_first(space, [some[i] for i in order[: _EACH * count]], UNLIKE, pool)[:count]
 
         def show(c: Candidate, poses: Any) -> None:
             """Keep a candidate as the best so far, if it is: on the points of the last stage, whatever the stage."""
@@ -200,9 +206,10 @@ def search(
                 progress.best, progress.setup = share, space.setup(c)
 
         try:
-            drawn, clouds = [fresh(space, rng) for _ in range(schedule.draws)], points.clouds(sizes[0])
+            more = max(schedule.starts - len(pool), 0)
+            drawn, clouds = [fresh(space, rng) for _ in range(min(schedule.draws, _EACH * more))], points.clouds(sizes[0])
             poses = looked_at(at_once[0], pool or drawn[:1], clouds)
-            pool += best(drawn, max(schedule.starts - len(pool), 0), SHARP, clouds, poses)
+            pool += best(drawn, more, SHARP, clouds, poses) if more else []
             judging = looked_at(max(at_once), pool[:FINALISTS], widest)
             finalists = [pool[int(np.argmax(scores(pool, SHARP, widest, judging)))]]
             show(finalists[0], judging)
@@ -224,10 +231,8 @@ def search(
             brake.pulled.set()
     finalists = [*finalists, *pool[:FINALISTS]] or [fresh(space, rng)]
     last = schedule.stages[max(progress.stage, 1) - 1].width
+    finalists = apart(space, finalists, luck)
     setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
-    if space.clear is not None:  # rings of different links, which no segment keeps apart
-        apart = [i for i, setup in enumerate(setups) if not meeting(space.clear, setup.rings)] or range(len(setups))
-        finalists, setups = [finalists[i] for i in apart], [setups[i] for i in apart]
 
     def counting(counted: int, to_count: int) -> None:
         progress.counted, progress.to_count = counted, to_count

@@ -2,14 +2,24 @@
 
 import math
 
+from ..coverage.catalogue import model
 from ..coverage.effective import Effective, effective
 from ..coverage.rings import Setup
+from ..coverage.sensors import Sensor
 from .results import RuleModel, SensorRecord
 
 
 def used(setup: Setup) -> list[Effective]:
     """The sensors of the catalogue that a setup's rings have, each kind and use once, in the order of the rings."""
     return [effective(use) for use in dict.fromkeys(r.sensor.use for r in setup.rings) if use is not None]
+
+
+def title(sensor: Sensor) -> str:
+    """What people call a sensor: its model, or its nominal beam."""
+    if sensor.use is not None:
+        return model(sensor.use.model).title
+    up = "" if sensor.fov_up is None else f" by {math.degrees(sensor.fov_up):.3g}°"
+    return f"A nominal sensor of {math.degrees(sensor.fov):.3g}°{up}"
 
 
 def sensor_record(found: Effective) -> SensorRecord:

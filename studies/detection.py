@@ -2,13 +2,14 @@
 before a part of the robot is nearer than its separation distance?
 
 The person (studies/human.py, 1.75 m) walks at v_h from beyond every sensor's reach towards the base's axis. A sensor sees
-the person as soon as any of the body is in its beam within its effective range and, unless told otherwise, the robot does
-not stand between. What it sees it reports a period and its latency later at the latest. The approach is detected in time if
-the first report comes before the first moment at which any part of the robot is nearer to the person than that part's S_p.
-Period and latency are taken out of the reaction time T_r of S_p there, as they are counted by themselves.
+the person as soon as any of the body is in its beam within its effective range and, unless told otherwise, neither the robot
+nor an obstacle stands between; under ``blind`` a sensor of one zone sees nothing beyond the first of these in its beam, of
+a square one in the cone around it. A sight that lasts for a period is reported a period and the latency after it began at
+the latest; a shorter one may fall between two readings and counts for nothing. The approach is detected in time if the first
+report comes before the first moment at which any part of the robot is nearer to the person than that part's S_p. Period and
+latency are taken out of the reaction time T_r of S_p there, as they are counted by themselves.
 
-A square beam is taken as the cone within it. A first sight counts though it may be lost again; the robot does not slow down
-and the person does not stop.
+A square beam is taken as the cone within it. The robot does not slow down and the person does not stop.
 """
 
 import math
@@ -18,21 +19,26 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from scipy import stats
 
+from ..coverage.blinding import Beam, polyhedron_in_beam
 from ..coverage.capsules import Capsules, segment_to_segment
+from ..coverage.occlusion import Occlusion
+from ..coverage.polyhedra import Polyhedron
 from ..coverage.ranging import readings, slabs
 from ..coverage.rings import Setup, sensor_optics
 from ..coverage.robots import Robot
+from ..coverage.sensors import Sensor
 from ..coverage.slots import sensor_axes
-from .human import Bones, Posture, ball_counts, balls_along, bones
+from ..objectives.scene import Scene
+from .human import BALL_ERROR, PEDESTAL, Bones, Posture, ball_counts, balls_along, bones
 from .moments import STEP, Moments
 
 STATURE = 1.75  # m
 STRIDE = 0.83  # of stature, in which the gait repeats
 _ERROR = 0.01  # m, by which the body may stand out of the balls that are seen
-_BEYOND = 0.5  # m beyond what is seen and asked, from where the walk begins
+_BEYOND = 1.0  # m beyond what is seen and asked, from where the walk begins: a foot is half of that ahead
 _AT_ONCE = 16  # approaches in memory
 _SLAB = 1 << 9
 
@@ -72,13 +78,21 @@ class Approaches:
         return float(found.mean()), float(low), float(high)
 
 
-def walker(speed: float, start: float) -> Bones:
-    """The person on the way in along -x from ``start`` m, at ``STEP`` s, until the base's axis is reached."""
+def floor_of(scene: Scene) -> float:
+    """Height of the floor that the person walks on, m: the highest of the scene's, or ``PEDESTAL`` below the base."""
+    floors = [float(o.body.offset[0]) for o in scene.obstacles if len(o.body.offset) == 1]
+    return max(floors, default=-PEDESTAL)
+
+
+def walker(speed: float, start: float, floor: float = -PEDESTAL) -> Bones:
+    """The person on the way in along -x from ``start`` m on a ``floor`` at that height, m, at ``STEP`` s, until the base's
+    axis is reached."""
     at = np.arange(start, 0, -speed * STEP)
     n, zero = len(at), np.zeros(len(at))
     phase = 2 * np.pi * (start - at) / (STRIDE * STATURE)
     place = np.stack([at, zero], axis=1)
-    return bones(STATURE, Posture(place, np.full(n, np.pi), phase, zero + 1, zero, np.zeros((n, 2)), np.zeros((n, 2, 3))))
+    posture = Posture(place, np.full(n, np.pi), phase, zero + 1, zero, np.zeros((n, 2)), np.zeros((n, 2, 3)))
+    return bones(STATURE, posture, floor)
 
 
 @jax.jit
@@ -100,7 +114,8 @@ def turned(points: Float[np.ndarray, "T S 3"], angle: float) -> Float[np.ndarray
 def start_of(robot: Robot, setup: Setup, moments: Moments) -> float:
     """How far from the base's axis, m, walks begin: nothing is seen or asked there."""
     half, range_m = sensor_optics(setup)
-    return robot.reach + max(float((range_m / np.cos(half)).max()), float(moments.asked.max())) + _BEYOND
+    far = max(float(np.hypot(*ends.T[:2]).max()) for ends in (moments.start, moments.end)) + float(moments.radius.max())
+    return max(robot.reach, far) + max(float((range_m / np.cos(half)).max()), float(moments.asked.max())) + _BEYOND
 
 
 def approach(
@@ -111,9 +126,11 @@ def approach(
     speed: float,
     azimuths: Float[np.ndarray, " A"],
     seed: int,
-    shadow: bool = True,
+    occlusion: Occlusion = "shadow",
     start: float | None = None,
     tell: Any = lambda done: None,
+    obstacles: tuple[Polyhedron, ...] = (),
+    floor: float = -PEDESTAL,
 ) -> Approaches:
     """Walk in from each of ``azimuths`` at ``speed`` m/s, ending at a drawn moment.
 
@@ -123,16 +140,18 @@ def approach(
         timing: of the sensors.
         azimuths: (A,) rad.
         seed: of the moments drawn.
-        shadow: does the robot hide what is behind it?
+        occlusion: what the robot does to its sensors.
         start: how far out walks begin, m; ``start_of`` by default.
         tell: is given how many approaches are done.
+        obstacles: of the cell, which hide too, and stop nobody.
+        floor: its height, m.
     """
     rng = np.random.default_rng(seed)
-    body = walker(speed, start_of(robot, setup, moments) if start is None else start)
+    body = walker(speed, start_of(robot, setup, moments) if start is None else start, floor)
     steps = len(body.start)
     counts = ball_counts(np.linalg.norm(body.end[0] - body.start[0], axis=1), body.radius, _ERROR)
     which = np.stack([moments.drawn(rng, steps) for _ in azimuths])
-    late = np.ceil(timing.spent / STEP - 1e-9).astype(int)
+    held, late = (np.ceil(s / STEP - 1e-9).astype(int) for s in (timing.period, timing.spent))
     columns = []
     for first in range(0, len(azimuths), _AT_ONCE):
         some = slice(first, first + _AT_ONCE)
@@ -140,24 +159,60 @@ def approach(
         at = which[some].ravel()
         rows = (a, b, moments.start[at], moments.end[at], moments.asked[at])
         clear = slabs(_clearances, rows, (jnp.asarray(body.radius), jnp.asarray(moments.radius)), _SLAB)
-        seen = _seen(robot, setup, moments, at, balls_along(a, b, body.radius, counts), shadow)
+        seen = _seen(robot, setup, moments, at, balls_along(a, b, body.radius, counts), occlusion, obstacles)
         shape = (len(which[some]), steps)
-        columns.append(_judged(clear.reshape(*shape, 2), seen.reshape(*shape, -1), late))
+        columns.append(_judged(clear.reshape(*shape, 2), seen.reshape(*shape, -1), held, late))
         tell(min(first + _AT_ONCE, len(azimuths)))
     sight, report, asked, broken, in_time = (np.concatenate(c) for c in zip(*columns, strict=True))
     return Approaches(azimuths, which[:, -1], sight, report, asked, broken, in_time, steps)
 
 
-def _seen(robot: Robot, setup: Setup, m: Moments, at: Any, balls: Any, shadow: bool) -> Any:
+def _seen(
+    robot: Robot, setup: Setup, m: Moments, at: Any, balls: Any, occlusion: Occlusion, obstacles: tuple[Polyhedron, ...]
+) -> Any:
     """Does each sensor see the person at each moment? (T, K)"""
-    apex, axis = sensor_axes(robot, setup, m.frames[at])
-    hiding = Capsules(m.bodies.start[at], m.bodies.end[at], m.bodies.radius) if shadow else None
-    half, range_m = sensor_optics(setup)
-    centre, radius = balls
-    return np.isfinite(readings(np.asarray(apex), np.asarray(axis), half, range_m, centre, radius, hiding).distance)
+    apex, axis = (np.asarray(a) for a in sensor_axes(robot, setup, m.frames[at]))
+    bodies = Capsules(m.bodies.start[at], m.bodies.end[at], m.bodies.radius)
+    hiding = None if occlusion == "ignore" else bodies
+    (half, range_m), (centre, radius) = sensor_optics(setup), balls
+    found = readings(apex, axis, half, range_m, centre, radius, hiding, obstacles).distance
+    return found < (stops(setup, apex, axis, bodies, obstacles) if occlusion == "blind" else np.inf)
 
 
-def _judged(clear: Any, seen: Any, late: Any) -> tuple[Any, ...]:
+def stops(
+    setup: Setup,
+    apex: Float[np.ndarray, "T K 3"],
+    axis: Float[np.ndarray, "T K 3"],
+    bodies: Capsules,
+    obstacles: tuple[Polyhedron, ...],
+) -> Float[np.ndarray, "T K"]:
+    """How far sensors see before the robot or an obstacle in their beams answers, m; infinite where they have many zones.
+    The robot is read as balls that hold its bodies, 1 mm larger at most."""
+    start, end, radius = (np.asarray(a) for a in bodies)
+    radius = radius + BALL_ERROR
+    balls = balls_along(start, end, radius, ball_counts(np.linalg.norm((end - start)[0], axis=1), radius, BALL_ERROR))
+    half, range_m = np.concatenate([np.full(r.count, _around(r.sensor)) for r in setup.rings]), sensor_optics(setup)[1]
+    stop = readings(apex, axis, half, range_m, *balls).distance
+    for body in obstacles:
+        looks = Beam(apex.reshape(-1, 3), axis.reshape(-1, 3), *(np.tile(a, len(apex)) for a in (half, range_m)))
+        stop = np.minimum(stop, polyhedron_in_beam(looks, body).reshape(stop.shape))
+    return np.where(np.repeat([r.sensor.zoned for r in setup.rings], [r.count for r in setup.rings]), np.inf, stop)
+
+
+def _around(sensor: Sensor) -> float:
+    """Half angle of the narrowest cone around a beam, rad."""
+    return math.atan(math.hypot(math.tan(sensor.fov / 2), math.tan(sensor.fov_up / 2) if sensor.fov_up else 0.0))
+
+
+def lasting(seen: Bool[np.ndarray, "A T K"], steps: Int[np.ndarray, " K"]) -> Bool[np.ndarray, "A T K"]:
+    """From which steps on each sensor sees at that step and so many ``steps`` more."""
+    total = np.cumsum(np.pad(seen, ((0, 0), (1, 0), (0, 0))), axis=1)
+    end = np.arange(seen.shape[1])[:, None] + steps + 1
+    count = np.take_along_axis(total, np.minimum(end, seen.shape[1])[None], axis=1) - total[:, :-1]
+    return count == steps + 1
+
+
+def _judged(clear: Any, seen: Any, held: Any, late: Any) -> tuple[Any, ...]:
     """Distances at first sight, first report and first break of S_p, the step of the break, and whether in time.
 
     A sight is found up to a step after it was, and a report must come before the break's step: both on the safe side.
@@ -166,8 +221,8 @@ def _judged(clear: Any, seen: Any, late: Any) -> tuple[Any, ...]:
     gap, margin = clear[..., 0], clear[..., 1]
     touched = np.where((gap <= 0).any(axis=1), (gap <= 0).argmax(axis=1), steps)
     broken = np.where((margin < 0).any(axis=1), (margin < 0).argmax(axis=1), steps)
-    first = np.where(seen.any(axis=1), seen.argmax(axis=1), 2 * steps)
-    sight, report = first.min(axis=1), (first + late).min(axis=1)
+    sight, start = (np.where(s.any(axis=1), s.argmax(axis=1), 2 * steps) for s in (seen, lasting(seen, held)))
+    sight, report = sight.min(axis=1), (start + late).min(axis=1)
 
     def distance(step: Any) -> Any:
         ok = step < touched
@@ -177,6 +232,6 @@ def _judged(clear: Any, seen: Any, late: Any) -> tuple[Any, ...]:
 
 
 def seeing_as_far(setup: Setup, range_m: float) -> Setup:
-    """The setup with sensors that see to ``range_m`` m at least, in the same beams."""
-    rings = (replace(r, sensor=replace(r.sensor, range_m=max(r.sensor.range_m, range_m), use=None)) for r in setup.rings)
+    """The setup with sensors that see to ``range_m`` m at least, whatever their use, in the same beams."""
+    rings = (replace(r, sensor=replace(r.sensor, range_m=max(r.sensor.range_m, range_m))) for r in setup.rings)
     return Setup(tuple(rings))

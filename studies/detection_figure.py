@@ -14,8 +14,8 @@ from ..coverage.rings import Setup
 from ..coverage.robots import Robot
 from ..coverage.slots import sensor_cones
 from .approach_figure import beam_outline, robot_outlines
-from .detection import Approaches, turned, walker
-from .human import PEDESTAL
+from .detection import Approaches, turned
+from .human import Bones
 from .moments import STEP, Moments
 from .plotting import COLOURS, GREY, GRID, INK, plain, save, sheet
 
@@ -42,9 +42,10 @@ def last_reported(found: Approaches) -> list[int]:
 
 
 def picture(
-    robot: Robot, setup: Setup, moments: Moments, found: Approaches, speed: float, start: float, sectors: int, file: Path
+    robot: Robot, setup: Setup, moments: Moments, found: Approaches, person: Bones, floor: float, sectors: int, file: Path
 ) -> None:
-    """Draw the approaches ``found`` of persons at ``speed`` m/s from ``start`` m out, by ``sectors`` directions."""
+    """Draw the approaches ``found`` of a ``person`` on the way in on a ``floor`` at that height, m, by ``sectors``
+    directions."""
     figure = sheet(15.5, 9.6)
     grid = figure.add_gridspec(2, 3, width_ratios=(1.0, 1.12, 1.12))
     _rose(figure.add_subplot(grid[0, 0], projection="polar"), found, sectors)
@@ -52,7 +53,7 @@ def picture(
     worst = last_reported(found)
     for column, k in enumerate(worst, 1):
         top, side = figure.add_subplot(grid[0, column]), figure.add_subplot(grid[1, column])
-        _approach(top, side, robot, setup, moments, found, k, speed, start)
+        _approach(top, side, robot, setup, moments, found, k, person, floor)
     if not worst:
         ax = figure.add_subplot(grid[:, 1:])
         ax.axis("off")
@@ -106,13 +107,12 @@ def _hulls(start: Any, end: Any, radius: Any, flat: list[int]) -> list[Any]:
 
 
 def _approach(
-    top: Axes, side: Axes, robot: Robot, setup: Setup, m: Moments, found: Approaches, k: int, speed: float, start: float
+    top: Axes, side: Axes, robot: Robot, setup: Setup, m: Moments, found: Approaches, k: int, body: Bones, floor: float
 ) -> None:
     """One approach at the moment at which the report was due, from above and from the side the person is seen from."""
     azimuth, step = float(found.azimuth[k]), int(found.broken_step[k])
-    at = max(int(found.moment[k]) - (found.walk - 1 - step), 0) if m.together else int(found.moment[k])
+    at = int(m.before(int(found.moment[k]), found.walk - 1 - step))
     cones = sensor_cones(robot, setup, m.q[at])
-    body = walker(speed, start)
     turn = -azimuth  # the side view looks across the way in
     views = ((top, [0, 1], 0.0, azimuth), (side, [0, 2], turn, 0.0))
     reported = found.report[k]
@@ -135,13 +135,13 @@ def _approach(
         ax.set_aspect("equal")
     way = turned(np.stack([body.start[:, 6], body.start[:, 6]], axis=1)[:, 0][None], azimuth)[0]
     top.plot(*way[: step + 1, :2].T, color=_BAD, lw=2.6, zorder=3.5, solid_capstyle="round")
-    side.axhline(-PEDESTAL, color=INK, lw=1.2, zorder=2)
-    side.axhspan(-PEDESTAL - 0.25, -PEDESTAL, color="#e4e7ea", lw=0, zorder=2)
+    side.axhline(floor, color=INK, lw=1.2, zorder=2)
+    side.axhspan(floor - 0.25, floor, color="#e4e7ea", lw=0, zorder=2)
     reach = max(float(np.hypot(*way[step, :2])) + 1.5, _LEAST_VIEW)
     top.set_xlim(-reach, reach)
     top.set_ylim(-reach, reach)
     side.set_xlim(-reach, reach)
-    side.set_ylim(-PEDESTAL - 0.25, 2.4)
+    side.set_ylim(floor - 0.25, max(2.4, floor + 2.0))
     end = "never reported before contact" if not np.isfinite(reported) else f"first reported at {100 * reported:.0f} cm"
     due = f"due at {100 * found.asked[k]:.0f} cm" if np.isfinite(found.asked[k]) else "due at contact"
     plain(top, f"from {np.degrees(azimuth) % 360:.0f}°, at the moment a report is due\n{due}; {end}", "x, m", "y, m")

@@ -68,10 +68,9 @@ def page(r: SafetyResult, command: str) -> str:
         "",
         _reach(r),
         "",
-        f"A sight is reported {1000 * (r.period_s + r.latency_s):.0f} ms later at most: a period of"
-        f" {1000 * r.period_s:.0f} ms{' (assumed: no rate is sourced)' if r.rate_assumed else ''} and"
-        f" {1000 * r.latency_s:.0f} ms of latency. The robot {'hides' if r.occlusion == 'shadow' else 'does not hide'} what"
-        " is behind it.",
+        f"A sight that lasts for a period is reported {1000 * (r.period_s + r.latency_s):.0f} ms after it began at most:"
+        f" a period of {1000 * r.period_s:.0f} ms{' (assumed: no rate is sourced)' if r.rate_assumed else ''} and"
+        f" {1000 * r.latency_s:.0f} ms of latency. {_in_the_way(r)}",
         "",
         *_sensors(r),
     ]
@@ -95,7 +94,17 @@ def _interval(d: Any) -> str:
 def _during(r: SafetyResult) -> str:
     if r.seconds_of_motion is None:
         return f", each at one of {r.moments} poses that is held, drawn by weight"
-    return f", while the robot moves; walks end at moments drawn evenly from {r.seconds_of_motion:.1f} s of motion"
+    return (
+        f", while the robot moves; walks end at moments drawn evenly from {r.seconds_of_motion:.1f} s of motion, which comes"
+        " round again"
+    )
+
+
+def _in_the_way(r: SafetyResult) -> str:
+    blind = " and blinds sensors of one zone in whose beams it stands" if r.occlusion == "blind" else ""
+    robot = f"The person walks on a floor at {r.floor_m:g} m in the base frame."
+    robot += f" The robot {'does not hide' if r.occlusion == 'ignore' else 'hides'} what is behind it{blind}."
+    return f"{robot} So do {', '.join(r.obstacles)}, which stop nobody." if r.obstacles else robot
 
 
 def _terms(r: SafetyResult) -> list[tuple[str, str, str, str]]:
@@ -121,8 +130,9 @@ def _reach(r: SafetyResult) -> str:
         return f"The sensors see {r.range_m:.2f} m, which is at least the {r.range_needed_m:.2f} m asked at the fastest."
     return (
         f"**The sensors see {r.range_m:.2f} m; {r.range_needed_m:.2f} m are asked where the robot is fastest, and"
-        f" {r.range_m:.2f} m suffice at {r.range_suffices_percent:.0f} % of the moments.** Where they do not, no placement"
-        " of these sensors detects in time: slow the robot down, shorten its stop, or take sensors that see farther."
+        f" {r.range_m:.2f} m suffice at {r.range_suffices_percent:.0f} % of the moments.** Where they do not, sensors on"
+        " the fastest part see a person only when it is too late, wherever they look: slow the robot down, shorten its stop,"
+        " or take sensors that see farther."
     )
 
 

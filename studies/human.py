@@ -2,7 +2,7 @@
 
 Lengths are shares of stature after Drillis and Contini (1966), as reprinted in Winter, Biomechanics and Motor Control of
 Human Movement, figure 4.1. Radii are our rounding of typical girths. Positions are in the robot's base frame, which stands
-on a pedestal above the floor.
+on a pedestal above the floor unless another floor is given.
 """
 
 from dataclasses import dataclass
@@ -83,8 +83,8 @@ def two_bones(
     return elbow, shoulder + d[:, None] * unit
 
 
-def bones(stature: float, posture: Posture) -> Bones:
-    """The body of ``stature`` m in T postures.
+def bones(stature: float, posture: Posture, floor: float = -PEDESTAL) -> Bones:
+    """The body of ``stature`` m in T postures on the ``floor``, a height in m.
 
     The higher leg bends, the hips stand as high as the longer leg reaches to the floor; feet stay level. Hands at rest swing
     against the legs; a reaching wrist moves on the straight line from there to its goal.
@@ -110,7 +110,7 @@ def bones(stature: float, posture: Posture) -> Bones:
         hip = posture.stride * _HIP_SWING * np.sin(phase)
         knee = _KNEE_REST + posture.stride * _KNEE_SWING * np.maximum(np.cos(phase), 0) ** 2
         legs.append((THIGH * h * swung(hip), SHANK * h * swung(hip - knee)))
-    height = ANKLE * h + np.maximum(*(-(thigh + shank)[:, 2] for thigh, shank in legs)) - PEDESTAL
+    height = ANKLE * h + np.maximum(*(-(thigh + shank)[:, 2] for thigh, shank in legs)) + floor
     pelvis = np.column_stack([posture.position, height])
     for side, (thigh, shank) in zip(_SIDES, legs, strict=True):
         hip_joint = pelvis + side * HIPS / 2 * h * left

@@ -1,6 +1,7 @@
 """Where a robot is, how fast its parts are and how far a person must be from them, at moments of its motion."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -41,8 +42,12 @@ class Moments:
         """Numbers of the moments of so many steps that end at a drawn one: an approach's, or one pose again and again."""
         if not self.together:
             return np.full(steps, rng.choice(len(self.weight), p=self.weight))
-        end = int(rng.integers(min(steps, len(self.weight)) - 1, len(self.weight)))
-        return np.maximum(np.arange(end - steps + 1, end + 1), 0)
+        return self.before(int(rng.integers(len(self.weight))), np.arange(steps)[::-1])
+
+    def before(self, moment: int, steps: Any) -> Any:
+        """Number of the moment so many steps before another. A motion comes round again, so that at each step of a walk
+        every moment is as likely, however short the motion; a pose is held."""
+        return (moment - steps) % len(self.weight) if self.together else moment + 0 * steps
 
 
 def _moments(

@@ -26,7 +26,7 @@ _RULES: dict[Rule, tuple[str, str]] = {
     "touch": ("#D55E00", "any part is inside"),
 }
 _OFF = CONE_VOXELS[-1] / 3  # m from the lattice, on each axis: an apex on it would touch more than others do
-_PLACES = 100  # of a cone on the lattice, over which a volume is averaged
+PLACES = 100  # of a cone on the lattice, over which a volume is averaged
 _DISCS, _METAL = 0.1, "#aab3bc"  # m between the discs of a cone; its colour
 _DPI, _FINER = 150, 2  # of the file, and pixels a side that are drawn for one of its
 
@@ -146,7 +146,7 @@ def shells(file: Path, scene: Scene, setup_name: str, radii: tuple[float, ...], 
 
 def _anywhere(cones: Cones, voxel: float, rule: Rule) -> tuple[float, float]:
     """Mean and standard deviation, m^3, of the volume by count over drawn places of the cones on the lattice."""
-    moved = np.random.default_rng(0).uniform(0, voxel, (_PLACES, 1, 3)) + cones.apex
+    moved = np.random.default_rng(0).uniform(0, voxel, (PLACES, 1, 3)) + cones.apex
     counts = [count(Cones(apex, cones.axis, cones.half_angle, cones.range_m), voxel, rule) for apex in moved]
     return float(np.mean(counts)) * voxel**3, float(np.std(counts)) * voxel**3
 
@@ -184,7 +184,7 @@ def one_cone(file: Path) -> list[dict[str, float | str]]:
         error = 100 * (found.volume / truth - 1)
         mean, deviation = _anywhere(solid, voxel, rule)
         text = (
-            f"{len(found):,} voxels\n{found.volume:.4f} m³ ({error:+.1f} %)\n{_PLACES} places: {mean:.3f} ± {deviation:.3f}"
+            f"{len(found):,} voxels\n{found.volume:.4f} m³ ({error:+.1f} %)\n{PLACES} places: {mean:.3f} ± {deviation:.3f}"
         )
         _title(sheet.ax, f"{rule}, {voxel:g} m", text.replace("-", "−"))
         rows.append({"rule": rule, "voxel": voxel, "voxels": len(found), "volume_m3": found.volume})
@@ -192,7 +192,7 @@ def one_cone(file: Path) -> list[dict[str, float | str]]:
     for sheet in sheets:
         sheet.paint(smooth=False, fit=True)
     _fit(sheets, alike=True)
-    places = f"{_PLACES} places: mean ± deviation over drawn places on the lattice, m³"
+    places = f"{PLACES} places: mean ± deviation over drawn places on the lattice, m³"
     rules = "; ".join(f"{rule}: a voxel counts when {when}" for rule, (_, when) in _RULES.items())
     _head(
         figure,

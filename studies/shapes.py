@@ -4,8 +4,12 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull, HalfspaceIntersection
 
+from ..coverage.capsules import robot_capsules
 from ..coverage.optics import Optics
+from ..coverage.polyhedra import Polyhedron
 from ..coverage.pyramids import Pyramids
 from ..coverage.rings import Setup
 from ..coverage.robots import Robot
@@ -14,7 +18,7 @@ from ..coverage.solids import Cones, Spheres, Union
 from .sheet import Sheet
 
 _LINK, _JOINT = "#b4bbc3", "#7d8791"
-_LINK_RADIUS, _JOINT_RADIUS, _FOOT, _RING_WIDTH = 0.048, 0.062, 0.095, 0.04  # m
+_LINK_RADIUS, _JOINT_RADIUS, _FOOT, RING_WIDTH = 0.048, 0.062, 0.095, 0.04  # m
 
 
 def _polygon(corners: int) -> Any:
@@ -24,6 +28,7 @@ def _polygon(corners: int) -> Any:
 
 DISC, _FINE_DISC = _polygon(48), _polygon(96)
 _UP = np.eye(3)[2]
+_THINNEST = 1e-4  # m, of what is drawn of a polyhedron
 
 
 def circle(centre: Any, axis: Any, radius: float, polygon: Any = DISC) -> Any:
@@ -71,24 +76,57 @@ def body(robot: Robot, frames: Any) -> Any:
     return np.array([p for i, p in enumerate(points) if i == 0 or np.linalg.norm(p - points[i - 1]) > 1e-6])
 
 
-def add_robot(sheet: Sheet, robot: Robot, frames: Any, setup: Setup, colour: dict[str, str]) -> None:
+def capsule(a: Any, b: Any, radius: float) -> Any:
+    """Circles (C, T, 3) m of the capsule of ``radius`` about the segment from ``a`` to ``b``, close together as of a rod."""
+    length = float(np.linalg.norm(b - a))
+    axis = (b - a) / length if length > 1e-9 else _UP
+    bend = np.pi / 2 * np.linspace(0.02, 1, 7)
+    place = np.concatenate([-radius * np.cos(bend), np.linspace(0, length, 12)[1:-1], length + radius * np.cos(bend[::-1])])
+    wide = radius * np.concatenate([np.sin(bend), np.ones(10), np.sin(bend[::-1])])
+    return np.array([circle(a + t * axis, axis, r) for t, r in zip(place, wide, strict=True)])
+
+
+def add_robot(
+    sheet: Sheet,
+    robot: Robot,
+    frames: Any,
+    setup: Setup,
+    colour: dict[str, str],
+    real: bool = False,
+    width: float = RING_WIDTH,
+) -> None:
     """Add the robot's links, joints and foot, and its rings in the colours of their links.
 
     Args:
         frames: T_base_frame (F, 4, 4) from ``forward``.
+        real: draw the robot's bodies, if it has any, and not a stick along its joints and mounts.
+        width: of a ring along its axis, m.
     """
+    if real and robot.bodies:
+        _add_bodies(sheet, robot, frames)
+    else:
+        _add_stick(sheet, robot, frames)
+    for ring in setup.rings:
+        m = robot.mount(ring.link)
+        R, origin = frames[m.frame][:3, :3], frames[m.frame][:3, 3]
+        ends = [m.start + (ring.position * m.length + t) * m.axis for t in (-width / 2, width / 2)]
+        band = np.array([circle(origin + R @ end, R @ m.axis, ring.radius) for end in ends])
+        sheet.surface(loft(band), colour[ring.link])
+
+
+def _add_bodies(sheet: Sheet, robot: Robot, frames: Any) -> None:
+    bodies = robot_capsules(robot, frames)
+    for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
+        sheet.surface(loft(capsule(a, b, float(r))), _LINK)
+
+
+def _add_stick(sheet: Sheet, robot: Robot, frames: Any) -> None:
     line = body(robot, frames)
     for a, b in pairwise(line):
         sheet.surface(loft(rod(a, b, _LINK_RADIUS)), _LINK)
     foot = np.array([circle(line[0] + height * _UP, _UP, r) for height, r in ((0, _FOOT), (0.03, _FOOT), (0.03, 0.001))])
     for circles in (foot, *(ball(p, _JOINT_RADIUS, 13) for p in line[1:-1])):
         sheet.surface(loft(circles), _JOINT)
-    for ring in setup.rings:
-        m = robot.mount(ring.link)
-        R, origin = frames[m.frame][:3, :3], frames[m.frame][:3, 3]
-        ends = [m.start + (ring.position * m.length + t) * m.axis for t in (-_RING_WIDTH / 2, _RING_WIDTH / 2)]
-        band = np.array([circle(origin + R @ end, R @ m.axis, ring.radius) for end in ends])
-        sheet.surface(loft(band), colour[ring.link])
 
 
 def rim_of(cones: Cones, k: int, length: float) -> Any:
@@ -99,6 +137,23 @@ def rim_of(cones: Cones, k: int, length: float) -> Any:
         parts = (cones.apex[one], cones.axis[one], cones.half_angle[one], height, cones.up[one], cones.half_up[one])
         return Pyramids(*parts).corners()[0]
     return circle(cones.apex[k] + length * cones.axis[k], cones.axis[k], float(length * np.tan(cones.half_angle[k])))
+
+
+def faces_within(body: Polyhedron, box: Any, longest: float) -> Any:
+    """Faces (N, 4, 3) m of what of a polyhedron lies in the box (2, 3) m, triangles with a corner twice and edges up to
+    ``longest`` m; none where that is nothing."""
+    normal = np.concatenate([np.asarray(body.normal), np.eye(3), -np.eye(3)])
+    offset = np.concatenate([np.asarray(body.offset), box[1], -box[0]])
+    middle = linprog([0, 0, 0, -1], np.column_stack([normal, np.ones(len(normal))]), offset, bounds=[(None, None)] * 4)
+    if not middle.success or middle.x[3] < _THINNEST:
+        return np.zeros((0, 4, 3))
+    corners = HalfspaceIntersection(np.column_stack([normal, -offset]), middle.x[:3]).intersections
+    tri = corners[ConvexHull(corners).simplices]
+    while np.linalg.norm(tri - np.roll(tri, 1, axis=1), axis=2).max() > longest:
+        a, b, c = np.moveaxis(tri, 1, 0)
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        tri = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    return tri[:, [0, 1, 2, 2]]
 
 
 def convex_pieces(outer: Any) -> list[Any]:

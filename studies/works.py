@@ -1,6 +1,8 @@
 """The measurements that studies are made of: functions of what JSON can hold, returning what JSON can hold."""
 
 import json
+import math
+import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, lru_cache
 from typing import Any
@@ -12,10 +14,12 @@ from ..coverage.robots import ROBOTS
 from ..coverage.targets import Target
 from ..objectives.exact import Rule, Verifier
 from ..objectives.scene import Scene
+from ..objectives.sight import unseeing
 from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_of, setup_of
 from ..placement.layout import ring_layout
-from ..placement.models import RingModel, SceneFile
+from ..placement.models import SceneFile
+from ..placement.mount_models import RingModel
 from ..placement.search import Outcome, Schedule, Stage
 from ..placement.search import search as searching
 from . import approach, distance, grid, human, maxcover, objects, task, walk
@@ -26,6 +30,7 @@ from .store import Cell
 from .task import Motion, pick_and_place
 
 Rings = list[dict[str, Any]]
+_COUNTING = 0.2  # of a search's time, kept for the exact count of its finalists
 
 
 def scene_from(scene: Mapping[str, Any]) -> Scene:
@@ -75,7 +80,7 @@ SHORT = Schedule(
 )  # of a search that starts from good setups
 
 
-def place(
+def _searched(
     scene: Mapping[str, Any],
     seed: int,
     rings_per_link: int = 2,
@@ -83,20 +88,45 @@ def place(
     sensors: int | None = None,
     known: Sequence[Rings] = (),
     short: bool = False,
-) -> Rings:
-    """The rings of a searched setup, as a proposal lists them: of a layout, or where ``sensors`` are given of any rings;
-    from the ``known`` setups too, and by a short schedule where these are good.
+    processor_time: float = math.inf,
+) -> tuple[Rings, Outcome]:
+    """The rings of a searched setup, as a proposal lists them, and how the search ended: see ``place``."""
+    asked = scene_from(scene)
+    space = Space(asked, None if sensors else ring_layout(asked, rings_per_link, sensors_per_ring), sensors)
+    setups = [setup_from(rings, asked) for rings in known]
+    schedule = SHORT if short else None
+    found = searching(asked, space, seed, processor_time, schedule, known=setups, clock=time.process_time)
+    if found.outcome is Outcome.INTERRUPTED:
+        raise KeyboardInterrupt
+    return [ring.model_dump(exclude_none=True) for ring in ring_models(found.setup, asked.sensor)], found.outcome
+
+
+def place(scene: Mapping[str, Any], seed: int, **asked: Any) -> Rings:
+    """The rings of a searched setup, as a proposal lists them: of a layout (``rings_per_link``, ``sensors_per_ring``), or
+    where ``sensors`` are given of any rings; from the ``known`` setups too, by a ``short`` schedule where these are good.
 
     Raises:
         KeyboardInterrupt: also where Ctrl-C left the best so far: a study must not keep that.
     """
-    asked = scene_from(scene)
-    space = Space(asked, None if sensors else ring_layout(asked, rings_per_link, sensors_per_ring), sensors)
-    setups = [setup_from(rings, asked) for rings in known]
-    found = searching(asked, space, seed, schedule=SHORT if short else None, known=setups)
-    if found.outcome is Outcome.INTERRUPTED:
-        raise KeyboardInterrupt
-    return [ring.model_dump(exclude_none=True) for ring in ring_models(found.setup, asked.sensor)]
+    return _searched(scene, seed, **asked)[0]
+
+
+def place_in_time(scene: Mapping[str, Any], seed: int, sensors: int, seconds: float) -> dict[str, Any]:
+    """The same within so many seconds of processors, all together, of which a machine's other jobs take nothing: the rings,
+    the seconds taken, of processors and on the wall, and whether the search came to its end.
+
+    The climbs are stopped while there is time left to count the finalists exactly. Raises KeyboardInterrupt like ``place``.
+    """
+    wall, processor = time.monotonic(), time.process_time()
+    rings, outcome = _searched(scene, seed, sensors=sensors, processor_time=(1 - _COUNTING) * seconds)
+    spent = {"processor_seconds": time.process_time() - processor, "wall_seconds": time.monotonic() - wall}
+    return {"rings": rings, "finished": outcome is Outcome.FINISHED, **spent}
+
+
+def unseeing_sensors(scene: Mapping[str, Any], setup: str | Rings) -> int:
+    """How many sensors of a setup see next to nothing at a pose, as the scene's occlusion has it."""
+    where = scene_from(scene)
+    return len({(u.ring, u.sensor) for u in unseeing(where, setup_from(setup, where))})
 
 
 def share_of_points(scene: Mapping[str, Any], setup: str | Rings, points: int, seed: int) -> float:
@@ -147,6 +177,8 @@ MEASURING = (approach, distance, grid, human, maxcover, objects, task, walk)  # 
 WORKS: dict[str, Callable[..., Any]] = {
     "zeta": zeta,
     "place": place,
+    "place in time": place_in_time,
+    "unseeing sensors": unseeing_sensors,
     "share of points": share_of_points,
     "bound": bound,
     "minimum distance": minimum_distance,

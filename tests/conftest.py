@@ -26,7 +26,8 @@ install_import_hook(
 
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_rank_promotion", "raise")
-settings.register_profile("laws", deadline=None, print_blob=True, max_examples=50)
+settings.register_profile("laws", deadline=None, print_blob=True, max_examples=25)
+settings.register_profile("thorough", settings.get_profile("laws"), max_examples=200)  # --hypothesis-profile=thorough
 settings.load_profile("laws")
 
 

@@ -1,6 +1,7 @@
 """The commands as a user runs them: what they print, what they refuse, what they leave behind."""
 
 import csv
+import gc
 import io
 import json
 import os
@@ -13,10 +14,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from place_rings.cli import main as command_line
+from place_rings.cli.entry import never_lost
+from place_rings.cli.place import comparable
 from place_rings.coverage.rings import named_setup
 from place_rings.coverage.robots import UR10
 from place_rings.coverage.slots import sensor_cones
 from place_rings.objectives.exact import Verifier
+from place_rings.objectives.scene import Scene
 from place_rings.placement import search as searching
 from place_rings.placement.loader import read_proposal
 from place_rings.placement.proposals import SearchFile
@@ -188,6 +192,7 @@ def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
 
 
 def test_an_interrupt_while_comparing_keeps_the_proposal(run, monkeypatch, tmp_path):
+    assert comparable(Scene())  # imported before what it imports is replaced
     monkeypatch.setattr(searching, "Schedule", lambda: Schedule(4, (Stage(0.1, 512, 4, 2),)))
     real, calls = Verifier.verify, []
 
@@ -237,17 +242,36 @@ def test_ctrl_c_keeps_the_best_so_far(tmp_path, delay):
         assert not (tmp_path / "out" / "proposal.toml").exists()
 
 
+def test_ctrl_c_that_is_dropped_in_callbacks_comes_again(monkeypatch):
+    left = [KeyboardInterrupt] * 2
+
+    def pressed(phase, info):
+        if left:
+            raise left.pop()
+
+    monkeypatch.setattr(sys, "unraisablehook", never_lost)
+    gc.callbacks.append(pressed)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            gc.collect(), time.sleep(5)
+    finally:
+        gc.callbacks.remove(pressed)
+    assert not left
+
+
 def test_safety_says_that_a_sensor_does_not_reach_and_leaves_a_report(run, tmp_path):
     sensor = ["--sensor", "vl53l1x", "--ambient", "200kcps", "--approaches", "8", "--directions", "4"]
-    code, out, _ = run("safety", "n1_8_0", *sensor, "--out", "found", "--json")
+    (tmp_path / "floor.toml").write_text("[[obstacles]]\nfloor = -0.9\n")
+    code, out, _ = run("safety", "n1_8_0", *sensor, "--scene", "floor.toml", "--out", "found", "--json")
     assert code == 0
     found = SafetyResult.model_validate_json(out)
     assert found.in_time.percent <= found.if_far_enough.percent
     assert found.range_m < found.range_needed_m
     assert found.sensors[0].reflectance == 0.17
+    assert found.floor_m == -0.9
     page = (tmp_path / "found" / "README.md").read_text()
     assert "confers a safety rating" in page
-    assert "no placement" in page
+    assert "too late, wherever they look" in page
     assert f"{found.range_needed_m:.2f} m are asked" in page
     with (tmp_path / "found" / "approaches.csv").open() as file:
         assert len(list(csv.DictReader(file))) == 8
@@ -259,3 +283,20 @@ def test_v_p_is_told_with_its_terms_and_no_rating(run):
     assert code == 0
     assert "0.88 + 0.00 + 0.00 + 0.20 + 0.10 + 0.05 = 1.23 m" in out
     assert "no safety rating" in out
+    assert "less than" not in out
+
+
+def test_v_p_names_a_nominal_sensor_that_does_not_reach_as_far(run, tmp_path):
+    (tmp_path / "slow.toml").write_text("[safety]\nreaction_s = 1.0\n")
+    code, out, _ = run("verify", "n1_8_0", "--scene", "slow.toml", "--target", "V_P", "--voxel", "0.1")
+    assert code == 0
+    assert "A nominal sensor of 25° sees 1.50 m, less than the" in out
+
+
+def test_safety_refuses_a_motion_beyond_the_joints_limits(run, tmp_path):
+    (tmp_path / "far.csv").write_text("t,q0,q1,q2,q3,q4,q5\n0,0,0,0,0,0,0\n1,7,0,0,0,0,0\n2,0,0,0,0,0,0\n")
+    code, out, err = run("safety", "n1_8_0", "--trajectory", "far.csv", "--out", "found")
+    assert code == 2
+    assert out == ""
+    assert "at 1 s: found 401.07 degrees, allowed: -360 to 360, its limits on ur10" in err
+    assert not (tmp_path / "found").exists()

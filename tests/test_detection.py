@@ -5,14 +5,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from place_rings.coverage.capsules import point_to_segment
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.beams import Occluders, beams
+from place_rings.coverage.capsules import Capsules, point_to_segment, robot_capsules
+from place_rings.coverage.chain import forward
+from place_rings.coverage.effective import effective
+from place_rings.coverage.polyhedra import box, half_space
 from place_rings.coverage.rings import Ring, Setup, named_setup
 from place_rings.coverage.robots import UR10
-from place_rings.coverage.sensors import Sensor
+from place_rings.coverage.sensors import Sensor, Use
 from place_rings.coverage.separation import Safety
-from place_rings.objectives.scene import Pose, Scene
+from place_rings.coverage.slots import sensor_axes, sensor_cones
+from place_rings.objectives.scene import Obstacle, Pose, Scene
 from place_rings.objectives.trajectory import Record
-from place_rings.studies.detection import Timing, approach, seeing_as_far, start_of, turned, walker
+from place_rings.studies.detection import Timing, approach, floor_of, lasting, seeing_as_far, start_of, stops, turned, walker
 from place_rings.studies.moments import STEP, moments_of_record, moments_of_scene
 
 POSE = np.radians([0, -45, 60, -105, -90, 0])
@@ -25,7 +32,7 @@ def timing(setup, period=0.02, latency=0.0):
 
 
 def run(setup, moments=STILL, **options):
-    options = {"shadow": False, **options}
+    options = {"occlusion": "ignore", **options}
     when = options.pop("when", timing(setup))
     return approach(UR10, setup, moments, when, 1.6, AZIMUTHS, 0, **options)
 
@@ -46,6 +53,15 @@ def test_sensors_that_see_all_around_and_far_report_everybody():
     assert np.all(found.sight > found.asked)
 
 
+def test_the_person_walks_on_the_scenes_floor():
+    table, floor = Obstacle("table", box((0, 0, 0), (1, 1, 1))), Obstacle("floor", half_space(-0.9))
+    assert (floor_of(Scene()), floor_of(Scene(obstacles=(table,)))) == (-0.75, -0.75)
+    assert floor_of(Scene(obstacles=(table, floor))) == -0.9
+    lower, usual = walker(1.6, 2.0, -0.9), walker(1.6, 2.0)
+    for key in ("start", "end"):
+        np.testing.assert_allclose(getattr(lower, key), getattr(usual, key) + np.array([0, 0, -0.15]), atol=1e-12)
+
+
 def test_distances_are_those_of_points_on_the_body():
     """Against points on all segments of the person and of the robot's pieces, at the moment S_p is broken."""
     setup = named_setup("n1_8_0")
@@ -61,7 +77,7 @@ def test_distances_are_those_of_points_on_the_body():
         assert (gap - STILL.asked[0]).min() > -1.6 * STEP * 2.5  # not much earlier: limbs swing faster than the body walks
 
 
-@pytest.mark.parametrize("worse", ["latency", "period", "range", "shadow"])
+@pytest.mark.parametrize("worse", ["latency", "period", "range", "shadow", "blind"])
 def test_later_shorter_or_hidden_never_helps(worse):
     setup = named_setup("n2_16_25")
     best = run(setup)
@@ -69,8 +85,8 @@ def test_later_shorter_or_hidden_never_helps(worse):
         start = start_of(UR10, setup, STILL)
         other = run(named_setup("n2_16_25", Sensor(range_m=0.7)), start=start)
     else:
-        changed = {"latency": (0.02, 0.3), "period": (0.3, 0.0), "shadow": (0.02, 0.0)}[worse]
-        other = run(setup, when=timing(setup, *changed), shadow=worse == "shadow")
+        changed = {"latency": (0.02, 0.3), "period": (0.3, 0.0), "shadow": (0.02, 0.0), "blind": (0.02, 0.0)}[worse]
+        other = run(setup, when=timing(setup, *changed), occlusion=worse if worse in ("shadow", "blind") else "ignore")
     assert np.all(np.nan_to_num(other.report, nan=-1) <= np.nan_to_num(best.report, nan=-1) + 1e-6)
     assert np.all(best.in_time | ~other.in_time)
     if worse == "latency":
@@ -88,6 +104,64 @@ def test_a_moving_robot_asks_for_more_than_one_that_stands():
     found = run(setup, moving)
     assert np.nanmax(found.asked) > np.nanmax(run(setup).asked)
     assert np.all(found.moment < len(time) * 3)
+
+
+def test_a_short_motion_comes_round_again_and_no_moment_is_preferred():
+    time = np.linspace(0, 1, 21)
+    short = moments_of_record(UR10, Record(time, POSE + np.outer(0.3 * time, np.eye(6)[0])), Safety())
+    count, rng = len(short.weight), np.random.default_rng(0)
+    walks = np.stack([short.drawn(rng, 3 * count + 7) for _ in range(40 * count)])
+    assert np.all(np.diff(walks, axis=1) % count == 1)
+    for step in (0, count, -1):
+        assert np.bincount(walks[:, step], minlength=count).min() > 10
+    assert np.all(short.before(5, np.arange(3)) == [5, 4, 3])
+    assert np.all(STILL.before(0, np.arange(3)) == 0)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30)
+def test_a_sight_shorter_than_a_period_counts_for_nothing(seed):
+    rng = np.random.default_rng(seed)
+    seen, steps = rng.uniform(size=(2, 12, 3)) < 0.7, rng.integers(0, 5, 3)
+    found = lasting(seen, steps)
+    for a, t, k in np.ndindex(seen.shape):
+        part = seen[a, t : t + steps[k] + 1, k]
+        assert found[a, t, k] == (len(part) == steps[k] + 1 and part.all())
+
+
+def test_walks_begin_beyond_all_that_is_asked_and_seen_whatever_reach_a_robot_states():
+    setup = named_setup("n1_8_0")
+    tiny = replace(UR10, reach=0.01)
+    found = approach(tiny, setup, STILL, timing(setup), 1.6, AZIMUTHS, 0, occlusion="ignore")
+    assert found.broken_step.min() > 0
+    assert np.all(found.sight < np.hypot(*STILL.end[0, :, :2].T).max() + 1.5 / math.cos(math.radians(12.5)) + 0.5)
+
+
+def test_a_wall_hides_who_is_behind_it_and_nobody_else():
+    setup, wall = named_setup("n2_16_25"), box([1.2, 0, 0], [0.02, 3.0, 6.0])
+    free, found = run(setup), run(setup, obstacles=(wall,))
+    assert np.all(np.nan_to_num(found.report, nan=-1) <= np.nan_to_num(free.report, nan=-1) + 1e-6)
+    ahead, behind = 0, 4  # of the azimuths: from +x and from -x
+    assert found.sight[ahead] < free.sight[ahead] - 0.2
+    assert found.sight[behind] == free.sight[behind]
+
+
+def test_sensors_of_one_zone_are_blinded_no_later_than_their_beams_are():
+    frames, poses = forward(UR10.chain, POSE[None]), np.zeros(1, int)
+    setup, table = named_setup("n2_16_55"), box([0.8, 0, 0.1], [0.5, 1.5, 0.05])
+    bodies = robot_capsules(UR10, frames)
+    found = stops(setup, *(np.asarray(a) for a in sensor_axes(UR10, setup, frames)), bodies, (table,))[0]
+    here = Capsules(bodies.start[0], bodies.end[0], bodies.radius)
+    exact = beams(sensor_cones(UR10, setup, POSE), Occluders(here, (table,)), "blind")
+    stands = exact.cones.range_m < 0
+    assert np.all(found[stands] == 0)
+    assert np.all(found <= np.where(stands, 0, exact.stop) + 1e-6)
+    assert np.mean(np.isclose(found, exact.stop, atol=5e-3) | stands) > 0.9
+    multi, single = (effective(Use(name)).sensor for name in ("vl53l5cx", "vl53l1x"))
+    for sensor, blinded in ((multi, False), (single, True)):
+        other = Setup(tuple(replace(r, sensor=sensor) for r in setup.rings))
+        axes = (np.asarray(a) for a in sensor_axes(UR10, other, frames[poses]))
+        assert np.isfinite(stops(other, *axes, bodies, ())).any() == blinded
 
 
 def test_the_same_seed_gives_the_same_walks():

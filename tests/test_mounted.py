@@ -4,6 +4,7 @@ import contextlib
 import io
 import math
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,11 +14,12 @@ from place_rings.cli import main as command_line
 from place_rings.cli.inspect import cones
 from place_rings.coverage.rings import Ring, Setup, named_setup
 from place_rings.coverage.robots import PAPER_ROBOTS, ROBOTS
+from place_rings.coverage.sensors import Sensor
 from place_rings.coverage.slots import sensor_cones
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.placement.errors import UserError
 from place_rings.placement.loader import resolve
-from place_rings.placement.mounted import COLUMNS, mounted_setup
+from place_rings.placement.mounted import COLUMNS, SQUARE_COLUMNS, mounted_setup
 
 from . import drawing
 
@@ -87,6 +89,34 @@ def test_a_list_serves_as_a_proposal(tmp_path):
     setup, scene = resolve(str(tmp_path / "mounted.csv"), None)
     assert [r.count for r in setup.rings] == [16] * 5
     assert scene == Scene(poses=scene.poses)
+
+
+@given(drawing.seeds)
+def test_square_beams_are_read_back(seed):
+    """Rings of square beams among those of cones, also where a list turns ``up`` over, which is the same beam."""
+    rng, scene = np.random.default_rng(seed), Scene(poses=(Pose(np.radians([10.0, -70, 60, -105, -90, 5])),))
+    rings = [replace(ring, count=ring.count + 1) for ring in drawing.setup(rng).rings]
+    rings[0] = replace(rings[0], sensor=Sensor(0.5, 1.2, None, float(rng.uniform(0.1, 1.0))))
+    text = listed(Setup(tuple(rings)), scene)
+    assert text.splitlines()[0] == ",".join(SQUARE_COLUMNS)
+    for before, after in zip(rings, mounted_setup("list", text, scene).rings, strict=True):
+        assert (after.link, after.count) == (before.link, before.count)
+        assert after.sensor.fov == pytest.approx(before.sensor.fov, abs=1e-9)
+        assert after.sensor.fov_up == pytest.approx(before.sensor.fov_up, abs=1e-9)
+        assert after.tilt == pytest.approx(before.tilt, abs=1e-8 / before.radius)
+    rows = [line.split(",") for line in text.splitlines()]
+    up = [SQUARE_COLUMNS.index(f"up_{x}") for x in "xyz"]
+    for row in rows[1:]:
+        for i in up:
+            row[i] = str(-float(row[i]))
+    assert mounted_setup("list", "\n".join(map(",".join, rows)), scene).rings[0].sensor.fov_up is not None
+    axis = [SQUARE_COLUMNS.index(f"axis_{x}") for x in "xyz"]
+    for row in rows[1:]:  # rolled about its axis by 45 degrees, which no ring does
+        a, u = (np.array([float(row[i]) for i in which]) for which in (axis, up))
+        for i, v in zip(up, (u + np.cross(a, u)) / math.sqrt(2), strict=True):
+            row[i] = str(v)
+    with pytest.raises(UserError, match=r"ring 0: .* 45° off"):
+        mounted_setup("list", "\n".join(map(",".join, rows)), scene)
 
 
 def edited(change) -> str:

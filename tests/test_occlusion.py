@@ -202,10 +202,10 @@ def test_no_ray_of_a_dense_fan_meets_a_body_sooner():
             enter, leave = clipped(body, beam.apex, way)
             near = np.where((enter <= leave) & (enter > 0) & (enter <= reach), enter, np.inf).min()
             row = (beam.apex[None], beam.axis[None], beam.half_angle[None], beam.range_m[None])
-            found = polyhedron_in_beam(*row, body)[0]
+            found = polyhedron_in_beam(Beam(*row), body)[0]
             assert found <= near + 1e-7
-            narrow = polyhedron_in_beam(*row[:2], row[2] - 0.03, row[3], body, margin=-0.01)[0]  # inf: it grazes the rim
-            assert near <= found + 0.03 or narrow == np.inf
+            narrow = polyhedron_in_beam(Beam(*row[:2], row[2] - 0.03, row[3]), body, margin=-0.01)[0]
+            assert near <= found + 0.03 or narrow == np.inf  # it grazes the rim
             met += np.isfinite(near)
     assert met > 20
 
@@ -226,7 +226,7 @@ def test_a_margin_brackets_the_blinded_distance(seed):
     for body in drawn_polyhedra(rng):
         out = body(apex) > 1e-6
         row = tuple(a[out] for a in beams)
-        low, found, high = (polyhedron_in_beam(*row, body, margin=m) for m in (1e-7, 0.0, -1e-7))
+        low, found, high = (polyhedron_in_beam(Beam(*row), body, margin=m) for m in (1e-7, 0.0, -1e-7))
         assert np.all(low <= found + MARGIN)
         assert np.all(found <= high + MARGIN)
 

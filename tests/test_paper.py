@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.rings import named_setup
 from place_rings.objectives.scene import Scene
-from place_rings.studies import paper, paper_open, paper_page, paper_study
+from place_rings.studies import octree_figures, paper, paper_open, paper_page, paper_study
 from place_rings.studies.distance import Series, measures
 from place_rings.studies.pages import csv_text, html, table
 from place_rings.studies.paper_figures import value
@@ -97,7 +97,9 @@ def test_cells_are_asked_once():
     assert all(cell.work == "zeta" for cell in cells)
 
 
-def test_the_page_holds_every_statement_and_stands_alone(findings, tmp_path):
+def test_the_page_holds_every_statement_and_stands_alone(findings, tmp_path, monkeypatch):
+    monkeypatch.setattr(paper_page, "SHOWN_VOXEL", 0.1)
+    monkeypatch.setattr(octree_figures, "PLACES", 2)
     files = paper_page.write(findings, tmp_path, "place-rings study paper")
     page, report = files["README.md"], files["report.html"]
     for statement in coverage(findings.configurations, findings.tilts):

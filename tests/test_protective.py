@@ -20,7 +20,7 @@ from place_rings.coverage.solids import sphere
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.separations import separations
-from place_rings.objectives.trajectory import Record, thin
+from place_rings.objectives.trajectory import Record, Thinning, thin
 from place_rings.placement.convert import scene_model, scene_of
 
 SEED = st.integers(0, 2**32 - 1)
@@ -147,6 +147,13 @@ def test_a_pose_of_a_record_has_the_speeds_of_its_fastest_moment():
     poses = thin(Record(time, q), UR10).poses
     assert all(np.allclose(np.abs(p.rate), np.abs(p.rate[0])) for p in poses)
     assert max(abs(p.rate[0]) for p in poses) == pytest.approx(0.6, rel=1e-5)
+
+
+def test_a_link_that_only_turns_about_itself_has_a_speed():
+    time = np.linspace(0, 2, 201)
+    q = np.radians([0, -45, 60, -105, -90, 0]) + np.outer(np.maximum(time - 1, 0), np.eye(6)[5])
+    (pose,) = thin(Record(time, q), UR10, Thinning(poses=1)).poses
+    assert pose.rate[5] == pytest.approx(1.0)
 
 
 def test_safety_and_speeds_read_back_from_a_scene():

@@ -30,11 +30,13 @@ from place_rings.objectives.exact import Verifier
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, Limits, Scene
 from place_rings.placement.candidates import Space, stacked
-from place_rings.placement.convert import ring_models, rounded, scene_model, scene_of, setup_of
+from place_rings.placement.convert import ring_models, rounded, scene_model, scene_of, sensor_model, sensor_of, setup_of
 from place_rings.placement.drawing import fresh
+from place_rings.placement.mount_models import SensorModel
+from pydantic import ValidationError
 
 SEED = st.integers(0, 2**32 - 1)
-SQUARE = Sensor(math.radians(45), 1.2, None, math.radians(45))
+SQUARE = Sensor(math.radians(45), 1.2, None, math.radians(45), 8)
 FLAT = Sensor(math.radians(60), 0.9, None, math.radians(30))
 MIXED = Setup(
     (Ring("upper_arm", 0.3, 5, 0.3, 0.2, sensor=SQUARE), Ring("forearm", 0.5, 4), Ring("tool", 0.0, 3, sensor=FLAT))
@@ -52,7 +54,7 @@ def some(rng, n=4, cones=2):
     half_up = rng.uniform(0.1, 0.9, n)
     half_up[:cones] = 0
     apex, half, range_m = rng.uniform(-0.3, 0.3, (n, 3)), rng.uniform(0.1, 0.9, n), rng.uniform(0.3, 0.8, n)
-    return Optics(apex, axis, half, range_m, up, half_up)
+    return Optics(apex, axis, half, range_m, up, half_up, half_up > 0)
 
 
 @given(SEED)
@@ -109,7 +111,7 @@ def test_certified_interval_of_beams_holds_the_share_of_points(seed):
 
 def test_beams_without_a_square_are_plain_cones():
     b = some(np.random.default_rng(0), 3, 3)
-    assert type(optics(b.apex, b.axis, b.half_angle, b.range_m, b.up, None)) is Cones
+    assert type(optics(b.apex, b.axis, b.half_angle, b.range_m, b.up, None, None)) is Cones
     p = np.random.default_rng(1).uniform(-1, 1, (200, 3))
     np.testing.assert_array_equal(b(p), Cones(b.apex, b.axis, b.half_angle, b.range_m)(p))
 
@@ -214,7 +216,7 @@ def test_errors_of_mounting_turn_square_beams_with_their_rings():
     none = draw_errors(3, MIXED.sensors, MountingErrors(0.0, 0.0), 2, 0)
     nominal = sensor_cones(UR10, MIXED, q)
     for found in misplaced_cones(UR10, MIXED, q, none):
-        for key in ("apex", "axis", "up", "half_up"):
+        for key in ("apex", "axis", "up", "half_up", "zoned"):
             np.testing.assert_allclose(getattr(found, key), getattr(nominal, key), atol=1e-12)
     for found in misplaced_cones(UR10, MIXED, q, draw_errors(3, MIXED.sensors, MountingErrors(0.01, 0.1), 2, 0)):
         np.testing.assert_allclose((found.up * found.axis).sum(axis=1), 0, atol=1e-12)
@@ -224,6 +226,18 @@ def test_errors_of_mounting_turn_square_beams_with_their_rings():
 def test_mixed_setups_and_sensors_of_links_read_back():
     scene = Scene(sensor=SQUARE, limits={"forearm": Limits(sensor=FLAT)})
     assert scene_of(scene_model(scene)).limits_of("forearm").sensor.fov_up == pytest.approx(FLAT.fov_up)
+    assert scene_of(scene_model(scene)).limits_of("forearm").sensor.zones == 1
     again = setup_of(ring_models(MIXED, scene.sensor), scene.sensor)
     assert again == rounded(again, scene.sensor)
     assert [r.sensor.fov_up is None for r in again.rings] == [False, True, False]
+    assert [r.sensor.zones for r in again.rings] == [8, 1, 1]
+
+
+def test_zones_are_the_models_or_those_that_are_said_and_one_else():
+    said = {"model": "vl53l1x"}, {"model": "vl53l5cx"}, {"fov_up_deg": 30}, {"fov_up_deg": 30, "zones": 4}, {}
+    found = [sensor_of(SensorModel(**keys)) for keys in said]
+    assert [(s.zones, s.zoned) for s in found] == [(1, False), (8, True), (1, False), (4, True), (1, False)]
+    assert [sensor_of(sensor_model(s)).zones for s in found] == [1, 8, 1, 4, 1]
+    for wrong in ({"zones": 4}, {"model": "vl53l1x", "zones": 8}, {"model": "vl53l5cx", "zones": 1}, {"zones": 0}):
+        with pytest.raises(ValidationError, match="zones"):
+            SensorModel(**wrong)

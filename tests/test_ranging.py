@@ -14,6 +14,7 @@ from place_rings.coverage.capsules import (
     segment_to_segment,
 )
 from place_rings.coverage.chain import forward
+from place_rings.coverage.polyhedra import box, crossed, half_space, polyhedra
 from place_rings.coverage.ranging import BLOCK, ball_in_cone, least_gap, readings
 from place_rings.coverage.rings import named_setup, sensor_optics
 from place_rings.coverage.robots import PAPER_ROBOTS, ROBOTS, UR10, Robot
@@ -245,3 +246,19 @@ def test_a_body_hides_what_is_behind_it():
     assert np.isinf(readings(eye, look, *optics, far, radius, bodies).distance[0, 0])
     both = np.concatenate([far, near], axis=1)
     assert readings(eye, look, *optics, both, np.repeat(radius, 2), bodies).distance[0, 0] == pytest.approx(0.28)
+
+
+@settings(max_examples=30)
+@given(drawing.seeds)
+def test_segments_meet_what_their_points_lie_in(seed):
+    rng = np.random.default_rng(seed)
+    bodies = (box(rng.uniform(-0.5, 0.5, 3), rng.uniform(0.05, 1.0, 3)), half_space(rng.uniform(-1, 0)))
+    planes = polyhedra(bodies, np.zeros((2, 3)))
+    a, b = rng.uniform(-1.5, 1.5, (2, 40, 3))
+    b[:5, :2] = a[:5, :2]  # along an axis, so that some planes are never crossed
+    found = crossed(a[:, None], b[:, None], planes.normal, planes.offset)
+    along = a + np.linspace(0, 1, 2001)[:, None, None] * (b - a)
+    for i, body in enumerate(bodies):
+        least = body(along).min(axis=0)
+        sure = abs(least) > 3e-3  # of 2001 points one lies that near to where the segment is deepest
+        assert np.array_equal(found[sure, i], least[sure] < 0)

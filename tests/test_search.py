@@ -10,6 +10,7 @@ from place_rings.coverage.targets import Target
 from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.exact import TooFineError, Verifier
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
+from place_rings.objectives.soft_terms import SoftTerms
 from place_rings.placement import search as searching
 from place_rings.placement.candidates import Space, stacked
 from place_rings.placement.drawing import fresh
@@ -121,7 +122,8 @@ def test_an_interrupt_between_the_climbs_keeps_the_best_so_far(scene, monkeypatc
     stopped = search(scene, space, schedule=SHORT, voxel=0.1, tell=lambda progress: told.append(progress.climbed))
     assert stopped.outcome is Outcome.INTERRUPTED
     assert (stopped.statistics.evaluations > 0) == (call == 4)
-    assert told and all(0 <= climbed <= len(SHORT.stages) for climbed in told)
+    assert told
+    assert all(0 <= climbed <= len(SHORT.stages) for climbed in told)
     assert 0 < stopped.exact < 1
 
 
@@ -200,13 +202,13 @@ def test_a_floor_is_met_where_it_can_be():
 
 def test_one_compilation_serves_a_search(scene, monkeypatch):
     """Widths, numbers of points and of setups, with slopes or without: all are data to one compiled function."""
-    real, traced = CoverageObjective._of_each, []
+    real, traced = SoftTerms._of_each, []
 
     def watched(self, *args):
         traced.append(1)
         return real(self, *args)
 
-    monkeypatch.setattr(CoverageObjective, "_of_each", watched)
+    monkeypatch.setattr(SoftTerms, "_of_each", watched)
     stages = (Stage(0.1, 1024, 4, 2), Stage(0.05, 1200, 4, 2, variants=2), Stage(0.03, 3000, 4, 1))
     search(scene, Space(scene, ring_layout(scene, 2, 6)), schedule=Schedule(4, stages, draws=16), voxel=0.1)
     assert len(traced) == 1

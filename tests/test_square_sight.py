@@ -13,11 +13,12 @@ from place_rings.coverage.beams import Occluders, beams
 from place_rings.coverage.capsules import Capsules, segment_to_segment
 from place_rings.coverage.certified import bracket
 from place_rings.coverage.cloud import cloud
+from place_rings.coverage.effective import effective
 from place_rings.coverage.multiplicity import tally
 from place_rings.coverage.octree import count, voxels
 from place_rings.coverage.polyhedra import box, half_space
-from place_rings.coverage.rings import Ring, Setup
-from place_rings.coverage.sensors import Sensor
+from place_rings.coverage.rings import Ring, Setup, named_setup
+from place_rings.coverage.sensors import Sensor, Use
 from place_rings.coverage.slots import sensor_cones
 from place_rings.coverage.soft import SHARP, soft_zeta
 from place_rings.coverage.soft_cell import InCell
@@ -25,6 +26,7 @@ from place_rings.coverage.soft_hidden import Hidden
 from place_rings.coverage.soft_seen import soft_seen
 from place_rings.coverage.solids import Cones, sphere
 from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
+from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.objectives.sight import setup_sight, unseeing
 from place_rings.placement.candidates import Space, stacked
@@ -38,14 +40,15 @@ MODELS = ("shadow", "blind")
 
 
 def drawn(rng, n=6):
-    """Beams of both shapes, turned towards the middle, where capsules stand; no apex within one."""
+    """Beams of both shapes, turned towards the middle, where capsules stand; no apex within one. The last has one zone."""
     bodies = Capsules(rng.uniform(-0.15, 0.15, (3, 3)), rng.uniform(-0.15, 0.15, (3, 3)), rng.uniform(0.02, 0.06, 3))
     b = some(rng, n, n // 2)
     apex = drawing.unit(rng, n) * rng.uniform(0.25, 0.35, (n, 1))
     axis = -apex + 0.1 * rng.normal(size=(n, 3))
     axis /= np.linalg.norm(axis, axis=1, keepdims=True)
     up = np.cross(axis, rng.normal(size=(n, 3)))
-    return replace(b, apex=apex, axis=axis, up=up / np.linalg.norm(up, axis=1, keepdims=True)), bodies
+    up /= np.linalg.norm(up, axis=1, keepdims=True)
+    return replace(b, apex=apex, axis=axis, up=up, zoned=b.zoned & (np.arange(n) < n - 1)), bodies
 
 
 def round_ones(b):
@@ -76,6 +79,7 @@ def test_a_square_beam_holds_what_lines_of_sight_leave_blinded_or_not(seed):
     points = rng.uniform(-0.7, 0.7, (2000, 3))
     shadowed, blinded = (beams(b, Occluders(bodies), how) for how in MODELS)
     around, alone = b.around(), beams(round_ones(b), Occluders(bodies), "blind")
+    blind_around = beams(around, Occluders(bodies), "blind")
     for k in range(len(b)):
         value, within = shadowed.part(points, k), b.part(points, k) <= 0
         assert np.all(around.part(points[within], k) <= 1e-12)
@@ -83,8 +87,11 @@ def test_a_square_beam_holds_what_lines_of_sight_leave_blinded_or_not(seed):
         clear = (gap >= bodies.radius).all(axis=1)
         sure = within & (np.abs(value) > 1e-9) & (shadowed.cones.range_m[k] > 0)
         assert np.array_equal((value < 0)[sure], clear[sure])
+        if k == 5:
+            past = np.linalg.norm(points - b.apex[k], axis=1) - blind_around.stop[k]
+            value = np.maximum(blinded.cones.part(points, k), past)
         np.testing.assert_array_equal(blinded.part(points, k), value if k >= 3 else alone.part(points, k))
-    assert np.all(np.isinf(blinded.stop[3:]))
+    assert np.all(np.isinf(blinded.stop[3:5]))
 
 
 @pytest.mark.parametrize("occlusion", MODELS)
@@ -110,7 +117,7 @@ def test_slopes_past_bodies_equal_central_differences(occlusion, least):
 
     @jax.jit
     def soft(x):
-        return soft_seen(Hidden(x, bodies, occlusion), points, 0.03, least, np.inf)
+        return soft_seen(InCell(Hidden(x, bodies, occlusion), CELL), points, 0.03, least, np.inf)
 
     b, step = jax.tree.map(jnp.asarray, b), 1e-6
     exact, free = soft(b), soft_zeta(b, points, 0.03)
@@ -129,33 +136,61 @@ def test_a_sharp_soft_value_is_the_share_of_points_seen():
     b, bodies = drawn(rng)
     points = rng.uniform(-0.5, 0.5, (2000, 3))
     x, near = (jax.tree.map(jnp.asarray, tree) for tree in (b, bodies))
-    sharp = jax.jit(lambda seen, p: soft_zeta(InCell(seen, CELL) if seen.occlusion == "shadow" else seen, p, SHARP).zeta)
+    sharp = jax.jit(lambda seen, p: soft_zeta(InCell(seen, CELL), p, SHARP).zeta)
     clouds = jax.tree.map(jnp.asarray, cloud(points, dtype=np.float64))
     exact = beams(b, Occluders(bodies, CELL), "shadow")(points) <= 0
     assert float(sharp(Hidden(x, near, "shadow"), clouds)) == pytest.approx(exact.mean(), abs=1e-9)
-    square = jax.tree.map(lambda a: a[3:], b)
-    exact = beams(square, Occluders(bodies), "blind")(points) <= 0
+    square = jax.tree.map(lambda a: a[3:5], b)
+    exact = beams(square, Occluders(bodies, CELL), "blind")(points) <= 0
     found = sharp(Hidden(jax.tree.map(jnp.asarray, square), near, "blind"), clouds)
     assert float(found) == pytest.approx(exact.mean(), abs=1e-9)
 
 
-def test_a_search_counts_what_square_beams_see_past_the_robot():
+@pytest.mark.parametrize(("occlusion", "within"), [("shadow", 2 / 512), ("blind", 0.02)])
+def test_a_search_counts_what_square_beams_of_one_zone_see_past_the_robot(occlusion, within):
+    """Under ``blind`` the soft estimator reads bodies as rows of balls."""
     sensor = Sensor(math.radians(45), 1.0, None, math.radians(30))
-    scene = Scene(sensor=sensor, occlusion="shadow", obstacles=(Obstacle("table", CELL[0]),))
+    scene = Scene(sensor=sensor, occlusion=occlusion, obstacles=(Obstacle("table", CELL[0]),))
     space, points = Space(scene, sensors=12), TargetPoints(scene, 512, 0)
     c = fresh(space, np.random.default_rng(1))
     objective, setup = CoverageObjective(scene, points), space.setup(c)
     (found,) = objective.zetas(stacked([space.arrays(c)]), space.values(c)[None], points.clouds(512))
     seen = [setup_sight(scene, setup, scene.poses[p].q)(points.points[i]) <= 0 for i, (_, p) in enumerate(points.terms)]
-    assert found == pytest.approx(np.mean(seen), abs=2 / 512)
+    assert found == pytest.approx(np.mean(seen), abs=within)
 
 
-def test_a_square_beam_with_a_box_before_it_is_named():
-    """A box 4 to 6 cm away leaves less than a hundredth of a narrow beam of 30 cm, and more of a wide one."""
-    narrow, wide = (Sensor(0.1, 0.3, None, up) for up in (0.1, 2.0))
+@pytest.mark.parametrize(("zones", "named"), [(8, [(0, 0, None)]), (1, [(0, 0, None), (1, 0, None)])])
+def test_a_square_beam_with_a_box_before_it_is_named(zones, named):
+    """A box 4 to 6 cm away leaves less than a hundredth of a narrow beam of 30 cm, and more of a wide one, but for one zone
+    nothing further than the box."""
+    narrow, wide = (Sensor(0.1, 0.3, None, up, zones) for up in (0.1, 2.0))
     setup = Setup((Ring("forearm", 0.3, 2, sensor=narrow), Ring("forearm", 0.9, 2, sensor=wide)))
     scene = Scene(occlusion="blind")
     optics = sensor_cones(scene.robot, setup, scene.poses[0].q)
     boxes = tuple(Obstacle(f"box {k}", box(optics.apex[k] + 0.08 * optics.axis[k], (0.05,) * 3)) for k in (0, 2))
     found = unseeing(replace(scene, obstacles=boxes), setup)
-    assert [(u.ring, u.sensor, u.within) for u in found] == [(0, 0, None)]
+    assert [(u.ring, u.sensor, u.within) for u in found] == named
+
+
+def test_a_one_zone_square_beam_sees_less_blinded_than_shadowed():
+    scene, setup = Scene(), named_setup("n2_16_25", effective(Use("vl53l1x")).sensor)
+    many = replace(setup, rings=tuple(replace(r, sensor=replace(r.sensor, zones=8)) for r in setup.rings))
+    target, verifiers = scene.goals[0].target, {how: Verifier(replace(scene, occlusion=how), 0.05) for how in MODELS}
+    zeta = {how: v.verify(setup, target).zeta for how, v in verifiers.items()}
+    assert zeta["blind"] < 0.95 * zeta["shadow"]
+    assert [v.verify(many, target).zeta for v in verifiers.values()] == [zeta["shadow"]] * 2
+
+
+@given(drawing.seeds)
+@settings(max_examples=10)
+def test_a_one_zone_square_beam_ends_before_all_that_stands_in_it(seed):
+    """Against points of the bodies' surfaces; its end is that of a cone around it."""
+    rng = np.random.default_rng(seed)
+    b, bodies = drawn(rng)
+    stop = beams(b, Occluders(bodies), "blind", bracketed=True).stop[5]
+    share = rng.random((20_000, 1))
+    which = rng.integers(3, size=len(share))
+    on = bodies.start[which] + share * (bodies.end - bodies.start)[which]
+    on += bodies.radius[which][:, None] * drawing.unit(rng, len(on))
+    within = on[b.part(on, 5) <= 0]
+    assert np.all(np.linalg.norm(within - b.apex[5], axis=1) >= stop - 1e-9)

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from place_rings.coverage.robots import ROBOTS
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
 from place_rings.placement.errors import UserError
 from place_rings.placement.meshes import Meshes
+from place_rings.placement.robot_fit import outlines
 from place_rings.placement.urdf import read_urdf
 from place_rings.placement.urdf_chain import pick_chain
 
@@ -83,6 +85,11 @@ BAD = {
     f"<robot>{A}{mesh('laughs.dae')}{moved()}</robot>": "found a document type",
     f"<robot>{A}{mesh('mesh.ply')}{moved()}</robot>": "a mesh of the format stl, dae, obj",
     f"<robot>{A}{mesh('good.stl', '0 1 1')}{moved()}</robot>": "mesh scale",
+    f"<robot>{A}{mesh('huge.stl')}{moved()}</robot>": 'mesh "huge.stl": found more than 128 MB, allowed: less',
+    f"<robot>{A}{mesh('nan.obj')}{moved()}</robot>": "triangles of finite numbers",
+    f"<robot>{A}{mesh('far.obj')}{moved()}</robot>": "m from the link's frame",
+    f"<robot>{A}{mesh('good.stl', '1000 1000 1000')}{moved()}</robot>": "150 m from the link's frame",
+    f"<robot>{A}{mesh('round.stl')}{moved()}</robot>": 'mesh: found "round.stl", allowed: a file in',
     f"<robot>{A}{shape('<cylinder radius=_0.1_ length=_0_/>'.replace('_', chr(34)))}{moved()}</robot>": "sizes above 0",
     f"<robot>{A}{shape('<box size=_1 1_/>'.replace('_', chr(34)))}{moved()}</robot>": "box size",
     f"<robot>{A}{shape('<torus/>')}{moved()}</robot>": 'geometry: found "torus", allowed: one of box',
@@ -99,6 +106,11 @@ def folder(tmp_path):
     (inside / "link.stl").symlink_to(tmp_path / "out.stl")
     (inside / "folder").symlink_to(tmp_path)
     (inside / "bad.stl").write_bytes(b"solid nothing\nfacet")
+    with (inside / "huge.stl").open("wb") as file:
+        file.truncate(129 * 2**20)  # takes no room on the disk
+    (inside / "nan.obj").write_text("v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (inside / "far.obj").write_text("v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (inside / "round.stl").symlink_to("round.stl")
     (inside / "mesh.ply").write_bytes(b"ply")
     (inside / "laughs.dae").write_text(LAUGHS + "]><COLLADA>&i;</COLLADA>")
     return inside
@@ -118,6 +130,20 @@ def test_a_bad_robot_is_one_line_and_nothing_is_written(folder, text, monkeypatc
         assert BAD[text] in told
         assert "\n" not in told
         assert not out.exists()
+
+
+@pytest.mark.parametrize("text", [b"\xff\xfe\x00", "<robot name='\xe9'/>".encode("latin-1"), b"\0" * 100, b""])
+def test_what_is_no_text_is_no_robot(folder, text):
+    path = folder / "bytes.urdf"
+    path.write_bytes(text)
+    with pytest.raises(UserError, match=r"bytes.urdf: not XML: [^\n]*$"):
+        read_urdf(path)
+
+
+def test_links_that_are_flat_have_no_volume_to_compare():
+    flat, solid = (SimpleNamespace(volume=0.2, contained=v, capsules=[None]) for v in (0.0, 0.1))
+    assert outlines([flat]) == "1 capsules around 1 links, which are flat"
+    assert outlines([flat, solid]) == "2 capsules around 2 links, 4.00 times their volume"
 
 
 def test_entities_are_never_expanded(folder):

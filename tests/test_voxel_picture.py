@@ -137,7 +137,7 @@ def test_flat_faces_are_open_and_the_floor_of_a_pit_is_not():
 def coarse(monkeypatch):
     """Pictures of few pixels, and volumes averaged over few places."""
     monkeypatch.setattr(octree_figures, "_DPI", 50)
-    monkeypatch.setattr(octree_figures, "_PLACES", 12)
+    monkeypatch.setattr(octree_figures, "PLACES", 12)
 
 
 def test_panels_show_what_the_octree_counts(coarse, tmp_path):

@@ -1,0 +1,113 @@
+"""The compiled part of what a search climbs: soft zetas, and their slopes, of beams against points of goals at poses."""
+
+from threading import Lock
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..coverage.capsules import Capsules, robot_capsules
+from ..coverage.cloud import Cloud
+from ..coverage.optics import optics
+from ..coverage.soft import Seen, Soft
+from ..coverage.soft_cell import InCell
+from ..coverage.soft_hidden import Hidden
+from ..coverage.soft_loss import soft_losses
+from ..coverage.soft_seen import soft_seen
+from ..coverage.solids import Cones
+from .scene import Scene
+
+_ROWS = {"cpu": (16, None)}  # rows in one call, and how many of these at once: on a CPU one after the other,
+_ROWS_ELSEWHERE = (256, 4)  # on an accelerator several, as memory holds them
+
+
+class Rows(NamedTuple):
+    """What N rows look at, each one setup's K sensors at one pose and the points of one term: numbers of the term and of the
+    pose (N,); apexes m and axes (N, K, 3), half angles and ranges (N, K); where beams may be square ups (N, K, 3), half
+    angles along them and whether they are zoned (N, K), else None. Where losses count: the group (N, K) that each sensor is
+    lost with, and the weights (N, G) of the losses in slopes."""
+
+    term: Any
+    pose: Any
+    apex: Any
+    axis: Any
+    half_angle: Any
+    range_m: Any
+    up: Any = None
+    half_up: Any = None
+    zoned: Any = None
+    group: Any = None
+    weights: Any = None
+
+
+class SoftTerms:
+    """Soft zetas and slopes of rows, in 32 bit. One object serves many threads, and compiles once for all clouds of one
+    shape, widths, links, counts and numbers of rows."""
+
+    def __init__(self, scene: Scene, frames: Any, seen: int) -> None:
+        """For a scene with the robot's ``frames`` at its poses; a point counts when so many sensors have ``seen`` it."""
+        self._seen, self._occlusion, self._bodies = seen, scene.occlusion, None
+        self._obstacles = tuple(o.body for o in scene.obstacles)
+        if scene.occlusion != "ignore":
+            self._bodies = robot_capsules(scene.robot, np.asarray(frames, np.float32))
+        self._each, self._compiling, self._compiled = jax.jit(self._of_each), Lock(), False
+
+    def __call__(self, rows: Rows, clouds: Cloud, width: float, slopes: bool) -> Soft:
+        """Zetas (N,), or (N, G) after each loss, and slopes (N, K, 3) by apexes, axes and ups, NumPy."""
+        size, found, n = _rows()[0], [], len(rows.term)
+        for i in range(0, n, size):
+            some = jax.tree.map(lambda a, i=i: _filled(a[i : i + size], size), rows)
+            found.append(self._run(some, min(size, n - i), clouds, np.float32(width), slopes))
+        return jax.tree.map(lambda *a: np.concatenate(a)[:n], *found)
+
+    def _run(self, *arguments: Any) -> Any:
+        """The first call alone, so that of several threads only one compiles."""
+        if self._compiled:
+            return self._each(*arguments)
+        with self._compiling:
+            found = self._each(*arguments)
+            self._compiled = True
+        return found
+
+    def _of_each(self, rows: Rows, count: Any, clouds: Cloud, width: Any, slopes: Any) -> Soft:
+        """Of the first ``count`` rows; the others only fill the shape, which is the same for any count."""
+
+        def one(numbered: Any) -> Soft:
+            i, row = numbered
+            zetas = () if row.group is None else row.weights.shape
+
+            def look() -> Soft:
+                beams = optics(row.apex, row.axis, row.half_angle, row.range_m, row.up, row.half_up, row.zoned)
+                seen, points = self._past(beams, row.pose), jax.tree.map(lambda a: a[row.term], clouds)
+                if row.group is None:
+                    return soft_seen(seen, points, width, self._seen, slopes=slopes)
+                return soft_losses(seen, row.group, points, width, row.weights, slopes=slopes)
+
+            def skip() -> Soft:
+                by_apex, by_axis, by_up = jax.tree.map(jnp.zeros_like, (row.apex, row.axis, row.up))
+                return Soft(jnp.zeros(zetas, width.dtype), by_apex, by_axis, by_up)
+
+            return jax.lax.cond(i < count, look, skip)
+
+        return jax.lax.map(one, (jnp.arange(len(rows.term)), rows), batch_size=_rows()[1])
+
+    def _past(self, cones: Cones, pose: Any) -> Seen:
+        """What the scene's occlusion and obstacles leave of cones at a pose."""
+        seen: Cones | Hidden = cones
+        if self._bodies is not None:
+            start, end, radius = (jnp.asarray(a) for a in self._bodies)
+            seen = Hidden(cones, Capsules(start[pose], end[pose], radius), self._occlusion)
+        return InCell(seen, self._obstacles) if self._obstacles else seen
+
+
+def _rows() -> tuple[int, int | None]:
+    return _ROWS.get(jax.default_backend(), _ROWS_ELSEWHERE)
+
+
+def _filled(array: np.ndarray, size: int) -> np.ndarray:
+    """``array``, filled up to ``size`` along its first axis, in 32 bit."""
+    kind: Any = {"f": np.float32, "b": bool}.get(array.dtype.kind, np.int32)
+    found = np.zeros((size, *array.shape[1:]), kind)
+    found[: len(array)] = array
+    return found

@@ -1,0 +1,82 @@
+"""The study of robots: what it asks of its searches, what it counts and what it says of it."""
+
+import csv
+import io
+import time
+from types import SimpleNamespace
+
+import pytest
+from place_rings.coverage.rings import Ring, Setup
+from place_rings.placement.loader import read_proposal
+from place_rings.placement.search import Outcome
+from place_rings.studies import robots, robots_report, works
+from place_rings.studies.works import WORKS
+
+RINGS = [
+    {"link": "upper_arm", "position": 0.5, "count": 12, "tilt_deg": 30.0, "radius": 0.08},
+    {"link": "tool", "count": 4, "tilt_deg": 20.0, "radius": 0.08},
+]
+
+
+@pytest.fixture
+def small(monkeypatch):
+    monkeypatch.setattr(robots, "ROBOTS", ("panda",))
+    monkeypatch.setattr(robots, "PAPERS", ("n1_8_0",))
+    monkeypatch.setattr(robots, "VOXEL", 0.05)
+    asked = []
+
+    def run(heading, cells):
+        asked.extend(cells)
+        searched = {"rings": RINGS, "processor_seconds": 12.3, "wall_seconds": 20.0, "finished": False}
+        return [searched if cell.work == "place in time" else WORKS[cell.work](**cell.arguments) for cell in cells]
+
+    return robots.measure(run), asked
+
+
+def test_each_robot_is_searched_under_each_model_and_seen_under_all(small, tmp_path):
+    rows, asked = small
+    scenes = [cell.arguments["scene"] for cell in asked if cell.work == "place in time"]
+    assert [(s["robot"], s["occlusion"]) for s in scenes] == [
+        ("panda", model) for model in ("ignore", "ignore", "shadow", "blind")
+    ]
+    assert [works.scene_from(s).real for s in scenes] == [False, True, True, True]
+    assert len(rows) == 4 + 1
+    for row in rows:
+        assert row.blind <= row.shadow <= row.ignore  # each model hides what the one before does
+        assert row.unseeing <= row.sensors
+        assert row.searched == (row.name in robots.SEARCHES)
+    by_name = {(row.robot, row.name): row for row in rows}
+    assert by_name["panda", "n1_8_0"].sensors == 24
+    assert by_name["panda", "n1_8_0"].shadow < by_name["panda", "n1_8_0"].ignore
+
+    files = robots_report.write(rows, tmp_path, "place-rings study robots")
+    assert (tmp_path / "robots.png").stat().st_size > 10_000
+    records = list(csv.DictReader(io.StringIO(files["robots.csv"])))
+    assert [float(r["shadow_percent"]) for r in records] == [row.shadow for row in rows]
+    page, row = files["README.md"], by_name["panda", "shadow"]
+    assert f"| searched under `shadow` | 16 | 2 | {row.ignore:.2f} | {row.shadow:.2f} | {row.blind:.2f} |" in page
+    assert "12 * (20)" in page  # cut short
+    assert "nan" not in page
+    (tmp_path / "panda_shadow.toml").write_text(files["panda_shadow.toml"])
+    setup, scene, _ = read_proposal(tmp_path / "panda_shadow.toml")
+    assert (scene.robot.name, scene.occlusion, setup.sensors) == ("panda", "shadow", 16)
+
+
+@pytest.mark.parametrize("outcome", list(Outcome))
+def test_a_search_in_time_says_whether_it_came_to_its_end(outcome, monkeypatch):
+    caps = []
+
+    def found(scene, space, seed, time_cap, schedule, known, clock):
+        caps.append(time_cap)
+        assert clock() == pytest.approx(time.process_time(), abs=1)
+        return SimpleNamespace(setup=Setup((Ring("tool", 0.0, 4),)), outcome=outcome)
+
+    monkeypatch.setattr(works, "searching", found)
+    if outcome is Outcome.INTERRUPTED:
+        with pytest.raises(KeyboardInterrupt):
+            WORKS["place in time"]({}, 0, 4, 10.0)
+        return
+    answer = WORKS["place in time"]({}, 0, 4, 10.0)
+    assert answer["finished"] == (outcome is Outcome.FINISHED)
+    assert answer["rings"][0]["count"] == 4
+    assert 0 < caps[0] < 10  # time is left to count
