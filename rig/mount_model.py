@@ -12,8 +12,8 @@ from .expected import beams_at, only, to_cell
 
 NAMES = ("slip", "tilt", "phase", "offset")  # m along the link towards distal, rad, rad, m that its sensors tell too much
 LIMITS = np.array([0.02, np.radians(5.0), np.radians(5.0), 0.02])  # what a careful mount and a good sensor keep within
-_STEPS = np.array([1e-4, 1e-4, 1e-4, 1e-4])  # of differences
-_STEEP = 50.0  # times a ring's arm of 1 m: a difference beyond that is a jump from one thing to another
+_STEP = 1e-6  # m and rad, of differences
+_STEEP = 50.0  # a slope beyond that is a jump from one thing to another
 
 
 def free(scene: Scene, ring: Ring) -> Int[np.ndarray, " p"]:
@@ -48,15 +48,9 @@ def slopes(
 ) -> tuple[Float[np.ndarray, " M"], Float[np.ndarray, "M 4"]]:
     """The distances (M,) m of ``to_cell_of``, and their derivatives (M, 4) by ``NAMES`` at the ring as it is; 0 where a
     distance jumps."""
-    rings = [ring]
-    for k in range(3):
-        for sign in (1.0, -1.0):
-            values = np.zeros(4)
-            values[k] = sign * _STEPS[k]
-            rings.append(moved(scene, ring, values))
+    rings = [ring, *(moved(scene, ring, _STEP * one) for one in np.eye(4)[:3])]
     found = to_cell_of(scene, rings, joints, which)
     by = np.ones((found.shape[1], 4))
-    for k in range(3):
-        by[:, k] = (found[1 + 2 * k] - found[2 + 2 * k]) / (2 * _STEPS[k])
+    by[:, :3] = ((found[1:] - found[0]) / _STEP).T
     by[np.abs(by) > _STEEP] = 0.0
     return found[0], by
