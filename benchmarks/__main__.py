@@ -12,8 +12,8 @@ from pathlib import Path
 
 from common import surroundings
 
-NAMES = ("octree", "certified", "estimator", "growth", "occlusion", "kills", "questions", "fronts", "searches")
-_LONG = ("questions", "fronts", "searches")
+NAMES = ("octree", "certified", "estimator", "growth", "occlusion", "kills", "questions", "fronts", "rig_checks", "searches")
+_LONG = ("rig_checks", "questions", "fronts", "searches")
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
 PACKAGES = (
     "place-rings",

@@ -36,9 +36,7 @@ def from_cell(scene: Scene, bodies: Capsules) -> Float[np.ndarray, "P B"]:
     return np.stack(each, axis=-1).reshape(len(start), -1) if each else np.full((len(start), 0), np.inf)
 
 
-def clear(
-    scene: Scene, joints: Float[np.ndarray, "P J"], cell: float = CELL, own: float = OWN
-) -> Bool[np.ndarray, " P"]:
+def clear(scene: Scene, joints: Float[np.ndarray, "P J"], cell: float = CELL, own: float = OWN) -> Bool[np.ndarray, " P"]:
     """Which poses keep the joints' limits, ``cell`` m from every obstacle and ``own`` m between bodies. Two that are nearer
     than that at the scene's own poses belong together, as neighbours do, and are not asked."""
     limits = scene.robot.limits

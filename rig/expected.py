@@ -44,17 +44,18 @@ def expected(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"], rod: 
         joints: (T, J) rad.
         rod: capsules that stand there besides, start and end (T, M, 3) m, radius (M,) m.
     """
-    beams, shape = beams_at(scene, setup, joints), (len(joints), setup.sensors)
-    of = np.repeat(np.arange(len(joints)), setup.sensors)
-    found = np.full((3, len(of)), np.inf)
+    poses, which = np.unique(joints, axis=0, return_inverse=True)
+    beams, of = beams_at(scene, setup, poses), np.repeat(np.arange(len(poses)), setup.sensors)
+    found = np.full((3, len(joints), setup.sensors), np.inf)
     if scene.robot.bodies:
-        found[ROBOT] = to_capsules(beams, of, robot_capsules(scene.robot, forward(scene.robot.chain, joints)))
-    found[CELL] = to_cell(beams, tuple(o.body for o in scene.obstacles))
+        bodies = robot_capsules(scene.robot, forward(scene.robot.chain, poses))
+        found[ROBOT] = to_capsules(beams, of, bodies).reshape(len(poses), -1)[which.ravel()]
+    found[CELL] = to_cell(beams, tuple(o.body for o in scene.obstacles)).reshape(len(poses), -1)[which.ravel()]
     if rod is not None:
-        found[ROD] = to_capsules(beams, of, rod)
+        every = np.repeat(np.arange(len(joints)), setup.sensors)
+        found[ROD] = to_capsules(beams_at(scene, setup, joints), every, rod).reshape(found[ROD].shape)
     distance = found.min(axis=0)
-    what = np.where(np.isfinite(distance), found.argmin(axis=0), NOTHING)
-    return Expected(distance.reshape(shape), what.reshape(shape))
+    return Expected(distance, np.where(np.isfinite(distance), found.argmin(axis=0), NOTHING))
 
 
 def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> Optics:
@@ -73,25 +74,25 @@ def only(beams: Optics, some: Any) -> Optics:
 
 def to_cell(beams: Optics, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarray, " R"]:
     """Distance (R,) m of the nearest of convex bodies in each of R beams; infinite where there is none, 0 within one."""
-    found = np.full(len(beams), np.inf)
-    for body in bodies:
-        near = np.arange(len(beams))
-        if len(body.edges):
-            corners = body.edges.reshape(-1, 3)
-            middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-            near = np.flatnonzero(_off(beams, middle) <= np.linalg.norm(corners - middle, axis=1).max() + _NEAR)
-        some = only(beams, near)
-        square = some.half_up > 0
-        distance = np.full(len(near), np.inf)
-        if not square.all():
-            r = only(some, ~square)
-            distance[~square] = polyhedron_in_beam(r.apex, r.axis, r.half_angle, r.range_m, body)
-        if square.any():
-            distance[square] = _in_square(
-                only(some, square), lambda row, origin, way, body=body: ray_to_polyhedron(origin, way, body)
-            )
-        distance[body(some.apex) <= 0] = 0.0
-        found[near] = np.minimum(found[near], distance)
+    return np.min([to_body(beams, body) for body in bodies], axis=0, initial=np.inf) + np.zeros(len(beams))
+
+
+def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
+    """The same for one body."""
+    found, near = np.full(len(beams), np.inf), np.arange(len(beams))
+    if len(body.edges):
+        corners = body.edges.reshape(-1, 3)
+        middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+        near = np.flatnonzero(_off(beams, middle) <= np.linalg.norm(corners - middle, axis=1).max() + _NEAR)
+    some = only(beams, near)
+    square, distance = some.half_up > 0, np.full(len(near), np.inf)
+    if not square.all():
+        r = only(some, ~square)
+        distance[~square] = polyhedron_in_beam(r.apex, r.axis, r.half_angle, r.range_m, body)
+    if square.any():
+        distance[square] = _in_square(only(some, square), lambda row, origin, way: ray_to_polyhedron(origin, way, body))
+    distance[body(some.apex) <= 0] = 0.0
+    found[near] = distance
     return found
 
 

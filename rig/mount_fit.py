@@ -27,7 +27,10 @@ _COARSE = 0.04  # m, by which a ring that is mounted a little wrong may read oth
 _FINE = 0.003  # m, by which a fitted one may
 _WIDEST = 4.0  # times ``LIMITS``: no error is sought beyond
 _OUT = 5.0  # deviations
-_STAGES = (("soft_l1", 10.0, 1e-2), ("soft_l1", 3.0, 1e-3), ("linear", 1.0, 1e-6))  # loss, its width, tolerance
+_FARTHEST = 8.0  # times a stage's width: what a jump may cost at most, so that no step is barred by one
+_WIDTHS = (10.0, 3.0, 3.0)  # deviations, beyond which the robust loss is linear, stage by stage
+_PLAIN = 6  # stages of plain least squares, at most
+_SETTLED = 1e-3  # of ``LIMITS``, by which the values move in the last of them
 _SEATINGS = 3  # rounds of fitting and asking who sits where
 _STILL = 6.0  # deviations, within which a sensor that always tells the same varies
 _OFTEN = 3  # stops at which a sensor that reads nothing at all should have read something
@@ -76,9 +79,7 @@ class RingFit:
     @property
     def open(self) -> tuple[str, ...]:
         """Errors that the readings do not tell: not known within what a careful mount keeps."""
-        return tuple(
-            name for name, m in zip(self.names, self.margins(), strict=True) if not m <= LIMITS[NAMES.index(name)]
-        )
+        return tuple(name for name, m in zip(self.names, self.margins(), strict=True) if not m <= LIMITS[NAMES.index(name)])
 
 
 class MountError(ValueError):
@@ -130,27 +131,32 @@ def _fit(
     """The fit of a ring of n sensors; ``mute`` ones never answered."""
     sigma = noise.at(np.nan_to_num(measured)) * math.sqrt(math.pi / 2) / np.sqrt(np.maximum(valid, 1))
     none, turned = ~np.isfinite(measured).any(axis=0), replace(ring, tilt=-ring.tilt)
-    wanted = {f: expected(scene, Setup((turned if f else ring,)), joints).distance for f in (False, True)}
-    tables = {f: costs(measured, w, _COARSE) for f, w in wanted.items()}
+    tables = {
+        f: costs(measured, expected(scene, Setup((turned if f else ring,)), joints).distance, _COARSE) for f in (False, True)
+    }
     order = best_order(tables, np.flatnonzero(none))
     start, seat, values = turned if order.flipped else ring, order.seat(ring.count), np.zeros(4)
     each = tables[order.flipped][np.arange(ring.count), seat] / len(joints)
-    often = np.isfinite(wanted[order.flipped]).sum(axis=0)[seat] >= _OFTEN
-    dead = mute | (none & often) | (_still(measured, sigma) & (each > _ASTRAY))
-    silent = np.flatnonzero(none | dead)
-    measured = np.where(dead, np.nan, measured)
+    same = _still(measured, sigma)
+    silent = np.flatnonzero(none | (same & (each > _ASTRAY)))
+    read_by_wire = np.where(np.isin(np.arange(ring.count), silent), np.nan, measured)
     for _ in range(_SEATINGS):
         back = np.argsort(seat)
-        read = _Read(joints, measured[:, back], sigma[:, back])
+        read = _Read(joints, read_by_wire[:, back], sigma[:, back])
         values, covariance, used, scale = _least_squares(scene, start, read, values)
         built = moved(scene, start, values)
         wanted = expected(scene, Setup((built,)), joints).distance + values[3]
-        spread = np.sqrt((scale * noise.at(np.where(np.isfinite(wanted), wanted, 0.0))) ** 2 / max(_count(valid), 1) + _FINE**2)
-        again = reseated(costs(measured, wanted, spread), seat, silent)
+        spread = np.sqrt(
+            (scale * noise.at(np.where(np.isfinite(wanted), wanted, 0.0))) ** 2 / max(_count(valid), 1) + _FINE**2
+        )
+        table = costs(measured, wanted, spread)
+        again = reseated(table, seat, silent)
         if (again == seat).all():
             break
         seat = again
-    some = free(scene, ring)
+    some, often = free(scene, ring), np.isfinite(wanted).sum(axis=0)[seat] >= _OFTEN
+    astray = table[np.arange(ring.count), seat] / len(joints) > _ASTRAY
+    dead = mute | (none & often) | (same & astray)
     return RingFit(
         ring,
         built,
@@ -184,7 +190,8 @@ def _least_squares(
     """Errors (4,), covariance of those that are free, readings used, and the scale of their residuals."""
     some, scale = free(scene, ring), math.inf
     values = values.copy()
-    for loss, width, close in _STAGES:
+    for width in (*_WIDTHS, *[math.inf] * _PLAIN):
+        loss, before = "soft_l1" if width < math.inf else "linear", values.copy()
         seen = expected(scene, Setup((moved(scene, ring, values),)), read.joints)
         with np.errstate(invalid="ignore"):
             off = (read.distance - values[3] - seen.distance) / read.sigma
@@ -193,19 +200,21 @@ def _least_squares(
             which &= np.abs(off) <= _OUT * max(_deviation(off[which]), 1e-9)
         if which.sum() < 3 * len(some):
             raise MountError(f"found {int(which.sum())} readings of the cell, allowed: {3 * len(some)} and more")
-        problem = _Problem(scene, ring, read, which, some, values)
+        problem = _Problem(scene, ring, read, which, some, values, _FARTHEST * (width if width < math.inf else _OUT))
         found = least_squares(
             problem.residuals,
             np.clip(values[some] / LIMITS[some], -0.99 * _WIDEST, 0.99 * _WIDEST),
             problem.slopes,
             bounds=(-_WIDEST, _WIDEST),
             loss=loss,
-            f_scale=width,
-            xtol=close,
-            ftol=close,
+            f_scale=min(width, 1e3),
+            xtol=1e-5,
+            ftol=1e-5,
             max_nfev=30,
         )
         values[some] = found.x * LIMITS[some]
+        if loss == "linear" and np.all(np.abs(values - before) <= _SETTLED * LIMITS):
+            break
     residuals = problem.residuals(found.x)
     scale = math.sqrt(float(residuals @ residuals) / (len(residuals) - len(some)))
     by = problem.slopes(found.x) / LIMITS[some]
@@ -227,9 +236,11 @@ def _deviation(values: np.ndarray) -> float:
 class _Problem:
     """Residuals and slopes, in deviations, of the readings ``which`` by errors in ``LIMITS``; the last answer is kept."""
 
-    def __init__(self, scene: Scene, ring: Ring, read: _Read, which: np.ndarray, some: np.ndarray, values: np.ndarray):
+    def __init__(
+        self, scene: Scene, ring: Ring, read: _Read, which: np.ndarray, some: np.ndarray, values: np.ndarray, most: float
+    ):
         self.scene, self.ring, self.read, self.which, self.some = scene, ring, read, which, some
-        self.fixed = values.copy()
+        self.fixed, self.most = values.copy(), most
         self.wanted, self.sigma = read.distance[which], read.sigma[which]
         self._at: np.ndarray | None = None
 
@@ -237,8 +248,11 @@ class _Problem:
         if self._at is None or not np.array_equal(x, self._at):
             self.fixed[self.some] = x * LIMITS[self.some]
             found, by = slopes(self.scene, moved(self.scene, self.ring, self.fixed), self.read.joints, self.which)
-            self._residuals = (found + self.fixed[3] - self.wanted) / self.sigma
-            self._slopes = (by * LIMITS)[:, self.some] / self.sigma[:, None]
+            off = (found + self.fixed[3] - self.wanted) / self.sigma
+            self._residuals = np.clip(off, -self.most, self.most)
+            self._slopes = np.where(
+                (np.abs(off) < self.most)[:, None], (by * LIMITS)[:, self.some] / self.sigma[:, None], 0.0
+            )
             self._at = x.copy()
 
     def residuals(self, x: np.ndarray) -> np.ndarray:

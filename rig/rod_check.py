@@ -112,7 +112,9 @@ def check_rod(
                 now = at_stops(read, setup, plan.joints[[pose]])
                 tested[i] = (now.total > 0).any()
                 told[i] = nearer(plan, empty, pose, now)
-    return RodCheck(plan, told, tested, share(plan.strata, plan.stratum[tested], told.any(axis=1)[tested], confidence), confidence)
+    return RodCheck(
+        plan, told, tested, share(plan.strata, plan.stratum[tested], told.any(axis=1)[tested], confidence), confidence
+    )
 
 
 def nearer(plan: RodPlan, empty: Stops, pose: int, now: Stops) -> Bool[np.ndarray, " K"]:
