@@ -2,10 +2,11 @@
 
 Each run mounts five rings of 16 sensors on a UR10 in a cell of floor, table and box, each ring off by up to 20 mm along its
 link, 5° of tilt and 5° of phase, its readings off by up to 20 mm; in one ring two sensors are swapped, one sensor of all is
-dead, and one ring is reversed: wired in reverse, or mounted the other way round. Readings scatter by 5 mm and 1 % of the distance,
-are rounded to 1 mm, and 2 % are lost. The mount check stops at 24 planned poses, 10 frames each; the coverage check puts a rod
-at 120 points, at three poses, planned for the setup as proposed. The true share of the coverage check is counted at every
-voxel of the target with the rings as they are mounted; nothing but these errors tells the simulated rig from the model.
+dead, and one ring is reversed: wired in reverse, or mounted the other way round. Readings scatter by 5 mm and 1 % of the
+distance, are rounded to 1 mm, and 2 % are lost. The mount check stops at 24 planned poses, 10 frames each; the coverage
+check puts a rod at 120 points, at three poses, planned for the setup as proposed. The true share of the coverage check is
+counted at every voxel of the target with the rings as they are mounted; nothing but these errors tells the simulated rig
+from the model.
 """
 
 import json

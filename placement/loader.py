@@ -174,7 +174,12 @@ def resolve(name_or_path: str, scene: Scene | None, sensor: Sensor | None = None
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write ``text`` to ``path`` at once: a temporary file beside it, flushed to the disk, then renamed over it.
+    """Write ``text`` to ``path`` at once, as ``write_bytes`` does; UserError if the file cannot be written."""
+    write_bytes(path, text.encode("utf-8", "replace"))
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write ``data`` to ``path`` at once: a temporary file beside it, flushed to the disk, then renamed over it.
 
     Raises:
         UserError: if the file cannot be written; an old one stays as it was.
@@ -182,11 +187,9 @@ def write_text(path: Path, text: str) -> None:
     temporary = None
     target = Path(os.path.realpath(path))  # a link stays a link
     try:
-        with tempfile.NamedTemporaryFile(
-            "w", encoding="utf-8", errors="replace", dir=target.parent, prefix=".place-rings-", delete=False
-        ) as file:
+        with tempfile.NamedTemporaryFile(dir=target.parent, prefix=".place-rings-", delete=False) as file:
             temporary = Path(file.name)
-            file.write(text)
+            file.write(data)
             file.flush()
             os.fsync(file.fileno())
         if target.exists():

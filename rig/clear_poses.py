@@ -1,6 +1,7 @@
 """Poses that a robot can be sent to: within its joints' limits, clear of itself and of the cell."""
 
 import itertools
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -16,8 +17,8 @@ _TRIES = 400
 
 
 def gaps(scene: Scene, joints: Float[np.ndarray, "P J"]) -> tuple[Float[np.ndarray, "P A"], Float[np.ndarray, "P B"]]:
-    """Of the robot's bodies at P poses, m: distances (P, A) of each two, and (P, B) of each from each obstacle, the latter no
-    larger than they are but for the roundness of bodies between points of their axes."""
+    """Of the robot's bodies at P poses, m: distances (P, A) of each two, and (P, B) of each from each obstacle; see
+    ``from_cell``."""
     bodies = robot_capsules(scene.robot, forward(scene.robot.chain, np.asarray(joints, float)))
     start, end, radius = bodies
     pairs = np.array(list(itertools.combinations(range(len(radius)), 2))).reshape(-1, 2)
@@ -40,14 +41,14 @@ def clear(scene: Scene, joints: Float[np.ndarray, "P J"], cell: float = CELL, ow
     """Which poses keep the joints' limits, ``cell`` m from every obstacle and ``own`` m between bodies. Two that are nearer
     than that at the scene's own poses belong together, as neighbours do, and are not asked."""
     limits = scene.robot.limits
-    good = np.ones(len(joints), bool)
+    good: Any = np.ones(len(joints), bool)
     if limits is not None:
         good = ((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=1)
     if not scene.robot.bodies:
         return good
     known = gaps(scene, np.array([p.q for p in scene.poses]))
     for found, usual, least in zip(gaps(scene, joints), known, (own, cell), strict=True):
-        good &= (found >= least)[:, (usual >= least).all(axis=0)].all(axis=1)
+        good = good & (found >= least)[:, (usual >= least).all(axis=0)].all(axis=1)
     return good
 
 

@@ -1,7 +1,7 @@
 """What sensors of a mounted setup return: the nearest thing in each beam, of robot, cell and a test rod.
 
-A single-zone sensor answers with the nearest point anywhere in its beam. Whatever lies nearer than that point on the way to it
-is in the beam too: so nothing can hide it, and the distance is the least over all things, one by one.
+A single-zone sensor answers with the nearest point anywhere in its beam. Whatever lies on the way to that point is in the
+beam too, and nearer: so nothing can hide it, and the distance is the least over all things, one by one.
 """
 
 from typing import Any, NamedTuple
@@ -63,7 +63,7 @@ def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> Op
     here, v = slots(scene.robot, setup.rings, square=True), ring_values(setup)
     frames = forward(scene.robot.chain, np.asarray(joints, float))
     apex, axis, up = (np.asarray(a).reshape(-1, 3) for a in slot_beams(here, v.position, v.tilt, v.phase, frames))
-    half, range_m, half_up = (np.tile(a, len(joints)) for a in (here.half_angle, here.range_m, here.half_up))
+    half, range_m, half_up = (np.tile(np.asarray(a), len(joints)) for a in (here.half_angle, here.range_m, here.half_up))
     return Optics(apex, axis, half, range_m, up, half_up)
 
 
@@ -87,8 +87,8 @@ def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
     some = only(beams, near)
     square, distance = some.half_up > 0, np.full(len(near), np.inf)
     if not square.all():
-        r = only(some, ~square)
-        distance[~square] = polyhedron_in_beam(r.apex, r.axis, r.half_angle, r.range_m, body)
+        round_ = Beam(*(np.asarray(getattr(some, key))[~square] for key in Beam._fields))
+        distance[~square] = polyhedron_in_beam(round_.apex, round_.axis, round_.half_angle, round_.range_m, body)
     if square.any():
         distance[square] = _in_square(only(some, square), lambda row, origin, way: ray_to_polyhedron(origin, way, body))
     distance[body(some.apex) <= 0] = 0.0
@@ -99,7 +99,7 @@ def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
 def to_capsules(beams: Optics, of: Int[np.ndarray, " R"], capsules: Capsules) -> Float[np.ndarray, " R"]:
     """Distance (R,) m of the nearest of capsules, start and end (T, M, 3) m, of which beam r is among those of ``of[r]``."""
     found = np.full(len(beams), np.inf)
-    start, end, radius = capsules
+    start, end, radius = (np.asarray(a) for a in capsules)
     reach = np.linalg.norm(end - start, axis=2) / 2 + radius + _NEAR
     pairs = [np.flatnonzero(_off(beams, (start[of, m] + end[of, m]) / 2) <= reach[of, m]) for m in range(len(radius))]
     row, m = np.concatenate(pairs), np.repeat(np.arange(len(radius)), [len(p) for p in pairs])
@@ -142,4 +142,6 @@ def _off(beams: Optics, points: Any) -> Any:
 
 
 def _in_square(beams: Optics, hit: Any) -> Any:
-    return nearest_in_square(beams.apex, beams.axis, beams.up, beams.half_angle, beams.half_up, beams.range_m, hit)
+    apex, axis, up = (np.asarray(a) for a in (beams.apex, beams.axis, beams.up))
+    half, half_up, range_m = (np.asarray(a) for a in (beams.half_angle, beams.half_up, beams.range_m))
+    return nearest_in_square(apex, axis, up, half, half_up, range_m, hit)

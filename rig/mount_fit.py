@@ -1,9 +1,9 @@
 """How rings are truly mounted: the errors that bring what is expected nearest to what was read, with their uncertainty.
 
-Least squares over the readings that the known cell returns, ring by ring, as no ring's readings depend on another's. Distances
-jump where a beam grazes an edge, so that a robust loss leads to the neighbourhood of the answer; there what is off by more than
-five deviations is left out, and plain least squares has the last word. Uncertainty follows from the slopes and is scaled by the
-residuals themselves: noise that is larger than thought, or a cell that is not quite as told, widens it.
+Least squares over the readings that the known cell returns, ring by ring, as no ring's readings depend on another's.
+Distances jump where a beam grazes an edge, so that a robust loss leads to the neighbourhood of the answer; there what is off
+by more than five deviations is left out, and plain least squares has the last word. Uncertainty follows from the slopes and
+is scaled by the residuals themselves: noise larger than thought, or a cell that is not quite as told, widens it.
 """
 
 import math
@@ -41,9 +41,9 @@ _ASTRAY = 4.0  # mean cost of a stop, above which that is not what its seat shou
 class RingFit:
     """A ring as it was found to be mounted.
 
-    nominal, ring: as proposed, and as built. names: of the p errors that were estimated, ``values`` (p,) m and rad with their
-    ``covariance`` (p, p), from ``used`` readings with residuals of ``scale`` deviations. order, seat (n,): of each wire the
-    seat. mixed: wires that sit elsewhere than the order says. dead: wires that tell nothing, or always the same.
+    nominal, ring: as proposed, and as built. names: of the p errors that were estimated, ``values`` (p,) m and rad with
+    their ``covariance`` (p, p), from ``used`` readings with residuals of ``scale`` deviations. order, seat (n,): of each
+    wire the seat. mixed: wires that sit elsewhere than the order says. dead: wires that tell nothing, or always the same.
     """
 
     nominal: Ring

@@ -30,11 +30,11 @@ def moved(scene: Scene, ring: Ring, values: Float[np.ndarray, " 4"]) -> Ring:
 def slopes(
     scene: Scene, ring: Ring, joints: Float[np.ndarray, "P J"], which: Bool[np.ndarray, "P n"]
 ) -> tuple[Float[np.ndarray, " M"], Float[np.ndarray, "M 4"]]:
-    """Distances (M,) m of the cell's nearest surface in the beams of a ring of n sensors, for the M pairs of joint vector and
-    sensor of ``which``, and their derivatives (M, 4) by ``NAMES``.
+    """Distances (M,) m of the cell's nearest surface in the beams of a ring of n sensors, for the M pairs of joint vector
+    and sensor of ``which``, and their derivatives (M, 4) by ``NAMES``.
 
-    Where there is no surface the distance is the sensor's range. Where a distance jumps its derivatives are 0. A little to the
-    side the nearest body is the same one: no other is looked at there.
+    Where there is no surface the distance is the sensor's range. Where a distance jumps its derivatives are 0. A little to
+    the side the nearest body is the same one: no other is looked at there.
     """
     rings = [ring, *(moved(scene, ring, _STEP * one) for one in np.eye(4)[:3])]
     beams, bodies = beams_at(scene, Setup(tuple(rings)), joints), [o.body for o in scene.obstacles]

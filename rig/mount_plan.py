@@ -1,10 +1,10 @@
 """Where a robot should stand so that its rings' readings tell how they are mounted.
 
-A sensor returns the nearest point in its beam: of a wall met square that point is the foot of the perpendicular, wherever the
-beam points, and its distance tells nothing of a tilt within half the beam. Oblique surfaces and edges do tell. So poses are
-chosen by what they tell: of many clear ones, one by one, that which adds most to the information about all rings' errors, the
-sum of their log determinants (D-optimal; Fedorov, Theory of Optimal Experiments, 1972), over the setup as proposed and over a
-few drawn mountings of it, as the real one is not known yet. What is known beforehand, that a mount is careful, is counted in.
+A sensor returns the nearest point in its beam: of a wall met square that point is the foot of the perpendicular, wherever
+the beam points, and its distance tells nothing of a tilt within half the beam. Oblique surfaces and edges do tell. So poses
+are chosen by what they tell: of many clear ones, one by one, that which adds most to the information about the rings'
+errors, the sum of their log determinants (D-optimal; Fedorov, Theory of Optimal Experiments, 1972), over the setup as
+proposed and a few drawn mountings of it, as the real one is not known yet. That a mount is careful is counted in.
 """
 
 from dataclasses import dataclass
@@ -91,7 +91,8 @@ def planned(
         errors = rng.uniform(-1, 1, (len(setup.rings), 4)) * LIMITS * (draw > 0)
         parts.append(_information(scene, setup, joints, errors, noise, frames))
     each = np.mean(parts, axis=0)
-    total, chosen = np.tile(np.eye(4), (len(setup.rings), 1, 1)), []
+    total = np.tile(np.eye(4), (len(setup.rings), 1, 1))
+    chosen: list[int] = []
     for _ in range(min(poses, len(joints))):
         value = np.linalg.slogdet(total + each)[1].sum(axis=1)
         value[chosen] = -np.inf

@@ -1,8 +1,8 @@
 """How a Time-of-Flight sensor errs about the true distance: noise, whole millimetres, readings that are lost.
 
-The maker of the VL53L1X gives a ranging error of 20 mm in the dark, the sum of an offset, which stays, and of the scatter from
-reading to reading (user manual of STEBCN2V1). The defaults take 5 mm of scatter near by, and 1 % of the distance
-far off; the offset is a matter of each ring (``place_rings.rig.world``). They are assumptions: a self check measures the real ones.
+A ranging error of 20 mm in the dark is told of the VL53L1X: the sum of an offset, which stays, and of the scatter from
+reading to reading (user's manual of the STEBCN2V1). The defaults take 5 mm of scatter near by and 1 % of the distance far
+off; the offset is a matter of each ring (see ``World``). They are assumptions: a self check measures the real scatter.
 """
 
 from dataclasses import dataclass

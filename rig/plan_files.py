@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -135,8 +135,9 @@ def read_mount_plan(path: Path) -> MountPlan:
 
 def write_rod_plan(path: Path, plan: RodPlan) -> None:
     """Write a plan of trials as TOML; UserError if it cannot be written."""
+    name: Any = plan.target.name
     found = RodPlanFile(
-        target=plan.target.name,
+        target=name,
         target_radius=plan.target.radius,
         testable_percent=100 * plan.testable,
         rod=RodModel(**vars(plan.rod)),

@@ -57,8 +57,8 @@ def joined(parts: list[Readings]) -> Readings:
 class Stops:
     """What K sensors, as wired, read while the robot stood at each of P stops.
 
-    joints (P, J) rad: mean of what was told there. distance (P, K) m: median of the valid readings, nan where fewer than half
-    were valid. valid, total (P, K): readings. failed (P, K): those without an answer. spread (P, K) m: 1.4826 times the
+    joints (P, J) rad: mean of what was told there. distance (P, K) m: median of the valid readings, nan where fewer than
+    half were valid. valid, total (P, K): readings. failed (P, K): those without an answer. spread (P, K) m: 1.4826 times the
     median distance from the median, nan where fewer than two were valid.
     """
 

@@ -1,8 +1,8 @@
 """A test rod: where it can stand, and whether the rings see it there.
 
-The rod is a capsule upright in the base frame. A sensor tells of it where it returns the rod, and nearer than what it returns
-without the rod by more than readings scatter. So a rod is seen from farther to the side than its middle: what is predicted here
-is for the rod, not for a point.
+The rod is a capsule upright in the base frame. A sensor tells of it where it returns the rod, and nearer than what it
+returns without the rod by more than readings scatter. A rod is seen though its middle lies beside every beam: what is
+predicted here is for the rod, not for a point.
 """
 
 import math
@@ -57,7 +57,7 @@ def placeable(
 ) -> Bool[np.ndarray, " N"]:
     """Where the rod can stand at pose ``q`` (J,) rad: ``clear`` m off the robot and the obstacles."""
     stands = rod.at(points)
-    good = (from_cell(scene, stands) >= clear).all(axis=1)
+    good = np.asarray((from_cell(scene, stands) >= clear).all(axis=1))
     if scene.robot.bodies:
         start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, q))
         for a, b, r in zip(start, end, radius, strict=True):
@@ -86,7 +86,7 @@ def seen(
     for k in np.flatnonzero(np.ones(len(beams), bool) if alive is None else alive):
         left = np.flatnonzero(~found)
         cosine, sine = np.cos(around.half_angle[k]), np.sin(around.half_angle[k])
-        off = cone(points[left], around.apex[k], around.axis[k], cosine, sine, around.range_m[k])
+        off = cone(points[left], np.asarray(around.apex[k]), around.axis[k], cosine, sine, around.range_m[k])
         near = left[off <= reach]
         if beams.half_up[k] <= 0:
             one = (beams.apex[k], beams.axis[k], beams.half_angle[k], beams.range_m[k])
@@ -97,6 +97,6 @@ def seen(
         k, n = np.concatenate(pairs, axis=1)
         k, n = k[~found[n]], n[~found[n]]
         start, end, radius = rod.at(points[n])
-        distance = in_beams(only(beams, k), start[:, 0], end[:, 0], np.broadcast_to(radius, len(n)))
+        distance = in_beams(only(beams, k), np.asarray(start[:, 0]), np.asarray(end[:, 0]), np.full(len(n), radius[0]))
         found[n[distance < limit[k]]] = True
     return found

@@ -1,13 +1,14 @@
 """What the trials with the rod say of the coverage: seen or not, the share of the target, and whether that is as predicted.
 
-The share is the sum of the strata's, by their weights. Its interval joins Wilson's intervals of the strata by the recovered
-variances of their limits (MOVER; Zou and Donner 2008, Statistics in Medicine 27): the squares of what each stratum's weighted limit is off
-are added. A stratum of which nothing was tested may be anything.
+The share is the sum of the strata's, by their weights. Its interval joins Wilson's intervals of the strata by the variances
+recovered from their limits (MOVER; Zou and Donner 2008, Statistics in Medicine 27): the squares of what each stratum's
+weighted limit is off are added. A stratum of which nothing was tested may be anything.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Int
@@ -33,8 +34,8 @@ class Share:
 class RodCheck:
     """What came out.
 
-    told (T, K): which sensors, as wired, told of the rod. tested (T,): trials that were done. share: of the target, measured;
-    predicted: the same as planned. table (2, 2): trials by what was predicted (seen, not seen) and by what was (seen, not seen).
+    told (T, K): which sensors, as wired, told of the rod. tested (T,): trials that were done. share: of the target,
+    measured; predicted: the same as planned. table (2, 2): trials by what was predicted (seen, not seen) and by what was.
     """
 
     plan: RodPlan
@@ -46,7 +47,7 @@ class RodCheck:
     @property
     def seen(self) -> Bool[np.ndarray, " T"]:
         """Was the rod told by any sensor?"""
-        return self.told.any(axis=1)
+        return _any(self.told)
 
     @property
     def predicted(self) -> float:
@@ -54,7 +55,7 @@ class RodCheck:
 
     @property
     def table(self) -> Int[np.ndarray, "2 2"]:
-        cells = [[self.plan.covered == p, self.seen == s] for p in (True, False) for s in (True, False)]
+        cells: Any = [[self.plan.covered == p, self.seen == s] for p in (True, False) for s in (True, False)]
         return np.array([(a & b & self.tested).sum() for a, b in cells]).reshape(2, 2)
 
     @property
@@ -65,10 +66,10 @@ class RodCheck:
     def text(self) -> list[str]:
         """The verdict in lines."""
         (a, b), (c, d) = self.table
-        s, p = self.share, self.plan
+        s, p, rod = self.share, self.plan, self.plan.rod
         lines = [
-            f"{self.tested.sum()} of {len(self.tested)} trials with a rod {2000 * p.rod.radius:.0f} mm thick and"
-            f" {1000 * (p.rod.length + 2 * p.rod.radius):.0f} mm long, in the {100 * p.testable:.0f} % of {p.target} where it"
+            f"{self.tested.sum()} of {len(self.tested)} trials with a rod {2000 * rod.radius:.0f} mm thick and"
+            f" {1000 * (rod.length + 2 * rod.radius):.0f} mm long, in the {100 * p.testable:.0f} % of {p.target} where it"
             " can stand.",
             f"Predicted seen: {a} seen, {b} not. Predicted unseen: {c} seen, {d} not.",
             f"Measured ζ {100 * s.value:.1f} % ({100 * s.low:.1f} to {100 * s.high:.1f}), predicted"
@@ -107,14 +108,16 @@ def check_rod(
         if not (empty.total[pose] > 0).any():
             continue
         for i in np.flatnonzero(plan.pose == pose):
-            read = trials[i]
+            read = trials[int(i)]
             if read is not None and len(read):
                 now = at_stops(read, setup, plan.joints[[pose]])
                 tested[i] = (now.total > 0).any()
                 told[i] = nearer(plan, empty, pose, now)
-    return RodCheck(
-        plan, told, tested, share(plan.strata, plan.stratum[tested], told.any(axis=1)[tested], confidence), confidence
-    )
+    return RodCheck(plan, told, tested, share(plan.strata, plan.stratum[tested], _any(told)[tested], confidence), confidence)
+
+
+def _any(told: Bool[np.ndarray, "T K"]) -> Bool[np.ndarray, " T"]:
+    return np.asarray(told.any(axis=1))
 
 
 def nearer(plan: RodPlan, empty: Stops, pose: int, now: Stops) -> Bool[np.ndarray, " K"]:
@@ -122,7 +125,7 @@ def nearer(plan: RodPlan, empty: Stops, pose: int, now: Stops) -> Bool[np.ndarra
     was, read = empty.distance[pose], now.distance[0]
     with np.errstate(invalid="ignore"):
         closer = read < was - plan.detection.margin(was)
-    return np.isfinite(read) & (closer | (np.isnan(was) & (empty.total[pose] > 0)))
+    return np.asarray(np.isfinite(read) & (closer | (np.isnan(was) & (empty.total[pose] > 0))))
 
 
 def share(

@@ -1,8 +1,8 @@
-"""Where to put the test rod: points drawn in the target at each pose, as many where it should be seen as where it should not.
+"""Where to put the test rod: points drawn in the target at each pose, as many where it should be seen as where not.
 
 The points are middles of the target's voxels at which the rod can stand. They fall into strata, by pose and by what is
-predicted; from each stratum as many are drawn, without looking, so that both kinds of error are looked for alike. A stratum's
-weight is its share of the target, so that the share that is seen is known for the whole.
+predicted; as many are drawn from each, so that both kinds of error are looked for alike. A stratum's weight is its share of
+the target, so that the share that is seen is known for the whole.
 """
 
 from collections.abc import Sequence
@@ -136,7 +136,9 @@ def plan_rod(
         raise ValueError(f"found {trials} trials, allowed: 1 and more")
     rod, detection = rod or Rod(), detection or Detection()
     where, rng = where or places(scene, target, rod), np.random.default_rng(seed)
-    strata, stratum, point = [], [], []
+    strata: list[Stratum] = []
+    stratum: list[int] = []
+    point = []
     for i, points in enumerate(where.points):
         told = seen(scene, setup, scene.poses[i].q, points, rod, detection, alive)
         kinds = [some for some in (True, False) if (told == some).any()]

@@ -1,4 +1,4 @@
-"""The first look at a rig that stands still: does every sensor answer, how often, how noisily, and which see the robot itself."""
+"""The first look at a rig that stands still: does every sensor answer, how often, how noisily, and which see the robot?"""
 
 from dataclasses import dataclass
 
@@ -32,9 +32,9 @@ class RingHealth:
 class SelfCheck:
     """What K sensors, as wired and ring by ring, read at one pose.
 
-    answers (K,): share of readings that were answers at all. valid (K,): share with a target. distance, spread (K,) m: median,
-    and deviation by the median. expected (K,) m: what was to be read, infinite where nothing; what (K,): of what, as in
-    ``Expected``.
+    answers (K,): share of readings that were answers at all. valid (K,): share with a target. distance, spread (K,) m:
+    median, and deviation by the median. expected (K,) m: what was to be read, infinite where nothing; what (K,): of what, as
+    in ``Expected``.
     """
 
     setup: Setup

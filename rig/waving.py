@@ -48,8 +48,9 @@ def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = Non
     for k in range(count):
         mine = some.only(some.sensor == k)
         usual = np.median(mine.distance) if 2 * len(mine) > total[k] else np.inf
-        margin = max(_LEAST, _SURE * float(noise.at(np.array(usual)))) if np.isfinite(usual) else 0.0
-        hand = mine.distance < usual - margin if np.isfinite(usual) else np.ones(len(mine), bool)
+        hand = np.ones(len(mine), bool)
+        if np.isfinite(usual):
+            hand = mine.distance < usual - max(_LEAST, _SURE * float(noise.at(np.array([usual]))[0]))
         if hand.any():
             time[k] = np.median(mine.time[hand])
     seat, told = np.full(count, _UNSEEN), np.flatnonzero(np.isfinite(time))

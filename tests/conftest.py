@@ -19,7 +19,7 @@ _STUDIES = (
 )
 _PLACEMENT = (f"place_rings.placement.{name}" for name in ("search", "finalists", "subset", "record"))
 install_import_hook(
-    ["place_rings.coverage", "place_rings.objectives", *_PLACEMENT, *_STUDIES],
+    ["place_rings.coverage", "place_rings.objectives", "place_rings.rig", *_PLACEMENT, *_STUDIES],
     f"{_checker.__name__}.check",
 )
 
