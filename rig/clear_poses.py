@@ -13,7 +13,7 @@ from ..objectives.scene import Scene
 CELL, OWN = 0.1, 0.04  # m, clearance of the robot's bodies: rings stand out of them
 _ALONG = 9  # points of a body's axis against the cell
 _TURN = np.pi  # rad either way of 0 that poses are drawn from, where limits leave more
-_TRIES = 400
+_TRIES = 100
 
 
 def gaps(scene: Scene, joints: Float[np.ndarray, "P J"]) -> tuple[Float[np.ndarray, "P A"], Float[np.ndarray, "P B"]]:

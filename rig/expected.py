@@ -23,7 +23,7 @@ from ..objectives.scene import Scene
 from .fan import nearest_in_square, ray_to_capsule, ray_to_polyhedron
 
 NOTHING, ROBOT, CELL, ROD = -1, 0, 1, 2  # what a sensor returns
-_LEAST, _MOST = 1 << 8, 1 << 12  # pairs of beam and capsule worked on at once
+_FEW, _MANY = 1 << 9, 1 << 12  # pairs of beam and capsule worked on at once: two compilations
 _NEAR = 1e-6  # m
 
 
@@ -116,8 +116,7 @@ def in_beams(
     if not square.all():
         r = ~square
         rows = (beams.apex, beams.axis, beams.half_angle, beams.range_m, start, end, radius)
-        size = min(_MOST, max(_LEAST, 1 << (int(r.sum()) - 1).bit_length()))
-        found[r] = slabs(_capsules, tuple(a[r] for a in rows), size=size)
+        found[r] = slabs(_capsules, tuple(a[r] for a in rows), size=_FEW if r.sum() <= 2 * _FEW else _MANY)
     if square.any():
         a, b, thick = start[square], end[square], radius[square]
 

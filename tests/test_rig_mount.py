@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.chain import forward
-from place_rings.coverage.polyhedra import box
 from place_rings.coverage.rings import Ring, Setup
-from place_rings.objectives.scene import Obstacle, Pose, Scene
+from place_rings.objectives.exact import Verifier
+from place_rings.objectives.scene import Scene
 from place_rings.placement.errors import UserError
 from place_rings.placement.loader import read_proposal
 from place_rings.rig.as_built import AsBuilt
@@ -27,13 +27,12 @@ from place_rings.rig.world import DEAD, World
 from .drawing import seeds
 from .rig_cell import FLOOR, SCENE, SETUP
 
-WALL = Obstacle("wall", box((0.0, 0.0, 1.3), (6.0, 6.0, 1.2)))  # over the robot, at the height of its shoulder and more
 QUIET = Noise(0.0, 0.0, 0.0, 0.0)
 
 
 @pytest.fixture(scope="module")
 def plan():
-    return planned(SCENE, SETUP, poses=12, frames=8, candidates=60)
+    return planned(SCENE, SETUP, poses=10, frames=8, candidates=30)
 
 
 def test_slopes_are_those_of_what_is_expected():
@@ -72,17 +71,18 @@ def test_clear_poses_keep_limits_and_their_distance():
     assert np.all(cell[:, usual[1][0] >= 0.1] >= 0.1)
     tcp = forward(SCENE.robot.chain, joints)[:, -1, :3, 3]
     assert np.all(tcp[:, 2] > -0.75)
-    assert not clear(SCENE, np.radians([[0, 90, 0, 0, 0, 0]]))[0]  # into the table
+    down = np.radians([0, 90, 0, 0, 0, 0])  # into the floor
+    assert not clear(SCENE, down[None])[0]
     with pytest.raises(ValueError, match="clear poses"):
-        drawn(replace(SCENE, poses=(Pose(SCENE.poses[0].q),), obstacles=(WALL,)), 1, 0)
+        drawn(replace(SCENE, robot=replace(SCENE.robot, limits=np.stack([down, down + 1e-3], axis=1))), 1, 0)
 
 
 def test_poses_are_chosen_by_what_they_tell(plan):
-    few = planned(SCENE, SETUP, poses=4, frames=8, candidates=60)
+    few = planned(SCENE, SETUP, poses=4, frames=8, candidates=30)
     assert np.all(plan.deviations() <= few.deviations() + 1e-12)
     assert len(few.joints) == 4
     assert plan.unobservable(SCENE, SETUP) == []
-    assert few.joints.tolist() == planned(SCENE, SETUP, poses=4, frames=8, candidates=60).joints.tolist()
+    assert {tuple(q) for q in few.joints} <= {tuple(q) for q in plan.joints}  # greedy
     with pytest.raises(ValueError, match="known cell"):
         planned(replace(SCENE, obstacles=()), SETUP)
 
@@ -124,7 +124,7 @@ def test_orders_and_exchanges_are_found(seed, count, silent):
 
 
 def injected(rng, errors):
-    """Both rings off by ``errors`` (2, 4), the first mounted the other way round, two sensors of the second swapped, one dead."""
+    """Both rings off by ``errors`` (2, 4), the first the other way round, two sensors of the second swapped, one dead."""
     rings = [replace(SETUP.rings[0], tilt=-SETUP.rings[0].tilt), SETUP.rings[1]]
     seat = np.concatenate([-np.arange(8) % 8, 8 + np.array([0, 4, 2, 3, 1, 5])])
     seat[3] = DEAD
@@ -161,10 +161,11 @@ def test_what_was_done_is_found(plan, seed, tmp_path):
     for said in ("the other way round", "sensors 1 and 4 are swapped", "dead: sensor 3", "slip", "tilt"):
         assert said in words
     if seed == 1:
-        (tmp_path / "built.toml").write_text(built.toml("built"))
+        verifier = Verifier(SCENE, 0.04)
+        (tmp_path / "built.toml").write_text(built.toml("built", verifier))
         setup, _, file = read_proposal(tmp_path / "built.toml")
         assert setup == built.setup
-        zeta = built.zeta(SCENE.goals[0].target)
+        zeta = built.zeta(SCENE.goals[0].target, verifier)
         assert file.zeta[0].zeta_percent == pytest.approx(100 * zeta.built, abs=1e-9)
         assert zeta.alive < zeta.built
 
