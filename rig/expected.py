@@ -87,8 +87,8 @@ def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
     some = only(beams, near)
     square, distance = some.half_up > 0, np.full(len(near), np.inf)
     if not square.all():
-        round_ = Beam(*(np.asarray(getattr(some, key))[~square] for key in Beam._fields))
-        distance[~square] = polyhedron_in_beam(round_.apex, round_.axis, round_.half_angle, round_.range_m, body)
+        apex, axis, half, range_m = (np.asarray(getattr(some, key))[~square] for key in Beam._fields)
+        distance[~square] = polyhedron_in_beam(apex, axis, half, range_m, body)
     if square.any():
         distance[square] = _in_square(only(some, square), lambda row, origin, way: ray_to_polyhedron(origin, way, body))
     distance[body(some.apex) <= 0] = 0.0

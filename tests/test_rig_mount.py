@@ -131,9 +131,8 @@ def injected(rng, errors):
     return Setup(tuple(moved(SCENE, r, e) for r, e in zip(rings, errors, strict=True))), seat
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_what_was_done_is_found(plan, seed, tmp_path):
-    rng = np.random.default_rng(seed)
+def test_what_was_done_is_found(plan, tmp_path):
+    rng = np.random.default_rng(1)
     errors = rng.uniform(-1, 1, (2, 4)) * LIMITS
     errors[1, 0] = 0.0
     mounted, seat = injected(rng, errors)
@@ -160,14 +159,13 @@ def test_what_was_done_is_found(plan, seed, tmp_path):
     words = "\n".join(built.text())
     for said in ("the other way round", "sensors 1 and 4 are swapped", "dead: sensor 3", "slip", "tilt"):
         assert said in words
-    if seed == 1:
-        verifier = Verifier(SCENE, 0.04)
-        (tmp_path / "built.toml").write_text(built.toml("built", verifier))
-        setup, _, file = read_proposal(tmp_path / "built.toml")
-        assert setup == built.setup
-        zeta = built.zeta(SCENE.goals[0].target, verifier)
-        assert file.zeta[0].zeta_percent == pytest.approx(100 * zeta.built, abs=1e-9)
-        assert zeta.alive < zeta.built
+    verifier = Verifier(SCENE, 0.04)
+    (tmp_path / "built.toml").write_text(built.toml("built", verifier))
+    setup, _, file = read_proposal(tmp_path / "built.toml")
+    assert setup == built.setup
+    zeta = built.zeta(SCENE.goals[0].target, verifier)
+    assert file.zeta[0].zeta_percent == pytest.approx(100 * zeta.built, abs=1e-9)
+    assert zeta.alive < zeta.built
 
 
 def test_a_region_holds_the_truth_as_often_as_it_says():
@@ -184,8 +182,8 @@ def test_a_region_holds_the_truth_as_often_as_it_says():
 
 
 def test_too_little_is_refused_by_name(plan):
-    world = World(SCENE, SETUP, np.array([*range(8), *[DEAD] * 6]))
+    world = World(SCENE, SETUP, np.array([*[DEAD] * 8, *range(8, 14)]))
     readings = world.readings(np.random.default_rng(0), plan.joints, 3)
-    assert np.all(readings.status[readings.ring == 1] == FAILED)
-    with pytest.raises(MountError, match=r"ring 1 \(tool\): found 0 readings"):
+    assert np.all(readings.status[readings.ring == 0] == FAILED)
+    with pytest.raises(MountError, match=r"ring 0 \(forearm\): found 0 readings"):
         fit_mount(SCENE, SETUP, at_stops(readings, SETUP, plan.joints))

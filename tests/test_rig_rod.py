@@ -54,13 +54,13 @@ def test_a_thick_rod_is_seen_where_its_middle_is_not():
     bare = Scene()
     setup = named_setup("n2_16_25")
     dot, ball = (Rod(r, 1e-6) for r in (1e-4, 0.035))
-    where = places(bare, TARGET, ball, 0.08)
+    where = places(bare, TARGET, ball, 0.12)
     shares = [rod_zeta(bare, setup, where, rod, Detection()) for rod in (dot, ball, Rod())]
     assert shares[0] + 0.1 < shares[1] < shares[2]
 
 
 def test_a_rod_keeps_clear_of_robot_and_cell(where):
-    points = np.array([[0.9, 0.0, 0.01], [0.9, 0.0, 0.2], [0.0, 0.0, 0.05], [0.4, 0.8, -0.6]])
+    points = np.array([[0.9, 0.5, 0.01], [0.9, 0.5, 0.2], [0.0, 0.0, 0.05], [0.4, 0.8, -0.6]])
     assert placeable(SCENE, Q, points, Rod()).tolist() == [False, True, False, False]
     assert where.testable < 1
     start = where.points[0] - [0, 0, 0.15]
@@ -115,10 +115,10 @@ def test_the_interval_holds_the_share_as_often_as_it_says():
     p = np.array([0.93, 0.1, 0.97, 0.05])
     truth, stratum = float(sum(s.weight * x for s, x in zip(strata, p, strict=True))), np.repeat(np.arange(4), 15)
     hits = 0
-    for _ in range(400):
+    for _ in range(250):
         s = share(strata, stratum, rng.random(60) < p[stratum])
         hits += s.low <= truth <= s.high
-    assert hits / 400 > 0.93
+    assert hits / 250 > 0.93
     some = share(strata, np.zeros(5, int), np.ones(5, bool))
     assert some.high == 1.0
     assert some.low < 0.5
@@ -172,7 +172,8 @@ def test_a_self_check_names_what_is_wrong():
     assert (found.rings[0].gaps, found.rings[1].gaps) == (0, 1)
     assert found.noisy.size == found.surprising.size == 0
     other = self_check(SCENE, SETUP, readings, Noise(0.0005, 0.0, 0.0))
-    assert len(other.noisy) > 3
+    np.testing.assert_array_equal(other.noisy, np.flatnonzero(other.valid > 0))
+    assert len(other.noisy)
     assert "never answer: 0:4" in found.text()
     with pytest.raises(ValueError, match="no reading"):
         self_check(SCENE, SETUP, readings.only(np.zeros(0, int)))
