@@ -2,8 +2,9 @@
 
 Least squares over the readings that the known cell returns, ring by ring, as no ring's readings depend on another's.
 Distances jump where a beam grazes an edge, so that a robust loss leads to the neighbourhood of the answer; there what is off
-by more than five deviations is left out, and plain least squares has the last word. Uncertainty follows from the slopes and
-is scaled by the residuals themselves: noise larger than thought, or a cell that is not quite as told, widens it.
+by more than five deviations is left out, as is what grazes, and plain least squares has the last word. Uncertainty follows
+from the slopes and is scaled by the residuals themselves: noise larger than thought, or a cell that is not quite as told,
+widens it.
 """
 
 import math
@@ -17,7 +18,7 @@ from scipy.optimize import least_squares
 from ..coverage.rings import Ring, Setup
 from ..objectives.scene import Scene
 from .expected import CELL, expected
-from .mount_model import LIMITS, NAMES, free, moved, slopes
+from .mount_model import LIMITS, NAMES, free, grazing, moved, slopes
 from .noise import Noise
 from .readings import Stops
 from .wiring import Order, best_order, costs, mixed, reseated
@@ -198,6 +199,7 @@ def _least_squares(
         which = np.isfinite(off) & (seen.what == CELL)
         if loss == "linear":
             which &= np.abs(off) <= _OUT * max(_deviation(off[which]), 1e-9)
+        which[which] = ~grazing(slopes(scene, moved(scene, ring, values), read.joints, which)[1])
         if which.sum() < 3 * len(some):
             raise MountError(f"found {int(which.sum())} readings of the cell, allowed: {3 * len(some)} and more")
         problem = _Problem(scene, ring, read, which, some, values, _FARTHEST * (width if width < math.inf else _OUT))
@@ -250,9 +252,8 @@ class _Problem:
             found, by = slopes(self.scene, moved(self.scene, self.ring, self.fixed), self.read.joints, self.which)
             off = (found + self.fixed[3] - self.wanted) / self.sigma
             self._residuals = np.clip(off, -self.most, self.most)
-            self._slopes = np.where(
-                (np.abs(off) < self.most)[:, None], (by * LIMITS)[:, self.some] / self.sigma[:, None], 0.0
-            )
+            told = (np.abs(off) < self.most) & ~grazing(by)
+            self._slopes = np.where(told[:, None], (by * LIMITS)[:, self.some] / self.sigma[:, None], 0.0)
             self._at = x.copy()
 
     def residuals(self, x: np.ndarray) -> np.ndarray:

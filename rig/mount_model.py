@@ -12,7 +12,7 @@ from .expected import beams_at, only, to_body
 NAMES = ("slip", "tilt", "phase", "offset")  # m along the link towards distal, rad, rad, m that its sensors tell too much
 LIMITS = np.array([0.02, np.radians(5.0), np.radians(5.0), 0.02])  # what a careful mount and a good sensor keep within
 _STEP = 1e-6  # m and rad, of differences
-_STEEP = 50.0  # a slope beyond that is a jump from one thing to another
+_STEEP = 6.0  # m a m or rad
 
 
 def free(scene: Scene, ring: Ring) -> Int[np.ndarray, " p"]:
@@ -33,8 +33,8 @@ def slopes(
     """Distances (M,) m of the cell's nearest surface in the beams of a ring of n sensors, for the M pairs of joint vector
     and sensor of ``which``, and their derivatives (M, 4) by ``NAMES``.
 
-    Where there is no surface the distance is the sensor's range. Where a distance jumps its derivatives are 0. A little to
-    the side the nearest body is the same one: no other is looked at there.
+    Where there is no surface the distance is the sensor's range. Where a distance jumps a derivative is very large. A little
+    to the side the nearest body is the same one: no other is looked at there.
     """
     rings = [ring, *(moved(scene, ring, _STEP * one) for one in np.eye(4)[:3])]
     beams, bodies = beams_at(scene, Setup(tuple(rings)), joints), [o.body for o in scene.obstacles]
@@ -48,5 +48,10 @@ def slopes(
         beside = to_body(only(beams, index[1:, some].ravel()), body).reshape(3, -1)
         by[some, :3] = ((beside - found[some]) / _STEP).T
     by[found >= most, :3] = 0.0
-    by[~(np.abs(by) <= _STEEP)] = 0.0
     return found, by
+
+
+def grazing(by: Float[np.ndarray, "M 4"]) -> Bool[np.ndarray, " M"]:
+    """Which distances change by more than six times what moves: where a beam's side grazes a surface, or an edge. Such a
+    reading would outweigh all others, and over what it tells it is not even nearly linear."""
+    return ~np.asarray((np.abs(by[:, :3]) <= _STEEP).all(axis=1))

@@ -16,7 +16,7 @@ from ..coverage.rings import Setup
 from ..objectives.scene import Scene
 from .clear_poses import drawn
 from .expected import CELL, expected
-from .mount_model import LIMITS, NAMES, free, moved, slopes
+from .mount_model import LIMITS, NAMES, free, grazing, moved, slopes
 from .noise import Noise
 
 POSES, FRAMES = 24, 10
@@ -117,7 +117,7 @@ def _information(
     for i, ring in enumerate(rings):
         which = seen.what[:, first[i] : first[i + 1]] == CELL
         distance, by = slopes(scene, ring, joints, which)
-        by = by * LIMITS / (noise.at(distance) * np.sqrt(_MEDIAN / frames))[:, None]
+        by = np.where(grazing(by)[:, None], 0.0, by * LIMITS / (noise.at(distance) * np.sqrt(_MEDIAN / frames))[:, None])
         if len(free(scene, ring)) < 4:
             by[:, 0] = 0.0
         np.add.at(found[:, i], np.nonzero(which)[0], by[:, :, None] * by[:, None, :])
