@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..coverage.blinding import Beam, capsule_in_beam, polyhedron_in_beam
-from ..coverage.capsules import Capsules, robot_capsules
+from ..coverage.capsules import Capsules, point_to_segment, robot_capsules
 from ..coverage.chain import forward
 from ..coverage.optics import Optics
 from ..coverage.polyhedra import Polyhedron
@@ -24,6 +24,7 @@ from .fan import nearest_in_square, ray_to_capsule, ray_to_polyhedron
 
 NOTHING, ROBOT, CELL, ROD = -1, 0, 1, 2  # what a sensor returns
 _FEW, _MANY = 1 << 9, 1 << 12  # pairs of beam and capsule worked on at once: two compilations
+_PIECES = 4  # of a capsule, each in a ball, to tell what is not in a beam
 _NEAR = 1e-6  # m
 
 
@@ -46,14 +47,14 @@ def expected(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"], rod: 
     """
     poses, which = np.unique(joints, axis=0, return_inverse=True)
     beams, of = beams_at(scene, setup, poses), np.repeat(np.arange(len(poses)), setup.sensors)
-    found = np.full((3, len(joints), setup.sensors), np.inf)
+    found, cell = np.full((3, len(joints), setup.sensors), np.inf), to_cell(beams, tuple(o.body for o in scene.obstacles))
+    found[CELL] = cell.reshape(len(poses), -1)[which.ravel()]
     if scene.robot.bodies:
         bodies = robot_capsules(scene.robot, forward(scene.robot.chain, poses))
-        found[ROBOT] = to_capsules(beams, of, bodies).reshape(len(poses), -1)[which.ravel()]
-    found[CELL] = to_cell(beams, tuple(o.body for o in scene.obstacles)).reshape(len(poses), -1)[which.ravel()]
+        found[ROBOT] = to_capsules(beams, of, bodies, cell).reshape(len(poses), -1)[which.ravel()]
     if rod is not None:
-        every = np.repeat(np.arange(len(joints)), setup.sensors)
-        found[ROD] = to_capsules(beams_at(scene, setup, joints), every, rod).reshape(found[ROD].shape)
+        every, within = np.repeat(np.arange(len(joints)), setup.sensors), found.min(axis=0).ravel()
+        found[ROD] = to_capsules(beams_at(scene, setup, joints), every, rod, within).reshape(found[ROD].shape)
     distance = found.min(axis=0)
     return Expected(distance, np.where(np.isfinite(distance), found.argmin(axis=0), NOTHING))
 
@@ -96,12 +97,21 @@ def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
     return found
 
 
-def to_capsules(beams: Optics, of: Int[np.ndarray, " R"], capsules: Capsules) -> Float[np.ndarray, " R"]:
-    """Distance (R,) m of the nearest of capsules, start and end (T, M, 3) m, of which beam r is among those of ``of[r]``."""
+def to_capsules(
+    beams: Optics, of: Int[np.ndarray, " R"], capsules: Capsules, within: Float[np.ndarray, " R"]
+) -> Float[np.ndarray, " R"]:
+    """Distance (R,) m of the nearest of capsules, start and end (T, M, 3) m, of which beam r is among those of ``of[r]``;
+    one that is not nearer than ``within`` (R,) m may be left out."""
     found = np.full(len(beams), np.inf)
     start, end, radius = (np.asarray(a) for a in capsules)
-    reach = np.linalg.norm(end - start, axis=2) / 2 + radius + _NEAR
-    pairs = [np.flatnonzero(_off(beams, (start[of, m] + end[of, m]) / 2) <= reach[of, m]) for m in range(len(radius))]
+    reach = np.linalg.norm(end - start, axis=2) / (2 * _PIECES) + radius + _NEAR
+    pairs = []
+    for m, thick in enumerate(radius):
+        a, b = start[of, m], end[of, m]
+        near = np.flatnonzero(point_to_segment(np.asarray(beams.apex), a, b) - thick < within)
+        some, a, b = only(beams, near), a[near], b[near]
+        off = [_off(some, a + (i + 0.5) / _PIECES * (b - a)) for i in range(_PIECES)]
+        pairs.append(near[np.min(off, axis=0) <= reach[of[near], m]])
     row, m = np.concatenate(pairs), np.repeat(np.arange(len(radius)), [len(p) for p in pairs])
     if len(row):
         np.minimum.at(found, row, in_beams(only(beams, row), start[of[row], m], end[of[row], m], radius[m]))
