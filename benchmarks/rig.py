@@ -304,7 +304,7 @@ def row(name: str, runs: int, run: Callable[[Found], None], bound: str) -> tuple
 def of_robot(runs: int, seed: int) -> list[tuple[tuple, Found]]:
     """Rows of the robot's faults, and of the check's own."""
     rng, rows = np.random.default_rng(seed), []
-    with tempfile.TemporaryDirectory() as place, SimulatedRig((_PLAIN, command(2)), "127.0.7.1") as rig:
+    with tempfile.TemporaryDirectory() as place, SimulatedRig((_PLAIN, command(2))) as rig:
         folder = Path(place)
         for name, (do, more) in _ROBOT.items():
             bound = "80" if name != "packages fall behind" else "80 behind"
@@ -319,7 +319,7 @@ def of_robot(runs: int, seed: int) -> list[tuple[tuple, Found]]:
 def of_rings(runs: int, seed: int) -> list[tuple[tuple, Found]]:
     """Rows of the faults of rings' lines."""
     rng = np.random.default_rng(seed)
-    with SimulatedRig((_PLAIN, command(2)), "127.0.7.2") as rig:
+    with SimulatedRig((_PLAIN, command(2))) as rig:
         return [
             row(f"a ring: {name}", runs, partial(ring_fault, rig, name, rng), f"{1000 * bound:.0f}")
             for name, (*_, bound) in _RINGS.items()
@@ -330,7 +330,7 @@ def of_motion(runs: int, seed: int) -> list[tuple[tuple, Found]]:
     """Rows of faults while the robot moves."""
     signal.signal(signal.SIGINT, signal.default_int_handler)  # which a job in the background ignores
     rng = np.random.default_rng(seed)
-    with SimulatedRig((_PLAIN, command(1)), "127.0.7.3") as rig:
+    with SimulatedRig((_PLAIN, command(1))) as rig:
         return [
             row(f"on the move: {name}", runs, partial(moving_fault, rig, kind, rng), "1000")
             for kind, name in _MOVING.items()
@@ -360,7 +360,7 @@ def throughput() -> list[tuple]:
     data, reader, start = rng.bytes(10**7), decoder("place-rings", 16), time.perf_counter()
     count = sum(len(reader.feed(data[i : i + 1024], 0.0)) for i in range(0, len(data), 1024))
     rows.append(("random bytes, 10⁷", f"{count} frames", f"{10 / (time.perf_counter() - start):.0f} MB/s", "0 exceptions"))
-    with SimulatedRig((_PLAIN, command(10, 16, 100.0)), "127.0.7.4") as rig:
+    with SimulatedRig((_PLAIN, command(10, 16, 100.0))) as rig:
         with Rings([Port(rig.ring(i), 16) for i in range(10)]) as rings:
             time.sleep(1)
             first, cpu, start = sum(c.frames for c in rings.counts), time.process_time(), time.monotonic()

@@ -223,7 +223,7 @@ FAULTS = {
 def test_the_clients_own_ways_to_fail_are_found_in_time(name):
     pytest.importorskip("rtde_receive")
     with (
-        SimulatedRig((("-m", "place_rings.rig.simulated"), command(rings=1)), "127.0.5.1") as rig,
+        SimulatedRig((("-m", "place_rings.rig.simulated"), command(rings=1))) as rig,
         Link(rig.address) as link,
     ):
         link.wait()
@@ -241,7 +241,7 @@ def test_the_clients_own_ways_to_fail_are_found_in_time(name):
 @pytest.mark.slow
 def test_a_robot_that_never_answers_is_given_up():
     pytest.importorskip("rtde_receive")
-    with SimulatedRig((("-m", "place_rings.rig.simulated"), command(rings=1)), "127.0.5.2") as rig:
+    with SimulatedRig((("-m", "place_rings.rig.simulated"), command(rings=1))) as rig:
         rig.do("mute")
         started = time.monotonic()
         with Link(rig.address, start=1.0) as link:

@@ -23,13 +23,13 @@ BUSY = 0.5  # s, that a busy machine may keep processes waiting
 LIMITS = Limits(np.radians([[-200.0, 200.0]] * 6), np.radians(30), np.radians(60))
 
 
-def rig(address, rings=1, sensors=4, rate=15.0):
-    return SimulatedRig((("-m", "place_rings.rig.simulated"), command(rings, sensors, rate)), address)
+def rig(rings=1, sensors=4, rate=15.0):
+    return SimulatedRig((("-m", "place_rings.rig.simulated"), command(rings, sensors, rate)))
 
 
 @pytest.fixture(scope="module")
 def robot():
-    with rig("127.0.6.1") as simulated, Link(simulated.address, stale=BUSY) as link:
+    with rig() as simulated, Link(simulated.address, stale=BUSY) as link:
         link.wait()
         yield simulated, link
 
@@ -97,7 +97,7 @@ def test_a_killed_client_stops_it_by_the_robots_watchdog(robot, mover):
 
 
 def test_a_session_is_gathered_recorded_and_replayed_and_ends_by_its_fault(tmp_path):
-    with rig("127.0.6.2", rings=2) as simulated:
+    with rig(rings=2) as simulated:
         ports = [Port(simulated.ring(i), 4) for i in range(2)]
         with Session(simulated.address, ports, Recording(tmp_path / "file", {"rings": 2}), stale=BUSY) as session:
             session.link.wait()

@@ -2,6 +2,7 @@
 
 import json
 import os
+import secrets
 import select
 import subprocess
 import sys
@@ -32,17 +33,18 @@ class SimulatedRig:
 
     Args:
         words: of the command that serves it, before and after folder and address.
-        address: of loopback, where the robot listens on its fixed ports: rigs side by side need one each (127.0.0.1 to
-            127.255.255.254).
+        address: of loopback, where the robot listens on its fixed ports, which rigs side by side cannot share; one drawn
+            from all there are, if none is given.
     """
 
-    def __init__(self, words: tuple[Sequence[str], Sequence[str]] | None = None, address: str = "127.0.0.1") -> None:
+    def __init__(self, words: tuple[Sequence[str], Sequence[str]] | None = None, address: str | None = None) -> None:
         before, after = words or (("-m", __package__), command())
-        self.address, self._folder = address, tempfile.TemporaryDirectory(prefix="place-rings-")
+        self.address = address or f"127.{secrets.randbelow(254) + 1}.{secrets.randbelow(256)}.{secrets.randbelow(254) + 1}"
+        self._folder = tempfile.TemporaryDirectory(prefix="place-rings-")
         self.folder = Path(self._folder.name)
         self._errors = (self.folder / "errors").open("w+")
         self._process = subprocess.Popen(
-            [sys.executable, *before, str(self.folder), address, *after],
+            [sys.executable, *before, str(self.folder), self.address, *after],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,
