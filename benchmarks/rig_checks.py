@@ -13,25 +13,25 @@ import json
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from common import table
+from jaxtyping import Bool
 from place_rings.coverage.polyhedra import box, half_space
 from place_rings.coverage.rings import Ring, Setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Obstacle, Pose, Scene
 from place_rings.rig.as_built import AsBuilt, truth_of
-from place_rings.rig.mount_fit import RingFit, fit_mount
-from place_rings.rig.mount_model import LIMITS, free, moved
+from place_rings.rig.injected import injected
+from place_rings.rig.mount_fit import fit_mount
 from place_rings.rig.mount_plan import MountPlan, planned
 from place_rings.rig.readings import at_stops
 from place_rings.rig.rod import Rod
 from place_rings.rig.rod_check import RodCheck, check_rod
 from place_rings.rig.rod_plan import Places, places, plan_rod, rod_zeta
-from place_rings.rig.world import DEAD, World
+from place_rings.rig.world import World
 from scipy import stats
 
 RUNS = 200
@@ -58,61 +58,19 @@ SETUP = Setup(
 KEPT = Path("rig_checks.jsonl")  # in the folder where this runs: a run that is done is not done again
 
 
-class Injected:
-    """What was done to a rig: errors (R, 4), and faults by ring and wire."""
-
-    def __init__(self, seed: int) -> None:
-        rng = np.random.default_rng((seed, 7))
-        count = [r.count for r in SETUP.rings]
-        self.errors = rng.uniform(-1, 1, (len(count), 4)) * LIMITS
-        for i, ring in enumerate(SETUP.rings):
-            if len(free(SCENE, ring)) < 4:
-                self.errors[i, 0] = 0.0
-        self.reversed, self.swapped_in = (int(i) for i in rng.integers(len(count), size=2))
-        self.flipped = bool(rng.random() < 0.5 and SETUP.rings[self.reversed].tilt != 0)
-        self.pair = tuple(sorted(int(k) for k in rng.choice(count[self.swapped_in], 2, replace=False)))
-        self.dead = int(rng.integers(sum(count)))
-        seats = [np.arange(n) for n in count]
-        seats[self.reversed] = -seats[self.reversed] % count[self.reversed]
-        a, b = self.pair
-        seats[self.swapped_in][[a, b]] = seats[self.swapped_in][[b, a]]
-        first = np.cumsum([0, *count])
-        self.alive = np.ones(sum(count), bool)
-        seat = np.concatenate([s + f for s, f in zip(seats, first, strict=False)])
-        self.alive[seat[self.dead]] = False
-        seat[self.dead] = DEAD
-        rings = list(SETUP.rings)
-        if self.flipped:
-            rings[self.reversed] = replace(rings[self.reversed], tilt=-rings[self.reversed].tilt)
-        mounted = Setup(tuple(moved(SCENE, r, e) for r, e in zip(rings, self.errors, strict=True)))
-        self.world = World(SCENE, mounted, seat, self.errors[:, 3])
-
-    def found(self, fits: Sequence[RingFit]) -> dict[str, bool]:
-        """Which faults were found, and that no others were."""
-        ring, wire = divmod(self.dead, SETUP.rings[0].count)
-        orders = [(f.order.direction, f.order.flipped, f.order.shift) for f in fits]
-        wanted = [(1, False, 0)] * len(fits)
-        wanted[self.reversed] = (-1, self.flipped, 0)
-        return {
-            "reversed ring": orders == wanted,
-            "swapped pair": [f.mixed for f in fits]
-            == [(self.pair,) if i == self.swapped_in else () for i in range(len(fits))],
-            "dead sensor": [f.dead for f in fits] == [(wire,) if i == ring else () for i in range(len(fits))],
-        }
-
-
 def one(seed: int, plan: MountPlan, where: Places) -> dict[str, Any]:
     """A run: what was found, as plain values."""
-    rng, done = np.random.default_rng((seed, 8)), Injected(seed)
+    rng, done = np.random.default_rng((seed, 8)), injected(SCENE, SETUP, seed)
+    world = done.world(SCENE)
     began = time.perf_counter()
-    stops = at_stops(done.world.readings(rng, plan.joints, plan.frames), SETUP, plan.joints)
+    stops = at_stops(world.readings(rng, plan.joints, plan.frames), SETUP, plan.joints)
     fits = fit_mount(SCENE, SETUP, stops)
     spent = time.perf_counter() - began
     truth = [truth_of(f, e) for f, e in zip(fits, done.errors, strict=True)]
     each = [np.abs(f.values - t) <= f.margins() for f, t in zip(fits, truth, strict=True)]
     total = sum(len(t) * f.statistic(t) for f, t in zip(fits, truth, strict=True))
     values, freedom = sum(len(t) for t in truth), sum(f.freedom for f in fits)
-    check, true = rod(seed, rng, done, where)
+    check, true = rod(seed, rng, world, done.alive, where)
     built = AsBuilt(SCENE, SETUP, fits)
     guess = rod_zeta(SCENE, built.setup, where, check.plan.rod, check.plan.detection, built.alive)
     return {
@@ -131,14 +89,16 @@ def one(seed: int, plan: MountPlan, where: Places) -> dict[str, Any]:
     }
 
 
-def rod(seed: int, rng: np.random.Generator, done: Injected, where: Places) -> tuple[RodCheck, float]:
+def rod(
+    seed: int, rng: np.random.Generator, world: World, alive: Bool[np.ndarray, " K"], where: Places
+) -> tuple[RodCheck, float]:
     """The coverage check, and the true share."""
     plan = plan_rod(SCENE, SETUP, TARGET, seed=seed, where=where)
-    before = done.world.readings(rng, plan.joints, plan.detection.before)
-    every = done.world.readings(rng, plan.joints[plan.pose], plan.detection.frames, plan.rod.at(plan.point))
+    before = world.readings(rng, plan.joints, plan.detection.before)
+    every = world.readings(rng, plan.joints[plan.pose], plan.detection.frames, plan.rod.at(plan.point))
     each = len(every) // len(plan.pose)
     trials = [every.only(np.arange(i * each, (i + 1) * each)) for i in range(len(plan.pose))]
-    true = rod_zeta(SCENE, done.world.mounted, where, plan.rod, plan.detection, done.alive)
+    true = rod_zeta(SCENE, world.mounted, where, plan.rod, plan.detection, alive)
     return check_rod(plan, SETUP, before, trials), true
 
 

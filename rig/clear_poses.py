@@ -1,6 +1,7 @@
 """Poses that a robot can be sent to: within its joints' limits, clear of itself and of the cell."""
 
 import itertools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -46,14 +47,22 @@ def clear(scene: Scene, joints: Float[np.ndarray, "P J"], cell: float = CELL, ow
         good = ((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=1)
     if not scene.robot.bodies:
         return good
-    known = gaps(scene, np.array([p.q for p in scene.poses]))
-    for found, usual, least in zip(gaps(scene, joints), known, (own, cell), strict=True):
-        good = good & (found >= least)[:, (usual >= least).all(axis=0)].all(axis=1)
+    for found, which, least in zip(gaps(scene, joints), asked(scene, own, cell), (own, cell), strict=True):
+        good = good & (found >= least)[:, which].all(axis=1)
     return good
 
 
-def drawn(scene: Scene, count: int, seed: int) -> Float[np.ndarray, "count J"]:
-    """So many clear poses, drawn evenly within the joints' limits.
+def asked(scene: Scene, own: float, cell: float) -> tuple[Bool[np.ndarray, " A"], Bool[np.ndarray, " B"]]:
+    """Which pairs of ``gaps`` are farther apart than ``own`` and ``cell`` m at all of the scene's own poses."""
+    known = gaps(scene, np.array([p.q for p in scene.poses]))
+    return (known[0] >= own).all(axis=0), (known[1] >= cell).all(axis=0)
+
+
+Good = Callable[[Float[np.ndarray, "P J"]], Bool[np.ndarray, " P"]]
+
+
+def drawn(scene: Scene, count: int, seed: int, good: Good | None = None) -> Float[np.ndarray, "count J"]:
+    """So many poses, drawn evenly within the joints' limits, that are clear, or ``good`` where another rule is given.
 
     Raises:
         ValueError: if hardly any pose is clear.
@@ -64,7 +73,7 @@ def drawn(scene: Scene, count: int, seed: int) -> Float[np.ndarray, "count J"]:
     found = np.zeros((0, joints))
     for _ in range(_TRIES):
         some = rng.uniform(low, high, (4 * count, joints))
-        found = np.concatenate([found, some[clear(scene, some)]])
+        found = np.concatenate([found, some[good(some) if good else clear(scene, some)]])
         if len(found) >= count:
             return found[:count]
     raise ValueError(f"found {len(found)} clear poses in {4 * count * _TRIES} drawn; allowed: a cell with room to move")

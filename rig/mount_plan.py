@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from ..coverage.rings import Setup
 from ..objectives.scene import Scene
-from .clear_poses import drawn
+from .clear_poses import Good, drawn
 from .expected import CELL, expected
 from .mount_model import LIMITS, NAMES, free, grazing, moved, slopes
 from .noise import Noise
@@ -68,6 +68,7 @@ def planned(
     noise: Noise | None = None,
     seed: int = 0,
     candidates: int = _CANDIDATES,
+    good: Good | None = None,
 ) -> MountPlan:
     """The stops of a mount check.
 
@@ -78,14 +79,14 @@ def planned(
         frames: read at each.
         noise: of the sensors.
         seed: of drawn poses and mountings.
-        candidates: clear poses to choose from.
+        candidates: clear poses to choose from. good: which poses are clear, where another rule is given.
 
     Raises:
         ValueError: if the cell holds nothing to be seen, or leaves no clear poses.
     """
     if not scene.obstacles:
         raise ValueError("the scene has no obstacles; a mount check needs a known cell: a floor, a table, boxes")
-    noise, joints = noise or Noise(), drawn(scene, candidates, seed)
+    noise, joints = noise or Noise(), drawn(scene, candidates, seed, good)
     rng, parts = np.random.default_rng((seed, 1)), []
     for draw in range(1 + _DRAWS):
         errors = rng.uniform(-1, 1, (len(setup.rings), 4)) * LIMITS * (draw > 0)

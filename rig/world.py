@@ -40,6 +40,13 @@ class World:
             found = np.where(self.seat == DEAD, np.nan, found[:, self.seat])
         return found
 
+    def told(
+        self, rng: np.random.Generator, true: Float[np.ndarray, "*n"]
+    ) -> tuple[Float[np.ndarray, "*n"], Int[np.ndarray, "*n"]]:
+        """Readings (...) m of what places tell without noise, and their status."""
+        distance, status = self.noise.measured(rng, np.where(np.isnan(true), np.inf, true))
+        return distance, np.where(np.isnan(true), FAILED, status)
+
     def readings(
         self,
         rng: np.random.Generator,
@@ -53,8 +60,7 @@ class World:
         ring, count = self.mounted.ring_of_sensor, len(joints) * frames
         place = np.concatenate([np.arange(r.count) for r in self.mounted.rings])
         true = np.repeat(self.distances(joints, rod), frames, axis=0)
-        distance, status = self.noise.measured(rng, np.where(np.isnan(true), np.inf, true))
-        status = np.where(np.isnan(true), FAILED, status)
+        distance, status = self.told(rng, true)
         return Readings(
             np.repeat(start + np.arange(count) / self.rate, len(ring)),
             np.repeat(np.repeat(joints, frames, axis=0), len(ring), axis=0),

@@ -49,7 +49,7 @@ class Simulation:
         encodings = rig.encodings * len(counts) if len(rig.encodings) == 1 else rig.encodings
         self._noise, self._spoiling, *own = rng.spawn(2 + len(counts))
         self._rings = [SimulatedRing(rig.folder / f"ring{i}", encodings[i], own[i]) for i in range(len(counts))]
-        self._start, self._told = time.monotonic(), False
+        self._start, self._told, self._seen = time.monotonic(), False, asyncio.Event()
 
     async def run(self) -> None:
         """Serve until stdin ends."""
@@ -72,6 +72,8 @@ class Simulation:
             if self._told or known is None or (q != known).any():
                 self._told, known = False, q
                 seen = await loop.run_in_executor(None, self._rig.world.see, q)
+                if not self._told:
+                    self._seen.set()
             clock = _CLOCK_RATE * (time.monotonic() - self._start)
             for ring, measured in zip(self._rings, self._rig.world.measure(seen, self._noise), strict=True):
                 ring.send(clock, *measured)
@@ -111,9 +113,12 @@ class Simulation:
             }
         return deeds[message["do"]]()
 
-    def _tell(self, message: dict[str, Any]) -> None:
+    async def _tell(self, message: dict[str, Any]) -> None:
+        """What was told is seen from the next frame on, once this is answered."""
         self._rig.world.tell(message)
         self._told = True
+        self._seen.clear()
+        await self._seen.wait()
 
 
 def serve(rig: Rig) -> None:
