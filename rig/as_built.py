@@ -73,7 +73,8 @@ class AsBuilt:
     def proposal(self, name: str, verifier: Verifier | None = None) -> ProposalFile:
         """The setup as built as a proposal's file, with ζ of the scene's targets, verified anew."""
         verifier = verifier or Verifier(self.scene)
-        zeta = [verify_result(name, verifier.verify(self.setup, g.target), self.scene) for g in self.scene.goals]
+        found = [verify_result(name, verifier.verify(self.setup, g.target), self.scene) for g in self.scene.goals]
+        zeta = [z.model_copy(update={"seconds": 0.0}) for z in found]  # the same readings make the same file
         return ProposalFile(rings=ring_models(self.setup, self.scene.sensor), scene=scene_model(self.scene), zeta=zeta)
 
     def toml(self, name: str, verifier: Verifier | None = None) -> str:

@@ -38,9 +38,11 @@ def from_cell(scene: Scene, bodies: Capsules) -> Float[np.ndarray, "P B"]:
     return np.stack(each, axis=-1).reshape(len(start), -1) if each else np.full((len(start), 0), np.inf)
 
 
-def clear(scene: Scene, joints: Float[np.ndarray, "P J"], cell: float = CELL, own: float = OWN) -> Bool[np.ndarray, " P"]:
+def clear(
+    scene: Scene, joints: Float[np.ndarray, "P J"], cell: float = CELL, own: float = OWN, slack: float = 0.0
+) -> Bool[np.ndarray, " P"]:
     """Which poses keep the joints' limits, ``cell`` m from every obstacle and ``own`` m between bodies. Two that are nearer
-    than that at the scene's own poses belong together, as neighbours do, and are not asked."""
+    than that at the scene's own poses belong together, as neighbours do, and are not asked; the others ``slack`` m more."""
     limits = scene.robot.limits
     good: Any = np.ones(len(joints), bool)
     if limits is not None:
@@ -48,14 +50,15 @@ def clear(scene: Scene, joints: Float[np.ndarray, "P J"], cell: float = CELL, ow
     if not scene.robot.bodies:
         return good
     for found, which, least in zip(gaps(scene, joints), asked(scene, own, cell), (own, cell), strict=True):
-        good = good & (found >= least)[:, which].all(axis=1)
+        good = good & (found >= least + slack)[:, which].all(axis=1)
     return good
 
 
 def asked(scene: Scene, own: float, cell: float) -> tuple[Bool[np.ndarray, " A"], Bool[np.ndarray, " B"]]:
     """Which pairs of ``gaps`` are farther apart than ``own`` and ``cell`` m at all of the scene's own poses."""
     known = gaps(scene, np.array([p.q for p in scene.poses]))
-    return (known[0] >= own).all(axis=0), (known[1] >= cell).all(axis=0)
+    own_, cell_ = ((gap >= least).all(axis=0) for gap, least in zip(known, (own, cell), strict=True))
+    return np.asarray(own_), np.asarray(cell_)
 
 
 Good = Callable[[Float[np.ndarray, "P J"]], Bool[np.ndarray, " P"]]

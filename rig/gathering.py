@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from .clocks import Alignment, align
 from .health import Event, Line, Port
-from .protocol import Frame
+from .protocol import Counts, Frame
 from .recording import Recorded
 from .records import Kind
 from .state import State
@@ -24,13 +24,14 @@ _LONGEST = 0.05  # s between what a ring's clock says and its arrival: beyond, t
 @dataclass
 class Gathered:
     """states: of the robot, all good. frames: (ring, frame) of each ring in its order. events: of rings' lines. fault: of
-    the link, with what it was. said: what was kept beside, as a check wrote it."""
+    the link, with what it was. said: what was kept beside, as a check wrote it. counts: of each ring's line, at the end."""
 
     states: list[State] = field(default_factory=list)
     frames: list[tuple[int, Frame]] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
     fault: LinkFaultError | None = None
     said: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
+    counts: list[Counts] = field(default_factory=list)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def take(self, found: Frame | Event | State, ring: int = 0) -> None:
@@ -115,4 +116,5 @@ def replay(recorded: Recorded, ports: Sequence[Port], stale: float = STALE) -> G
             case Kind.EVENT:
                 with suppress(ValueError):
                     found.said.append((record.time, json.loads(record.data)))
+    found.counts = [lines[i].counts if i in lines else Counts() for i in range(len(ports))]
     return found

@@ -56,12 +56,14 @@ class Event:
 
 @dataclass(frozen=True)
 class Port:
-    """Where a ring is: the name of its serial port, how many sensors it has, its firmware's decoder, its speed."""
+    """Where a ring is: the name of its serial port, how many sensors it has, its firmware's decoder, its speed. patience: so
+    many times ``SILENT`` and ``LATE`` are allowed; a simulated ring on a busy machine needs more than 1."""
 
     name: str
     count: int
     decoder: str = "place-rings"
     baud: int = BAUD
+    patience: float = 1.0
 
 
 class Line:
@@ -88,7 +90,7 @@ class Line:
         self._bytes += len(data)
         for frame in self._decoder.feed(data, now) if data else ():
             yield from self._frame(frame)
-        if now - self._heard > SILENT:
+        if now - self._heard > self._port.patience * SILENT:
             yield from self._turn(Happened.GARBLED if self._bytes else Happened.SILENT, now, f"{self._bytes} bytes")
         yield from self._judge(now)
 
@@ -98,7 +100,7 @@ class Line:
             self._restarts, self._lag = self.counts.restarts, Lag()
             yield Event(self._number, Happened.RESTARTED, frame.time)
         delay = 0.0 if np.isnan(frame.clock) else self._lag.delay(frame.time, frame.clock)
-        if delay > LATE:
+        if delay > self._port.patience * LATE:
             yield from self._turn(Happened.LATE, frame.time, f"{1000 * delay:.0f} ms")
         else:
             yield from self._turn(Happened.BACK, frame.time)

@@ -120,24 +120,30 @@ def _joints(stops: list[StopModel]) -> np.ndarray:
     return np.radians([s.q_deg for s in stops])
 
 
+def mount_plan_model(plan: MountPlan) -> MountPlanFile:
+    """A plan of stops as a file holds it."""
+    return MountPlanFile(frames=plan.frames, stops=_stops(plan.joints), information=plan.information.tolist())
+
+
+def mount_plan_of(file: MountPlanFile) -> MountPlan:
+    """The plan of stops that a file holds."""
+    return MountPlan(_joints(file.stops), file.frames, np.array(file.information, float).reshape(-1, 4, 4))
+
+
 def write_mount_plan(path: Path, plan: MountPlan) -> None:
     """Write a plan of stops as TOML; UserError if it cannot be written."""
-    write_text(
-        path,
-        to_toml(MountPlanFile(frames=plan.frames, stops=_stops(plan.joints), information=plan.information.tolist())),
-    )
+    write_text(path, to_toml(mount_plan_model(plan)))
 
 
 def read_mount_plan(path: Path) -> MountPlan:
     """A plan of stops from its file; UserError if it cannot be read or breaks a rule."""
-    file = read_model(path, MountPlanFile)
-    return MountPlan(_joints(file.stops), file.frames, np.array(file.information, float).reshape(-1, 4, 4))
+    return mount_plan_of(read_model(path, MountPlanFile))
 
 
-def write_rod_plan(path: Path, plan: RodPlan) -> None:
-    """Write a plan of trials as TOML; UserError if it cannot be written."""
+def rod_plan_model(plan: RodPlan) -> RodPlanFile:
+    """A plan of trials as a file holds it."""
     name: Any = plan.target.name
-    found = RodPlanFile(
+    return RodPlanFile(
         target=name,
         target_radius=plan.target.radius,
         testable_percent=100 * plan.testable,
@@ -155,12 +161,20 @@ def write_rod_plan(path: Path, plan: RodPlan) -> None:
             for s, p in zip(plan.stratum, plan.point, strict=True)
         ],
     )
-    write_text(path, to_toml(found))
+
+
+def write_rod_plan(path: Path, plan: RodPlan) -> None:
+    """Write a plan of trials as TOML; UserError if it cannot be written."""
+    write_text(path, to_toml(rod_plan_model(plan)))
 
 
 def read_rod_plan(path: Path) -> RodPlan:
     """A plan of trials from its file; UserError if it cannot be read or breaks a rule."""
-    file = read_model(path, RodPlanFile)
+    return rod_plan_of(read_model(path, RodPlanFile))
+
+
+def rod_plan_of(file: RodPlanFile) -> RodPlan:
+    """The plan of trials that a file holds."""
     d = file.detection
     return RodPlan(
         Target(file.target, file.target_radius),

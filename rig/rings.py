@@ -45,7 +45,7 @@ class RingReader:
     def latest(self) -> Frame | None:
         """The newest frame, if it is fresh."""
         frame = self._last
-        return frame if frame and time.monotonic() - frame.time <= SILENT else None
+        return frame if frame and time.monotonic() - frame.time <= self._port.patience * SILENT else None
 
     def end(self) -> None:
         """Read no more, soon."""
@@ -109,6 +109,13 @@ class Rings:
     def latest(self) -> list[Frame | None]:
         """Each ring's newest frame; None where it is not fresh."""
         return [reader.latest() for reader in self._readers]
+
+    def wait(self, seconds: float) -> bool:
+        """Whether every ring is heard within so many seconds."""
+        until = time.monotonic() + seconds
+        while (deaf := None in self.latest()) and time.monotonic() < until:
+            time.sleep(_TICK)
+        return not deaf
 
     def close(self) -> None:
         """Read no more."""

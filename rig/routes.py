@@ -20,7 +20,8 @@ from ..objectives.scene import Scene
 from .clear_poses import Good, asked, clear, gaps
 from .expected import beams_at, to_capsules
 
-STEP = np.radians(4.0)  # of a way, that is looked at
+STEP = np.radians(2.0)  # of a way, that is looked at
+SLACK = 0.01  # m, that is planned with beyond what must be
 _MARGIN = 0.03  # m, by which a sensor that is mounted a little wrong, and scatters, may tell too little
 _NEIGHBOURS = 10  # of a node, to which straight ways are looked at
 _AT_ONCE = 2000  # poses
@@ -31,20 +32,20 @@ _WIDEST = np.radians(170.0)
 @dataclass(frozen=True)
 class Clearance:
     """What is clear: bodies keep their distances from each other and the cell, sensors read nothing of the cell nearer than
-    what stops the robot."""
+    what stops the robot. ``of`` is for plans, and asks for ``SLACK`` more."""
 
     scene: Scene
     setup: Setup
 
     def of(self, joints: Float[np.ndarray, "P J"]) -> Bool[np.ndarray, " P"]:
         """Which poses are clear."""
-        parts = [self._some(joints[i : i + _AT_ONCE]) for i in range(0, len(joints), _AT_ONCE)]
+        parts = [self._some(joints[i : i + _AT_ONCE], SLACK) for i in range(0, len(joints), _AT_ONCE)]
         return np.concatenate(parts) if parts else np.zeros(0, bool)
 
-    def _some(self, joints: Float[np.ndarray, "P J"]) -> Bool[np.ndarray, " P"]:
-        good = np.array(clear(self.scene, joints, self.scene.motion.cell, self.scene.motion.own))
+    def _some(self, joints: Float[np.ndarray, "P J"], slack: float) -> Bool[np.ndarray, " P"]:
+        good = np.array(clear(self.scene, joints, self.scene.motion.cell, self.scene.motion.own, slack))
         if good.any() and self.scene.obstacles:
-            good[good] = self._sensors(joints[good]) >= self.scene.motion.near + _MARGIN
+            good[good] = self._sensors(joints[good]) >= self.scene.motion.near + _MARGIN + slack
         return good
 
     def _sensors(self, joints: Float[np.ndarray, "P J"]) -> Float[np.ndarray, " P"]:
@@ -53,9 +54,9 @@ class Clearance:
         each = [np.asarray(o.body(apex)) for o in self.scene.obstacles]
         return np.min(each, axis=0).reshape(len(joints), -1).min(axis=1)
 
-    def fault(self, q: Float[np.ndarray, " J"]) -> str | None:
-        """What keeps a pose from being clear, in words; None where nothing does."""
-        if self.of(q[None])[0]:
+    def fault(self, q: Float[np.ndarray, " J"], slack: float = 0.0) -> str | None:
+        """What keeps a pose from being clear, with ``slack`` m more, in words; None where nothing does."""
+        if self._some(q[None], slack)[0]:
             return None
         names, obstacles, motion = [b.name for b in self.scene.robot.bodies], self.scene.obstacles, self.scene.motion
         own, cell = gaps(self.scene, q[None])
@@ -66,10 +67,10 @@ class Clearance:
         which = asked(self.scene, motion.own, motion.cell)
         for gap, told, words, least in ((cell[0], which[1], stands, motion.cell), (own[0], which[0], pairs, motion.own)):
             found = np.where(told, gap, np.inf)
-            if len(found) and found.min() < least:
+            if len(found) and found.min() < least + slack:
                 there, here = words[int(found.argmin())]
-                return f"{here} {1000 * max(found.min(), 0.0):.0f} mm from {there}, allowed: {1000 * least:.0f} mm"
-        return f"a sensor nearer to the cell than {1000 * (motion.near + _MARGIN):.0f} mm"
+                return f"{here} {1000 * max(found.min(), 0.0):.0f} mm from {there}, allowed: {1000 * (least + slack):.0f} mm"
+        return f"a sensor nearer to the cell than {1000 * (motion.near + _MARGIN + slack):.0f} mm"
 
 
 def straight(a: Float[np.ndarray, " J"], b: Float[np.ndarray, " J"], step: float = STEP) -> Float[np.ndarray, "P J"]:

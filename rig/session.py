@@ -1,5 +1,6 @@
 """A robot and its rings, listened to at once, gathered and recorded."""
 
+import json
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -11,7 +12,7 @@ from .health import Event, Port
 from .link import RATE, START, Link
 from .protocol import Frame
 from .recording import Recording
-from .records import Record
+from .records import Kind, Record
 from .rings import Rings
 from .vetting import STALE, LinkFaultError
 
@@ -56,6 +57,7 @@ class Session:
     def close(self) -> None:
         """End; what was gathered stays."""
         self._stack.close()
+        self.gathered.counts = self.rings.counts
 
     @property
     def trouble(self) -> str:
@@ -66,9 +68,10 @@ class Session:
 
     def say(self, what: str, **more: Any) -> None:
         """Keep what the check does, or was told, beside what comes."""
-        self.gathered.said.append((time.monotonic(), {"what": what, **more}))
-        if self._recording:
-            self._recording.event(what, **more)
+        now, text = time.monotonic(), json.dumps({"what": what, **more})
+        with self.gathered.lock:
+            self.gathered.said.append((now, json.loads(text)))
+        self._record(Record(Kind.EVENT, 0, now, text.encode()))
 
     def _record(self, record: Record) -> None:
         if self._recording:

@@ -85,5 +85,5 @@ def unpack_move(data: bytes) -> tuple[tuple[float, ...], float, float]:
 def complaint(error: Exception) -> str:
     """What the client raised, as one line; that it is not there, as what to do about it."""
     if isinstance(error, ImportError):
-        return "ur-rtde is not installed; it comes with place-rings on Python 3.11 and 3.12"
+        return "ur-rtde is not installed: pip install 'place-rings[rig]' on Python 3.11 or 3.12"
     return " ".join(str(error).split()) or repr(error)

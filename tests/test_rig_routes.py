@@ -11,7 +11,7 @@ from place_rings.rig.injected import injected
 from place_rings.rig.mount_fit import fit_mount
 from place_rings.rig.mount_plan import planned
 from place_rings.rig.readings import at_stops
-from place_rings.rig.routes import Clearance, Roadmap, alarms, straight
+from place_rings.rig.routes import SLACK, Clearance, Roadmap, alarms, straight
 
 from .rig_cell import SCENE, SETUP
 
@@ -48,7 +48,8 @@ def test_what_is_not_clear_is_said():
     wide = Clearance(replace(SCENE, motion=Motion(near=1.0)), SETUP)
     assert "a sensor nearer to the cell than 1030 mm" in wide.fault(HOME)
     some = np.random.default_rng(0).uniform(-2, 2, (40, 6))
-    assert [clearance.fault(q) is None for q in some] == clearance.of(some).tolist()
+    assert [clearance.fault(q, SLACK) is None for q in some] == clearance.of(some).tolist()
+    assert all(clearance.fault(q) is None for q in some[clearance.of(some)])
 
 
 def test_no_sensor_stops_the_robot_by_seeing_it():

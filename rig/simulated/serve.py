@@ -64,16 +64,21 @@ class Simulation:
             task.result()
 
     async def _measure(self) -> None:
-        loop, due, known, seen = asyncio.get_running_loop(), time.monotonic(), None, None
+        """Send frames. What is seen on the move is as old as seeing takes; where the arm stands, it is seen from there."""
+        loop, due, at, known, seen = asyncio.get_running_loop(), time.monotonic(), self._arm.q, None, None
+        looking: asyncio.Future | None = None
         while True:
             due = max(due + 1 / self._rig.rate, time.monotonic() - 1.0)
             await asyncio.sleep(due - time.monotonic())
-            q = self._arm.q
-            if self._told or known is None or (q != known).any():
-                self._told, known = False, q
-                seen = await loop.run_in_executor(None, self._rig.world.see, q)
+            if looking is None and (self._told or known is None or (self._arm.q != known).any()):
+                self._told, at = False, self._arm.q
+                looking = loop.run_in_executor(None, self._rig.world.see, at)
+            if looking is not None and (seen is None or looking.done() or not self._arm.moving):
+                seen, known, looking = await looking, at, None
                 if not self._told:
                     self._seen.set()
+                if not self._arm.moving and (self._told or (self._arm.q != known).any()):
+                    continue
             clock = _CLOCK_RATE * (time.monotonic() - self._start)
             for ring, measured in zip(self._rings, self._rig.world.measure(seen, self._noise), strict=True):
                 ring.send(clock, *measured)
