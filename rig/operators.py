@@ -23,7 +23,7 @@ from .vetting import LinkFaultError
 
 _BETWEEN = 60  # poses between, over which ways may go
 _COARSE = np.radians(12.0)  # of a way, where what the sensors see of the robot is asked
-_LOOK = 0.1  # s
+_LOOK, _SETTLE = 0.1, 0.3  # s; an arm that has arrived still swings
 _STILL = 0.01  # rad/s
 
 Ask = Callable[[str], bool]  # a person is told what to do: done, or left out; EndedError: no more
@@ -91,6 +91,7 @@ class MovedRobot:
             except (MoveRefusedError, MoveStoppedError, LinkFaultError) as error:
                 raise EndedError(f"on the way to {words}: {error}") from error
             self._itinerary.at = node
+        time.sleep(_SETTLE)
         return True
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The frames that a ring sends: docs/ring-protocol.md as a table of bytes."""
+"""The frames that a ring sends: docs/rig.md as a table of bytes."""
 
 import struct
 import zlib

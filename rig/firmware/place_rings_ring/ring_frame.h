@@ -1,4 +1,4 @@
-// Frames of the place-rings ring protocol, version 1 (docs/ring-protocol.md). No Arduino in it: it compiles on any host.
+// Frames of the place-rings ring protocol, version 1 (docs/rig.md). No Arduino in it: it compiles on any host.
 #pragma once
 
 #include <stddef.h>
