@@ -25,6 +25,7 @@ from place_rings.rig.recording import Recorded, Recording
 from place_rings.rig.records import Kind, Record
 from place_rings.rig.rod import Rod
 from place_rings.rig.rod_plan import places, plan_rod
+from place_rings.rig.simulated_cell import simulated_rig
 from place_rings.rig.state import State
 
 from .rig_cell import SCENE as CELL
@@ -219,6 +220,7 @@ def test_what_is_missing_is_said_before_anything_is_done(tmp_path, monkeypatch):
 
 
 def test_a_robot_that_ur_rtde_does_not_know_is_refused(tmp_path):
+    pytest.importorskip("rtde_control")
     (tmp_path / "arm.toml").write_text('robot = "iiwa14"')
     words = ["check", "n1_8_0", "--rig", "sim", "--scene", str(tmp_path / "arm.toml"), "--out", str(tmp_path / "out")]
     with pytest.raises(UserError, match="allowed: one of 6 joints"):
@@ -242,3 +244,36 @@ def test_end_to_end_on_the_simulated_rig_and_its_replay(tmp_path):
     subprocess.run([*run, "check", "--replay", recording, "--out", str(again)], capture_output=True, check=True)
     plans = ("recording-1.rig", "world.toml", "stops.toml", "trials.toml", "trials.pdf")
     assert files_of(again) == files_of(live, *plans)
+
+
+@pytest.mark.slow
+def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_path):
+    """As on a real rig, with the limits, the patience and the questions of one."""
+    pytest.importorskip("rtde_control")
+    scene = replace(SCENE, motion=replace(SCENE.motion, speed=np.radians(60), acceleration=np.radians(120)))
+    model = ProposalFile(rings=ring_models(SETUP, scene.sensor), scene=scene_model(scene))
+    (tmp_path / "small.toml").write_text(to_toml(model))
+
+    def run(rig, *words, said=""):
+        rings = [f"--ring={name}={rig.ring(i)}" for i, name in enumerate(("forearm", "tool"))]
+        command = [sys.executable, "-m", "place_rings.cli.entry", "check", "small.toml", "--robot-host", rig.address]
+        more = ["--voxel", "0.1", "--seconds", "2", *words]
+        return subprocess.run([*command, *rings, *more], input=said, capture_output=True, text=True, cwd=tmp_path)
+
+    with simulated_rig(scene, SETUP, 0, tmp_path) as rig:
+        looked = run(rig, "--part", "self", "--out", "looked")
+        assert looked.returncode == 0, looked.stderr
+        assert "never answer" in looked.stdout
+        refused = run(rig, "--part", "mount", "--stops", "3", "--move", "--out", "refused", said="no\n")
+        assert refused.returncode == 2
+        assert "not confirmed, nothing was moved" in refused.stderr
+        assert "no safety function" in refused.stderr
+        left = run(rig, "--part", "mount", "--stops", "3", "--out", "left", said="s\ns\n")
+        assert "ended by who was asked" in left.stdout
+        np.testing.assert_allclose(rig.do("state")["q"], SCENE.poses[0].q)
+        moved = run(rig, "--part", "mount", "--stops", "3", "--move", "--out", "moved", said="yes\n")
+        assert moved.returncode == 0, moved.stderr
+        assert np.abs(np.subtract(rig.do("state")["q"], SCENE.poses[0].q)).max() > 0.1
+    result = CheckResult.model_validate_json((tmp_path / "moved" / "check.json").read_text())
+    assert not result.simulated
+    assert result.mount is None or result.mount.injected_found is None
