@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from place_rings.cli import check as command
 from place_rings.cli.main import app
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Goal
@@ -14,6 +15,7 @@ from place_rings.placement.convert import ring_models, scene_model
 from place_rings.placement.errors import UserError
 from place_rings.placement.loader import read_proposal, to_toml
 from place_rings.placement.proposals import ProposalFile
+from place_rings.rig import motion
 from place_rings.rig.check_models import AboutFile, CheckResult, PortModel
 from place_rings.rig.gathering import replay
 from place_rings.rig.judge import Checked, judge
@@ -247,8 +249,8 @@ def test_end_to_end_on_the_simulated_rig_and_its_replay(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_path):
-    """As on a real rig, with the limits, the patience and the questions of one."""
+def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_path, monkeypatch):
+    """As on a real rig, with the limits and the questions of one, and on the move more patience than a real one has."""
     pytest.importorskip("rtde_control")
     scene = replace(SCENE, motion=replace(SCENE.motion, speed=np.radians(60), acceleration=np.radians(120)))
     model = ProposalFile(rings=ring_models(SETUP, scene.sensor), scene=scene_model(scene))
@@ -256,9 +258,9 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
 
     def run(rig, *words, said=""):
         rings = [f"--ring={name}={rig.ring(i)}" for i, name in enumerate(("forearm", "tool"))]
-        command = [sys.executable, "-m", "place_rings.cli.entry", "check", "small.toml", "--robot-host", rig.address]
+        call = [sys.executable, "-m", "place_rings.cli.entry", "check", "small.toml", "--robot-host", rig.address]
         more = ["--voxel", "0.1", "--seconds", "2", *words]
-        return subprocess.run([*command, *rings, *more], input=said, capture_output=True, text=True, cwd=tmp_path)
+        return subprocess.run([*call, *rings, *more], input=said, capture_output=True, text=True, cwd=tmp_path)
 
     with simulated_rig(scene, SETUP, 0, tmp_path) as rig:
         looked = run(rig, "--part", "self", "--out", "looked")
@@ -271,9 +273,15 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
         left = run(rig, "--part", "mount", "--stops", "3", "--out", "left", said="s\ns\n")
         assert "ended by who was asked" in left.stdout
         np.testing.assert_allclose(rig.do("state")["q"], SCENE.poses[0].q)
-        moved = run(rig, "--part", "mount", "--stops", "3", "--move", "--out", "moved", said="yes\n")
-        assert moved.returncode == 0, moved.stderr
+        asked = []
+        monkeypatch.setattr(command, "STALE", 2.0)
+        monkeypatch.setattr(motion, "_TOLD", 20.0)
+        monkeypatch.setattr("builtins.input", lambda *_: asked.append(1) or "yes")
+        ports = [PortModel(name=rig.ring(i), count=r.count, baud=460800, patience=8.0) for i, r in enumerate(SETUP.rings)]
+        wanted = command.Asked(("mount",), 1.0, 3, 2, Rod(), True, 0.1, 0)
+        command.check_live("small.toml", SETUP, scene, wanted, rig.address, ports, tmp_path / "moved", False)
+        assert asked == [1]
         assert np.abs(np.subtract(rig.do("state")["q"], SCENE.poses[0].q)).max() > 0.1
     result = CheckResult.model_validate_json((tmp_path / "moved" / "check.json").read_text())
-    assert not result.simulated
+    assert (result.simulated, result.mount is None or result.mount.stops) in ((False, True), (False, 3))
     assert result.mount is None or result.mount.injected_found is None
