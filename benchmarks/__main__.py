@@ -12,8 +12,11 @@ from pathlib import Path
 
 from common import surroundings
 
-NAMES = ("octree", "certified", "estimator", "growth", "occlusion", "kills", "questions", "fronts", "searches")
-_LONG = ("questions", "fronts", "searches")
+NAMES = (
+    *("octree", "certified", "estimator", "growth", "occlusion", "kills", "questions", "fronts", "searches"),
+    *("rig", "rig_checks"),
+)
+_LONG = ("questions", "fronts", "searches", "rig", "rig_checks")
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
 PACKAGES = (
     "place-rings",
@@ -28,6 +31,8 @@ PACKAGES = (
     "optuna",
     "nlopt",
     "pymoo",
+    "ur-rtde",
+    "pyserial",
 )
 
 

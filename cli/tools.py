@@ -111,9 +111,14 @@ def study(
 
 
 @app.command
-def schema(name: Literal["scene", "robot", "proposal", "verify", "robustness", "result", "improve", "safety"], /) -> None:
+def schema(
+    name: Literal["scene", "robot", "proposal", "verify", "robustness", "result", "improve", "safety", "check"], /
+) -> None:
     """Print the JSON Schema of a file or of a command's JSON.
 
     Example: place-rings schema scene
     """
-    print(json.dumps(MODELS[name].model_json_schema(), indent=2))
+    from ..rig.check_models import CheckResult
+
+    model = CheckResult if name == "check" else MODELS[name]
+    print(json.dumps(model.model_json_schema(), indent=2))

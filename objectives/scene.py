@@ -108,13 +108,25 @@ class Obstacle:
 
 
 @dataclass(frozen=True)
+class Motion:
+    """How a real robot may be moved for a check: speed and acceleration of the leading joint, rad/s and rad/s²; near: m, a
+    reading nearer than which stops it; own and cell: m that its bodies keep from each other and from obstacles."""
+
+    speed: float = math.radians(15)
+    acceleration: float = math.radians(30)
+    near: float = 0.15
+    own: float = 0.04
+    cell: float = 0.1
+
+
+@dataclass(frozen=True)
 class Scene:
     """The empty scene is the reference scene: a UR10 in one pose, V_S(0.5), the paper's sensor and ring radius.
 
     limits: of each link by name; a link that is not named has the default limits. over_poses: whether the weighted mean over
     the poses or the worst of them is to be large. occlusion: what the robot's own body does to its sensors; obstacles shadow
     in any case, and are no part of a target. radius_stated: ``ring_radius`` is meant, and not raised where a real ring needs
-    more. safety: what the distances of V_P are made of.
+    more. safety: what the distances of V_P are made of. motion: how a real robot may be moved.
     """
 
     robot: Robot = UR10
@@ -130,6 +142,7 @@ class Scene:
     occlusion: Occlusion = "ignore"
     obstacles: tuple[Obstacle, ...] = ()
     safety: Safety = field(default_factory=Safety)
+    motion: Motion = field(default_factory=Motion)
     radius_stated: bool = False
 
     def solid(self, target: Target, pose: int) -> Difference:

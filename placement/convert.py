@@ -10,11 +10,12 @@ from ..coverage.rings import RING_RADIUS, Ring, Setup
 from ..coverage.sensors import Sensor
 from ..coverage.separation import Safety
 from ..coverage.targets import Shape, Target
-from ..objectives.scene import Goal, Limits, Pose, Recorded, Rules, Scene
+from ..objectives.scene import Goal, Limits, Motion, Pose, Recorded, Rules, Scene
 from ..objectives.trajectory import Thinning
 from .cell import obstacle_models, obstacles_of
 from .models import (
     CurveModel,
+    MotionModel,
     PoseModel,
     RecordedModel,
     SafetyModel,
@@ -102,6 +103,7 @@ def scene_of(model: SceneFile) -> Scene:
         recorded=_recorded(model.recorded),
         occlusion=model.occlusion,
         obstacles=obstacles_of(model.obstacles),
+        motion=motion_of(model.motion),
         safety=Safety(
             model.safety.human_speed,
             model.safety.reaction_s,
@@ -116,6 +118,23 @@ def scene_of(model: SceneFile) -> Scene:
 
 def _rate(pose: PoseModel) -> Any:
     return None if pose.rate_deg_s is None else np.radians(pose.rate_deg_s)
+
+
+def motion_of(model: MotionModel) -> Motion:
+    """How a real robot may be moved."""
+    speed, acceleration = math.radians(model.speed_deg_s), math.radians(model.acceleration_deg_s2)
+    return Motion(speed, acceleration, model.near_m, model.self_m, model.cell_m)
+
+
+def motion_model(motion: Motion) -> MotionModel:
+    """The same as a file holds it."""
+    return MotionModel(
+        speed_deg_s=degrees(motion.speed),
+        acceleration_deg_s2=degrees(motion.acceleration),
+        near_m=motion.near,
+        self_m=motion.own,
+        cell_m=motion.cell,
+    )
 
 
 def safety_model(safety: Safety) -> SafetyModel:
@@ -181,6 +200,7 @@ def scene_model(scene: Scene) -> SceneFile:
         recorded=recorded_model(scene.recorded),
         over_poses=scene.over_poses,
         safety=safety_model(scene.safety),
+        motion=motion_model(scene.motion),
         targets=[_target_model(goal) for goal in scene.goals],
         rules=RulesModel(
             spacing=scene.rules.spacing,

@@ -57,7 +57,7 @@ def _text(path: Path, kind: str) -> str:
         raise UserError(f"{name}: byte {error.start} is not UTF-8, allowed: {kind} in UTF-8") from error
 
 
-def _read(path: Path, model: type[_Model]) -> _Model:
+def read_model(path: Path, model: type[_Model]) -> _Model:
     """The TOML file at ``path`` as ``model``; UserError in one line otherwise."""
     name, text = str(path), _text(path, "TOML")
     try:
@@ -78,7 +78,7 @@ def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict
         return raw
     if asked.lower().endswith(".urdf"):
         raise UserError(f"{path}: {key}: found {shown(asked)}, allowed: a robot's file (.toml), which robot makes of a URDF")
-    inside = {**scene, "robot": _read(_beside(path, key, asked), RobotFile)}
+    inside = {**scene, "robot": read_model(_beside(path, key, asked), RobotFile)}
     return {**raw, "scene": inside} if model is ProposalFile else inside
 
 
@@ -96,12 +96,12 @@ def _beside(path: Path, key: str, name: str) -> Path:
 
 def read_robot(path: Path) -> Robot:
     """The robot in a TOML file; UserError if it cannot be read or breaks a rule."""
-    return robot_of(_read(path, RobotFile))
+    return robot_of(read_model(path, RobotFile))
 
 
 def read_scene(path: Path) -> Scene:
     """The scene in a TOML file; UserError if it, or a file it names, cannot be read or breaks a rule."""
-    return _scene(path, _read(path, SceneFile))
+    return _scene(path, read_model(path, SceneFile))
 
 
 def _scene(path: Path, file: SceneFile, key: str = "") -> Scene:
@@ -121,7 +121,7 @@ def _scene(path: Path, file: SceneFile, key: str = "") -> Scene:
 
 def scene_keys(path: Path) -> dict[str, Any]:
     """The keys of a scene's file that differ from the reference scene's, as JSON has them; UserError as for a scene."""
-    return _read(path, SceneFile).model_dump(mode="json", exclude_defaults=True)
+    return read_model(path, SceneFile).model_dump(mode="json", exclude_defaults=True)
 
 
 def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:
@@ -135,7 +135,7 @@ def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:
 def read_proposal(path: Path, sensor: Sensor | None = None) -> tuple[Setup, Scene, ProposalFile]:
     """The setup and the scene of a proposal, and the whole file; ``sensor`` in place of the scene's, if one is given.
     UserError if it cannot be read or breaks a rule."""
-    file = _read(path, ProposalFile)
+    file = read_model(path, ProposalFile)
     scene = with_sensor(_scene(path, file.scene, "scene."), sensor)
     return setup_of(file.rings, scene.sensor, scene.ring_radius), scene, file
 
@@ -175,7 +175,12 @@ def resolve(name_or_path: str, scene: Scene | None, sensor: Sensor | None = None
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write ``text`` to ``path`` at once: a temporary file beside it, flushed to the disk, then renamed over it.
+    """Write ``text`` to ``path`` at once, as ``write_bytes`` does; UserError if the file cannot be written."""
+    write_bytes(path, text.encode("utf-8", "replace"))
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write ``data`` to ``path`` at once: a temporary file beside it, flushed to the disk, then renamed over it.
 
     Raises:
         UserError: if the file cannot be written; an old one stays as it was.
@@ -183,11 +188,9 @@ def write_text(path: Path, text: str) -> None:
     temporary = None
     target = Path(os.path.realpath(path))  # a link stays a link
     try:
-        with tempfile.NamedTemporaryFile(
-            "w", encoding="utf-8", errors="replace", dir=target.parent, prefix=".place-rings-", delete=False
-        ) as file:
+        with tempfile.NamedTemporaryFile(dir=target.parent, prefix=".place-rings-", delete=False) as file:
             temporary = Path(file.name)
-            file.write(text)
+            file.write(data)
             file.flush()
             os.fsync(file.fileno())
         if target.exists():

@@ -54,6 +54,16 @@ class SafetyModel(StrictModel):
     robot_speed: float = Field(default=0.0, ge=0, le=20, description="m/s, of all parts at poses without rate_deg_s")
 
 
+class MotionModel(StrictModel):
+    """How `check --move` may move a real robot. It is no safety function."""
+
+    speed_deg_s: float = Field(default=15.0, gt=0, le=60, description="degrees a second, of the leading joint")
+    acceleration_deg_s2: float = Field(default=30.0, gt=0, le=120, description="degrees a second squared, likewise")
+    near_m: float = Field(default=0.15, ge=0, le=4, description="metres: a reading nearer than that stops the robot")
+    self_m: float = Field(default=0.04, ge=0, le=1, description="metres, that the robot's bodies keep from each other")
+    cell_m: float = Field(default=0.1, ge=0, le=1, description="metres, that they keep from obstacles")
+
+
 class TrajectoryModel(StrictModel):
     """A recorded motion from which the poses are taken; the file's name alone will do."""
 
@@ -154,6 +164,7 @@ class SceneFile(StrictModel):
     over_poses: Literal["mean", "worst"] = "mean"
     targets: list[TargetModel] = Field(default=[TargetModel(name="V_S", radius=0.5)], min_length=1, max_length=100)
     safety: SafetyModel = SafetyModel()
+    motion: MotionModel = MotionModel()
     rules: RulesModel = RulesModel()
     fixed: list[RingModel] = Field(default=[], max_length=1000, description="rings that are there and stay")
     obstacles: list[ObstacleModel] = Field(

@@ -18,8 +18,16 @@ _STUDIES = (
     f"place_rings.studies.{name}" for name in ("human", "walk", "objects", "distance", "approach", "moments", "detection")
 )
 _PLACEMENT = (f"place_rings.placement.{name}" for name in ("search", "finalists", "subset", "record"))
+_RIG = (
+    f"place_rings.rig.{name}"
+    for name in (
+        *("as_built", "clear_poses", "expected", "fan", "mount_fit", "mount_model", "mount_plan", "noise", "readings"),
+        *("clocks", "gathering", "protocol", "state", "vetting"),
+        *("rod", "rod_check", "rod_plan", "self_check", "waving", "wiring", "world"),
+    )
+)
 install_import_hook(
-    ["place_rings.coverage", "place_rings.objectives", *_PLACEMENT, *_STUDIES],
+    ["place_rings.coverage", "place_rings.objectives", *_PLACEMENT, *_STUDIES, *_RIG],
     f"{_checker.__name__}.check",
 )
 

@@ -11,7 +11,9 @@ MAY = {
     "objectives": {"coverage"},
     "placement": {"coverage", "objectives"},
     "studies": {"coverage", "objectives", "placement"},
-    "cli": {"coverage", "objectives", "placement", "studies"},
+    "rig": {"coverage", "objectives", "placement"},
+    "rig/simulated": {"protocol", "records"},  # of rig
+    "cli": {"coverage", "objectives", "placement", "studies", "rig"},
 }
 CORE = {"coverage", "objectives"}
 NOT_IN_CORE = {"matplotlib", "serial", "rtde_control", "rtde_receive", "viser", "rich", "cyclopts", "tomllib", "pydantic"}

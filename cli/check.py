@@ -1,0 +1,265 @@
+"""The command that checks a proposed setup on a rig, real, simulated or recorded."""
+
+import math
+import sys
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from pydantic import ValidationError
+from rich.console import Console
+
+from ..coverage.rings import Setup
+from ..objectives.scene import Scene
+from ..placement.convert import ring_models, rounded, scene_model
+from ..placement.errors import UserError, explain
+from ..placement.loader import output_folder
+from ..placement.proposals import ProposalFile
+from ..rig.check_models import DISCLAIMER, AboutFile, PortModel
+from ..rig.gathering import replay
+from ..rig.health import BAUD
+from ..rig.judge import Checked, Judged, judge
+from ..rig.motion import MoveRefusedError
+from ..rig.mount_plan import FRAMES, planned
+from ..rig.operators import Crew, GuidedRobot, Itinerary, MovedRobot, PersonsRod, SimulatedRod, hurried
+from ..rig.plan_files import mount_plan_model, rod_plan_model, write_mount_plan, write_rod_plan
+from ..rig.procedure import Part, Plans, run
+from ..rig.recording import Recorded, Recording
+from ..rig.rod import Rod
+from ..rig.rod_page import write_rod_pages
+from ..rig.rod_plan import plan_rod
+from ..rig.routes import SLACK, Clearance
+from ..rig.session import Session
+from ..rig.simulated.process import SimulatedRig, SimulationError
+from ..rig.simulated_cell import simulated_rig, with_cell
+from ..rig.state import JOINTS
+from ..rig.vetting import STALE, LinkFaultError
+from .check_page import write_files
+from .check_view import View
+from .rig_options import ring_names
+
+_SIMULATED_STALE, _PATIENCE = 2.0, 8.0  # s, and times: a simulated rig shares its machine
+_FIRST = 3.0  # s, for the rings to be heard
+_LAST = 1e11  # s since 1970, that a time can be
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is to be done: parts, s of the self check, stops, trials, the rod, its target's number of the scene's, whether
+    the robot may be moved, side of a voxel m, seed."""
+
+    parts: tuple[Part, ...]
+    seconds: float
+    stops: int
+    trials: int
+    rod: Rod
+    move: bool
+    voxel: float
+    seed: int
+
+
+def check_live(
+    name: str,
+    setup: Setup,
+    scene: Scene,
+    asked: Asked,
+    host: str | None,
+    ports: Sequence[PortModel],
+    out: Path,
+    as_json: bool,
+) -> None:
+    """Check ``setup`` on the robot at ``host`` and the rings at ``ports``; on a simulated rig where ``host`` is None."""
+    console = Console(stderr=True)
+    if host is None:
+        scene = with_cell(scene)
+    if len(scene.robot.chain) != JOINTS:
+        raise UserError(f"check: found robot {scene.robot.name}, allowed: one of {JOINTS} joints, as ur-rtde knows no other")
+    setup, moved = rounded(setup, scene.sensor), asked.move or host is None
+    with console.status("planning"):
+        plans = _plans(setup, scene, asked, moved)
+    folder = output_folder(out)
+    files = _write_plans(scene, plans, folder)
+    with ExitStack() as stack:
+        rig = None
+        if host is None:
+            with console.status("starting the simulated rig"):
+                rig = stack.enter_context(_started(scene, setup, asked.seed, folder))
+            ports = [
+                PortModel(name=rig.ring(i), count=r.count, baud=BAUD, patience=_PATIENCE) for i, r in enumerate(setup.rings)
+            ]
+        about = AboutFile(
+            setup=name,
+            proposal=ProposalFile(rings=ring_models(setup, scene.sensor), scene=scene_model(scene)),
+            seed=asked.seed,
+            injected=rig is not None,
+            moved=moved,
+            stale_s=STALE if rig is None else _SIMULATED_STALE,
+            voxel=asked.voxel,
+            ports=list(ports),
+            seconds=plans.seconds,
+            stops=mount_plan_model(plans.mount) if plans.mount else None,
+            trials=rod_plan_model(plans.rod) if plans.rod else None,
+            version=version("place-rings"),
+        )
+        checked = Checked.of(_read_about("about", about.model_dump(mode="json")))
+        file = _free(folder)
+        recording = Recording(file, {"check": about.model_dump(mode="json")})
+        session = Session(host or _of(rig).address, checked.ports, recording, stale=about.stale_s)
+        try:
+            _work(session, checked, rig, moved, host, console)
+        finally:
+            session.close()
+    try:
+        with console.status("judging"):
+            judged = judge(checked, session.gathered, _wall(Recorded(file)))
+        _tell(judged, [*write_files(checked, judged, folder), *files, file.name], folder, as_json)
+    except KeyboardInterrupt:
+        print(f"place-rings: interrupted; {file} is whole, and check --replay judges it", file=sys.stderr)
+        raise SystemExit(130) from None
+
+
+def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> None:
+    """The report of a recording, anew. ``subject``: what it must be of."""
+    recorded = Recorded(path)
+    checked = Checked.of(_read_about(str(path), recorded.about.get("check")))
+    if subject is not None and subject != checked.about.setup:
+        raise UserError(f"{path}: found a recording of {checked.about.setup}, allowed: one of {subject}")
+    folder = output_folder(out)
+    with Console(stderr=True).status("judging"):
+        gathered = replay(recorded, checked.ports, checked.about.stale_s)
+        judged = judge(checked, gathered, _wall(recorded), recorded.damage)
+    _tell(judged, write_files(checked, judged, folder), folder, as_json)
+
+
+def _read_about(name: str, found: object) -> AboutFile:
+    try:
+        return AboutFile.model_validate(found)
+    except ValidationError as error:
+        raise explain(name, error, AboutFile) from error
+
+
+def _wall(recorded: Recorded) -> float:
+    """When it was recorded, s since 1970; 0 where that is not told."""
+    found = recorded.about.get("wall")
+    return found if isinstance(found, float) and 0 <= found < _LAST else 0.0
+
+
+def _started(scene: Scene, setup: Setup, seed: int, folder: Path) -> SimulatedRig:
+    try:
+        return simulated_rig(scene, setup, seed, folder)
+    except SimulationError as error:
+        raise UserError(f"--rig sim: {error}") from error
+
+
+def _of(rig: SimulatedRig | None) -> SimulatedRig:
+    assert rig is not None
+    return rig
+
+
+def _free(folder: Path) -> Path:
+    """The first name of a recording that is free."""
+    return next(p for p in (folder / f"recording-{i}.rig" for i in range(1, 100_000)) if not p.exists())
+
+
+def _plans(setup: Setup, scene: Scene, asked: Asked, moved: bool) -> Plans:
+    good = Clearance(scene, setup).of if moved else None
+    target = scene.goals[0].target
+    return Plans(
+        asked.seconds if "self" in asked.parts else None,
+        planned(scene, setup, asked.stops, FRAMES, seed=asked.seed, good=good) if "mount" in asked.parts else None,
+        plan_rod(scene, setup, target, asked.trials, asked.rod, seed=asked.seed) if "coverage" in asked.parts else None,
+    )
+
+
+def _write_plans(scene: Scene, plans: Plans, folder: Path) -> list[str]:
+    files = []
+    if plans.mount is not None:
+        write_mount_plan(folder / "stops.toml", plans.mount)
+        files.append("stops.toml")
+    if plans.rod is not None:
+        write_rod_plan(folder / "trials.toml", plans.rod)
+        write_rod_pages(folder / "trials.pdf", scene, plans.rod)
+        files += ["trials.toml", "trials.pdf"]
+    return files
+
+
+def _work(
+    session: Session, checked: Checked, rig: SimulatedRig | None, moved: bool, host: str | None, console: Console
+) -> None:
+    """Do what is planned; UserError where it cannot begin."""
+    scene, setup, plans = checked.scene, checked.setup, checked.plans
+    try:
+        start = session.link.wait().q
+    except LinkFaultError as fault:
+        raise UserError(f"--robot-host {host or session.link}: {fault}") from fault
+    session.rings.wait(_FIRST)
+    ranges = [r.sensor.range_m for r in setup.rings]
+    with ExitStack() as stack:
+        robot: MovedRobot | GuidedRobot
+        view = View(session, ring_names(setup), ranges, console)
+        if moved and len(plans.poses):
+            if wrong := Clearance(scene, setup).fault(start, SLACK):
+                raise UserError(f"--move: the robot stands where nothing may begin: {wrong}; bring it to a clear pose")
+            itinerary = Itinerary(scene, setup, start, plans.poses, checked.about.seed)
+            if rig is None:
+                _confirm(scene, plans, itinerary, console)
+            try:
+                robot = MovedRobot(host or _of(rig).address, scene if rig is None else hurried(scene), session, itinerary)
+            except MoveRefusedError as error:
+                raise UserError(f"--move: {error}") from error
+            stack.callback(robot.close)
+        else:
+            robot = GuidedRobot(session, view.ask)
+        rod = PersonsRod(view.ask) if rig is None or plans.rod is None else SimulatedRod(rig, plans.rod.rod)
+        stack.enter_context(view)
+        run(session, plans, Crew(robot, rod, view.show))
+
+
+def _confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Console) -> None:
+    """Say what will move, and ask."""
+    reached = len(itinerary.order(plans.poses))
+    speed, acceleration = math.degrees(scene.motion.speed), math.degrees(scene.motion.acceleration)
+    alarm = np.concatenate(itinerary.limits)
+    lines = [
+        f"The robot will move to {reached} of {len(plans.poses)} poses, its leading joint at up to {speed:g}°/s and"
+        f" {acceleration:g}°/s². It stops on a fault of a link, on Ctrl-C, and on a reading nearer than"
+        f" {1000 * scene.motion.near:.0f} mm; {np.count_nonzero(alarm < scene.motion.near)} of {len(alarm)} sensors may see"
+        f" the robot itself nearer than that, and stop it later, {np.count_nonzero(alarm == 0)} of them never.",
+        DISCLAIMER,
+        "Keep out of its reach, and a hand on its emergency stop.",
+    ]
+    for line in lines:
+        console.print(line, highlight=False, soft_wrap=True)
+    try:
+        answer = console.input("Type yes to let it move > ").strip()
+    except EOFError:
+        answer = ""
+    if answer != "yes":
+        raise UserError("--move: not confirmed, nothing was moved; allowed: yes")
+
+
+def _tell(judged: Judged, files: Sequence[str], folder: Path, as_json: bool) -> None:
+    r = judged.result
+    if as_json:
+        print(r.model_dump_json(indent=2))
+        return
+    console = Console(file=sys.stdout)
+    lines = [f"{r.setup}: {r.verdict}", *(f"  {reason}" for reason in r.reasons)]
+    lines += [f"  warning: {warning}" for warning in r.warnings]
+    if r.mount is not None:
+        for one in r.mount.rings:
+            errors = ", ".join(f"{e.name} {e.value:+.2f} ± {e.margin:.2f} {e.unit}" for e in one.errors)
+            lines.append(f"ring {one.ring} ({one.link}): {errors}")
+        for z in r.mount.zeta:
+            target = z.target if z.radius is None else f"{z.target}({z.radius:g})"
+            lines.append(f"{target}: {z.proposed_percent:.2f} % as proposed, {z.alive_percent:.2f} % as built and answering")
+    if r.coverage is not None:
+        c = r.coverage
+        found = f"{c.measured_percent:.1f} % ({c.low_percent:.1f} to {c.high_percent:.1f})"
+        target = c.target if c.radius is None else f"{c.target}({c.radius:g})"
+        lines.append(f"rod: seen in {found} of {target} by {c.trials} trials, predicted {c.predicted_percent:.1f} %")
+    for line in [*lines, r.disclaimer, *(f"  {folder / name}" for name in files)]:
+        console.print(line, highlight=False, soft_wrap=True, markup=False)

@@ -1,0 +1,121 @@
+"""What was gathered and found, as the models of a check hold it."""
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from ..coverage.rings import Setup
+from .as_built import faults, truth_of
+from .check_models import ErrorModel, EventModel, LineModel, LinkModel, LookModel, RingFitModel, SelfModel
+from .clocks import Alignment
+from .gathering import Gathered
+from .health import Happened, Port
+from .injected import Injected
+from .mount_fit import RingFit
+from .self_check import SelfCheck
+from .vetting import Ended
+
+_SHOWN: dict[str, tuple[float, Literal["mm", "°"]]] = {
+    "slip": (1000.0, "mm"),
+    "tilt": (180 / np.pi, "°"),
+    "phase": (180 / np.pi, "°"),
+    "offset": (1000.0, "mm"),
+}
+_WORTH = (Happened.BACK,)  # events that warn of nothing
+_DIGITS = 6
+
+
+def seconds_of(gathered: Gathered) -> float:
+    """From the robot's first state to its last."""
+    times = [s.time for s in gathered.states] or [0.0]
+    return round(times[-1] - times[0], 3)
+
+
+def _clock(found: Alignment | None) -> tuple[float | None, float | None]:
+    """Drift, ppm, and jitter, ms."""
+    return (None, None) if found is None else (round(1e6 * found.drift, 2), round(1000 * found.jitter, 3))
+
+
+def link_of(gathered: Gathered) -> LinkModel:
+    """Of the robot's link."""
+    told = [said for _, said in gathered.said if said.get("what") == "link ended"]
+    ended = None
+    if told:
+        ended = ": ".join(t for t in (Ended[told[0]["why"]].value, told[0]["detail"]) if t)
+    drift, jitter = _clock(gathered.clock())
+    states, seconds = len(gathered.states), seconds_of(gathered)
+    return LinkModel(states=states, seconds=seconds, drift_ppm=drift, jitter_ms=jitter, ended=ended)
+
+
+def lines_of(setup: Setup, ports: Sequence[Port], gathered: Gathered) -> list[LineModel]:
+    """Of every ring's line."""
+    rows, clocks = [], gathered.clocks(len(ports))
+    for i, (ring, port, c, clock) in enumerate(zip(setup.rings, ports, gathered.counts, clocks, strict=True)):
+        counts: Any = {key: getattr(c, key) for key in ("frames", "lost", "late", "corrupt", "restarts")}
+        drift, jitter = _clock(clock)
+        where: Any = {"ring": i, "link": ring.link, "port": port.name, "decoder": port.decoder}
+        rows.append(LineModel(**where, **counts, drift_ppm=drift, jitter_ms=jitter))
+    return rows
+
+
+def events_of(gathered: Gathered) -> list[EventModel]:
+    """What happened to rings' lines, in order."""
+    start = min([s.time for s in gathered.states] + [e.time for e in gathered.events], default=0.0)
+    told = sorted(gathered.events, key=lambda e: (e.time, e.ring, e.what.name))
+    return [EventModel(seconds=round(e.time - start, 3), ring=e.ring, what=e.what.value, detail=e.detail) for e in told]
+
+
+def warnings_of(gathered: Gathered, damage: str) -> list[str]:
+    """What speaks against believing the rest."""
+    found = [f"ring {e.ring}: {e.what}{': ' + e.detail if e.detail else ''}" for e in events_of(gathered)]
+    found = [f for f, e in zip(found, events_of(gathered), strict=True) if e.what not in {w.value for w in _WORTH}]
+    link = link_of(gathered).ended
+    return [
+        *([f"the robot's link ended: {link}"] if link else []),
+        *([f"the recording is not whole: {damage}"] if damage else []),
+        *dict.fromkeys(found),
+    ]
+
+
+def looks_of(found: SelfCheck | None) -> SelfModel | None:
+    """Of the self check."""
+    if found is None:
+        return None
+    first, rings = np.cumsum([0, *(r.count for r in found.setup.rings)]), []
+    for i, health in enumerate(found.rings):
+        k = slice(int(first[i]), int(first[i + 1]))
+        told = found.spread[k][np.isfinite(found.spread[k])]
+        rings.append(
+            LookModel(
+                ring=i,
+                frames=health.frames,
+                rate_hz=round(health.rate, 3),
+                gaps=health.gaps,
+                answering=int((found.answers[k] > 0).sum()),
+                scatter_mm=round(1000 * float(np.median(told)), 3) if len(told) else None,
+            )
+        )
+    keys = ("silent", "noisy", "lossy", "on_robot", "surprising")
+    return SelfModel(rings=rings, **{key: found.named(getattr(found, key)) for key in keys})
+
+
+def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
+    """Of a ring as it was found to be mounted, beside what was injected."""
+    truth = None if done is None else truth_of(fit, done.errors[number])
+    errors = []
+    for k, (name, value, margin) in enumerate(zip(fit.names, fit.values, fit.margins(), strict=True)):
+        scale, unit = _SHOWN[name]
+        key: Any = name
+        was = None if truth is None else round(scale * float(truth[k]), _DIGITS)
+        found = round(scale * float(value), _DIGITS), round(scale * float(margin), _DIGITS)
+        errors.append(ErrorModel(name=key, unit=unit, value=found[0], margin=found[1], injected=was))
+    return RingFitModel(
+        ring=number,
+        link=fit.nominal.link,
+        readings=fit.used,
+        scale=round(fit.scale, _DIGITS),
+        errors=errors,
+        faults=faults(fit),
+        region_holds=None if truth is None else fit.holds(truth),
+    )

@@ -1,0 +1,143 @@
+"""Decoders of rings' firmwares, by name: the toolkit's own protocol, packed binary frames, lines of text."""
+
+import re
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from .protocol import MOST_MM, Arrivals, Counts, Decoder, Frame, Order, Status, measured
+
+NO_TARGET_MM = (0, 8190, 8191, 9999, MOST_MM)  # what firmwares write for a sensor that sees nothing
+_NONE = np.isin(np.arange(MOST_MM + 1), NO_TARGET_MM)
+_FAILURES = (b"nan", b"-1", b"-")
+_LONGEST = 4096  # bytes of a line
+_LINE = re.compile(rb"(\d{1,6}(?:\.\d{0,6})?|-1|nan|-)", re.IGNORECASE)
+_SEPARATORS = re.compile(rb"[\s,;]+")
+
+
+class FrameDecoder(Protocol):
+    """What makes frames of a line's bytes."""
+
+    counts: Counts
+
+    def feed(self, data: bytes, time: float) -> list[Frame]:
+        """The frames that ``data``, which came at ``time`` s, completes. Raises nothing."""
+        ...
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A packed frame without a check: a magic, a sequence number, then for each sensor its millimetres and a status.
+
+    magic: bytes. sequence: struct format of the number. sensor: NumPy type of a sensor, with ``mm`` and ``status``.
+    """
+
+    magic: bytes
+    sequence: struct.Struct
+    sensor: np.dtype
+
+    def length(self, count: int) -> int:
+        """Bytes of a frame of ``count`` sensors."""
+        return len(self.magic) + self.sequence.size + count * self.sensor.itemsize
+
+
+ESP32 = Layout(b"\x5a\x5a", struct.Struct("<H"), np.dtype([("mm", "<u2"), ("status", "u1")]))
+
+
+class PackedDecoder:
+    """Frames of a ``Layout``. Having no check, one counts as intact only when the next one's magic follows it at once, so
+    each is handed on when the next begins; its time is still that of its own last byte."""
+
+    def __init__(self, count: int, counts: Counts | None = None, layout: Layout = ESP32) -> None:
+        self.counts, self._count, self._layout, self._length = counts or Counts(), count, layout, layout.length(count)
+        self._arrivals, self._order = Arrivals(), Order(self.counts, 1 << 8 * layout.sequence.size)
+
+    def feed(self, data: bytes, time: float) -> list[Frame]:
+        """The frames that ``data``, which came at ``time`` s, completes. Raises nothing."""
+        self._arrivals.add(data, time)
+        buffer, magic, at, frames = self._arrivals.bytes, self._layout.magic, 0, list[Frame]()
+        while len(buffer) - at >= self._length + len(magic):
+            end = at + self._length
+            if buffer.startswith(magic, at) and buffer.startswith(magic, end):
+                frames += self._frame(bytes(buffer[at:end]), self._arrivals.time(end - 1))
+                at = end
+            else:
+                self.counts.corrupt += buffer.startswith(magic, at)
+                after = buffer.find(magic, at + 1)
+                after = after if after >= 0 else len(buffer) - len(magic) + 1
+                self.counts.skipped += after - at
+                at = after
+        self._arrivals.drop(at)
+        return frames
+
+    def _frame(self, data: bytes, time: float) -> list[Frame]:
+        place = len(self._layout.magic)
+        sequence = self._layout.sequence.unpack_from(data, place)[0]
+        if not self._order.take(sequence, np.nan):
+            return []
+        sensors = np.frombuffer(data, self._layout.sensor, self._count, place + self._layout.sequence.size)
+        return [Frame(time, np.nan, sequence, *measured(sensors["mm"], _none(sensors["mm"], sensors["status"])))]
+
+
+class LineDecoder:
+    """Lines of text: a number of millimetres for each sensor, parted by commas, semicolons, tabs or blanks.
+
+    nan, - or -1 stand where a sensor failed. Whatever stands before a last colon is passed over. A line that has something
+    else is skipped."""
+
+    def __init__(self, count: int, counts: Counts | None = None) -> None:
+        self.counts, self._count = counts or Counts(), count
+        self._arrivals, self._sequence, self._whole = Arrivals(), 0, False
+
+    def feed(self, data: bytes, time: float) -> list[Frame]:
+        """The frames that ``data``, which came at ``time`` s, completes. Raises nothing."""
+        self._arrivals.add(data, time)
+        buffer, at, frames = self._arrivals.bytes, 0, list[Frame]()
+        while (end := buffer.find(b"\n", at)) >= 0:
+            if self._whole:  # the first line may have begun before we listened
+                frames += self._frame(bytes(buffer[at:end]), self._arrivals.time(end))
+            self._whole, at = True, end + 1
+        if len(buffer) - at > _LONGEST:
+            self.counts.corrupt, self.counts.skipped = self.counts.corrupt + 1, self.counts.skipped + len(buffer) - at
+            self._whole, at = False, len(buffer)
+        self._arrivals.drop(at)
+        return frames
+
+    def _frame(self, line: bytes, time: float) -> list[Frame]:
+        words = [word for word in _SEPARATORS.split(line.rpartition(b":")[2]) if word]
+        if len(words) != self._count or not all(_LINE.fullmatch(word) for word in words):
+            self.counts.corrupt += bool(words)
+            self.counts.skipped += len(line) + 1
+            return []
+        mm = np.array([0.0 if word.lower() in _FAILURES else float(word) for word in words])
+        status = np.array([Status.FAILED if word.lower() in _FAILURES else Status.VALID for word in words], np.uint8)
+        sequence, self._sequence = self._sequence, self._sequence + 1
+        self.counts.frames += 1
+        status = _none(np.minimum(mm, MOST_MM).astype(int), status)
+        return [Frame(time, np.nan, sequence, *measured(mm, status))]
+
+
+def _none(mm: np.ndarray, status: np.ndarray) -> np.ndarray:
+    """``status`` (n,), with no target where a valid sensor's ``mm`` say so."""
+    return np.where(_NONE[mm] & (status == Status.VALID), np.uint8(Status.NO_TARGET), status)
+
+
+DECODERS: dict[str, Callable[[int, Counts | None], FrameDecoder]] = {
+    "place-rings": Decoder,
+    "esp32": PackedDecoder,
+    "text": LineDecoder,
+}
+
+
+def decoder(name: str, count: int, counts: Counts | None = None) -> FrameDecoder:
+    """The decoder called ``name`` for a ring of ``count`` sensors, which goes on with ``counts``.
+
+    Raises:
+        ValueError: if there is none of that name; it lists those there are.
+    """
+    if name not in DECODERS:
+        raise ValueError(f"unknown decoder {name!r}; known: {', '.join(DECODERS)}")
+    return DECODERS[name](count, counts)

@@ -1,0 +1,169 @@
+"""Who does what a check asks for: a robot that is moved, or a person; a rod that is simulated, or put by a person."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from ..coverage.rings import Setup
+from ..objectives.scene import Scene
+from .clear_poses import drawn
+from .danger import danger
+from .motion import Limits, Mover, MoveRefusedError, MoveStoppedError
+from .procedure import EndedError, Part
+from .readings import WITHIN
+from .rod import Rod
+from .routes import Clearance, Roadmap, alarms, straight
+from .session import Session
+from .simulated.process import SimulatedRig, SimulationError
+from .state import State
+from .vetting import LinkFaultError
+
+_BETWEEN = 60  # poses between, over which ways may go
+_COARSE = np.radians(12.0)  # of a way, where what the sensors see of the robot is asked
+_LOOK, _SETTLE = 0.1, 0.3  # s; an arm that has arrived still swings
+_STILL = 0.01  # rad/s
+
+Ask = Callable[[str], bool]  # a person is told what to do: done, or left out; EndedError: no more
+Show = Callable[[Part, int, int], None]
+
+
+class Itinerary:
+    """The ways between where a robot is and the poses of a check.
+
+    Args:
+        scene, setup: robot, cell, limits, and the rings as proposed.
+        start: (J,) rad, where the robot is.
+        poses: (P, J) rad, where it is to stand.
+        seed: of the poses between.
+    """
+
+    def __init__(
+        self, scene: Scene, setup: Setup, start: Float[np.ndarray, " J"], poses: Float[np.ndarray, "P J"], seed: int
+    ) -> None:
+        self.clearance = Clearance(scene, setup)
+        between = drawn(scene, _BETWEEN, seed, self.clearance.of)
+        self.map = Roadmap(np.concatenate([start[None], poses, between]), self.clearance.of)
+        self.at = 0
+        ways = [(a, n) for a in range(1 + len(poses)) for b in range(1 + len(poses)) for n in self.map.way(a, b) or ()]
+        legs = [straight(self.map.nodes[a], self.map.nodes[b], _COARSE) for a, b in set(ways)]
+        limit = alarms(scene, setup, np.concatenate([start[None], *legs]))
+        self.limits = np.split(limit, np.cumsum([r.count for r in setup.rings])[:-1])
+
+    def node(self, q: Float[np.ndarray, " J"]) -> int:
+        """The node at a pose."""
+        return int(np.abs(self.map.nodes - q).max(axis=1).argmin())
+
+    def order(self, joints: Float[np.ndarray, "P J"]) -> list[int]:
+        """Which of P poses can be reached, each the nearest of those left."""
+        nodes = {self.node(q): i for i, q in enumerate(joints)}
+        return [nodes[n] for n in self.map.order(self.at, list(nodes))]
+
+    def next(self, q: Float[np.ndarray, " J"]) -> list[int]:
+        """Nodes on the way there."""
+        return self.map.way(self.at, self.node(q)) or []
+
+
+class MovedRobot:
+    """A robot that is moved along an itinerary, and stopped by what ``danger`` says."""
+
+    def __init__(self, host: str, scene: Scene, session: Session, itinerary: Itinerary) -> None:
+        limits, motion = scene.robot.limits, scene.motion
+        joints = np.tile([-2 * np.pi, 2 * np.pi], (len(scene.robot.chain), 1)) if limits is None else limits
+        self._itinerary = itinerary
+        self._mover = Mover(
+            host,
+            session.link,
+            Limits(joints, motion.speed, motion.acceleration),
+            itinerary.clearance.fault,
+            lambda: danger(session, itinerary.limits),
+        )
+
+    def order(self, joints: Float[np.ndarray, "P J"]) -> Sequence[int]:
+        return self._itinerary.order(joints)
+
+    def stand(self, q: Float[np.ndarray, " J"], words: str) -> bool:
+        for node in self._itinerary.next(q):
+            try:
+                self._mover.move(self._itinerary.map.nodes[node])
+            except (MoveRefusedError, MoveStoppedError, LinkFaultError) as error:
+                raise EndedError(f"on the way to {words}: {error}") from error
+            self._itinerary.at = node
+        time.sleep(_SETTLE)
+        return True
+
+    def close(self) -> None:
+        """Stop, and let go of it."""
+        self._mover.close()
+
+
+class GuidedRobot:
+    """A robot that a person brings where it is to stand, by its own pendant: nothing is sent to it."""
+
+    def __init__(self, session: Session, ask: Ask) -> None:
+        self._session, self._ask = session, ask
+
+    def order(self, joints: Float[np.ndarray, "P J"]) -> Sequence[int]:
+        return range(len(joints))
+
+    def stand(self, q: Float[np.ndarray, " J"], words: str) -> bool:
+        angles = ", ".join(f"{a:.1f}" for a in np.degrees(q))
+        while self._off(q) > WITHIN:
+            if not self._ask(
+                f"{words}: bring the robot to joints {angles}° (farthest off: {np.degrees(self._off(q)):.1f}°)"
+            ):
+                return False
+        while np.abs(self._state().speed).max() > _STILL:
+            time.sleep(_LOOK)
+        return True
+
+    def _off(self, q: Float[np.ndarray, " J"]) -> float:
+        return float(np.abs(self._state().q - q).max())
+
+    def _state(self) -> State:
+        try:
+            return self._session.link.latest()
+        except LinkFaultError as fault:
+            raise EndedError(str(fault)) from fault
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+class SimulatedRod:
+    """A rod of a simulated rig."""
+
+    def __init__(self, rig: SimulatedRig, rod: Rod) -> None:
+        self._rig, self._rod = rig, rod
+
+    def put(self, point: Float[np.ndarray, " 3"] | None, words: str) -> bool:
+        at = None if point is None else point.tolist()
+        try:
+            self._rig.do("world", rod=at, radius=self._rod.radius, length=self._rod.length)
+        except (SimulationError, OSError) as error:
+            raise EndedError(str(error)) from error
+        return True
+
+
+class PersonsRod:
+    """A rod that a person puts where it is to be."""
+
+    def __init__(self, ask: Ask) -> None:
+        self._ask = ask
+
+    def put(self, point: Float[np.ndarray, " 3"] | None, words: str) -> bool:
+        return self._ask(words)
+
+
+class Crew:
+    """Robot, rod and who is shown how far it is, as one ``Operator``."""
+
+    def __init__(self, robot: MovedRobot | GuidedRobot, rod: SimulatedRod | PersonsRod, show: Show) -> None:
+        self.order, self.stand, self.put, self.show = robot.order, robot.stand, rod.put, show
+
+
+def hurried(scene: Scene) -> Scene:
+    """``scene`` with the fastest motion that is allowed: nobody can be hurt by a simulated robot."""
+    return replace(scene, motion=replace(scene.motion, speed=np.radians(60.0), acceleration=np.radians(120.0)))

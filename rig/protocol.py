@@ -1,0 +1,200 @@
+"""The frames that a ring sends: docs/rig.md as a table of bytes."""
+
+import struct
+import zlib
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from jaxtyping import Float, Integer
+
+VERSION = 1
+MAGIC = b"\xa5\xc3"
+MOST_SENSORS = 64
+MOST_MM = 0xFFFF
+_HEADER = struct.Struct("<2sBBBHQ")  # magic, version, count, its complement, sequence, timestamp in µs
+_CHECK = struct.Struct("<I")
+_SENSORS = np.dtype([("mm", "<u2"), ("status", "u1")])
+_TURN = 1 << 16  # of the sequence number
+_LATE = (
+    8  # frames: one that is older than the newest by no more came late, one that is older yet is of a ring that restarted
+)
+
+
+class Status(IntEnum):
+    """What a sensor says of its distance."""
+
+    VALID = 0
+    NO_TARGET = 1
+    WEAK = 2
+    FAILED = 3
+
+
+_DISTANT = (Status.VALID, Status.WEAK)  # those that have a distance
+_STATUS = np.array([byte if byte in list(Status) else Status.FAILED for byte in range(256)], np.uint8)  # of any byte
+_HAS = np.isin(_STATUS, _DISTANT)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What a ring measured at once.
+
+    time: s, of the host's monotonic clock, when its last byte came. clock: s, of the ring's own clock; nan where its
+    firmware sends none. sequence: counts the ring's frames. distance (n,): m, in the order as wired, nan where there is
+    none. status (n,): of ``Status``.
+    """
+
+    time: float
+    clock: float
+    sequence: int
+    distance: Float[np.ndarray, " n"]
+    status: Integer[np.ndarray, " n"]
+
+
+@dataclass
+class Counts:
+    """What came over a line.
+
+    frames: handed on. lost: gaps in the sequence. late: came after a newer one, or twice, and were not handed on. corrupt:
+    what began as a frame and was none. skipped: bytes that belong to none. restarts: of the ring.
+    """
+
+    frames: int = 0
+    lost: int = 0
+    late: int = 0
+    corrupt: int = 0
+    skipped: int = 0
+    restarts: int = 0
+
+
+class Order:
+    """Keeps account of the sequence numbers that come, modulo ``turn``."""
+
+    def __init__(self, counts: Counts, turn: int = _TURN) -> None:
+        self._counts, self._turn, self._last, self._clock = counts, turn, -1, float("-inf")
+
+    def take(self, sequence: int, clock: float) -> bool:
+        """Whether a frame of this number, at this time s of the ring's clock, is newer than all before it."""
+        ahead = (sequence - self._last) % self._turn if self._last >= 0 else 1
+        if ahead == 0 or ahead >= self._turn - _LATE:
+            self._counts.late += 1
+            self._counts.lost -= ahead != 0 and self._counts.lost > 0  # it was thought lost
+            return False
+        if clock < self._clock or ahead >= self._turn // 2:
+            self._counts.restarts += 1
+        else:
+            self._counts.lost += ahead - 1
+        self._last, self._clock = sequence, clock
+        self._counts.frames += 1
+        return True
+
+
+def length(count: int) -> int:
+    """Bytes of a frame of ``count`` sensors."""
+    return _HEADER.size + count * _SENSORS.itemsize + _CHECK.size
+
+
+def encode(sequence: int, clock: float, distance: Float[np.ndarray, " n"], status: Integer[np.ndarray, " n"]) -> bytes:
+    """A frame; distances (n,) m are rounded to mm, and 0 where ``status`` says that there is none.
+
+    Raises:
+        ValueError: if a number does not fit its field.
+    """
+    count = len(distance)
+    if not 1 <= count <= MOST_SENSORS or len(status) != count:
+        raise ValueError(
+            f"found {count} distances and {len(status)} statuses, allowed: as many of both, 1 to {MOST_SENSORS}"
+        )
+    sensors = np.zeros(count, _SENSORS)
+    there = np.isin(status, _DISTANT)
+    mm = np.rint(1000 * np.where(there, distance, 0.0))
+    if not np.all((mm >= 0) & (mm <= MOST_MM)) or not np.isin(status, list(Status)).all():
+        raise ValueError(f"allowed: distances of 0 to {MOST_MM} mm, statuses of 0 to {max(Status)}")
+    sensors["mm"], sensors["status"] = mm, status
+    head = _HEADER.pack(MAGIC, VERSION, count, 255 - count, sequence % _TURN, round(1e6 * clock))
+    body = head + sensors.tobytes()
+    return body + _CHECK.pack(zlib.crc32(body))
+
+
+class Arrivals:
+    """Bytes not yet used, and when each of them came."""
+
+    def __init__(self) -> None:
+        self.bytes, self._chunks = bytearray(), list[tuple[int, float]]()
+
+    def add(self, data: bytes, time: float) -> None:
+        """More bytes, which came at ``time`` s."""
+        if data:
+            self.bytes += data
+            self._chunks.append((len(self.bytes), time))
+
+    def time(self, place: int) -> float:
+        """When the byte at ``place`` came, s."""
+        return next(time for end, time in self._chunks if place < end)
+
+    def drop(self, count: int) -> None:
+        """Forget the first ``count`` bytes."""
+        if count:
+            del self.bytes[:count]
+            self._chunks = [(end - count, time) for end, time in self._chunks if end > count]
+
+
+class Decoder:
+    """Takes bytes as they come, wherever they start and whatever they are, and gives the intact frames among them.
+
+    A frame counts as intact when its magic, version, count (twice) and CRC-32 (ISO 3309, as Ethernet and zlib have it) are
+    right, and it has the sensors that the ring has. After anything else the search goes on one byte further, so that no
+    intact frame is lost to what stands before it.
+    """
+
+    def __init__(self, count: int, counts: Counts | None = None) -> None:
+        self.counts, self._count, self._length = counts or Counts(), count, length(count)
+        self._arrivals, self._order = Arrivals(), Order(self.counts)
+
+    def feed(self, data: bytes, time: float) -> list[Frame]:
+        """The frames that ``data``, which came at ``time`` s, completes. Raises nothing."""
+        self._arrivals.add(data, time)
+        buffer, at, frames = self._arrivals.bytes, 0, list[Frame]()
+        while True:
+            start = buffer.find(MAGIC, at)
+            if start < 0:  # the last byte may be the first of a magic
+                start = len(buffer) - buffer.endswith(MAGIC[:1])
+                self.counts.skipped += max(start - at, 0)
+                at = max(start, at)
+                break
+            self.counts.skipped += start - at
+            at = start
+            if len(buffer) - at < _HEADER.size:
+                break
+            _, version, count, complement, sequence, micros = _HEADER.unpack_from(buffer, at)
+            if (version, count, complement) != (VERSION, self._count, 255 - self._count):
+                at = self._reject(at)
+            elif len(buffer) - at < self._length:
+                break
+            elif not self._right(memoryview(buffer)[at : at + self._length]):
+                at = self._reject(at)
+            else:
+                end = at + self._length
+                if self._order.take(sequence, 1e-6 * micros):
+                    sensors = np.frombuffer(bytes(buffer[at + _HEADER.size : end - _CHECK.size]), _SENSORS)
+                    values = measured(sensors["mm"], sensors["status"])
+                    frames.append(Frame(self._arrivals.time(end - 1), 1e-6 * micros, sequence, *values))
+                at = end
+        self._arrivals.drop(at)
+        return frames
+
+    def _reject(self, at: int) -> int:
+        self.counts.corrupt += 1
+        self.counts.skipped += 1
+        return at + 1
+
+    @staticmethod
+    def _right(frame: memoryview) -> bool:
+        with frame:
+            return zlib.crc32(frame[: -_CHECK.size]) == _CHECK.unpack(frame[-_CHECK.size :])[0]
+
+
+def measured(mm: np.ndarray, status: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distances (n,) m, nan where there is none, and statuses (n,) from millimetres and bytes of status as a ring sends
+    them; a byte that is no ``Status`` is a failure."""
+    return np.where(_HAS[status], mm / 1000.0, np.nan), _STATUS[status]

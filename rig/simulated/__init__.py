@@ -1,0 +1,1 @@
+"""A robot and its rings in a process of their own, spoken to by the very clients that a real rig is."""

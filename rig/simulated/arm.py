@@ -1,0 +1,59 @@
+"""The simulated arm: it goes to joint angles with the speed and acceleration asked for, stops, and stands still."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+from ruckig import ControlInterface, InputParameter, OutputParameter, Result, Ruckig, Synchronization
+
+JOINTS = 6  # of every robot that the client knows
+_JERK = 200.0  # rad/s³, which no command states
+MOST_SPEED = 3.15  # rad/s, as the real controller's
+MOST_ACCELERATION = 40.0  # rad/s²
+
+
+@dataclass
+class Arm:
+    """Joint angles q (6,) rad and speeds (6,) rad/s, ``step`` s apart."""
+
+    q: Float[np.ndarray, " 6"]
+    step: float
+    speed: Float[np.ndarray, " 6"] = field(default_factory=lambda: np.zeros(JOINTS))
+    moving: bool = False
+
+    def __post_init__(self) -> None:
+        self._motion = Ruckig(JOINTS, self.step)
+        self._now, self._next = InputParameter(JOINTS), OutputParameter(JOINTS)
+        self._now.current_position = list(self.q)
+        self._now.max_jerk = [_JERK] * JOINTS
+        self._now.synchronization = Synchronization.Phase
+
+    def move(self, q: Float[np.ndarray, " 6"], speed: float, acceleration: float) -> None:
+        """Set out for ``q`` (6,) rad: all joints arrive together, the leading one at ``speed`` rad/s."""
+        self._now.control_interface = ControlInterface.Position
+        self._now.target_position, self._now.target_velocity = list(q), [0.0] * JOINTS
+        self._set(speed, acceleration)
+
+    def stop(self, deceleration: float) -> None:
+        """Set out to stand still, by ``deceleration`` rad/s² of the leading joint."""
+        self._now.control_interface = ControlInterface.Velocity
+        self._now.target_velocity = [0.0] * JOINTS
+        self._set(MOST_SPEED, deceleration)
+
+    def _set(self, speed: float, acceleration: float) -> None:
+        self._now.max_velocity = [float(np.clip(speed, 1e-3, MOST_SPEED))] * JOINTS
+        self._now.max_acceleration = [float(np.clip(acceleration, 1e-2, MOST_ACCELERATION))] * JOINTS
+        self.moving = True
+
+    def tick(self) -> None:
+        """One step on."""
+        if not self.moving:
+            return
+        result = self._motion.update(self._now, self._next)
+        if result not in (Result.Working, Result.Finished):
+            raise RuntimeError(f"the simulated arm cannot go there: {result}")
+        self._next.pass_to_input(self._now)
+        self.q, self.speed = np.array(self._next.new_position), np.array(self._next.new_velocity)
+        self.moving = result == Result.Working
+        if not self.moving:
+            self.speed = np.zeros(JOINTS)

@@ -1,0 +1,236 @@
+"""The simulated robot's controller: RTDE, dashboard and script ports on loopback, as ur-rtde's clients use them."""
+
+import asyncio
+import re
+import struct
+import time
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from . import rtde
+from .arm import Arm
+
+RTDE_PORT, DASHBOARD_PORT, SCRIPT_PORT = 30004, 29999, 30003
+PERIOD = 0.008  # s, of the arm and of the fastest stream
+_MOVE, _STOP, _WATCHDOG, _STOP_SCRIPT = 1, 34, 35, 255
+_READY, _DONE = 1, 2
+_NORMAL, _PROTECTIVE_STOP = 1, 1 | 1 << 2  # safety status bits
+_RUNNING = 0b1011  # robot status bits: power on, program running, power button
+_SAFE_DECELERATION = 8.0  # rad/s², of a stop that no program asked for
+_ANSWERS = {
+    "polyscopeversion": "URSoftware 5.11.0.108249 (simulated)",
+    "get serial number": "20200000001",
+    "is in remote control": "true",
+    "programstate": "PLAYING simulated.urp",
+    "running": "Program running: true",
+    "robotmode": "Robotmode: RUNNING",
+    "safetystatus": "Safetystatus: NORMAL",
+}
+Server = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Coroutine[Any, Any, None]]
+
+
+class Client:
+    """Someone connected to the RTDE port."""
+
+    def __init__(self, writer: asyncio.StreamWriter) -> None:
+        self.writer, self.period, self.due, self.started = writer, PERIOD, 0.0, False
+        self.outputs: rtde.Recipe | None = None
+        self.inputs: dict[int, rtde.Recipe] = {}
+
+
+class Controller:
+    """Serves an arm at an address of loopback.
+
+    clock_rate and clock_start: of the robot's own clock, which begins there and goes so much faster than the host's. Each of
+    ``spoil`` changes the bytes of a package of data before they are sent; ``mute`` keeps it from answering, ``frozen`` from
+    sending.
+    """
+
+    def __init__(self, arm: Arm, address: str, clock_start: float = 1000.0, clock_rate: float = 1 + 30e-6) -> None:
+        self.arm, self.address = arm, address
+        self.mute = self.frozen = False
+        self.spoil: Callable[[bytes], bytes] | None = None
+        self.safety = _NORMAL
+        self._start, self._clock = time.monotonic(), (clock_start, clock_rate)
+        self._now = self._start  # the time of the arm's last step, though it may be late
+        self._clients: set[Client] = set()
+        self._servers: list[asyncio.Server] = []
+        self._writers: set[asyncio.StreamWriter] = set()
+        self._registers: dict[str, float | int] = {}
+        self._playing, self._waiting = False, False
+        self._watchdog, self._fed = 0.0, 0.0
+
+    async def open(self) -> None:
+        """Listen on the three ports."""
+        ports = ((RTDE_PORT, self._rtde), (DASHBOARD_PORT, self._dashboard), (SCRIPT_PORT, self._script))
+        for port, serve in ports:
+            self._servers.append(await asyncio.start_server(self._kept(serve), self.address, port))
+
+    def close(self) -> None:
+        """Stop listening, and drop everyone."""
+        for server in self._servers:
+            server.close()
+        for writer in self._writers:
+            writer.transport.abort()
+        self._servers = []
+
+    def _kept(self, serve: Server) -> Server:
+        async def served(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            self._writers.add(writer)
+            try:
+                with suppress(ConnectionError, asyncio.IncompleteReadError):
+                    await serve(reader, writer)
+            finally:
+                self._writers.discard(writer)
+                writer.close()
+
+        return served
+
+    async def run(self) -> None:
+        """Step the arm and send its state, for ever."""
+        due = time.monotonic()
+        while True:
+            due = max(due + PERIOD, time.monotonic() - 10 * PERIOD)
+            await asyncio.sleep(due - time.monotonic())
+            self.arm.tick()
+            self._now = due
+            self._command()
+            for client in self._clients:
+                self._send_state(client, due)
+
+    async def heal(self) -> None:
+        """Be as it was at first, whatever was done to it."""
+        self.close()
+        self.mute = self.frozen = False
+        self.spoil, self.safety = None, _NORMAL
+        await self.open()
+
+    def stop(self, protective: bool = False) -> None:
+        """End the program; a protective stop is seen in the safety status."""
+        self._playing = self._waiting = False
+        self._watchdog = 0.0
+        self.arm.stop(_SAFE_DECELERATION)
+        if protective:
+            self.safety = _PROTECTIVE_STOP
+
+    def send_all(self, data: bytes) -> None:
+        """Raw bytes to all who get the stream."""
+        for client in self._clients:
+            client.writer.write(data)
+
+    def values(self) -> dict[str, Any]:
+        """The robot's variables."""
+        start, rate = self._clock
+        return {
+            "timestamp": start + rate * (self._now - self._start),
+            "actual_q": self.arm.q.tolist(),
+            "target_q": self.arm.q.tolist(),
+            "actual_qd": self.arm.speed.tolist(),
+            "target_qd": self.arm.speed.tolist(),
+            "robot_mode": 7,
+            "safety_mode": 1 if self.safety == _NORMAL else 3,
+            "safety_status_bits": self.safety,
+            "robot_status_bits": _RUNNING,
+            "runtime_state": 2 if self._playing else 1,
+            "speed_scaling": 1.0,
+            "target_speed_fraction": 1.0,
+            **self._registers,
+        }
+
+    def _send_state(self, client: Client, now: float) -> None:
+        if not client.started or client.outputs is None or self.frozen or now < client.due:
+            return
+        client.due = max(client.due + client.period, now)
+        data = rtde.package(rtde.DATA, client.outputs.pack(self.values()))
+        client.writer.write(self.spoil(data) if self.spoil else data)
+
+    async def _rtde(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        client = Client(writer)
+        self._clients.add(client)
+        try:
+            while True:
+                size, kind = rtde.HEAD.unpack(await reader.readexactly(rtde.HEAD.size))
+                data = await reader.readexactly(size - rtde.HEAD.size)
+                answer = self._answer(client, kind, data)
+                if answer is not None and not self.mute:
+                    writer.write(rtde.package(kind, answer))
+        finally:
+            self._clients.discard(client)
+
+    def _answer(self, client: Client, kind: int, data: bytes) -> bytes | None:
+        match kind:
+            case rtde.VERSION:
+                return b"\1"
+            case rtde.CONTROLLER:
+                return struct.pack(">4I", 5, 11, 0, 0)
+            case rtde.OUTPUTS:
+                client.period = 1 / struct.unpack_from(">d", data)[0]
+                client.outputs = rtde.Recipe(1, data[8:].decode().strip(",").split(","))
+                return client.outputs.answer
+            case rtde.INPUTS:
+                recipe = rtde.Recipe(len(client.inputs) + 1, data.decode().strip(",").split(","))
+                client.inputs[recipe.number] = recipe
+                return recipe.answer
+            case rtde.START | rtde.PAUSE:
+                client.started = kind == rtde.START
+                return b"\1"
+            case rtde.DATA if data and data[0] in client.inputs:
+                self._registers |= client.inputs[data[0]].unpack(data)
+                self._fed = time.monotonic()
+        return None
+
+    def _command(self) -> None:
+        """What the program that was uploaded does with the command in its registers."""
+        if not self._playing:
+            return
+        if self._watchdog and time.monotonic() - self._fed > self._watchdog:
+            self.stop()
+            return
+        command, ready = self._registers.get("input_int_register_0", 0), self._registers.get("output_int_register_0", 0)
+        if command == 0:
+            self._registers["output_int_register_0"], self._waiting = _READY, False
+        elif self._waiting:
+            if not self.arm.moving:
+                self._registers["output_int_register_0"], self._waiting = _DONE, False
+        elif ready == _READY:
+            self._waiting = self._execute(int(command))
+            self._registers["output_int_register_0"] = 0 if self._waiting else _DONE
+
+    def _execute(self, command: int) -> bool:
+        """Whether the client is to wait until the arm stands still."""
+        doubles = [float(self._registers.get(f"input_double_register_{i}", 0.0)) for i in range(8)]
+        asynchronous = bool(self._registers.get("input_int_register_1", 0))
+        match command:
+            case _ if command == _MOVE:
+                self.arm.move(np.array(doubles[:6]), doubles[6], doubles[7])
+                return not asynchronous
+            case _ if command == _STOP:
+                self.arm.stop(doubles[0])
+                return not asynchronous
+            case _ if command == _WATCHDOG:
+                self._watchdog, self._fed = 1 / doubles[0], time.monotonic()
+            case _ if command == _STOP_SCRIPT:
+                self.stop()
+        return False
+
+    async def _dashboard(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        writer.write(b"Connected: Universal Robots Dashboard Server\n")
+        while line := (await reader.readline()).decode(errors="replace").strip():
+            if line == "stop":
+                self.stop()
+            if not self.mute:
+                writer.write(
+                    _ANSWERS.get(line.lower(), "Stopped" if line == "stop" else "could not understand").encode() + b"\n"
+                )
+
+    async def _script(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        script = b""
+        while data := await reader.read(1 << 16):
+            script += data
+            if re.search(rb"^end\s*\Z", script, re.MULTILINE):
+                script, self._playing, self._waiting = b"", True, False
+                self._registers = {"output_int_register_0": _READY}
+                self.arm.stop(_SAFE_DECELERATION)

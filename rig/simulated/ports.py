@@ -1,0 +1,90 @@
+"""Simulated rings at pseudo-terminals, which a serial port's user cannot tell from hardware but for its speed."""
+
+import os
+import pty
+import struct
+import tty
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..protocol import Status, encode
+
+_TURN = 1 << 16
+
+
+def _esp32(sequence: int, clock: float, distance: np.ndarray, status: np.ndarray) -> bytes:
+    sensors = b"".join(struct.pack("<HB", mm, s) for mm, s in zip(_mm(distance), status, strict=True))
+    return b"\x5a\x5a" + struct.pack("<H", sequence % _TURN) + sensors
+
+
+def _text(sequence: int, clock: float, distance: np.ndarray, status: np.ndarray) -> bytes:
+    words = ["-" if s == Status.FAILED else str(mm) for mm, s in zip(_mm(distance), status, strict=True)]
+    return f"{sequence}: {', '.join(words)}\r\n".encode()
+
+
+def _mm(distance: np.ndarray) -> list[int]:
+    return [9999 if np.isnan(d) else round(1000 * d) for d in distance]
+
+
+ENCODERS: dict[str, Callable[[int, float, np.ndarray, np.ndarray], bytes]] = {
+    "place-rings": encode,
+    "esp32": _esp32,
+    "text": _text,
+}
+
+
+class SimulatedRing:
+    """A ring's electronics at ``path``, a link to a pseudo-terminal, there while it is plugged in.
+
+    silent: it sends nothing. corrupt: share of bytes that arrive changed. disorder: share of frames that are held back until
+    after the next one. garble: it speaks as another firmware.
+    """
+
+    def __init__(self, path: Path, encoding: str, rng: np.random.Generator) -> None:
+        self.path, self._encode, self._rng = path, ENCODERS[encoding], rng
+        self.silent, self.garble, self.corrupt, self.disorder = False, False, 0.0, 0.0
+        self.sent, self.dropped, self._held = 0, 0, b""
+        self._ends: tuple[int, ...] = ()
+        self.plug()
+
+    def plug(self) -> None:
+        """Appear, as a device that starts."""
+        self.unplug()
+        self._ends, self.sent = pty.openpty(), 0
+        tty.setraw(self._ends[1])
+        os.set_blocking(self._ends[0], False)
+        there = self.path.with_suffix(".new")
+        there.unlink(missing_ok=True)
+        there.symlink_to(os.ttyname(self._ends[1]))
+        there.rename(self.path)
+
+    def unplug(self) -> None:
+        """Vanish."""
+        self.path.unlink(missing_ok=True)
+        for end in self._ends:
+            os.close(end)
+        self._ends = ()
+
+    def send(self, clock: float, distance: Float[np.ndarray, " n"], status: Int[np.ndarray, " n"]) -> None:
+        """A frame, with what ails the ring; dropped where nobody reads."""
+        sequence, self.sent = self.sent, self.sent + 1
+        if self.silent or not self._ends:
+            return
+        data = self._rng.bytes(len(distance) * 3) if self.garble else self._encode(sequence, clock, distance, status)
+        if self.disorder and not self._held and self._rng.random() < self.disorder:
+            self._held = data
+            return
+        data, self._held = data + self._held, b""
+        if self.corrupt:
+            changed = np.frombuffer(data, np.uint8).copy()
+            where = self._rng.random(len(changed)) < self.corrupt
+            changed[where] ^= self._rng.integers(1, 256, where.sum(), dtype=np.uint8)
+            data = changed.tobytes()
+        with suppress(BlockingIOError):
+            os.write(self._ends[0], data)
+            return
+        self.dropped += 1

@@ -1,0 +1,105 @@
+"""Starts a simulated rig in a process of its own, and tells it what to do."""
+
+import json
+import os
+import secrets
+import select
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+_START = 120.0  # s, of Python and its packages, and of what these compile, on a busy machine
+_ANSWER = 20.0  # s
+
+
+class SimulationError(Exception):
+    """The simulated rig did not do what it was told."""
+
+
+def command(
+    rings: int = 5, sensors: int = 16, rate: float = 15.0, seed: int = 0, encoding: str = "place-rings"
+) -> list[str]:
+    """The command, but for folder and address, of a simulated rig in the plainest world."""
+    return [str(rings), str(sensors), str(rate), str(seed), encoding]
+
+
+class SimulatedRig:
+    """A simulated rig's process, which ends with this object or with the process that holds it.
+
+    Args:
+        words: of the command that serves it, before and after folder and address.
+        address: of loopback, where the robot listens on its fixed ports, which rigs side by side cannot share; one drawn
+            from all there are, if none is given.
+    """
+
+    def __init__(self, words: tuple[Sequence[str], Sequence[str]] | None = None, address: str | None = None) -> None:
+        before, after = words or (("-m", __package__), command())
+        self.address = address or f"127.{secrets.randbelow(254) + 1}.{secrets.randbelow(256)}.{secrets.randbelow(254) + 1}"
+        self._folder = tempfile.TemporaryDirectory(prefix="place-rings-")
+        self.folder = Path(self._folder.name)
+        self._errors = (self.folder / "errors").open("w+")
+        self._process = subprocess.Popen(
+            [sys.executable, *before, str(self.folder), self.address, *after],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._errors,
+            bufsize=0,
+        )
+        self._left = b""
+        try:
+            self._answer(_START)
+        except SimulationError:
+            self.close()
+            raise
+
+    def ring(self, number: int) -> str:
+        """The port of a ring."""
+        return str(self.folder / f"ring{number}")
+
+    def do(self, do: str, **more: Any) -> dict[str, Any]:
+        """Let it do something; its answer, with the ``time`` s of the host's monotonic clock at which that was done."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(json.dumps({"do": do, **more}).encode() + b"\n")
+        return self._answer(_ANSWER)
+
+    def kill(self) -> None:
+        """End it at once, as by ``kill -9``."""
+        self._process.kill()
+        self._process.wait()
+
+    def close(self) -> None:
+        """End it, and remove its folder."""
+        if self._process.stdin:
+            self._process.stdin.close()
+        try:
+            self._process.wait(_ANSWER)
+        except subprocess.TimeoutExpired:
+            self.kill()
+        if self._process.stdout:
+            self._process.stdout.close()
+        self._errors.close()
+        self._folder.cleanup()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def _answer(self, seconds: float) -> dict[str, Any]:
+        pipe, until = self._process.stdout, time.monotonic() + seconds
+        assert pipe is not None
+        while b"\n" not in self._left:
+            ready = select.select([pipe], [], [], max(until - time.monotonic(), 0))[0]
+            data = os.read(pipe.fileno(), 1 << 16) if ready else b""
+            if not data:
+                self._errors.seek(0)
+                raise SimulationError(f"the simulated rig said nothing: {self._errors.read()[-2000:]}")
+            self._left += data
+        line, _, self._left = self._left.partition(b"\n")
+        return json.loads(line)

@@ -1,0 +1,132 @@
+"""The simulated rig's process: controller, rings, and the hand that disturbs them."""
+
+import asyncio
+import inspect
+import json
+import signal
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from .arm import Arm
+from .controller import PERIOD, Controller
+from .plain import World
+from .ports import SimulatedRing
+from .spoilers import SPOILERS
+
+_CLOCK_RATE = 1 - 40e-6  # of the rings' clocks
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What is simulated. folder: where the rings' ports appear, ring0, ring1, … rate: frames a second. encodings: of each
+    ring's firmware; one for all where there is but one."""
+
+    world: World
+    q: Float[np.ndarray, " 6"]
+    folder: Path
+    address: str = "127.0.0.1"
+    rate: float = 15.0
+    encodings: tuple[str, ...] = ("place-rings",)
+    seed: int = 0
+
+
+class Simulation:
+    """A rig that runs. Messages are objects with ``do`` and what belongs to it; each is answered with the time it was
+    done."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig, rng = rig, np.random.default_rng(rig.seed)
+        self._arm = Arm(rig.q, PERIOD)
+        self._controller = Controller(self._arm, rig.address)
+        counts = rig.world.counts
+        encodings = rig.encodings * len(counts) if len(rig.encodings) == 1 else rig.encodings
+        self._noise, self._spoiling, *own = rng.spawn(2 + len(counts))
+        self._rings = [SimulatedRing(rig.folder / f"ring{i}", encodings[i], own[i]) for i in range(len(counts))]
+        self._start, self._told, self._seen = time.monotonic(), False, asyncio.Event()
+
+    async def run(self) -> None:
+        """Serve until stdin ends."""
+        await self._controller.open()
+        print(json.dumps({"done": "open", "time": time.monotonic()}), flush=True)
+        tasks = [asyncio.create_task(work) for work in (self._controller.run(), self._measure(), self._listen())]
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        self._controller.close()
+        for ring in self._rings:
+            ring.unplug()
+        for task in done:
+            task.result()
+
+    async def _measure(self) -> None:
+        """Send frames. What is seen on the move is as old as seeing takes; where the arm stands, it is seen from there."""
+        loop, due, at, known, seen = asyncio.get_running_loop(), time.monotonic(), self._arm.q, None, None
+        looking: asyncio.Future | None = None
+        while True:
+            due = max(due + 1 / self._rig.rate, time.monotonic() - 1.0)
+            await asyncio.sleep(due - time.monotonic())
+            if looking is None and (self._told or known is None or (self._arm.q != known).any()):
+                self._told, at = False, self._arm.q
+                looking = loop.run_in_executor(None, self._rig.world.see, at)
+            if looking is not None and (seen is None or looking.done() or not self._arm.moving):
+                seen, known, looking = await looking, at, None
+                if not self._told:
+                    self._seen.set()
+                if not self._arm.moving and (self._told or (self._arm.q != known).any()):
+                    continue
+            clock = _CLOCK_RATE * (time.monotonic() - self._start)
+            for ring, measured in zip(self._rings, self._rig.world.measure(seen, self._noise), strict=True):
+                ring.send(clock, *measured)
+
+    async def _listen(self) -> None:
+        reader = asyncio.StreamReader()
+        await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+        while line := await reader.readline():
+            message = json.loads(line)
+            answer = self._do(message)
+            if inspect.isawaitable(answer):
+                answer = await answer
+            print(json.dumps({"done": message["do"], "time": time.monotonic(), **(answer or {})}), flush=True)
+
+    def _do(self, message: dict[str, Any]) -> Any:
+        controller, ring = self._controller, self._rings[message.get("ring", 0)] if self._rings else None
+        deeds: dict[str, Callable[[], Any]] = {
+            "close": controller.close,
+            "heal": controller.heal,
+            "stall": lambda: setattr(controller, "frozen", True),
+            "mute": lambda: setattr(controller, "mute", True),
+            "spoil": lambda: setattr(controller, "spoil", SPOILERS[message["how"]](self._spoiling)),
+            "zero": lambda: controller.send_all(b"\0\0U"),
+            "stop": lambda: controller.stop(protective=True),
+            "world": lambda: self._tell(message),
+            "counts": lambda: {"sent": [r.sent for r in self._rings], "dropped": [r.dropped for r in self._rings]},
+            "state": lambda: {"q": self._arm.q.tolist(), "moving": self._arm.moving},
+        }
+        if ring is not None:
+            deeds |= {
+                "unplug": ring.unplug,
+                "plug": ring.plug,
+                "silent": lambda: setattr(ring, "silent", message.get("on", True)),
+                "corrupt": lambda: setattr(ring, "corrupt", message["share"]),
+                "disorder": lambda: setattr(ring, "disorder", message["share"]),
+                "garble": lambda: setattr(ring, "garble", message.get("on", True)),
+            }
+        return deeds[message["do"]]()
+
+    async def _tell(self, message: dict[str, Any]) -> None:
+        """What was told is seen from the next frame on, once this is answered."""
+        self._rig.world.tell(message)
+        self._told = True
+        self._seen.clear()
+        await self._seen.wait()
+
+
+def serve(rig: Rig) -> None:
+    """Run a rig until stdin ends. Ctrl-C is for who started it, and ends that first."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    asyncio.run(Simulation(rig).run())

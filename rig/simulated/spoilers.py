@@ -1,0 +1,84 @@
+"""Ways to spoil the packages of data that a robot sends."""
+
+import struct
+from collections import deque
+from collections.abc import Callable
+
+import numpy as np
+
+from .rtde import HEAD
+
+Spoiler = Callable[[np.random.Generator], Callable[[bytes], bytes]]
+_FIRST = HEAD.size + 1  # of the joints' bytes: the toolkit's recipe begins with them
+
+
+def _resized(data: bytes) -> bytes:
+    return HEAD.pack(len(data), data[HEAD.size - 1]) + data[HEAD.size :]
+
+
+def _short(rng: np.random.Generator) -> Callable[[bytes], bytes]:
+    """Packages that lack a part of their end, and say so in their head."""
+    return lambda data: _resized(data[: int(rng.integers(HEAD.size + 1, len(data)))])
+
+
+def _once_short(rng: np.random.Generator) -> Callable[[bytes], bytes]:
+    """One such package."""
+    left = [1]
+    return lambda data: _resized(data[: int(rng.integers(HEAD.size + 1, len(data)))]) if left and left.pop() else data
+
+
+def _with_joint(data: bytes, joint: int, value: float) -> bytes:
+    place = _FIRST + 8 * joint
+    return data[:place] + struct.pack(">d", value) + data[place + 8 :]
+
+
+def _garbage(rng: np.random.Generator) -> Callable[[bytes], bytes]:
+    """Random bytes for joints."""
+    return lambda data: data[:_FIRST] + rng.bytes(48) + data[_FIRST + 48 :]
+
+
+def _jump(rng: np.random.Generator) -> Callable[[bytes], bytes]:
+    """A joint that is elsewhere at once, by 2 to 60 degrees."""
+    joint, by = int(rng.integers(6)), float(np.radians(rng.uniform(2, 60)) * rng.choice([-1, 1]))
+    return lambda data: _with_joint(data, joint, struct.unpack_from(">d", data, _FIRST + 8 * joint)[0] + by)
+
+
+def _nan(rng: np.random.Generator) -> Callable[[bytes], bytes]:
+    """A joint that is no number."""
+    joint = int(rng.integers(6))
+    return lambda data: _with_joint(data, joint, float("nan"))
+
+
+def _frozen_clock(rng: np.random.Generator) -> Callable[[bytes], bytes]:
+    """The same package for ever."""
+    kept = list[bytes]()
+
+    def spoil(data: bytes) -> bytes:
+        kept.append(data)
+        return kept[0]
+
+    return spoil
+
+
+def _late(rng: np.random.Generator) -> Callable[[bytes], bytes]:
+    """Packages that fall further and further behind: of three that are due one is sent, the oldest."""
+    queue: deque[bytes] = deque()
+    turn = [0]
+
+    def spoil(data: bytes) -> bytes:
+        queue.append(data)
+        turn[0] += 1
+        return queue.popleft() if turn[0] % 3 == 0 else b""
+
+    return spoil
+
+
+SPOILERS: dict[str, Spoiler] = {
+    "short": _short,
+    "once short": _once_short,
+    "garbage": _garbage,
+    "jump": _jump,
+    "nan": _nan,
+    "frozen clock": _frozen_clock,
+    "late": _late,
+}

@@ -1,0 +1,93 @@
+"""A simulated rig in the cell of a proposal: the robot's true geometry, rings with errors of mounting, a test rod.
+
+Run: python -m place_rings.rig.simulated_cell FOLDER ADDRESS PROPOSAL SEED [RATE]     messages as JSON on stdin
+"""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ..coverage.capsules import Capsules
+from ..coverage.rings import Setup
+from ..objectives.scene import Scene
+from ..placement.cell import obstacles_of
+from ..placement.convert import ring_models, scene_model
+from ..placement.loader import read_proposal, to_toml, write_text
+from ..placement.models import ObstacleModel
+from ..placement.proposals import ProposalFile
+from .injected import injected
+from .rod import Rod
+from .simulated.plain import Measured
+from .simulated.process import SimulatedRig
+from .simulated.serve import Rig, serve
+from .world import World
+
+RATE = 25.0  # frames a second
+FILE = "world.toml"
+
+
+class Cell:
+    """What rings of a ``World`` see, of the robot, the cell and, where one is put, a rod."""
+
+    def __init__(self, world: World) -> None:
+        self._world, self._rod = world, None
+        self.counts = tuple(r.count for r in world.mounted.rings)
+
+    _rod: Capsules | None
+
+    def see(self, q: Float[np.ndarray, " 6"]) -> Float[np.ndarray, " K"]:
+        """True distances, m, as wired: infinite without a target, nan of the dead."""
+        return self._world.distances(np.asarray(q, float)[None], self._rod)[0]
+
+    def measure(self, seen: Float[np.ndarray, " K"], rng: np.random.Generator) -> list[Measured]:
+        """The same through noise."""
+        distance, status = self._world.told(rng, seen)
+        ends = np.cumsum(self.counts)[:-1]
+        return list(zip(np.split(distance, ends), np.split(status, ends), strict=True))
+
+    def tell(self, message: dict[str, Any]) -> None:
+        """A rod with its middle at ``rod``, three m in the base frame, of ``radius`` and ``length`` m; None: taken away."""
+        at = message["rod"]
+        rod = Rod(message.get("radius", Rod.radius), message.get("length", Rod.length))
+        self._rod = None if at is None else rod.at(np.array([at], float))
+
+
+def with_cell(scene: Scene) -> Scene:
+    """``scene`` with a floor, a table and a wall, where it has no obstacles of its own."""
+    if scene.obstacles:
+        return scene
+    return replace(scene, obstacles=obstacles_of([ObstacleModel(**keys) for keys in _CELL]))
+
+
+_CELL: tuple[dict[str, Any], ...] = (
+    {"name": "floor", "floor": -0.75},
+    {"name": "table", "centre": [0.9, 0.0, -0.2], "size": [0.6, 1.2, 0.05]},
+    {"name": "wall", "centre": [-1.3, 0.2, 0.25], "size": [0.1, 3.0, 2.0], "rpy_deg": [0.0, 0.0, 20.0]},
+)
+
+
+def simulated_rig(scene: Scene, setup: Setup, seed: int, folder: Path) -> SimulatedRig:
+    """A simulated rig of ``setup`` in ``scene``, with what the seed injects; its world's file is left in ``folder``."""
+    file = folder / FILE
+    write_text(file, to_toml(ProposalFile(rings=ring_models(setup, scene.sensor), scene=scene_model(scene))))
+    return SimulatedRig((("-m", __name__), (str(file), str(seed))))
+
+
+def main() -> None:
+    """Serve what the command line says. All is compiled before anyone can connect: that would hold up the controller."""
+    folder, address, file, seed = sys.argv[1:5]
+    setup, scene, _ = read_proposal(Path(file))
+    cell, q = Cell(injected(scene, setup, int(seed)).world(scene)), scene.poses[0].q
+    for rod in ([0.0, 0.0, 10.0], None):
+        cell.tell({"rod": rod})
+        cell.see(q)
+    rate = float(sys.argv[5]) if len(sys.argv) > 5 else RATE
+    serve(Rig(cell, np.array(q), Path(folder), address, rate, seed=int(seed)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+"""What the robot says of itself, and whether it can be true."""
+
+import math
+import struct
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+JOINTS = 6  # of every robot that ur-rtde knows
+VARIABLES = ("actual_q", "actual_qd", "runtime_state", "safety_status_bits", "timestamp")  # a short package spoils the last
+_LAYOUT = struct.Struct("<d6d6dII")
+NORMAL, REDUCED = 1 << 0, 1 << 1  # safety status bits; all higher ones are of stops, faults and violations
+_TURNS = 2 * math.pi + 0.1  # rad, beyond which no joint of these robots turns
+_MOST_SPEED = 2 * math.pi + 0.2  # rad/s: of the fastest joint (UR3e, third wrist)
+_MOST_ACCELERATION = 40.0  # rad/s², that the controller takes
+_LONGEST = 10.0  # s, between states: a clock that goes by more is no clock
+_SLACK = 0.002  # rad, of the encoders and of speeds that are filtered
+
+
+@dataclass(frozen=True)
+class State:
+    """time: s, of the host's monotonic clock, when it came. clock: s, of the robot's. q (6,): joint angles, rad. speed (6,):
+    rad/s. runtime, safety: as RTDE has them."""
+
+    time: float
+    clock: float
+    q: Float[np.ndarray, " 6"]
+    speed: Float[np.ndarray, " 6"]
+    runtime: int = 1
+    safety: int = NORMAL
+
+    def pack(self) -> bytes:
+        """All but the time."""
+        return _LAYOUT.pack(self.clock, *self.q, *self.speed, self.runtime, self.safety)
+
+    @staticmethod
+    def unpack(time: float, data: bytes) -> "State":
+        """A state that came at ``time`` s; ValueError if ``data`` is of another length."""
+        if len(data) != _LAYOUT.size:
+            raise ValueError(f"a state of {len(data)} bytes, allowed: {_LAYOUT.size}")
+        clock, *values, runtime, safety = _LAYOUT.unpack(data)
+        return State(time, clock, np.array(values[:JOINTS]), np.array(values[JOINTS:]), runtime, safety)
+
+
+def implausible(state: State) -> str | None:
+    """Why a state by itself cannot be true."""
+    if not (math.isfinite(state.clock) and np.isfinite(state.q).all() and np.isfinite(state.speed).all()):
+        return "a number that is not finite"
+    if np.abs(state.q).max() > _TURNS:
+        return f"a joint at {math.degrees(state.q[np.abs(state.q).argmax()]):.4g}°"
+    if np.abs(state.speed).max() > _MOST_SPEED:
+        return f"a joint at {math.degrees(state.speed[np.abs(state.speed).argmax()]):.4g}°/s"
+    return None
+
+
+def impossible(before: State, state: State) -> str | None:
+    """Why a state cannot follow another: no joint goes farther than its speeds and the most acceleration allow."""
+    seconds = state.clock - before.clock
+    if not 0 < seconds <= _LONGEST:
+        return f"the robot's clock went by {seconds:.4g} s"
+    fastest = np.maximum(np.abs(before.speed), np.abs(state.speed))
+    allowed = fastest * seconds + _MOST_ACCELERATION * seconds**2 / 2 + _SLACK
+    over = np.abs(state.q - before.q) - allowed
+    if over.max() > 0:
+        joint = int(over.argmax())
+        return f"joint {joint} went by {math.degrees(state.q[joint] - before.q[joint]):.4g}° in {1000 * seconds:.4g} ms"
+    return None
+
+
+_MOVE = struct.Struct("<6d2d")
+
+
+def pack_move(q: Float[np.ndarray, " 6"], speed: float, acceleration: float) -> bytes:
+    """A motion to joint angles ``q`` (6,) rad, its leading joint with ``speed`` rad/s and ``acceleration`` rad/s²."""
+    return _MOVE.pack(*q, speed, acceleration)
+
+
+def unpack_move(data: bytes) -> tuple[tuple[float, ...], float, float]:
+    """Joint angles, speed and acceleration of a motion."""
+    *q, speed, acceleration = _MOVE.unpack(data)
+    return tuple(q), speed, acceleration
+
+
+def complaint(error: Exception) -> str:
+    """What the client raised, as one line; that it is not there, as what to do about it."""
+    if isinstance(error, ImportError):
+        return "ur-rtde is not installed: pip install 'place-rings[rig]' on Python 3.11 or 3.12"
+    return " ".join(str(error).split()) or repr(error)

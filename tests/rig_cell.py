@@ -1,0 +1,19 @@
+"""A small rig for tests: a UR10 with two rings in a cell of floor, table and box."""
+
+import numpy as np
+from place_rings.coverage.rings import Ring, Setup
+from place_rings.coverage.sensors import Sensor
+from place_rings.objectives.scene import Scene
+from place_rings.placement.cell import obstacles_of
+from place_rings.placement.models import ObstacleModel
+
+FLOOR, TABLE, BOX = obstacles_of(
+    [
+        ObstacleModel(name="floor", floor=-0.75),
+        ObstacleModel(name="table", centre=[0.9, 0.0, -0.2], size=[0.6, 1.2, 0.05]),
+        ObstacleModel(name="box", centre=[-0.7, 0.5, -0.45], size=[0.4, 0.5, 0.6]),
+    ]
+)
+SCENE = Scene(obstacles=(FLOOR, TABLE, BOX))
+SQUARE = Sensor(np.radians(45), 1.5, None, np.radians(30))
+SETUP = Setup((Ring("forearm", 0.4, 8, 0.4, 0.0, 0.08), Ring("tool", 0.0, 6, 0.0, 0.0, 0.08)))

@@ -1,0 +1,287 @@
+"""The check as a whole: from a recording made by hand, and end to end on the simulated rig, live and replayed."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from place_rings.cli import check as command
+from place_rings.cli.main import app
+from place_rings.coverage.targets import Target
+from place_rings.objectives.scene import Goal
+from place_rings.placement.convert import ring_models, scene_model
+from place_rings.placement.errors import UserError
+from place_rings.placement.loader import read_proposal, to_toml
+from place_rings.placement.proposals import ProposalFile
+from place_rings.rig import motion
+from place_rings.rig.check_models import AboutFile, CheckResult, PortModel
+from place_rings.rig.gathering import replay
+from place_rings.rig.judge import Checked, judge
+from place_rings.rig.mount_plan import planned
+from place_rings.rig.plan_files import mount_plan_model, rod_plan_model
+from place_rings.rig.procedure import spans
+from place_rings.rig.protocol import encode
+from place_rings.rig.recording import Recorded, Recording
+from place_rings.rig.records import Kind, Record
+from place_rings.rig.rod import Rod
+from place_rings.rig.rod_plan import places, plan_rod
+from place_rings.rig.simulated_cell import simulated_rig
+from place_rings.rig.state import State
+
+from .rig_cell import SCENE as CELL
+from .rig_cell import SETUP
+
+SCENE = replace(CELL, goals=(Goal(Target("V_S", 0.25)),))
+
+HZ, EVERY = 125, 5  # states a second, states between two frames
+
+
+def about():
+    goal = SCENE.goals[0].target
+    plan = plan_rod(SCENE, SETUP, goal, 12, where=places(SCENE, goal, Rod(), 0.1))
+    return AboutFile(
+        setup="small.toml",
+        proposal=ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=scene_model(SCENE)),
+        seed=3,
+        injected=True,
+        moved=True,
+        stale_s=0.08,
+        voxel=0.05,
+        ports=[PortModel(name=f"port {i}", count=r.count, baud=460800) for i, r in enumerate(SETUP.rings)],
+        seconds=1.0,
+        stops=mount_plan_model(planned(SCENE, SETUP, poses=10, frames=8, candidates=60)),
+        trials=rod_plan_model(plan),
+        version="0",
+    )
+
+
+class Tape:
+    """Records what a rig would tell that stands at one pose after another, a second apart."""
+
+    def __init__(self, recording, checked, seed=0):
+        self.put, self.now, self.sequence = recording.put, 100.0, 0
+        self.world, self.rng = checked.injected.world(checked.scene), np.random.default_rng(seed)
+
+    def say(self, what, at, **more):
+        self.put(Record(Kind.EVENT, 0, at, json.dumps({"what": what, **more}).encode()))
+
+    def stand(self, q, step, number, frames, rod=None):
+        self.now += 1.0
+        true = self.world.distances(q[None], rod)[0]
+        for n in range(EVERY * (frames + 2)):
+            t = self.now + n / HZ
+            state = State(t, t - 90, np.array(q), np.zeros(6))
+            self.put(Record(Kind.STATE, 0, t, state.pack()))
+            if n % EVERY == 2:
+                distance, status = self.world.told(self.rng, true)
+                first = 0
+                for i, ring in enumerate(self.world.mounted.rings):
+                    k = slice(first, first := first + ring.count)
+                    data = encode(self.sequence, t - 95, distance[k], status[k])
+                    self.put(Record(Kind.BYTES, i, t, data))
+                self.sequence += 1
+            if n == 0:
+                self.say("begin", t, step=step, number=number)
+        self.now += EVERY * (frames + 2) / HZ
+        self.say("end", self.now)
+
+
+@pytest.fixture(scope="module")
+def taped(tmp_path_factory):
+    """A whole check, as a recording."""
+    file = tmp_path_factory.mktemp("check") / "tape.rig"
+    asked = about()
+    checked = Checked.of(asked)
+    with Recording(file, {"check": asked.model_dump(mode="json")}) as recording:
+        tape, plan = Tape(recording, checked), checked.plans.rod
+        tape.stand(SCENE.poses[0].q, "self", 0, 20)
+        for i, q in enumerate(checked.plans.mount.joints):
+            tape.stand(q, "mount", i, 8)
+        tape.stand(plan.joints[0], "before", 0, 20)
+        for i, point in enumerate(plan.point):
+            tape.stand(plan.joints[0], "trial", i, 10, plan.rod.at(point[None]))
+        tape.say("ended", tape.now, why="")
+    return file, checked
+
+
+def call(words):
+    app(words, exit_on_error=False, print_error=False, result_action="return_value")
+
+
+def judged(file, checked):
+    recorded = Recorded(file)
+    return judge(checked, replay(recorded, checked.ports, checked.about.stale_s), 0.0, recorded.damage)
+
+
+def test_what_was_injected_is_found_and_said(taped):
+    file, checked = taped
+    found = judged(file, checked)
+    r = found.result
+    assert (r.verdict, r.warnings) == ("differs", [])
+    assert r.mount.injected_found == dict.fromkeys(("reversed ring", "swapped pair", "dead sensor"), True)
+    assert r.mount.stops == 10
+    for one in r.mount.rings:
+        assert all(abs(e.value - e.injected) < 2.5 * e.margin for e in one.errors)
+    assert len(r.self_check.silent) == 1
+    assert r.coverage.trials == 12
+    assert r.coverage.low_percent <= r.coverage.measured_percent <= r.coverage.high_percent
+    assert any("dead" in reason for reason in r.reasons)
+    assert [line.frames for line in r.lines] == [r.lines[0].frames] * 2
+    assert abs(r.lines[0].drift_ppm) < 1
+    CheckResult.model_validate_json(r.model_dump_json())
+
+
+def test_a_check_that_was_cut_off_is_unfinished_and_what_was_done_is_judged(taped, tmp_path):
+    file, checked = taped
+    data = file.read_bytes()
+    (tmp_path / "torn").write_bytes(data[: len(data) * 2 // 5])
+    r = judged(tmp_path / "torn", checked).result
+    assert r.verdict == "unfinished"
+    assert "ended early: it was cut off" in r.reasons
+    assert r.self_check is not None
+    assert r.coverage is None
+    assert any("coverage check: no trial was done" in reason for reason in r.reasons)
+    assert any("is not whole" in warning for warning in r.warnings)
+    (tmp_path / "early").write_bytes(data[:20_000])
+    r = judged(tmp_path / "early", checked).result
+    assert (r.verdict, r.self_check, r.mount) == ("unfinished", None, None)
+
+
+def test_steps_that_were_not_ended_are_none():
+    said = [(1.0, {"what": "begin", "step": "mount", "number": 4}), (2.0, {"what": "end"}), (3.0, {"what": "end"})]
+    said += [(4.0, {"what": "begin", "step": "trial", "number": 0}), (5.0, {"what": "begin", "step": "trial", "number": 1})]
+    assert spans(said) == [("mount", 4, 1.0, 2.0)]
+    assert spans([*said, (6.0, {"what": "end"})])[1:] == [("trial", 1, 5.0, 6.0)]
+
+
+def files_of(folder, *left_out):
+    return {p.name: p.read_bytes() for p in folder.iterdir() if p.name not in left_out}
+
+
+def test_a_replay_gives_the_same_files_every_time(taped, tmp_path, capsys):
+    file, _ = taped
+    for name in ("a", "b"):
+        call(["check", "--replay", str(file), "--out", str(tmp_path / name)])
+    first = files_of(tmp_path / "a")
+    assert first == files_of(tmp_path / "b")
+    assert set(first) == {"check.html", "check.json", "stops.csv", "trials.csv", "built.toml"}
+    setup, scene, _ = read_proposal(tmp_path / "a" / "built.toml")
+    assert len(setup.rings) == 2
+    assert len(scene.obstacles) == 3
+    out = capsys.readouterr().out
+    assert "small.toml: differs" in out
+    assert "no safety function" in out
+    assert b"no safety function" in first["check.html"]
+    with pytest.raises(UserError, match="allowed: one of other"):
+        call(["check", "other", "--replay", str(file)])
+
+
+def test_a_recording_of_something_else_is_refused(tmp_path):
+    with Recording(tmp_path / "other.rig", {"rings": 2}):
+        pass
+    with pytest.raises(UserError, match=r"other.rig: found nothing, allowed: a table"):
+        call(["check", "--replay", str(tmp_path / "other.rig"), "--out", str(tmp_path / "out")])
+    assert not (tmp_path / "out").exists()
+
+
+PROPOSAL = to_toml(ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=scene_model(SCENE)))
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        ([], "allowed: one of --rig sim, --robot-host HOST, --replay FILE"),
+        (["--rig", "sim", "--replay", "x"], "allowed: one of --rig sim"),
+        (["--rig", "sim", "--move"], "--move: allowed: only with --robot-host"),
+        (["--robot-host", "h"], "--ring: found none for forearm, tool"),
+        (["--robot-host", "h", "--ring", "tool"], "allowed: NAME=PORT"),
+        (["--robot-host", "h", "--ring", "hand=/dev/x"], 'found "hand", allowed: each of forearm, tool once'),
+        (["--robot-host", "h", "--ring", "0=/dev/x", "--ring", "forearm=/dev/y"], 'found "forearm", allowed: each of tool'),
+        (["--robot-host", "h", "--ring", "tool=/dev/x,morse"], "allowed: place-rings, esp32, text"),
+        (["--rig", "sim", "--rod-mm", "370x70"], "allowed: THICKNESSxLENGTH"),
+        (["--replay", "small.toml"], "found no recording of a rig"),
+    ],
+)
+def test_bad_input_is_one_line(tmp_path, monkeypatch, words, text):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "small.toml").write_text(PROPOSAL)
+    before = files_of(tmp_path)
+    with pytest.raises(UserError) as error:
+        call(["check", *([] if "small.toml" in words else ["small.toml"]), *words])
+    assert text in str(error.value)
+    assert files_of(tmp_path) == before
+
+
+def test_what_is_missing_is_said_before_anything_is_done(tmp_path, monkeypatch):
+    (tmp_path / "small.toml").write_text(PROPOSAL)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(UserError, match=r"pip install 'place-rings\[rig\]'"):
+        call(["check", str(tmp_path / "small.toml"), "--rig", "sim"])
+
+
+def test_a_robot_that_ur_rtde_does_not_know_is_refused(tmp_path):
+    pytest.importorskip("rtde_control")
+    (tmp_path / "arm.toml").write_text('robot = "iiwa14"')
+    words = ["check", "n1_8_0", "--rig", "sim", "--scene", str(tmp_path / "arm.toml"), "--out", str(tmp_path / "out")]
+    with pytest.raises(UserError, match="allowed: one of 6 joints"):
+        call(words)
+
+
+@pytest.mark.slow
+def test_end_to_end_on_the_simulated_rig_and_its_replay(tmp_path):
+    """Through unmodified ur-rtde and pyserial, in processes of their own."""
+    pytest.importorskip("rtde_control")
+    (tmp_path / "small.toml").write_text(PROPOSAL)
+    words = ["check", str(tmp_path / "small.toml"), "--rig", "sim", "--stops", "12", "--trials", "8", "--voxel", "0.05"]
+    run = [sys.executable, "-m", "place_rings.cli.entry"]
+    live, again = tmp_path / "live", tmp_path / "again"
+    done = subprocess.run([*run, *words, "--out", str(live)], capture_output=True, text=True, check=True)
+    result = CheckResult.model_validate_json((live / "check.json").read_text())
+    assert result.verdict == "differs", done.stdout
+    assert result.mount.injected_found == dict.fromkeys(("reversed ring", "swapped pair", "dead sensor"), True)
+    assert result.coverage.trials == 8
+    recording = str(live / "recording-1.rig")
+    subprocess.run([*run, "check", "--replay", recording, "--out", str(again)], capture_output=True, check=True)
+    plans = ("recording-1.rig", "world.toml", "stops.toml", "trials.toml", "trials.pdf")
+    assert files_of(again) == files_of(live, *plans)
+
+
+@pytest.mark.slow
+def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_path, monkeypatch):
+    """As on a real rig, with the limits and the questions of one, and on the move more patience than a real one has."""
+    pytest.importorskip("rtde_control")
+    scene = replace(SCENE, motion=replace(SCENE.motion, speed=np.radians(60), acceleration=np.radians(120)))
+    model = ProposalFile(rings=ring_models(SETUP, scene.sensor), scene=scene_model(scene))
+    (tmp_path / "small.toml").write_text(to_toml(model))
+
+    def run(rig, *words, said=""):
+        rings = [f"--ring={name}={rig.ring(i)}" for i, name in enumerate(("forearm", "tool"))]
+        call = [sys.executable, "-m", "place_rings.cli.entry", "check", "small.toml", "--robot-host", rig.address]
+        more = ["--voxel", "0.1", "--seconds", "2", *words]
+        return subprocess.run([*call, *rings, *more], input=said, capture_output=True, text=True, cwd=tmp_path)
+
+    with simulated_rig(scene, SETUP, 0, tmp_path) as rig:
+        looked = run(rig, "--part", "self", "--out", "looked")
+        assert looked.returncode == 0, looked.stderr
+        assert "never answer" in looked.stdout
+        refused = run(rig, "--part", "mount", "--stops", "3", "--move", "--out", "refused", said="no\n")
+        assert refused.returncode == 2
+        assert "not confirmed, nothing was moved" in refused.stderr
+        assert "no safety function" in refused.stderr
+        left = run(rig, "--part", "mount", "--stops", "3", "--out", "left", said="s\ns\n")
+        assert "ended by who was asked" in left.stdout
+        np.testing.assert_allclose(rig.do("state")["q"], SCENE.poses[0].q)
+        asked = []
+        monkeypatch.setattr(command, "STALE", 2.0)
+        monkeypatch.setattr(motion, "_TOLD", 20.0)
+        monkeypatch.setattr("builtins.input", lambda *_: asked.append(1) or "yes")
+        ports = [PortModel(name=rig.ring(i), count=r.count, baud=460800, patience=8.0) for i, r in enumerate(SETUP.rings)]
+        wanted = command.Asked(("mount",), 1.0, 3, 2, Rod(), True, 0.1, 0)
+        command.check_live("small.toml", SETUP, scene, wanted, rig.address, ports, tmp_path / "moved", False)
+        assert asked == [1]
+        assert np.abs(np.subtract(rig.do("state")["q"], SCENE.poses[0].q)).max() > 0.1
+    result = CheckResult.model_validate_json((tmp_path / "moved" / "check.json").read_text())
+    assert (result.simulated, result.mount is None or result.mount.stops) in ((False, True), (False, 3))
+    assert result.mount is None or result.mount.injected_found is None

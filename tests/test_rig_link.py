@@ -1,0 +1,251 @@
+"""The link to the robot: states that cannot be true, stale or late are never given; every end is a fault of its kind."""
+
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from place_rings.rig.link import Link
+from place_rings.rig.records import Kind, Record
+from place_rings.rig.simulated.process import SimulatedRig, command
+from place_rings.rig.state import State
+from place_rings.rig.vetting import STALE, Ended, LinkFaultError, Vetting, between
+
+HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
+WAKE = 0.5  # s that a thread may take to wake on a busy machine, where times are measured
+PATIENT = 1.0  # s, that states may be apart where they are not
+joint = st.integers(0, 5)
+
+
+def state(n, q=HOME, speed=None, **more):
+    """The n-th of 125 states a second."""
+    return replace(State(100 + n / 125, 7 + n / 125, np.array(q), np.zeros(6) if speed is None else speed), **more)
+
+
+def taken(states):
+    """How many states are taken before a fault, and why it ended."""
+    vetting = Vetting()
+    for count, each in enumerate(states):
+        try:
+            vetting.take(Record(Kind.STATE, 0, each.time, each.pack()))
+        except LinkFaultError as fault:
+            return count, fault.why
+    return len(states), None
+
+
+def good(n=10):
+    return [state(i) for i in range(n)]
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(-2e-4, 2e-4))
+def test_a_robot_that_moves_as_it_may_is_believed(seed, drift):
+    rng = np.random.default_rng(seed)
+    q, speed, states, delay = HOME.copy(), np.zeros(6), [], rng.uniform(0, 0.02, 80)
+    for n in range(80):
+        before = speed
+        speed = np.clip(speed + rng.uniform(-40, 40, 6) / 125, -3.1, 3.1) * (np.abs(q) < 5)
+        q = q + (before + speed) / 2 / 125
+        states.append(State(50 + n / 125 + delay[n], 3 + (1 + drift) * n / 125, q, speed))
+    assert taken(states) == (80, None)
+
+
+@given(joint, st.floats(2, 300), st.sampled_from([-1, 1]))
+def test_a_jump_of_a_joint_is_never_taken(at, degrees, sign):
+    q = HOME.copy()
+    q[at] += sign * np.radians(degrees)
+    assert taken([*good(), state(10, q)]) == (10, Ended.GARBLED)
+
+
+@given(joint, st.sampled_from([np.nan, np.inf, -np.inf, 6.5, -1e300, 1e-310 + 7]), st.booleans())
+def test_what_is_no_joint_vector_is_never_taken(at, value, speed):
+    spoiled = HOME.copy() if not speed else np.zeros(6)
+    spoiled[at] = value
+    assume(not speed or not abs(value) < 6.4)
+    last = state(10, speed=spoiled) if speed else state(10, spoiled)
+    assert taken([*good(), last])[1] == Ended.GARBLED
+
+
+@given(st.binary(min_size=48, max_size=48))
+def test_random_bytes_for_joints_are_never_taken(data):
+    q = np.frombuffer(data)
+    assume(not np.allclose(q, HOME, rtol=0, atol=0.01))
+    assert taken([*good(), state(10, q)]) == (10, Ended.GARBLED)
+
+
+@pytest.mark.parametrize(
+    ("clock", "why"),
+    [
+        (np.nan, Ended.GARBLED),
+        (0.0, Ended.GARBLED),
+        (1e9, Ended.GARBLED),
+        (1e200, Ended.GARBLED),
+        (1.7e308, Ended.GARBLED),
+        (9.0, Ended.GARBLED),
+        (7 + 9 / 125, Ended.GARBLED),
+        (7.2, Ended.GARBLED),
+    ],
+)
+def test_a_clock_that_jumps_ends_it(clock, why):
+    assert taken([*good(), state(10, clock=clock)]) == (10, why)
+
+
+@given(st.floats(STALE + 0.002, 10))
+def test_a_state_that_came_late_is_never_taken(delay):
+    assert taken([*good(), replace(state(10), time=100 + 10 / 125 + delay)]) == (10, Ended.LATE)
+
+
+def test_a_delay_that_creeps_in_ends_it_before_it_is_too_long():
+    states = [replace(state(n), time=100 + 1.1 * n / 125) for n in range(500)]
+    count, why = taken(states)
+    assert why == Ended.LATE
+    assert 0.1 * count / 125 == pytest.approx(STALE, abs=0.02)
+
+
+@pytest.mark.parametrize("bits", [1 << n for n in range(2, 11)] + [1 | 1 << 2, 1 | 1 << 7])
+def test_a_safety_stop_ends_it(bits):
+    assert taken([*good(), state(10, safety=bits)]) == (10, Ended.STOPPED)
+    assert taken([*good(), state(10, safety=2)]) == (11, None)
+
+
+@given(st.binary(max_size=200))
+def test_a_record_of_another_length_is_garbled(data):
+    assume(len(data) != len(state(0).pack()))
+    with pytest.raises(LinkFaultError) as fault:
+        Vetting().take(Record(Kind.STATE, 0, 0.0, data))
+    assert fault.value.why == Ended.GARBLED
+
+
+@given(st.lists(st.floats(0.001, 0.12), min_size=2, max_size=30), st.lists(st.floats(-0.2, 4), min_size=1, max_size=30))
+def test_between_fresh_neighbours_alone_it_interpolates(steps, times):
+    known = np.cumsum(steps)
+    states = [State(t, t, np.full(6, 3 * t), np.zeros(6)) for t in known]
+    found = between(states, np.array(times))
+    for t, q in zip(times, found, strict=True):
+        after = np.searchsorted(known, t)
+        inside = known[0] <= t <= known[-1]
+        fresh = inside and (t in known or known[after] - known[after - 1] <= 0.05)
+        if np.isfinite(q).all():
+            assert inside
+            np.testing.assert_allclose(q, 3 * t, atol=1e-9)
+        else:
+            assert not fresh or t in known
+
+
+def child(code):
+    """A process in the place of the client's, with states to say."""
+    begin = """
+import sys, time, numpy as np
+from place_rings.rig.records import Kind, Record
+from place_rings.rig.state import State
+def say(n, count):
+    for i in range(n, n + count):
+        now = time.monotonic()
+        record = Record(Kind.STATE, 0, now, State(now, now, np.zeros(6), np.zeros(6)).pack()).pack()
+        sys.stdout.buffer.write(record); sys.stdout.buffer.flush(); time.sleep(0.008)
+say(0, 10)
+"""
+    return sys.executable, "-c", begin + code
+
+
+@pytest.mark.parametrize(
+    ("code", "why"),
+    [
+        ("time.sleep(9)", Ended.STALE),
+        ("import os; os.abort()", Ended.ABORTED),
+        ("sys.stdout.buffer.write(b'x' * 99); sys.stdout.buffer.flush(); time.sleep(9)", Ended.GARBLED),
+        (
+            "sys.stdout.buffer.write(Record(Kind.CLOSED, 0, 0.0).pack()); sys.stdout.buffer.flush(); time.sleep(9)",
+            Ended.CLOSED,
+        ),
+    ],
+)
+def test_whatever_the_process_does_is_a_fault(code, why):
+    faults = []
+    with Link("nowhere", command=child(code), on_fault=faults.append, stale=PATIENT) as link:
+        link.wait()
+        while link.fault is None:
+            time.sleep(0.005)
+        assert link.fault.why == why
+        for ask in (link.latest, link.wait):
+            with pytest.raises(LinkFaultError):
+                ask()
+    assert [fault.why for fault in faults] == [why]
+
+
+def test_a_state_that_grew_old_is_not_given_even_before_its_fault_is_found():
+    with Link("nowhere", command=child("say(10, 900)"), stale=PATIENT) as link:
+        link.wait()
+        with link._changed:  # the link's thread is held up
+            time.sleep(PATIENT + 0.02)
+            assert link.fault is None
+            with pytest.raises(LinkFaultError) as fault:
+                link.latest()
+        assert fault.value.why == Ended.STALE
+
+
+@pytest.mark.slow
+def test_a_silence_is_found_in_time():
+    with Link("nowhere", command=child("time.sleep(9)")) as link:
+        link.wait()
+        while link.fault is None:
+            time.sleep(0.005)
+        assert link.fault.why == Ended.STALE
+        assert link.fault.time - link._states[-1].time < STALE + WAKE
+
+
+def test_nobody_there_is_one_line():
+    pytest.importorskip("rtde_receive")
+    with Link("127.0.0.1") as link, pytest.raises(LinkFaultError, match="cannot be reached") as fault:
+        link.wait()
+    assert fault.value.why == Ended.REFUSED
+
+
+FAULTS = {
+    "close": Ended.CLOSED,
+    "stall": Ended.STALE,
+    "zero": Ended.ABORTED,
+    "stop": Ended.STOPPED,
+    "short": None,
+    "once short": None,
+    "garbage": Ended.GARBLED,
+    "jump": Ended.GARBLED,
+    "nan": Ended.GARBLED,
+    "frozen clock": Ended.STALE,
+    "late": Ended.LATE,
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FAULTS)
+def test_the_clients_own_ways_to_fail_are_found_in_time(name):
+    pytest.importorskip("rtde_receive")
+    with (
+        SimulatedRig((("-m", "place_rings.rig.simulated"), command(rings=1))) as rig,
+        Link(rig.address) as link,
+    ):
+        link.wait()
+        time.sleep(0.3)
+        done = rig.do("spoil", how=name)["time"] if name not in ("close", "stall", "zero", "stop") else rig.do(name)["time"]
+        until = time.monotonic() + 2
+        while link.fault is None and time.monotonic() < until:
+            time.sleep(0.005)
+        if name == "once short" and link.fault is None:
+            return  # what was cut off did no harm
+        assert FAULTS[name] in (None, link.fault.why)
+        assert link.fault.time - done < STALE + WAKE + (0.15 if name == "late" else 0)
+
+
+@pytest.mark.slow
+def test_a_robot_that_never_answers_is_given_up():
+    pytest.importorskip("rtde_receive")
+    with SimulatedRig((("-m", "place_rings.rig.simulated"), command(rings=1))) as rig:
+        rig.do("mute")
+        started = time.monotonic()
+        with Link(rig.address, start=1.0) as link:
+            with pytest.raises(LinkFaultError):
+                link.wait()
+            assert link.fault.why == Ended.SILENT
+            assert link.fault.time - started < 1.0 + WAKE

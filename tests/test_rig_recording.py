@@ -1,0 +1,240 @@
+"""Records and recordings: what was written is read, through any cut, kill or full disk, and replayed as it was."""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from place_rings.placement.errors import UserError
+from place_rings.rig.clocks import Lag, align
+from place_rings.rig.gathering import Gathered, replay
+from place_rings.rig.health import Event, Happened, Port
+from place_rings.rig.protocol import encode
+from place_rings.rig.recording import Recorded, Recording
+from place_rings.rig.records import DamagedError, Kind, Record, RecordReader
+from place_rings.rig.state import State
+from place_rings.rig.vetting import Ended
+
+records = st.builds(
+    Record,
+    st.sampled_from(Kind),
+    st.integers(0, 255),
+    st.floats(allow_nan=False),
+    st.binary(max_size=100),
+)
+
+
+@given(st.lists(records, max_size=10), st.lists(st.integers(0, 2000), max_size=10))
+def test_records_come_back_however_they_are_cut(wanted, cuts):
+    data, reader, found = b"".join(r.pack() for r in wanted), RecordReader(), []
+    edges = [0, *sorted(min(c, len(data)) for c in cuts), len(data)]
+    for i in range(len(edges) - 1):
+        found += reader.feed(data[edges[i] : edges[i + 1]])
+    assert found == wanted
+    assert not reader.left
+
+
+def _fed_until_damage(reader, data):
+    found = []
+    for _ in range(10):
+        try:
+            found += reader.feed(data)
+        except DamagedError:
+            return found
+        data = bytes(1 << 21)  # whatever length it claims to have
+    raise AssertionError("no damage was found")
+
+
+@given(st.lists(records, min_size=1, max_size=5), st.data())
+def test_damage_is_never_taken_for_a_record(wanted, data):
+    good = b"".join(r.pack() for r in wanted)
+    at = data.draw(st.integers(0, len(good) - 1))
+    bad, reader, found = bytearray(good), RecordReader(), list[Record]()
+    bad[at] ^= data.draw(st.integers(1, 255))
+    found += _fed_until_damage(reader, bytes(bad))
+    assert found == wanted[: len(found)]
+    assert len(b"".join(r.pack() for r in found)) <= at
+
+
+@given(st.binary(max_size=300))
+def test_any_bytes_are_records_or_damage(data):
+    reader = RecordReader()
+    try:
+        reader.feed(data)
+        reader.feed(b"")
+    except DamagedError:
+        return
+    assert reader.left <= len(data)
+
+
+def test_a_torn_tail_costs_the_last_record_alone(tmp_path):
+    whole = [Record(Kind.BYTES, 0, float(i), bytes([i])) for i in range(5)]
+    with Recording(tmp_path / "whole", {}) as recording:
+        for record in whole:
+            recording.put(record)
+    data = (tmp_path / "whole").read_bytes()
+    size, end = len(whole[0].pack()), len(Record(Kind.END, 0, 0.0).pack())
+    for lost in range(1, 5 * size + end):
+        (tmp_path / "torn").write_bytes(data[:-lost])
+        recorded = Recorded(tmp_path / "torn")
+        found = [r for r in recorded.records() if r.kind == Kind.BYTES]
+        left = max(lost - end, 0)
+        assert found == whole[: 5 - -(-left // size)]
+        assert not recorded.ended
+        assert bool(recorded.damage) == (lost != end and (left == 0 or left % size != 0))
+    recorded = Recorded(tmp_path / "whole")
+    assert list(recorded.records())[1:-1] == whole
+    assert recorded.ended
+    assert not recorded.damage
+
+
+@pytest.mark.parametrize("data", [b"", b"PR", b"not a recording", Record(Kind.ABOUT, 0, 0.0, b"[]").pack()])
+def test_what_is_no_recording_is_refused(tmp_path, data):
+    (tmp_path / "file").write_bytes(data)
+    with pytest.raises(UserError, match="found no recording"):
+        Recorded(tmp_path / "file")
+    with pytest.raises(UserError, match="cannot be read"):
+        Recorded(tmp_path / "nothing")
+    with pytest.raises(UserError, match="cannot be recorded to"):
+        Recording(tmp_path / "file", {})
+
+
+WRITER = """
+import sys, time
+from pathlib import Path
+from place_rings.rig.recording import Recording
+from place_rings.rig.records import Kind, Record
+recording = Recording(Path(sys.argv[1]), {}, on_failure=lambda line: print("full", line, flush=True))
+for i in range(10**9):
+    recording.put(Record(Kind.BYTES, 0, float(i), bytes(50)))
+    if recording.failure: sys.exit(0)
+    print(i, flush=True)
+"""
+
+
+def test_what_was_put_survives_a_kill(tmp_path):
+    with subprocess.Popen([sys.executable, "-c", WRITER, tmp_path / "file"], stdout=subprocess.PIPE) as writer:
+        for _ in range(300):
+            writer.stdout.readline()
+        writer.send_signal(signal.SIGKILL)
+        said = writer.stdout.read().splitlines()
+    last = int(said[-1]) if said else 299
+    times = [r.time for r in Recorded(tmp_path / "file").records() if r.kind == Kind.BYTES]
+    assert times == [float(i) for i in range(len(times))]
+    assert len(times) in (last + 1, last + 2)
+
+
+def test_a_full_disk_ends_the_recording_at_a_whole_record_and_is_told(tmp_path):
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+
+    command = [sys.executable, "-c", WRITER, tmp_path / "file"]
+    said = subprocess.run(command, preexec_fn=limit, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert said[-1].startswith("full")
+    assert "the recording ended" in said[-1]
+    recorded = Recorded(tmp_path / "file")
+    assert len([r for r in recorded.records() if r.kind == Kind.BYTES]) == len(said) - 1
+    assert not recorded.damage
+
+
+def test_a_device_without_room_is_told(tmp_path):
+    os.symlink("/dev/full", tmp_path / "full")
+    told = []
+    recording = Recording.__new__(Recording)  # the file exists
+    Recording.__init__(recording, tmp_path / "new", {}, told.append)
+    os.close(recording._file)
+    recording._file = os.open(tmp_path / "full", os.O_WRONLY)
+    for _ in range(3):
+        recording.put(Record(Kind.NOTE, 0, 0.0))
+    recording.close()
+    assert len(told) == 1
+    assert "No space left" in told[0]
+
+
+def test_a_replay_gathers_what_the_rig_told(tmp_path):
+    """A session written by hand: a ring that is plugged in again, a robot that ends by a jump."""
+    rng, q = np.random.default_rng(0), np.zeros(6)
+    gathered, path = Gathered(), tmp_path / "file"
+    with Recording(path, {}) as recording:
+        for n in range(500):
+            t = 50 + n / 125
+            state = State(t, 3 + n / 125, q + 0.001 * n, np.full(6, 0.125))
+            if n == 450:
+                state = State(t, 3 + n / 125, q + 2, np.zeros(6))
+            recording.put(Record(Kind.STATE, 0, t, state.pack()))
+            if n % 10 == 0:
+                recording.put(
+                    Record(Kind.BYTES, 0, t, encode(n // 10, 0.5 + n / 125, rng.uniform(0.1, 2, 3), np.zeros(3, int)))
+                )
+            if n == 204:
+                recording.put(Event(0, Happened.GONE, t, "pulled").record())
+                recording.put(Record(Kind.OPENED, 0, t))
+        recording.event("rod", place=[1, 2, 3])
+    found = replay(Recorded(path), [Port("gone by now", 3)])
+    assert found.fault.why == Ended.GARBLED
+    assert found.fault.time == 50 + 450 / 125
+    assert len(found.states) == 450
+    assert [e.what for e in found.events] == [Happened.GONE]
+    assert [said for _, said in found.said] == [{"what": "rod", "place": [1, 2, 3]}]
+    time_, joints, ring, sensor, distance, status = found.rows(1)
+    assert len(found.frames) == 50
+    assert len(time_) == 3 * 45  # none of those after the robot's end
+    np.testing.assert_allclose(joints, 0.001 * 125 * (time_ - 50)[:, None] * np.ones(6), atol=1e-5)
+    assert sensor.tolist() == [0, 1, 2] * 45
+    assert not ring.any()
+    assert not status.any()
+    assert np.isfinite(distance).all()
+    assert [a.tolist() for a in found.rows(1, since=52, until=51)] == [[]] * 6
+    assert gathered.rows(0)[0].shape == (0,)
+
+
+@given(st.binary(max_size=60), st.sampled_from([Kind.EVENT, Kind.HAPPENED, Kind.STATE, Kind.BYTES, Kind.OPENED, Kind.NOTE]))
+def test_a_replay_passes_over_what_it_cannot_read(tmp_path_factory, data, kind):
+    path = tmp_path_factory.mktemp("replay") / "file"
+    with Recording(path, {}) as recording:
+        recording.put(Record(kind, 0, 1.0, data))
+        recording.put(Record(kind, 200, 1.0, data))
+    replay(Recorded(path), [Port("", 3)])
+
+
+@given(
+    st.integers(0, 2**32 - 1),
+    st.floats(-1.5e-4, 1.5e-4),
+    st.sampled_from([10.0, 100.0]),
+    st.floats(-1e6, 1e6),
+)
+def test_clocks_are_aligned_through_delays_and_outliers(seed, drift, rate, start):
+    rng, n = np.random.default_rng(seed), int(60 * rate)
+    clock = np.arange(n) / rate
+    delay = rng.exponential(0.002, n) + 0.05 * (rng.random(n) < 0.02)
+    time_ = start + (1 + drift) * clock + delay
+    wild = rng.random(n) < 0.02
+    found = align(time_ + np.where(wild, rng.uniform(-1, 1, n), 0), clock)
+    assert found.drift == pytest.approx(drift, abs=5e-5)
+    np.testing.assert_allclose(found.host(clock), start + (1 + drift) * clock, atol=3e-3)
+    assert found.low <= found.drift <= found.high
+    assert align(time_[:9], clock[:9]) is None
+
+
+@given(st.floats(0.05, 5), st.floats(-1e-4, 1e-4))
+def test_lag_tells_a_delay_through_an_hour_of_drift(delay, drift):
+    lag = Lag()
+    for second in range(0, 3600, 5):
+        assert abs(lag.delay(1000 + second, 5 + (1 + drift) * second)) < 2e-3
+    assert lag.delay(1000 + 3600 + delay, 5 + (1 + drift) * 3600) == pytest.approx(delay, abs=5e-3)
+
+
+def test_an_event_comes_back():
+    event = Event(3, Happened.NOISY, 1.5, "so")
+    assert Event.of(event.record()) == event
+    for data in (b"", b"[]", json.dumps(["NONE", ""]).encode(), b"[1,2]"):
+        with pytest.raises(ValueError, match=r"no event of a ring|Expecting value"):
+            Event.of(Record(Kind.HAPPENED, 0, time.monotonic(), data))

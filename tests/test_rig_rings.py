@@ -1,0 +1,186 @@
+"""The rings' lines: frames as they were sent, and each thing that happens to a line found within its bound."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from place_rings.rig.danger import near
+from place_rings.rig.health import LATE, SILENT, Event, Happened, Line, Port
+from place_rings.rig.protocol import Frame, Status, encode
+from place_rings.rig.records import Kind
+from place_rings.rig.rings import Rings
+from place_rings.rig.simulated.ports import SimulatedRing
+
+COUNT = 4
+WAKE, BUSY = 0.5, 20.0  # s that a thread may take to wake, where times are measured and where they are not
+
+
+def frame(n):
+    return encode(n, n / 20, np.full(COUNT, 0.5), np.zeros(COUNT, int))
+
+
+def judged(line, steps):
+    """Events and frames of (time, bytes) in turn."""
+    found = [each for now, data in steps for each in line.take(data, now)]
+    return [e.what for e in found if isinstance(e, Event)], [f for f in found if isinstance(f, Frame)]
+
+
+def test_a_good_line_has_no_events_but_its_first():
+    events, frames = judged(Line(0, Port("", COUNT), 0.0), [(n / 20, frame(n)) for n in range(100)])
+    assert events == [Happened.BACK]
+    assert len(frames) == 100
+
+
+@given(st.integers(1, 40), st.binary(min_size=1, max_size=20))
+def test_silence_and_garble_are_told_once_each_and_so_is_their_end(ticks, noise):
+    line = Line(0, Port("", COUNT), 0.0)
+    quiet = [(0.02 * n, b"") for n in range(ticks)]
+    events, _ = judged(line, [*quiet, (0.02 * ticks + 0.01, frame(0))])
+    assert events == [Happened.SILENT] * (0.02 * (ticks - 1) > SILENT) + [Happened.BACK]
+    heard = 0.02 * ticks + 0.01
+    events, _ = judged(line, [(heard + 0.02 * n, noise) for n in range(1, ticks + 1)])
+    assert [e for e in events if e != Happened.NOISY] == [Happened.GARBLED] * (0.02 * ticks > SILENT)
+
+
+@given(st.floats(LATE + 0.01, 0.2))
+def test_frames_that_waited_on_their_way_are_not_handed_on(delay):
+    steps = [(n / 20, frame(n)) for n in range(10)] + [(n / 20 + delay, frame(n)) for n in range(10, 15)]
+    events, frames = judged(Line(0, Port("", COUNT), 0.0), steps + [(n / 20, frame(n)) for n in range(20, 30)])
+    assert Happened.LATE in events
+    assert [f.sequence for f in frames] == [*range(10), *range(20, 30)]
+
+
+def test_lost_frames_and_a_restart_are_told():
+    line = Line(0, Port("", COUNT), 0.0)
+    events, _ = judged(line, [(n / 20, frame(n)) for n in range(40) if n % 4])
+    assert events == [Happened.BACK, Happened.NOISY]
+    events, frames = judged(line, [(3 + n / 20, frame(n)) for n in range(10)])
+    assert events == [Happened.RESTARTED]
+    assert len(frames) == 10
+
+
+class Watch:
+    """What rings tell, to be waited for."""
+
+    def __init__(self):
+        self.events, self.frames, self.records, self.changed = [], [], [], threading.Condition()
+
+    def keep(self, where, what):
+        with self.changed:
+            where.append(what)
+            self.changed.notify_all()
+
+    def wait(self, check, seconds=BUSY):
+        with self.changed:
+            assert self.changed.wait_for(check, seconds), self.events
+            return check()
+
+    def rings(self, ports):
+        return Rings(
+            ports,
+            lambda ring, frame: self.keep(self.frames, (ring, frame)),
+            lambda event: self.keep(self.events, event),
+            lambda record: self.keep(self.records, record),
+        )
+
+    def event(self, what):
+        return self.wait(lambda: next((e for e in self.events if e.what == what), None))
+
+
+@pytest.mark.parametrize("wake", [BUSY, pytest.param(WAKE, marks=pytest.mark.slow)])
+def test_a_ring_is_read_unplugged_and_read_again(tmp_path, wake):
+    device, watch = SimulatedRing(tmp_path / "ring", "place-rings", np.random.default_rng(0)), Watch()
+    ended, sent = threading.Event(), []
+
+    def send():
+        while not ended.wait(0.02):
+            sent.append(np.round(np.random.default_rng(len(sent)).uniform(0.1, 3, COUNT), 3))
+            device.send(time.monotonic() - 100, sent[-1], np.zeros(COUNT, int))
+
+    sender = threading.Thread(target=send)
+    with watch.rings([Port(str(tmp_path / "ring"), COUNT), Port(str(tmp_path / "none"), COUNT)]) as rings:
+        assert [e.ring for e in [watch.event(Happened.GONE)]] == [1]
+        watch.wait(lambda: any(r.kind == Kind.OPENED for r in watch.records))
+        sender.start()
+        try:
+            watch.wait(lambda: len(watch.frames) >= 10)
+            for ring, got in watch.frames[:10]:
+                assert ring == 0
+                np.testing.assert_allclose(got.distance, sent[got.sequence])
+            assert rings.latest()[1] is None
+            watch.wait(lambda: rings.latest()[0])
+            watch.events.clear()
+            done = time.monotonic()
+            device.unplug()
+            assert watch.event(Happened.GONE).time - done < 0.02 + wake
+            done = time.monotonic()
+            device.plug()
+            assert watch.event(Happened.BACK).time - done < 0.05 + 0.02 + wake
+            watch.events.clear()
+            done = time.monotonic()
+            device.silent = True
+            assert watch.event(Happened.SILENT).time - done < SILENT + 0.02 + wake
+            assert rings.latest()[0] is None
+        finally:
+            ended.set()
+            sender.join()
+            device.unplug()
+    kept = b"".join(r.data for r in watch.records if r.kind == Kind.BYTES)
+    assert len([*judged(Line(0, Port("", COUNT), 0.0), [(0.0, kept)])[1]]) >= 10
+
+
+def test_a_port_in_use_is_not_shared(tmp_path):
+    device, watch = SimulatedRing(tmp_path / "ring", "text", np.random.default_rng(0)), Watch()
+    port = Port(str(tmp_path / "ring"), COUNT, "text")
+    with watch.rings([port]):
+        watch.wait(lambda: any(r.kind == Kind.OPENED for r in watch.records))
+        other = Watch()
+        with other.rings([port]):
+            assert "lock" in other.event(Happened.GONE).detail
+    device.unplug()
+
+
+@pytest.mark.parametrize("field", ["corrupt", "disorder", "garble"])
+def test_a_spoiled_line_is_told(tmp_path, field):
+    device, watch = SimulatedRing(tmp_path / "ring", "place-rings", np.random.default_rng(0)), Watch()
+    ended, true = threading.Event(), np.array([0.1, 0.2, 0.3, 0.4])
+
+    def send():
+        while not ended.wait(0.01):
+            device.send(time.monotonic(), true, np.zeros(COUNT, int))
+
+    setattr(device, field, {"corrupt": 0.01, "disorder": 0.2, "garble": True}[field])
+    sender = threading.Thread(target=send)
+    with watch.rings([Port(str(tmp_path / "ring"), COUNT)]):
+        sender.start()
+        try:
+            watch.event(Happened.GARBLED if field == "garble" else Happened.NOISY)
+        finally:
+            ended.set()
+            sender.join()
+    device.unplug()
+    assert all(np.array_equal(f.distance, true) for _, f in watch.frames)
+    assert [f.sequence for _, f in watch.frames] == sorted({f.sequence for _, f in watch.frames})
+
+
+@given(
+    st.lists(
+        st.lists(st.tuples(st.floats(0, 3), st.integers(0, 3)), min_size=1, max_size=5) | st.none(), min_size=1, max_size=4
+    ),
+    st.floats(0.01, 2),
+    st.sets(st.tuples(st.integers(0, 3), st.integers(0, 4)), max_size=6),
+)
+def test_a_near_reading_or_a_ring_that_is_not_heard_is_danger(rings, least, passed_over):
+    frames = [r and Frame(0.0, 0.0, 0, np.array([d for d, _ in r]), np.array([s for _, s in r])) for r in rings]
+    wrong = [i for i, r in enumerate(rings) if r is None] + [
+        i
+        for i, r in enumerate(rings)
+        for j, (d, s) in enumerate(r or [])
+        if d < least and s in (Status.VALID, Status.WEAK) and (i, j) not in passed_over
+    ]
+    said = near(frames, least, passed_over)
+    assert (said is None) == (not wrong)
+    assert said is None or said.startswith(f"ring {min(wrong)}")
