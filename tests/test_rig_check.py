@@ -160,6 +160,7 @@ def files_of(folder, *left_out):
     return {p.name: p.read_bytes() for p in folder.iterdir() if p.name not in left_out}
 
 
+@pytest.mark.slow
 def test_a_replay_gives_the_same_files_every_time(taped, tmp_path, capsys):
     file, _ = taped
     for name in ("a", "b"):
