@@ -20,7 +20,7 @@ from .space import Stretch, decode, value_slopes
 
 MARGIN = 0.003  # above a floor, so that a soft value that reaches it does so when counted
 TEMPERATURE = 0.005  # of the soft minimum over P poses, which exceeds the minimum by at most this times log P
-STEEP = 100.0  # of the parabola under a floor: 0.01 short costs 0.01, and 2 for each further
+STEEP = 300.0  # of the parabola under a floor: 0.01 short costs 0.03, and 6 for each further
 _SOFTNESS = 0.1  # of the minimum over losses, for each m of a sigmoid's width
 _AT_ONCE = 16  # setups
 
