@@ -6,11 +6,11 @@ Run: python benchmarks questions
 import json
 import os
 import re
+import resource
 import shlex
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 from common import table
@@ -24,15 +24,21 @@ def asked() -> list[tuple[str, str]]:
 
 
 def answer(command: str) -> tuple[int, dict[str, float], float]:
-    """Sensors, zeta in percent by target, and seconds of the whole process, from start to the last file."""
+    """Sensors, zeta in percent by target, and seconds of work of the whole process, from start to the last file."""
     with tempfile.TemporaryDirectory() as folder:
         words = [sys.executable, "-m", "place_rings.cli.entry", *shlex.split(command)[1:], "--json", "--out", folder]
-        began = time.perf_counter()
+        before = _spent()
         said = subprocess.run(words, check=True, capture_output=True, text=True, cwd=folder).stdout
-        seconds = time.perf_counter() - began
+        seconds = _spent() - before
     proposal = json.loads(said)["proposal"]
     zeta = {z["target"] + ("" if z["radius"] is None else f"({z['radius']:g})"): z["zeta_percent"] for z in proposal["zeta"]}
     return sum(ring["count"] for ring in proposal["rings"]), zeta, seconds
+
+
+def _spent() -> float:
+    """Processor seconds of processes that ended, over the number of processors."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return (used.ru_utime + used.ru_stime) / (os.cpu_count() or 1)
 
 
 def report() -> list[str]:
@@ -44,9 +50,9 @@ def report() -> list[str]:
             (question, f"`{command}`", sensors, ", ".join(f"{k} {v:.2f}" for k, v in zeta.items()), f"{seconds:.0f}")
         )
         print(*rows[-1], flush=True)
-    busy = os.getloadavg()[2]
     return [
-        f"Each command once, from a process's start to its last file; the machine's mean load beside was {busy:.1f}.",
+        "Each command once, from a process's start to its last file. Seconds are processor seconds over the number of"
+        " processors: what an idle machine would show if all were busy all the time, and the same on a busy one.",
         "",
         *table(("question", "command", "sensors", "ζ, %", "seconds"), rows),
     ]
