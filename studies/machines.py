@@ -21,7 +21,7 @@ from distributed.security import Security
 from ..placement.errors import UserError
 
 _NEEDED = f"{__package__}.cluster"
-_JOIN = 30.0  # s, for a scheduler to answer and to have a worker
+_ANSWER, _WORKER = 30.0, 30.0  # s, for a scheduler to answer, and then to have a worker
 _START = 300.0  # s, for a worker to start, on a machine however busy
 _GRACE = 1.0  # s, for a worker to end
 _LOCAL = {
@@ -98,12 +98,12 @@ def there(scheduler: str) -> Iterator[Client]:
     """
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what goes wrong is told in a line
     try:
-        client = Client(scheduler, timeout=_JOIN, set_as_default=False)
+        client = Client(scheduler, timeout=_ANSWER, set_as_default=False)
     except OSError as error:
         raise UserError(f"--scheduler: found {scheduler}, where none answers, allowed: a running one") from error
     with client:
         try:
-            client.wait_for_workers(1, timeout=_JOIN)
+            client.wait_for_workers(1, timeout=_WORKER)
         except TimeoutError as error:
             raise UserError(f"--scheduler: found {scheduler} without workers, allowed: a scheduler with some") from error
         _check(client)

@@ -1,6 +1,9 @@
-"""Strictness for all tests: shapes checked, 64 bit where numbers are compared, no silent rank promotion."""
+"""Strictness for all tests: shapes checked, 64 bit where numbers are compared, no silent rank promotion. And one cache of
+what JAX compiles for a session: its workers, and the processes that tests start, find it by the environment."""
 
+import os
 import sys
+from tempfile import TemporaryDirectory
 from types import ModuleType
 
 import jax
@@ -9,6 +12,14 @@ import pytest
 from beartype import BeartypeConf, beartype
 from hypothesis import settings
 from jaxtyping import install_import_hook
+
+if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
+    _folder = TemporaryDirectory(prefix="place-rings-jax-", ignore_cleanup_errors=True)  # gone when this process ends
+    _cache: dict = {"jax_compilation_cache_dir": _folder.name}
+    _cache |= {f"jax_persistent_cache_min_{least}": -1 for least in ("compile_time_secs", "entry_size_bytes")}
+    for _name, _value in _cache.items():
+        jax.config.update(_name, _value)
+        os.environ[_name.upper()] = str(_value)
 
 # An int is a float where a float is asked for, as PEP 484 says. The hook wants its checker by an importable name.
 _checker = ModuleType("place_rings_checker")
