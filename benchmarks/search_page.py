@@ -128,28 +128,34 @@ def _verdict(found: list[Match]) -> list[str]:
     ]
 
 
+_IN_A_ROW, _FIRST = 3, 0.2  # pictures; s, where they begin
+
+
 def picture(runs: list[Run], seconds: float, clock: int, file: Path) -> None:
-    """Draw all curves: a row of axes for each budget, a column for each scene."""
-    scenes, budgets = (list(dict.fromkeys(getattr(r, key) for r in runs)) for key in ("scene", "sensors"))
+    """Draw all curves: axes for each scene and budget, three in a row."""
+    panels = list(dict.fromkeys((r.scene, r.sensors) for r in runs))
     methods = list(dict.fromkeys(r.method for r in runs))
     colours = dict(zip(methods, itertools.cycle(COLOURS), strict=False))
-    figure = sheet(4.0 * len(scenes), 3.4 * len(budgets) + 0.6)
-    axes = figure.subplots(len(budgets), len(scenes), squeeze=False)
-    for line, sensors in zip(axes, budgets, strict=True):
-        for ax, scene in zip(line, scenes, strict=True):
-            mine = [r for r in runs if (r.scene, r.sensors) == (scene, sensors) and r.curve]
-            for r in mine:
-                steps = r.steps(clock)
-                x, y = zip(*steps, (seconds, steps[-1][1]), strict=True)
-                ax.step(x, y, where="post", color=colours[r.method], lw=1.8 if r.method == MINE else 1, alpha=0.85)
-            plain(ax, f"{scene}, {sensors} sensors", "seconds", "unseen points, %" if ax is line[0] else "")
-            ax.set_xscale("log")
-            ax.set_xlim(1, seconds)
-            if mine:
-                top = max(r.best(seconds, clock) for r in mine)
-                ax.set_ylim(top - 12, top + 0.8)
-            else:
-                ax.text(0.5, 0.5, "not measured", transform=ax.transAxes, ha="center", color=GREY)
+    rows = -(-len(panels) // _IN_A_ROW)
+    figure = sheet(4.0 * _IN_A_ROW, 3.4 * rows + 0.6)
+    axes = figure.subplots(rows, _IN_A_ROW, squeeze=False)
+    for ax in axes.flat[len(panels) :]:
+        ax.set_axis_off()
+    for k, (ax, (scene, sensors)) in enumerate(zip(axes.flat, panels, strict=False)):
+        mine = [r for r in runs if (r.scene, r.sensors) == (scene, sensors) and r.curve]
+        for r in mine:
+            steps = r.steps(clock)
+            x, y = zip(*steps, (seconds, steps[-1][1]), strict=True)
+            ax.step(x, y, where="post", color=colours[r.method], lw=1.8 if r.method == MINE else 1, alpha=0.85)
+        plain(ax, f"{scene}, {sensors} sensors", "seconds of work", "unseen points, %" if k % _IN_A_ROW == 0 else "")
+        ax.set_xscale("log")
+        ax.set_xlim(_FIRST, seconds)
+        ax.xaxis.set_major_formatter("{x:g}")
+        if mine:
+            ends = [r.best(seconds, clock) for r in mine]
+            ax.set_ylim(min(ends) - 4, max(ends) + 1)
+        else:
+            ax.text(0.5, 0.5, "not measured", transform=ax.transAxes, ha="center", color=GREY)
     handles = [axes[0][0].plot([], [], color=colours[m], lw=2, label=m)[0] for m in methods]
     figure.legend(handles=handles, loc="outside upper center", ncols=len(methods), frameon=False, fontsize=9)
     save(figure, file)
