@@ -2,7 +2,6 @@
 
 import json
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -132,12 +131,13 @@ def test_what_was_put_survives_a_kill(tmp_path):
 
 
 def test_a_full_disk_ends_the_recording_at_a_whole_record_and_is_told(tmp_path):
-    def limit():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-
-    command = [sys.executable, "-c", WRITER, tmp_path / "file"]
-    said = subprocess.run(command, preexec_fn=limit, capture_output=True, text=True, check=True).stdout.splitlines()
+    limit = """
+import resource, signal
+resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+"""
+    command = [sys.executable, "-c", limit + WRITER, tmp_path / "file"]
+    said = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
     assert said[-1].startswith("full")
     assert "the recording ended" in said[-1]
     recorded = Recorded(tmp_path / "file")
