@@ -31,6 +31,17 @@ def _soft_minimum(zetas: Any, among: Any) -> tuple[float, Any]:
     return TEMPERATURE * float(np.log(np.count_nonzero(among)) - logsumexp(lack)), softmax(lack)
 
 
+def floors(scene: Scene) -> Float[np.ndarray, " G"]:
+    """What each goal's zeta shall not fall short of, MARGIN included; -1: nothing."""
+    return np.array([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals])
+
+
+def worth(zetas: Float[np.ndarray, "*batch G"], scene: Scene) -> Any:
+    """The weighted mean (...) of the goals' zetas (..., G), less a steep parabola for each that falls short of its floor."""
+    short = np.maximum(floors(scene) - zetas, 0.0)
+    return zetas @ scene.goal_weights - STEEP * (short * short).sum(axis=-1)
+
+
 class TargetPoints:
     """Points of every goal at every pose of a scene, drawn once: targets do not move with the rings."""
 
@@ -82,7 +93,7 @@ class CoverageObjective:
         self._goal, self._pose = (np.array(column) for column in zip(*points.terms, strict=True))
         self._mounting = np.arange(len(points.terms)) // (len(points.terms) // points.mountings)
         self._goal_weights = scene.goal_weights
-        self._floors = np.array([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals])
+        self._floors = floors(scene)
         self._frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
         self._terms = SoftTerms(scene, self._frames, self.aim.seen)
 

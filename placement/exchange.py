@@ -20,7 +20,7 @@ from ..coverage.azimuth import Around, around, rings_see
 from ..coverage.chain import forward
 from ..coverage.lookout import Lookout, lookout
 from ..coverage.rings import Ring
-from ..objectives.coverage_objective import TargetPoints
+from ..objectives.coverage_objective import TargetPoints, worth
 from ..objectives.sight import occluders
 from ..objectives.space import Stretch, decode
 from .candidates import Candidate, Rng, Space
@@ -54,10 +54,10 @@ _STREAM = 3  # of random numbers, beside those of the search
 
 @dataclass(frozen=True)
 class Field:
-    """Points of all goals at all poses: weights (N,) that sum to 1, where they are about each link's mount, and what stands
-    in the way of each link's sensors."""
+    """Points of all goals at all poses: the part (N, G) each has in each goal's zeta, where they are about each link's
+    mount, and what stands in the way of each link's sensors."""
 
-    weights: Float[np.ndarray, " N"]
+    part: Float[np.ndarray, "N G"]
     around: dict[str, Around]
     past: dict[str, Lookout]
 
@@ -68,7 +68,8 @@ class Fields:
     def __init__(self, space: Space, points: TargetPoints) -> None:
         scene, each = space.scene, points.points[: len(points.points) // points.mountings]
         self._terms = points.terms[: len(each)]
-        self._weights = np.array([scene.goal_weights[g] * scene.pose_weights[p] for g, p in self._terms])
+        goal, pose = (np.array(column) for column in zip(*self._terms, strict=True))
+        self._parts = scene.pose_weights[pose][:, None] * (goal[:, None] == np.arange(len(scene.goals)))
         frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
         self._most, self._past = len(each[0]), dict[str, Lookout]()
         if scene.occlusion != "ignore" or scene.obstacles:
@@ -84,14 +85,14 @@ class Fields:
     def first(self, count: int) -> Field:
         """Of all terms together about ``count`` points: the first of each."""
         n = min(max(count // len(self._terms), _FEWEST), self._most)
-        weights = np.repeat(self._weights / n, n).astype(np.float32)
+        part = np.repeat(self._parts / n, n, axis=0).astype(np.float32)
         parts = {link: [each[link] for each in self._each] for link in self._each[0]}
         found = {x: Around(*(np.concatenate([a[:n] for a in c]) for c in zip(*p, strict=True))) for x, p in parts.items()}
         number = (np.arange(len(self._terms))[:, None] * self._most + np.arange(n)).ravel()
-        return Field(weights, {link: points._replace(number=number) for link, points in found.items()}, self._past)
+        return Field(part, {link: points._replace(number=number) for link, points in found.items()}, self._past)
 
     def share(self, space: Space, c: Candidate) -> float:
-        """Weighted share in [0, 1] of all points that a candidate sees."""
+        """What a candidate is worth on all points: the weighted share that it sees, less for floors that it misses."""
         here = Exchange(space, c, np.random.default_rng(0))
         here.look(self.all)
         return here.value
@@ -112,18 +113,18 @@ class Exchange:
     """A candidate whose rings are put elsewhere, one at a time, while the share of a field that some ring sees grows."""
 
     def __init__(self, space: Space, c: Candidate, rng: Rng) -> None:
-        self._space, self._rng, self.candidate, self.value = space, rng, c, -1.0
+        self._space, self._rng, self.candidate, self.value = space, rng, c, -np.inf
         self._rings, self._stretches = dict[tuple[int, int], Ring](), dict[bytes, Stretch]()
 
     def look(self, field: Field) -> None:
         """See the points of a field from here on."""
         self._field = field
-        self._held = np.zeros(len(field.weights), bool)
+        self._held = np.zeros(len(field.part), bool)
         for ring in self._space.fixed:
             self._held |= self._see(ring, np.array([[ring.position], [ring.tilt], [ring.phase]]))[0]
-        self._seen = np.zeros((self._space.places, len(field.weights)), bool)
+        self._seen = np.zeros((self._space.places, len(field.part)), bool)
         self._places = np.full((3, self._space.places), np.nan)
-        self.value = -1.0
+        self.value = -np.inf
         self._take(self.candidate)
 
     def _see(self, ring: Ring, places: Float[np.ndarray, "3 K"], points: Around | None = None) -> Bool[np.ndarray, "K N"]:
@@ -152,7 +153,7 @@ class Exchange:
         seen = self._seen.copy()
         for i in np.flatnonzero(other).tolist():
             seen[i] = self._see(self._ring(c, i), places[:, i : i + 1])[0] if c.segment[i] >= 0 else False
-        value = float(self._field.weights[seen.any(axis=0) | self._held].sum())
+        value = float(worth(self._field.part[seen.any(axis=0) | self._held].sum(axis=0, dtype=float), self._space.scene))
         if better := value > self.value:
             self.candidate, self.value, self._seen, self._places = c, value, seen, places
         return better
@@ -170,18 +171,19 @@ class Exchange:
         sign[:near] = c.sign[i]
         if space.scene.rules.shared_tilt:
             values[:, 1] = c.values[1, i]
-        unseen = np.flatnonzero(~(np.delete(self._seen, i, axis=0).any(axis=0) | self._held))
-        weights = self._field.weights[unseen]
-        best, answer = float(weights @ self._seen[i][unseen]), c
+        others = np.delete(self._seen, i, axis=0).any(axis=0) | self._held
+        unseen = np.flatnonzero(~others)
+        seen, part = self._field.part[others].sum(axis=0, dtype=float), self._field.part[unseen]
+        best, answer = float(worth(seen + self._seen[i][unseen] @ part, space.scene)), c
         step = max(_AT_ONCE // max(len(unseen), 1), 1)
         for s in edges:
             trial, mine = _with(c, i, s, values[0], 1.0), np.flatnonzero(segment == s)
             places, ring = self._places_of(trial, i, values[mine], sign[mine]), self._ring(trial, i)
             points = self._field.around[ring.link].some(unseen)
             for k in range(0, len(mine), step):
-                gains = self._see(ring, places[:, k : k + step], points) @ weights
-                if gains.max() > best:
-                    best, j = float(gains.max()), mine[k + int(gains.argmax())]
+                then = worth(seen + self._see(ring, places[:, k : k + step], points) @ part, space.scene)
+                if then.max() > best:
+                    best, j = float(then.max()), mine[k + int(then.argmax())]
                     answer = _with(c, i, s, values[j], sign[j])
         if answer is not c:
             self._take(answer)
@@ -198,7 +200,7 @@ class Exchange:
     def move(self, near: int, scale: float, anywhere: int) -> None:
         """Draw a ring anew, or move sensors to others; keep it if, with the rings it touched put well, it is better."""
         other, c = copy(self), vary(self._space, self.candidate, self._rng)
-        other.value = -1.0
+        other.value = -np.inf
         other._take(c)
         was = self.candidate
         for i in c.rings:
