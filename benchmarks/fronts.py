@@ -21,7 +21,7 @@ from place_rings.studies.works import WORKS, setup_from
 from search_task import OverError, Question, Watch, layout
 
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5))
-SENSORS, FLOORS = 80, 10
+SENSORS, FLOORS = 80, 30
 _PEER = "pymoo"
 _VOXEL = 0.02  # m, of the count that judges
 _POPULATION = 100  # pymoo's default

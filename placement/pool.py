@@ -56,7 +56,8 @@ class Pool:
         self._sizes = [
             max(_LEAST, stage.points // (goals * n)) for stage, n in zip(schedule.stages, self._at_once, strict=True)
         ]
-        self.points = TargetPoints(scene, max(self._sizes), seed, aim.mountings)
+        most = max([*self._sizes, *(r.points // (goals * len(scene.poses)) for r in schedule.rounds)])
+        self.points = TargetPoints(scene, max(most, _LEAST), seed, aim.mountings)
         self.objective = CoverageObjective(scene, self.points, aim)
         self.fields = Fields(space, self.points) if exchange_sees_all(scene, space, aim) else None
         self.rng, self.luck = (np.random.default_rng((seed, i)) for i in (1, 2))
@@ -67,7 +68,8 @@ class Pool:
     @property
     def width(self) -> float:
         """Of the sigmoid of the last stage that began, m."""
-        return self.schedule.stages[max(self.progress.stage - len(self.schedule.rounds), 1) - 1].width
+        begun = self.schedule.stages[: max(self.progress.stage - len(self.schedule.rounds), 1)]
+        return begun[-1].width if begun else SHARP
 
     @cached_property
     def widest(self) -> Cloud:
@@ -92,7 +94,7 @@ class Pool:
 
     def climb(self) -> None:
         """Add drawn candidates up to the number of starts, and go through the stages of climbs."""
-        if self.brake.on():
+        if self.brake.on() or not self.schedule.stages:
             return
         most, clouds = self.schedule.starts - len(self.some), self.points.clouds(self._sizes[0])
         if most > 0:
@@ -148,6 +150,12 @@ class Pool:
                 self.tell(self.progress)
             except KeyboardInterrupt:
                 self.brake.pulled.set()
+
+    def soft(self, c: Candidate) -> float:
+        """What a candidate is worth at the last width."""
+        if not self.schedule.stages:
+            return float(self._worth([c])[0])
+        return float(self.objective.soft(*arrays_of(self.space, [c]), self.width, self.widest)[0][0])
 
     def _show(self, c: Candidate) -> None:
         """Keep a candidate as the best so far, if it is: on all points."""

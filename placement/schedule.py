@@ -56,6 +56,17 @@ class Schedule:
     rounds: tuple[Round, ...] = ()
 
 
+_FROM_GOOD = (
+    Round(8192, 12, 3, 24, 0.2, 16, 2),
+    Round(16384, 6, 3, 24, 0.06, 8, 1),
+    Round(32768, 3, 4, 24, 0.02, 2, 1),
+)
+_FROM_GOOD_FREE = (
+    Round(8192, 8, 4, 16, 0.2, 12, 8),
+    Round(16384, 4, 6, 24, 0.06, 8, 8),
+    Round(32768, 2, 4, 24, 0.02, 2, 4),
+)
+_CLIMB = (Stage(0.03, 4096, 30, 4, variants=6), Stage(0.02, 8192, 40, 3, variants=3), Stage(0.008, 32768, 80, 2))
 _REFINE = (Stage(0.01, 8192, 25, FINALISTS), Stage(0.008, 32768, 80, FINALISTS))
 
 
@@ -66,6 +77,13 @@ def usual(scene: Scene, space: Space, aim: Aim) -> Schedule:
     if exchange_sees(scene, space, aim):
         return Schedule(FINALISTS if exchange_sees_all(scene, space, aim) else 2 * FINALISTS, _REFINE, rounds=rounds)
     return Schedule(rounds=rounds)
+
+
+def short(scene: Scene, space: Space, aim: Aim) -> Schedule:
+    """How a search goes that starts from good setups: where an exchange goes by all that counts, by that alone."""
+    if exchange_sees_all(scene, space, aim):
+        return Schedule(FINALISTS, (), rounds=_FROM_GOOD if space.layout else _FROM_GOOD_FREE)
+    return Schedule(8, _CLIMB, draws=256)
 
 
 def exchange_sees_all(scene: Scene, space: Space, aim: Aim) -> bool:

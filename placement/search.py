@@ -21,7 +21,7 @@ from .climb import Brake
 from .convert import rounded
 from .drawing import fitted, fresh, papers
 from .finalists import choose
-from .pool import Pool, arrays_of
+from .pool import Pool
 from .progress import Outcome, Progress, Statistics
 from .schedule import FINALISTS, Schedule, usual
 
@@ -101,10 +101,15 @@ def search(
         tell(progress)
 
     counted = choose(verifier or Verifier(scene, voxel), setups, aim, brake, pool.luck, counting)
-    answer = arrays_of(space, [finalists[counted.index]])
-    soft = float(pool.objective.soft(*answer, pool.width, pool.widest)[0][0])
     outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
     spent = Statistics(schedule.starts, pool.evaluations, time.monotonic() - began, pool.width)
     return SearchResult(
-        setups[counted.index], soft, counted.exact, counted.short, outcome, spent, counted.voxel, counted.verified
+        setups[counted.index],
+        pool.soft(finalists[counted.index]),
+        counted.exact,
+        counted.short,
+        outcome,
+        spent,
+        counted.voxel,
+        counted.verified,
     )

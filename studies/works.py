@@ -12,6 +12,7 @@ import numpy as np
 from ..coverage.rings import Setup, named_setup
 from ..coverage.robots import ROBOTS
 from ..coverage.targets import Target
+from ..objectives.aim import Aim
 from ..objectives.exact import Rule, Verifier
 from ..objectives.scene import Scene
 from ..objectives.sight import unseeing
@@ -21,7 +22,7 @@ from ..placement.layout import ring_layout
 from ..placement.models import SceneFile
 from ..placement.mount_models import RingModel
 from ..placement.progress import Outcome
-from ..placement.schedule import Schedule, Stage
+from ..placement.schedule import short as shorter
 from ..placement.search import search as searching
 from . import approach, distance, grid, human, maxcover, objects, task, walk
 from .approach import unseen_approaches
@@ -74,13 +75,6 @@ def zeta(
     return percents | {"target": found.target_voxels, "covered": found.covered_voxels, "seconds": found.seconds}
 
 
-SHORT = Schedule(
-    8,
-    (Stage(0.03, 4096, 30, 4, variants=6), Stage(0.02, 8192, 40, 3, variants=3), Stage(0.008, 32768, 80, 2)),
-    draws=256,
-)  # of a search that starts from good setups
-
-
 def _searched(
     scene: Mapping[str, Any],
     seed: int,
@@ -95,7 +89,7 @@ def _searched(
     asked = scene_from(scene)
     space = Space(asked, None if sensors else ring_layout(asked, rings_per_link, sensors_per_ring), sensors)
     setups = [setup_from(rings, asked) for rings in known]
-    schedule = SHORT if short else None
+    schedule = shorter(asked, space, Aim()) if short else None
     found = searching(asked, space, seed, processor_time, schedule, known=setups, clock=time.process_time)
     if found.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from place_rings.coverage.rings import named_setup
 from place_rings.coverage.targets import Target
+from place_rings.objectives.aim import Aim
 from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.exact import TooFineError, Verifier
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
@@ -16,7 +17,7 @@ from place_rings.placement.candidates import Space, stacked
 from place_rings.placement.drawing import fresh
 from place_rings.placement.layout import ring_layout
 from place_rings.placement.progress import Outcome
-from place_rings.placement.schedule import Schedule, Stage
+from place_rings.placement.schedule import Schedule, Stage, short
 from place_rings.placement.search import search
 
 from . import drawing
@@ -228,3 +229,19 @@ def test_mean_over_poses_is_weighted(scene):
     certified = Verifier(scene, 0.1, "certified").verify(named_setup("n2_16_25"), Target("V_O"))
     assert certified.low < verified.zeta < certified.high
     assert certified.target_voxels is None
+
+
+def test_a_short_search_compiles_nothing_and_is_no_worse_than_what_it_starts_from(monkeypatch):
+    scene = Scene(goals=NEAR_AND_FAR)
+    space, known = Space(scene, ring_layout(scene, 2, 6)), named_setup("n2_6_55")
+    schedule = short(scene, space, Aim())
+    monkeypatch.setattr(SoftTerms, "__call__", None)
+    result = search(scene, space, schedule=schedule, voxel=0.05, known=[known])
+    assert result.exact >= Verifier(scene, 0.05).judge(known)[1]
+    assert result.soft == pytest.approx(result.exact, abs=0.02)
+    assert result.outcome is Outcome.FINISHED
+
+
+def test_a_short_search_climbs_where_bodies_are_in_the_way():
+    scene = Scene(goals=NEAR_AND_FAR, occlusion="shadow")
+    assert short(scene, Space(scene, ring_layout(scene, 2, 6)), Aim()).stages
