@@ -21,7 +21,7 @@ from .climb import Brake
 from .convert import rounded
 from .drawing import fitted, fresh, papers
 from .finalists import choose
-from .pool import Pool, arrays_of
+from .pool import Pool
 from .progress import Outcome, Progress, Statistics
 from .schedule import FINALISTS, Schedule, usual
 
@@ -92,7 +92,7 @@ def search(
             pool.climb()
         except KeyboardInterrupt:
             brake.pulled.set()
-    progress = pool.progress
+    progress, late = pool.progress, brake.on()
     finalists = apart(space, [*pool.first, *pool.some[:FINALISTS]] or [fresh(space, pool.rng)], pool.luck)
     setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
 
@@ -101,9 +101,8 @@ def search(
         tell(progress)
 
     counted = choose(verifier or Verifier(scene, voxel), setups, aim, brake, pool.luck, counting)
-    answer = arrays_of(space, [finalists[counted.index]])
-    soft = float(pool.objective.soft(*answer, pool.width, pool.widest)[0][0])
-    outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
+    soft = pool.soft(finalists[counted.index])
+    outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if late else Outcome.FINISHED
     spent = Statistics(schedule.starts, pool.evaluations, time.monotonic() - began, pool.width)
     return SearchResult(
         setups[counted.index], soft, counted.exact, counted.short, outcome, spent, counted.voxel, counted.verified
