@@ -53,7 +53,7 @@ def place(
     robot: RobotOption = None,
     occlusion: OcclusionOption = None,
     rings_per_link: Count = 2,
-    sensors_per_ring: Count = 16,
+    sensors_per_ring: Count | None = None,
     sensors: Annotated[
         int | None, Parameter(validator=Number(gte=1, lte=2000), help="Spend so many sensors on any rings.")
     ] = None,
@@ -104,7 +104,7 @@ def place(
     rings_per_link
         Rings on each link with a length; the tool carries one more.
     sensors_per_ring
-        Sensors on each ring.
+        Sensors on each ring; 16, or what a scene's rules allow next to it.
     """
     from .place import place as run
 

@@ -14,7 +14,7 @@ from ..coverage.robots import Robot
 from ..coverage.robots import robot as built_in
 from ..coverage.targets import Target
 from ..objectives.exact import VOXEL, Rule
-from ..objectives.scene import Goal, Pose, Scene
+from ..objectives.scene import Goal, Pose, Rules, Scene
 from ..placement.candidates import Space
 from ..placement.convert import scene_model
 from ..placement.errors import UserError, explain, shown
@@ -26,6 +26,7 @@ from ..placement.record import with_record
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6
 LEAST_MEMORY = 0.01  # GB
+SENSORS_PER_RING = 16  # where neither the command nor a scene's rule says more
 WIDTH = 0.1  # points, of a guaranteed interval where none is asked for
 
 
@@ -187,11 +188,16 @@ def resolve_reach(reach: float | None, sensors: int | None) -> float | None:
     return reach / 100
 
 
-def resolve_space(scene: Scene, rings_per_link: int, sensors_per_ring: int, sensors: int | None) -> Space:
-    """The setups that a search may choose from; InfeasibleError where the rules leave none."""
+def resolve_space(scene: Scene, rings_per_link: int, sensors_per_ring: int | None, sensors: int | None) -> Space:
+    """The setups that a search may choose from; InfeasibleError where the rules leave none, UserError where the rings asked
+    for have more sensors than a scene's rule allows, or fewer."""
     if sensors is not None:
         return Space(scene, sensors=sensors)
-    return Space(scene, ring_layout(scene, rings_per_link, sensors_per_ring))
+    least, most = scene.rules.sensors
+    asked = min(max(SENSORS_PER_RING, least), most) if sensors_per_ring is None else sensors_per_ring
+    if not least <= asked <= most and (least, most) != Rules().sensors:
+        raise UserError(f"--sensors-per-ring: found {asked}, allowed: {least} to {most}, the scene's rules.sensors_per_ring")
+    return Space(scene, ring_layout(scene, rings_per_link, asked))
 
 
 @dataclass(frozen=True)

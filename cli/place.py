@@ -22,7 +22,7 @@ from ..placement.candidates import Space
 from ..placement.convert import ring_models, scene_model
 from ..placement.errors import UserError
 from ..placement.finalists import MANY
-from ..placement.loader import output_folder, to_toml, write_text
+from ..placement.loader import made_folder, to_toml, write_text
 from ..placement.progress import Progress as Told
 from ..placement.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
 from ..placement.reach import fewest_sensors
@@ -167,12 +167,12 @@ def place(
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
     check_scene_sight(scene)
-    folder = output_folder(out)
     verifier, reached = Verifier(scene, voxel), None
-    if space is not None:
-        result = find(scene, space, seed, time_cap, verifier, log, aim)
-    else:
-        result, reached = find_fewest(scene, reach or 0.0, seed, time_cap, voxel, log, aim)
+    with made_folder(out) as folder:
+        if space is not None:
+            result = find(scene, space, seed, time_cap, verifier, log, aim)
+        else:
+            result, reached = find_fewest(scene, reach or 0.0, seed, time_cap, voxel, log, aim)
     comparison = compare(scene, result.setup, result.verified, verifier, log)
     asked = asked_values(scene, result.setup, result.exact, voxel, log, aim)
     goals = {(g.target.name, g.target.radius) for g in scene.goals}

@@ -70,7 +70,7 @@ class Clear:
         return found[1]
 
     def why(self, link: str, radius: float) -> str:
-        """What leaves no place to a ring of ``radius`` m on ``link``, or less place, in words."""
+        """What leaves no place to a ring of ``radius`` m on ``link``, or less place, in words; none where nothing does."""
         (low, high), cuts = self.closed(link), self._of(link, radius)[1]
         if low > high:
             return f"no ring {1000 * self.scene.rules.band[1]:g} mm wide can be closed around {link}"
@@ -78,7 +78,7 @@ class Clear:
         for a, b, name in cuts:
             length[name] = length.get(name, 0.0) + max(min(b, high) - max(a, low), 0.0)
         first = sorted((n for n in length if low == high or length[n] > 0), key=lambda name: -length[name])[:_NAMED]
-        return f"a ring of radius {radius:g} m on {link} lies in {', '.join(first)}" if first else "nothing is in the way"
+        return f"a ring of radius {radius:g} m on {link} lies in {', '.join(first)}" if first else ""
 
     def within(self, link: str, radius: float, position: float) -> list[str]:
         """The names of what a ring at ``position`` lies in at some pose, or comes nearer to than is proven clear; where the

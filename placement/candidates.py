@@ -106,7 +106,7 @@ class Space:
         if self.clear is None:
             return ""
         links = [link] if link else [x for x, r in self.radii.items() if not self.clear.stretches(x, r)]
-        why = "; ".join(self.clear.why(x, self.radii[x]) for x in links)
+        why = "; ".join(text for x in links if (text := self.clear.why(x, self.radii[x])))
         return f" (rules.mount is real: {why})" if why else ""
 
     def room(self, used: Sequence[int], link: str | None = None) -> list[int]:
@@ -127,6 +127,13 @@ class Space:
         most, held = self.scene.rules.rings_per_link, [ring.link for ring in self.fixed]
         links = {s.link: sum(t.room for t in self.segments if t.link == s.link) for s in self.segments}
         return sum(min(room, max(most - held.count(link), 0)) for link, room in links.items())
+
+    @property
+    def totals(self) -> list[int]:
+        """The numbers of sensors, ascending, that free rings come to with the fixed ones."""
+        held, most = self.sensors - self.free, min(self._rooms(), _MOST_RINGS)
+        each = (range(n * self.least, n * self.most + 1) for n in range(0 if held else 1, most + 1))
+        return sorted({held + n for some in each for n in some})
 
     def _shared_tilt(self) -> tuple[float, float]:
         """Bounds of the one tilt that all rings have up to its sign, rad."""

@@ -193,7 +193,7 @@ class Exchange:
         where = self._stretch(c)
         beside = np.flatnonzero(np.delete(where.segment == where.segment[i], i))
         along = np.delete(self._space.values(c)[0], i)[beside]
-        rank = (along < values[:, :1]).sum(axis=1)
+        rank = ((along < values[:, :1]) | ((along == values[:, :1]) & (beside < i))).sum(axis=1)
         tilt = sign * c.values[1, where.tilt_of[i]] if self._space.scene.rules.shared_tilt else values[:, 1]
         return np.stack([where.low[i] + values[:, 0] * where.free[i] + rank * where.gap[i], tilt, values[:, 2]])
 

@@ -5,6 +5,7 @@ import os
 import re
 import tempfile
 import tomllib
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -243,3 +244,16 @@ def output_folder(path: Path) -> Path:
             return path
     except OSError as error:
         raise UserError(f"--out {path}: cannot be written: {error.strerror}; allowed: a folder that can be") from error
+
+
+@contextlib.contextmanager
+def made_folder(path: Path) -> Iterator[Path]:
+    """``output_folder``, gone again where what it was made for is refused or fails before there is a file in it."""
+    new = [folder for folder in (path, *path.parents) if not folder.exists()]
+    try:
+        yield output_folder(path)
+    except BaseException:
+        for folder in new:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+        raise

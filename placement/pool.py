@@ -19,7 +19,7 @@ from .climb import Brake, climb
 from .drawing import fresh, vary
 from .exchange import Fields, exchange
 from .progress import Progress
-from .schedule import FINALISTS, Schedule, Stage, exchange_sees_all
+from .schedule import FINALISTS, Schedule, Stage, exchange_sees, exchange_sees_all
 from .subset import poses_at_once, representative, with_worst
 
 UNLIKE = 0.12  # share of the sensors that sit elsewhere, from which on starts and variants are unlike
@@ -50,7 +50,7 @@ class Pool:
         """
         self.scene, self.space, self.schedule, self.seed = scene, space, schedule, seed
         self.brake, self.threads, self.tell, self.some = brake, threads, tell, known
-        self._known = known
+        self._known, self._aim = known, aim
         goals = len(scene.goals) * aim.mountings
         self._at_once = [poses_at_once(stage.points, goals, len(scene.poses)) for stage in schedule.stages]
         self._sizes = [
@@ -60,6 +60,7 @@ class Pool:
         self.points = TargetPoints(scene, max(most, _LEAST), seed, aim.mountings)
         self.objective = CoverageObjective(scene, self.points, aim)
         self.fields = Fields(space, self.points) if exchange_sees_all(scene, space, aim) else None
+        self._quick: Fields | None = None
         self.rng, self.luck = (np.random.default_rng((seed, i)) for i in (1, 2))
         self.progress = Progress(stages=len(schedule.rounds) + len(schedule.stages))
         self.first: list[Candidate] = []
@@ -67,9 +68,17 @@ class Pool:
 
     @property
     def width(self) -> float:
-        """Of the sigmoid of the last stage that began, m."""
-        begun = self.schedule.stages[: max(self.progress.stage - len(self.schedule.rounds), 1)]
-        return begun[-1].width if begun else SHARP
+        """Of the sigmoid of the last stage that began, m; 0 where nothing climbed and ``soft`` is a share of points."""
+        if self._quick and not self.evaluations:
+            return 0.0
+        return self.schedule.stages[max(self.progress.stage - len(self.schedule.rounds), 1) - 1].width
+
+    def soft(self, c: Candidate) -> float:
+        """The soft value of a candidate on all points; where nothing climbed, its share of the exchange's, for which nothing
+        is compiled."""
+        if self._quick and not self.evaluations:
+            return self._quick.share(self.space, c)
+        return float(self.objective.soft(*arrays_of(self.space, [c]), self.width, self.widest)[0][0])
 
     @cached_property
     def widest(self) -> Cloud:
@@ -86,8 +95,9 @@ class Pool:
                 self._show(c)
             self.tell(self.progress)
 
-        rounds, fields = self.schedule.rounds, self.fields or Fields(self.space, self.points)
-        if rounds:
+        if rounds := self.schedule.rounds:
+            fields = self.fields or Fields(self.space, self.points)
+            self._quick = fields if exchange_sees(self.scene, self.space, self._aim) else None
             found = exchange(self.space, fields, self.seed, self.brake, self.threads, tell, self.some, rounds)
             most = self.schedule.starts
             self.some = found[:most] if self.fields else [*found[: most // 2], *self._known]
@@ -150,12 +160,6 @@ class Pool:
                 self.tell(self.progress)
             except KeyboardInterrupt:
                 self.brake.pulled.set()
-
-    def soft(self, c: Candidate) -> float:
-        """What a candidate is worth at the last width."""
-        if not self.schedule.stages:
-            return float(self._worth([c])[0])
-        return float(self.objective.soft(*arrays_of(self.space, [c]), self.width, self.widest)[0][0])
 
     def _show(self, c: Candidate) -> None:
         """Keep a candidate as the best so far, if it is: on all points."""

@@ -16,7 +16,8 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class Statistics:
-    """What a search spent: starts, evaluations of value and gradient, seconds; and the width of its last stage, m."""
+    """What a search spent: starts, evaluations of value and gradient, seconds; and the width of its last stage, m
+    (0: nothing climbed, and the soft value is a share of points)."""
 
     starts: int
     evaluations: int

@@ -2,7 +2,8 @@
 
 import math
 import time
-from collections.abc import Callable
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ..coverage.rings import Setup
@@ -59,56 +60,64 @@ def fewest_sensors(
     """
     if not 0 < wanted < 1:
         raise ValueError(f"wanted {wanted} is not in (0, 1)")
-    began, found = time.monotonic(), dict[int, SearchResult]()
-    held = sum(ring.count for ring in scene.rules.fixed)
-    short, enough, sensors = held + scene.rules.sensors[0] - 1, 0, max(_FIRST, held + scene.rules.sensors[0])
-    known: list[Setup] = []
+    began, found, known = time.monotonic(), dict[int, SearchResult](), list[Setup]()
+    allowed = _allowed(scene)
+    outcome, short, enough, at = Outcome.FINISHED, -1, len(allowed), min(bisect_left(allowed, _FIRST), len(allowed) - 1)
 
     def good(result: SearchResult) -> bool:
         return result.short == 0 and result.exact >= wanted
 
-    while not enough or enough - short > 1:
-        left = time_cap - (time.monotonic() - began)
-        count = sensors
+    while enough - short > 1:
+        left, sensors = time_cap - (time.monotonic() - began), allowed[at]
+        if found and left <= 0:
+            outcome = Outcome.TIME
+            break
 
-        def told(progress: Progress, count: int = count) -> None:
+        def told(progress: Progress, count: int = sensors) -> None:
             tell(count, progress)
 
         try:
             result = search(scene, Space(scene, sensors=sensors), seed, left, schedule, voxel, told, known, aim)
-        except InfeasibleError:
+        except InfeasibleError:  # rings that meet
             if not found:
                 raise
-            if enough:  # a number between that no rings add up to
-                short = sensors
-                sensors = (short + enough) // 2
-                continue
-            break
+            if enough == len(allowed):
+                break
+            short = at
+            at = (short + enough) // 2
+            continue
         found[sensors] = result
         known = [result.setup, *known][:3]
         if good(result):
-            enough = sensors
-        elif sensors >= _MOST:
-            break
+            enough = at
         else:
-            short = max(short, sensors)
-        if result.outcome is not Outcome.FINISHED:
+            short = at
+        outcome = result.outcome
+        if outcome is not Outcome.FINISHED:
             break
-        sensors = _next(found, wanted, short, enough)
-    best = found[enough] if enough else max(found.values(), key=lambda r: (-r.short, r.exact))
-    return Reach(
-        replace(best, outcome=result.outcome), good(best), {n: (r.exact, good(r)) for n, r in sorted(found.items())}
-    )
+        at = _next(found, wanted, allowed, short, enough)
+    best = found[allowed[enough]] if enough < len(allowed) else max(found.values(), key=lambda r: (-r.short, r.exact))
+    return Reach(replace(best, outcome=outcome), good(best), {n: (r.exact, good(r)) for n, r in sorted(found.items())})
 
 
-def _next(found: dict[int, SearchResult], wanted: float, short: int, enough: int) -> int:
-    """The number to try next: where a line through the logarithms of what stays uncovered meets the wanted rest, kept inside
-    the bracket and off its ends."""
-    if not enough:
-        return min(math.ceil(short * _GROWTH), _MOST)
-    if enough - short <= 2 or short not in found:
+def _allowed(scene: Scene) -> Sequence[int]:
+    """The numbers of sensors that rings add up to by the rules, ascending, up to ``_MOST``."""
+    held = sum(ring.count for ring in scene.rules.fixed)
+    totals = Space(scene, sensors=held).totals
+    if not totals:
+        Space(scene, sensors=held + scene.rules.sensors[0])  # which says why
+    return [n for n in totals if n <= _MOST] or totals[:1]
+
+
+def _next(found: dict[int, SearchResult], wanted: float, allowed: Sequence[int], short: int, enough: int) -> int:
+    """Which of the ``allowed`` numbers to try next: where a line through the logarithms of what stays uncovered meets the
+    wanted rest, kept inside the bracket of ``short`` and ``enough`` and off its ends."""
+    if enough == len(allowed):
+        return min(max(bisect_left(allowed, math.ceil(allowed[short] * _GROWTH)), short + 1), enough - 1)
+    low, high = allowed[short] if short >= 0 else allowed[0] - 1, allowed[enough]
+    if enough - short <= 2 or low not in found:
         return (short + enough) // 2
-    a, b = (math.log(max(1 - found[n].exact, 1e-6)) for n in (short, enough))
+    a, b = (math.log(max(1 - found[n].exact, 1e-6)) for n in (low, high))
     share = (a - math.log(1 - wanted)) / (a - b) if a > b else 0.5
     quarter = max((enough - short) // 4, 1)
-    return min(max(round(short + share * (enough - short)), short + quarter), enough - quarter)
+    return min(max(bisect_left(allowed, round(low + share * (high - low))), short + quarter), enough - quarter)

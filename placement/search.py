@@ -92,7 +92,7 @@ def search(
             pool.climb()
         except KeyboardInterrupt:
             brake.pulled.set()
-    progress = pool.progress
+    progress, late = pool.progress, brake.on()
     finalists = apart(space, [*pool.first, *pool.some[:FINALISTS]] or [fresh(space, pool.rng)], pool.luck)
     setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
 
@@ -101,15 +101,9 @@ def search(
         tell(progress)
 
     counted = choose(verifier or Verifier(scene, voxel), setups, aim, brake, pool.luck, counting)
-    outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
+    soft = pool.soft(finalists[counted.index])
+    outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if late else Outcome.FINISHED
     spent = Statistics(schedule.starts, pool.evaluations, time.monotonic() - began, pool.width)
     return SearchResult(
-        setups[counted.index],
-        pool.soft(finalists[counted.index]),
-        counted.exact,
-        counted.short,
-        outcome,
-        spent,
-        counted.voxel,
-        counted.verified,
+        setups[counted.index], soft, counted.exact, counted.short, outcome, spent, counted.voxel, counted.verified
     )

@@ -16,12 +16,13 @@ import numpy as np
 import pytest
 from place_rings.cli import main as command_line
 from place_rings.cli.entry import never_lost
+from place_rings.cli.options import resolve_space
 from place_rings.cli.place import comparable
 from place_rings.coverage.rings import named_setup
 from place_rings.coverage.robots import UR10
 from place_rings.coverage.slots import sensor_cones
 from place_rings.objectives.exact import Verifier
-from place_rings.objectives.scene import Scene
+from place_rings.objectives.scene import Rules, Scene
 from place_rings.placement import search as searching
 from place_rings.placement.loader import read_proposal
 from place_rings.placement.proposals import SearchFile
@@ -104,6 +105,32 @@ def test_bad_input_is_one_line_and_exit_code_2(run, tmp_path, args):
     assert err.startswith("place-rings: ")
     assert err.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+NOWHERE = "".join(f"[mounts.{link}]\nkeep_out = [[0.0, 1.0]]\n" for link in ("upper_arm", "forearm", "tool"))
+
+
+@pytest.mark.parametrize(
+    ("text", "args", "words"),
+    [
+        (NOWHERE, ["--reach", "50"], "room for 0 rings"),
+        ("[rules]\nsensors_per_ring = [4, 8]\n", ["--sensors-per-ring", "9"], "found 9, allowed: 4 to 8"),
+    ],
+)
+def test_what_a_scene_has_no_room_for_is_refused_and_leaves_nothing(run, tmp_path, text, args, words):
+    (tmp_path / "cell.toml").write_text(text)
+    code, out, err = run("--scene", "cell.toml", *args, "--out", "a/b")
+    assert (code, out) == (2, "")
+    assert len(err.split("place-rings: ")) == 2
+    assert words in err
+    assert [path.name for path in tmp_path.iterdir()] == ["cell.toml"]
+
+
+def test_rings_of_a_layout_keep_to_the_sensors_that_a_scene_allows():
+    few, usual = Scene(rules=Rules(sensors=(4, 8))), Scene()
+    assert {ring.count for ring in resolve_space(few, 2, None, None).layout.rings} == {8}
+    assert {ring.count for ring in resolve_space(usual, 2, None, None).layout.rings} == {16}
+    assert {ring.count for ring in resolve_space(usual, 2, 40, None).layout.rings} == {40}
 
 
 def test_verify_prints_one_object(run):

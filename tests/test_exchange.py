@@ -19,6 +19,7 @@ from place_rings.coverage.targets import Target
 from place_rings.objectives.coverage_objective import TargetPoints
 from place_rings.objectives.faults import faults
 from place_rings.objectives.scene import Goal, Pose, Rules, Scene
+from place_rings.objectives.space import decode
 from place_rings.placement.candidates import Space
 from place_rings.placement.climb import Brake
 from place_rings.placement.drawing import fresh, papers
@@ -85,6 +86,24 @@ def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sens
     assert fields.share(space, here.candidate) == pytest.approx(
         _share(scene, space.setup(here.candidate), points, 128), abs=0.005
     )
+
+
+@given(st.integers(0, 2**31))
+def test_places_tried_for_a_ring_are_those_it_would_have(seed):
+    rng, space = np.random.default_rng(seed), _space(FIXED, 48)
+    here = Exchange(space, fresh(space, rng), rng)
+    values = here.candidate.values.copy()
+    ends = rng.uniform(size=values.shape[1]) < 0.7
+    values[0, ends] = rng.choice([0.0, 1.0], ends.sum())
+    c, i = replace(here.candidate, values=values), int(rng.choice(here.candidate.rings))
+    tried = rng.uniform(*space.limits(int(c.segment[i]), int(c.count[i])), (8, 3))
+    tried[:4, 0] = np.round(tried[:4, 0])
+    found = here._places_of(c, i, tried, np.ones(8))
+    for k, v in enumerate(tried):
+        there = values.copy()
+        there[:, i] = v
+        expected = decode(space.stretch(c), space.values(replace(c, values=there)))[:, i]
+        np.testing.assert_allclose(found[:, k], expected, atol=1e-12)
 
 
 def _share(scene, setup, points, count):

@@ -95,6 +95,27 @@ def test_a_time_cap_still_gives_an_answer(scene):
     assert 0 < capped.exact < 1
 
 
+def test_a_time_cap_before_any_climb_compiles_nothing(monkeypatch):
+    monkeypatch.setattr(CoverageObjective, "_of_some", None)
+    scene = Scene(goals=(Goal(Target("V_S", 0.5)),))
+    capped = search(scene, Space(scene, sensors=24), time_cap=1e-6, voxel=0.05)
+    assert capped.outcome is Outcome.TIME
+    assert (capped.statistics.evaluations, capped.statistics.width) == (0, 0.0)
+    assert capped.soft == pytest.approx(capped.exact, abs=0.02)
+
+
+def test_a_time_cap_that_passes_while_the_answer_is_counted_did_not_bite(scene):
+    now = [0.0]
+
+    def tell(progress):
+        now[0] = 1e9 * (progress.to_count > 0)
+
+    space = Space(scene, ring_layout(scene, 2, 6))
+    found = search(scene, space, time_cap=1.0, schedule=SHORT, voxel=0.1, tell=tell, clock=lambda: now[0])
+    assert now[0] > 1
+    assert found.outcome is Outcome.FINISHED
+
+
 def test_an_interrupt_keeps_the_best_so_far(scene, monkeypatch):
     real, calls = pools.wait, []
 
