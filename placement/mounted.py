@@ -47,7 +47,7 @@ def mounted_setup(name: str, text: str, scene: Scene) -> Setup:
         UserError: if the text is not such a list, or sensors of a ring form none on any link of the scene's robot.
     """
     rows = _rows(name, text)
-    frames = [forward(scene.robot.chain, pose.q) for pose in scene.poses]
+    frames = [np.asarray(forward(scene.robot.chain, pose.q)) for pose in scene.poses]
     for line, row in rows:
         if row.pose >= len(frames):
             raise UserError(
