@@ -6,7 +6,7 @@ programs look along x or y: such a frame has the same three axes, turned round (
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -80,18 +80,16 @@ def rows_of(found: Sequence[SensorFrame], chain: Chain) -> tuple[list[ConeRow], 
     """The sensors as rows of a list at a few poses of the chain, and the frames of those poses."""
     q = np.random.default_rng(0).uniform(-2.5, 2.5, (_POSES, len(chain)))
     poses = list(np.asarray(forward(chain, q)))
-    rows = []
+    rows: list[ConeRow] = []
     for p, frames in enumerate(poses):
         for s in found:
             T = frames[s.frame] @ s.T_frame_sensor
-            values = {
-                f"{key}_{x}": float(v) for key, i in (("apex", 3), ("axis", 2)) for x, v in zip("xyz", T[:3, i], strict=True)
-            }
-            values |= {"pose": p, "ring": s.ring, "sensor": s.sensor, "fov_deg": float(np.degrees(s.unit.fov))}
-            values |= {"range_m": s.unit.range_m}
+            values: dict[str, Any] = {"pose": p, "ring": s.ring, "sensor": s.sensor}
+            values |= {"fov_deg": float(np.degrees(s.unit.fov)), "range_m": s.unit.range_m}
+            for key, column in (("apex", 3), ("axis", 2), ("up", 1)):
+                values |= {f"{key}_{x}": float(v) for x, v in zip("xyz", T[:3, column], strict=True)}
             if s.unit.fov_up is None:
                 rows.append(ConeRow.model_construct(**values))
             else:
-                values |= {f"up_{x}": float(v) for x, v in zip("xyz", T[:3, 1], strict=True)}
                 rows.append(SquareConeRow.model_construct(fov_up_deg=float(np.degrees(s.unit.fov_up)), **values))
     return rows, poses

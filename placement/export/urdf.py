@@ -106,7 +106,7 @@ def _capsule(link: ET.Element, use: str, body: Body) -> None:
         part = ET.SubElement(link, use)
         T[:3, 3] = centre
         ET.SubElement(part, "origin", origin(T))
-        ET.SubElement(ET.SubElement(part, "geometry"), kind, radius=words([body.radius]), **size)
+        ET.SubElement(ET.SubElement(part, "geometry"), kind, {"radius": words([body.radius]), **size})
 
 
 def _turn_to(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
