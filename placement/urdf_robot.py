@@ -10,6 +10,7 @@ from .errors import UserError, shown
 from .urdf import Urdf
 from .urdf_chain import Picked, pick_chain
 
+ROS_NAME = re.compile(r"[A-Za-z0-9_./-]+")  # of frames; nothing that YAML in quotes, xacro or a launch file takes for more
 _CLOSE = 1e-5  # m, and of parts of unit vectors, by which a URDF may be off the robot's chain
 
 

@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from ...coverage.sensors import Sensor
 from ..mounted_poses import place, quaternion
+from ..urdf_robot import plain_names
 from .placed import Placed
 
 _HEAD = """-- Proximity sensors of {robot}, for CoppeliaSim 4.3 and later: paste this into the Lua commander, or say there
@@ -47,7 +48,7 @@ end
 
 def coppeliasim(placed: Placed) -> dict[str, bytes]:
     """``sensors.lua``. A cone there ends in a ball's cap at the range, not in a flat base; a pyramid ends flat."""
-    names, used = placed.link_names, sorted({placed.on_link(s)[0] for s in placed.sensors})
+    names, used = plain_names(placed.links), sorted({placed.on_link(s)[0] for s in placed.sensors})
     text = _HEAD.format(robot=placed.robot_name)
     for j in used:
         text += f"    {{'{names[j]}', {_pose(placed.T_base_frame[j])}}},\n"

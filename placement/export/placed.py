@@ -13,7 +13,7 @@ from ...coverage.rings import Setup
 from ...objectives.scene import Scene
 from ..sensor_frames import SensorFrame, sensor_frames
 from ..urdf import Urdf
-from ..urdf_robot import plain_names
+from ..urdf_robot import find_robot, moved_links, plain_names
 
 BASE_LINK, TCP_LINK = "base_link", "tcp"
 
@@ -55,6 +55,11 @@ class Placed:
         if sensor.frame < len(chain):
             return sensor.frame, sensor.T_frame_sensor
         return len(chain) - 1, chain.origin[-1] @ sensor.T_frame_sensor
+
+    @cached_property
+    def links(self) -> tuple[str, ...]:
+        """The links that the joints move: those of the user's URDF, or plain ones; UserError if that has another robot."""
+        return self.link_names if self.urdf is None else moved_links(find_robot(self.urdf, self.scene.robot))[1:]
 
     @property
     def joint_names(self) -> tuple[str, ...]:

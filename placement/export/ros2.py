@@ -2,9 +2,10 @@
 
 from collections.abc import Iterable
 
+from ..errors import UserError, shown
 from ..mounted_poses import place, quaternion
 from ..sensor_frames import looking_along
-from ..urdf_robot import find_robot, moved_links, plain_names
+from ..urdf_robot import ROS_NAME
 from .placed import Placed
 
 _LAUNCH = """# ros2 launch ./static_transforms.launch.yaml
@@ -20,8 +21,8 @@ _NODE = """    - pkg: tf2_ros
       plugin: tf2_ros::StaticTransformBroadcasterNode
       name: {child}_broadcaster
       param:
-      - {{name: frame_id, value: {parent}}}
-      - {{name: child_frame_id, value: {child}}}
+      - {{name: frame_id, value: '{parent}'}}
+      - {{name: child_frame_id, value: '{child}'}}
 """
 
 
@@ -29,17 +30,19 @@ def ros2(placed: Placed) -> dict[str, bytes]:
     """``static_transforms.yaml``, and ``static_transforms.launch.yaml``, which says the same to ROS.
 
     Raises:
-        UserError: if the user's URDF has not the robot's chain.
+        UserError: if the user's URDF has not the robot's chain, or a link's name is none in ROS.
     """
-    links = placed.link_names
-    if placed.urdf is not None:
-        links = plain_names(moved_links(find_robot(placed.urdf, placed.scene.robot))[1:])
+    links = placed.links
+    for link in {links[placed.on_link(s)[0]] for s in placed.sensors}:
+        if placed.urdf is not None and not ROS_NAME.fullmatch(link):
+            allowed = "a name of letters, digits and _ . / - as ROS has them"
+            raise UserError(f"{placed.urdf.path}: link: found {shown(link)}, allowed: {allowed}")
     data, launch = "transforms:\n", _LAUNCH
     for s in placed.sensors:
         joint, T = placed.on_link(s)
         T = looking_along(T, "x")
         xyz, xyzw = place(T), quaternion(T)
-        data += f"- parent: {links[joint]}\n  child: {s.name}\n  xyz: {_listed(xyz)}\n  xyzw: {_listed(xyzw)}\n"
+        data += f"- parent: '{links[joint]}'\n  child: {s.name}\n  xyz: {_listed(xyz)}\n  xyzw: {_listed(xyzw)}\n"
         launch += _NODE.format(parent=links[joint], child=s.name)
         for key, value in (
             *zip(_keys("translation", "xyz"), xyz, strict=True),

@@ -3,7 +3,6 @@
 import os
 import xml.etree.ElementTree as ET
 from pathlib import Path
-from urllib.parse import unquote
 
 import numpy as np
 from jaxtyping import Float
@@ -12,7 +11,6 @@ from ...coverage.robot import BASE, Body, Robot
 from ..errors import UserError, shown
 from ..sensor_frames import SensorFrame, looking_along
 from ..urdf import LARGEST, Urdf, bounded_bytes, plain_xml
-from ..urdf_robot import find_robot, moved_links
 from .markup import document, origin, words
 from .placed import BASE_LINK, TCP_LINK, Placed
 
@@ -24,9 +22,9 @@ def urdf(placed: Placed) -> dict[str, bytes]:
         UserError: if the user's has not the robot's chain, or has links of the sensors' names.
     """
     if placed.urdf is None:
-        root, links = _robot(placed), placed.link_names
+        root = _robot(placed)
     else:
-        root, links = _own(placed.urdf, placed.folder), moved_links(find_robot(placed.urdf, placed.scene.robot))[1:]
+        root = _own(placed.urdf, placed.folder)
         for s in placed.sensors:
             for kind, name, there in (("link", s.name, placed.urdf.links), ("joint", _joint(s), placed.urdf.joints)):
                 if name in there:
@@ -36,7 +34,7 @@ def urdf(placed: Placed) -> dict[str, bytes]:
     for s in placed.sensors:
         joint, T = placed.on_link(s)
         ET.SubElement(root, "link", name=s.name)
-        _fixed(root, _joint(s), links[joint], s.name, looking_along(T, "x"))
+        _fixed(root, _joint(s), placed.links[joint], s.name, looking_along(T, "x"))
     return {"robot.urdf": document(root)}
 
 
@@ -60,9 +58,7 @@ def _own(urdf: Urdf, folder: Path) -> ET.Element:
     for element in root.iter():
         name = element.get("filename")
         if element.tag in ("mesh", "texture") and name and "://" not in name and not Path(name).is_absolute():
-            element.set(
-                "filename", Path(os.path.relpath(urdf.path.resolve().parent / unquote(name), folder.resolve())).as_posix()
-            )
+            element.set("filename", Path(os.path.relpath(urdf.path.resolve().parent / name, folder.resolve())).as_posix())
     return root
 
 

@@ -1,10 +1,9 @@
 """Xacro: a macro that adds the sensors' frames to any robot, each link that carries rings named by a parameter."""
 
-import re
 import xml.etree.ElementTree as ET
 
 from ..sensor_frames import looking_along
-from ..urdf_robot import find_robot, moved_links
+from ..urdf_robot import ROS_NAME
 from .markup import document, origin
 from .placed import Placed
 
@@ -19,12 +18,10 @@ def xacro(placed: Placed) -> dict[str, bytes]:
     Raises:
         UserError: if the user's URDF has not the robot's chain.
     """
-    links = placed.link_names
-    if placed.urdf is not None:
-        links = moved_links(find_robot(placed.urdf, placed.scene.robot))[1:]
+    links = placed.links
     carrying = sorted({placed.on_link(s)[0] for s in placed.sensors})
     names = {j: f"link_of_{placed.joint_names[j]}" for j in carrying}
-    params = [f"{name}:={links[j]}" if re.fullmatch(r"[A-Za-z0-9_]+", links[j]) else name for j, name in names.items()]
+    params = [f"{name}:={links[j]}" if ROS_NAME.fullmatch(links[j]) else name for j, name in names.items()]
     root = ET.Element("robot")
     macro = ET.SubElement(root, f"{{{_NAMESPACE}}}macro", name=_MACRO, params=" ".join(["prefix:=''", *params]))
     for s in placed.sensors:
