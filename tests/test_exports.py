@@ -303,7 +303,7 @@ def test_a_users_own_urdf_keeps_what_it_has_and_gets_the_sensors(tmp_path):
     same(scene, setup, resolve(str(out / "robot.urdf"), scene)[0])
     parents = {t["parent"] for t in yaml.safe_load((out / "static_transforms.yaml").read_text())["transforms"]}
     assert parents <= set(urdf.links)
-    assert "base" in trimesh.load(io.BytesIO((out / "scene.glb").read_bytes()), file_type="glb").geometry
+    assert "body_base" in trimesh.load(io.BytesIO((out / "scene.glb").read_bytes()), file_type="glb").geometry
     with pytest.raises(UserError, match=r'robot\.urdf: link: found "tof_0_0", allowed: a URDF without'):
         written(out, scene, setup, "urdf", urdf=read_urdf(out / "robot.urdf"))
     with pytest.raises(UserError, match='joint: found none called "shoulder_pan"'):

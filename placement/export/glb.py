@@ -80,7 +80,7 @@ def _robot(placed: Placed) -> list[tuple[str, Any]]:
             T = placed.T_base_frame[carried.frame] if carried.frame != BASE else _base(placed, picked.chain.origin[0])
             if len(triangles):
                 mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=True)
-                found.append((name, mesh.apply_transform(T)))
+                found.append((f"body_{name}", mesh.apply_transform(T)))
         return found
     if placed.bodies is None:
         return []
