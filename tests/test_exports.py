@@ -387,3 +387,12 @@ def test_the_script_for_coppeliasim_makes_these_sensors(tmp_path):
 def same_pose(pose: np.ndarray, T: np.ndarray) -> None:
     np.testing.assert_allclose(pose[:3], T[:3, 3], atol=CLOSE)
     np.testing.assert_allclose(np.stack([turned(pose[3:], v) for v in np.eye(3)], axis=1), T[:3, :3], atol=CLOSE)
+
+
+def test_a_users_link_with_an_odd_name_is_no_default_of_the_macro_and_refused_for_ros(tmp_path):
+    (tmp_path / "odd.urdf").write_text(chain_text(ROBOTS["ur10"].chain).replace('"link_1"', '"$(eval 1)"'))
+    placed = Placed(Scene(), named_setup("n1_3_0"), 0, tmp_path, read_urdf(tmp_path / "odd.urdf"))
+    macro = ET.fromstring(FORMATS["urdf"](placed)["sensors.xacro"])[0]
+    assert macro.attrib["params"] == "prefix:='' link_of_shoulder_lift link_of_elbow:=link_2 link_of_wrist_3:=link_5"
+    with pytest.raises(UserError, match=r'odd\.urdf: link: found "\$\(eval 1\)", allowed: a name of letters'):
+        FORMATS["ros2"](placed)
