@@ -8,6 +8,7 @@ from cyclopts import App, Parameter
 from cyclopts.validators import Number
 
 from ..coverage.occlusion import Occlusion
+from ..placement.sensor_frames import Along
 
 app = App(
     name="place-rings",
@@ -36,8 +37,12 @@ Degrees = Annotated[bool, Parameter(negative=(), help="The angles of --trajector
 Voxel = Annotated[float, Parameter(help="Side of a voxel, m.")]
 Json = Annotated[bool, Parameter(name="--json", negative=(), help="Print one JSON object for scripts.")]
 Subject = Annotated[
-    str, Parameter(name="PROPOSAL_OR_NAME", help="A proposal's file, a CSV of sensors as of cones, or a name like n2_16_25.")
+    str, Parameter(name="PROPOSAL_OR_NAME", help="A proposal's file, sensors (.csv, .json, .urdf), or a name like n2_16_25.")
 ]
+Frames = Annotated[
+    str | None, Parameter(name="--frames", help="Of a .urdf: the frames that are sensors, a regular expression: tof_.*")
+]
+Beam = Annotated[Along | None, Parameter(name="--beam", help="Of a .urdf: the axis along which these frames look: x.")]
 Floors = Annotated[tuple[str, ...], Parameter(negative=(), help="A floor: V_S:1.5=60 for 60 percent of it. Repeatable.")]
 Seed = Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")]
 Count = Annotated[int, Parameter(validator=Number(gte=1, lte=200))]

@@ -1,20 +1,16 @@
 """The commands that look at a setup: its exact zeta, its cones."""
 
-import csv
 import sys
 
-import numpy as np
 from rich.console import Console
 
 from ..coverage.certified import Bracket
-from ..coverage.optics import Optics
 from ..coverage.rings import Setup
-from ..coverage.slots import any_square, sensor_cones
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..objectives.side_by_side import by_occlusion
 from ..objectives.sight import unseeing
-from ..placement.mounted import COLUMNS, SQUARE_COLUMNS
+from ..placement.mounted import sensor_list
 from ..placement.result_convert import verify_result
 from ..placement.sensing import sensor_records
 from ..placement.sighting import with_sight
@@ -87,16 +83,5 @@ def how(counting: Counting) -> str:
 
 
 def cones(setup: Setup, scene: Scene) -> None:
-    """Print the sensors' beams at every pose as CSV, base frame; where some are square, with four columns more: the full
-    angle along ``up`` (0: a cone) and ``up`` itself."""
-    writer = csv.writer(sys.stdout, lineterminator="\n")
-    square = any_square(setup.rings)
-    writer.writerow(SQUARE_COLUMNS if square else COLUMNS)
-    labels = [(i, k) for i, ring in enumerate(setup.rings) for k in range(ring.count)]
-    for p, pose in enumerate(scene.poses):
-        c = sensor_cones(scene.robot, setup, pose.q)
-        for n, (i, k) in enumerate(labels):
-            values = [*c.apex[n], *c.axis[n], 2 * np.degrees(c.half_angle[n]), c.range_m[n]]
-            if isinstance(c, Optics):
-                values += [2 * np.degrees(c.half_up[n]), *c.up[n]]
-            writer.writerow([p, i, k, *(round(float(v), 9) + 0.0 for v in values)])
+    """Print the sensors' beams at every pose of the scene as CSV, base frame."""
+    sys.stdout.write(sensor_list(setup, scene))

@@ -13,8 +13,10 @@ from ..placement.errors import UserError
 from ..placement.loader import resolve
 from .aim_options import mounting_errors, resolve_robustness
 from .app import (
+    Beam,
     Degrees,
     Floors,
+    Frames,
     Json,
     OcclusionOption,
     Radius,
@@ -30,6 +32,7 @@ from .app import (
 from .options import (
     parse_goals,
     resolve_counting,
+    resolve_frames,
     resolve_scene,
     resolve_time,
     with_floors,
@@ -56,6 +59,8 @@ def verify(
     target_size: TargetSize = None,
     trajectory: Trajectory = None,
     degrees: Degrees = False,
+    frames: Frames = None,
+    beam: Beam = None,
     voxel: Annotated[
         float | None, Parameter(help="Side of a voxel, m: 0.01. With --rule certified: cells of this one size.")
     ] = None,
@@ -80,9 +85,8 @@ def verify(
     from .inspect import verify as run
 
     counting = resolve_counting(rule, voxel, width, memory)
-    setup, found = resolve_with_sensor(
-        subject, resolve_scene(scene, robot, target, radius), sensor, ambient, reflectance, target_size
-    )
+    asked_scene, asked_frames = resolve_scene(scene, robot, target, radius), resolve_frames(frames, beam)
+    setup, found = resolve_with_sensor(subject, asked_scene, sensor, ambient, reflectance, target_size, asked_frames)
     asked = with_motion(with_goals(found, parse_goals(target, radius)), trajectory, degrees)
     run(subject, setup, with_occlusion(asked, occlusion), counting, as_json)
 
@@ -184,6 +188,8 @@ def improve(
     changes: Annotated[int, Parameter(validator=Number(gte=1, lte=20), help="Rings touched, at most.")] = 3,
     add_sensors: Annotated[int, Parameter(validator=Number(gte=0, lte=1000), help="Sensors more than now, at most.")] = 0,
     at_least: Floors = (),
+    frames: Frames = None,
+    beam: Beam = None,
     seed: Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")] = 0,
     time: Annotated[float | None, Parameter(help="Cap on the search, s; it ends by its own plan otherwise.")] = None,
     voxel: Voxel = 0.01,
@@ -197,10 +203,12 @@ def improve(
     Example: place-rings improve n3_16_55 --target V_S --radius 1.5
 
     Example: place-rings improve mounted.csv --changes 2 --add-sensors 8 --out better
+
+    Example: place-rings improve mounted.urdf --frames "tof_.*" --target V_S --radius 1.5
     """
     from .improve import improve as run
 
     cap = resolve_time(time)
-    setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
+    setup, found = resolve(subject, resolve_scene(scene, robot, target, radius), frames=resolve_frames(frames, beam))
     asked = with_occlusion(with_floors(with_goals(found, parse_goals(target, radius)), at_least), occlusion)
     run(subject, setup, asked, changes, add_sensors, seed, cap, voxel, out, as_json)

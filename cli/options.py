@@ -21,7 +21,9 @@ from ..placement.errors import UserError, explain, shown
 from ..placement.layout import ring_layout
 from ..placement.loader import read_robot, read_scene
 from ..placement.models import SceneFile
+from ..placement.mounted_urdf import PATTERN, Asked
 from ..placement.record import with_record
+from ..placement.sensor_frames import Along
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6
@@ -226,6 +228,11 @@ def resolve_counting(rule: Rule, voxel: float | None, width: float | None, memor
     if width is None:
         width = WIDTH if voxel is None else 0.0
     return Counting(rule, voxel, None, width / 100)
+
+
+def resolve_frames(pattern: str | None, beam: Along | None) -> Asked | None:
+    """What ``--frames`` and ``--beam`` mean; None where nothing is asked."""
+    return None if pattern is None and beam is None else Asked(PATTERN if pattern is None else pattern, beam or "x")
 
 
 def check_machines(workers: int, scheduler: str | None) -> None:

@@ -15,6 +15,7 @@ from ..coverage.sensors import Sensor, Use
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import resolve
+from ..placement.mounted_urdf import Asked
 from ..placement.results import SensorRecord
 from ..placement.sensing import sensor_record
 
@@ -53,13 +54,19 @@ def resolve_sensor(
 
 
 def resolve_with_sensor(
-    subject: str, scene: Scene | None, name: str | None, ambient: str | None, reflectance: float | None, size: str | None
+    subject: str,
+    scene: Scene | None,
+    name: str | None,
+    ambient: str | None,
+    reflectance: float | None,
+    size: str | None,
+    frames: Asked | None = None,
 ) -> tuple[Setup, Scene]:
     """A setup and its scene, as ``resolve`` has them, with what the options of sensors ask for."""
     if name is None and not (ambient is None and reflectance is None and size is None):
-        own = resolve(subject, scene)[1].sensor
-        return resolve(subject, scene, resolve_sensor(name, ambient, reflectance, size, own))
-    return resolve(subject, scene, resolve_sensor(name, ambient, reflectance, size))
+        own = resolve(subject, scene, frames=frames)[1].sensor
+        return resolve(subject, scene, resolve_sensor(name, ambient, reflectance, size, own), frames)
+    return resolve(subject, scene, resolve_sensor(name, ambient, reflectance, size), frames)
 
 
 def sensor_lines(records: list[SensorRecord]) -> list[str]:

@@ -23,10 +23,13 @@ from .errors import UserError, explain, shown
 from .models import SceneFile
 from .mount_models import RingModel
 from .mounted import mounted_setup
+from .mounted_poses import setup_of_poses
+from .mounted_urdf import Asked, setup_of_urdf
 from .proposals import ProposalFile
 from .record import with_record
 from .robot_convert import robot_of
 from .robot_models import RobotFile
+from .urdf import read_urdf
 
 _LARGEST = 16 * 2**20  # bytes of a file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
@@ -141,9 +144,11 @@ def read_proposal(path: Path, sensor: Sensor | None = None) -> tuple[Setup, Scen
     return setup_of(file.rings, scene.sensor, scene.ring_radius), scene, file
 
 
-def resolve(name_or_path: str, scene: Scene | None, sensor: Sensor | None = None) -> tuple[Setup, Scene]:
-    """A setup and its scene: the paper's setup of that name in ``scene``, what a CSV of sensors (.csv) has mounted at the
-    poses of ``scene``, or else a proposal's file.
+def resolve(
+    name_or_path: str, scene: Scene | None, sensor: Sensor | None = None, frames: Asked | None = None
+) -> tuple[Setup, Scene]:
+    """A setup and its scene: the paper's setup of that name in ``scene``, what is mounted there by a CSV of sensors (.csv)
+    at its poses, by their poses on links (.json), or by the ``frames`` of a URDF (.urdf), or else a proposal's file.
 
     A proposal brings its own scene unless ``scene`` is given; without one, the others are in the reference scene. Where
     ``sensor`` is given, it stands in place of the scene's: for all rings that name none of their own.
@@ -162,17 +167,29 @@ def resolve(name_or_path: str, scene: Scene | None, sensor: Sensor | None = None
             raise explain(name_or_path, error, RingModel) from error
         except ValueError as error:
             raise UserError(f"setup: {error}") from error
-    elif path.suffix.lower() == ".csv":
+    elif path.suffix.lower() in (".csv", ".json", ".urdf"):
         scene = scene or with_sensor(Scene(), sensor)
-        setup = mounted_setup(name_or_path, _text(path, "CSV"), scene)
+        setup = _mounted(path, scene, frames or Asked())
     else:
         setup, own, _ = read_proposal(path, sensor)
         scene = scene or own
+    if frames is not None and path.suffix.lower() != ".urdf":
+        raise UserError(f"--frames: found with {shown(name_or_path)}, allowed: only with a URDF")
     for i, ring in enumerate(setup.rings):
         if ring.link not in scene.robot.links:
             allowed = f"a link of {scene.robot.name}: {', '.join(scene.robot.links)}"
             raise UserError(f"{name_or_path}: rings[{i}].link: found {shown(ring.link)}, allowed: {allowed}")
     return setup, scene
+
+
+def _mounted(path: Path, scene: Scene, frames: Asked) -> Setup:
+    match path.suffix.lower():
+        case ".csv":
+            return mounted_setup(str(path), _text(path, "CSV"), scene)
+        case ".json":
+            return setup_of_poses(str(path), _text(path, "JSON"), scene)
+        case _:
+            return setup_of_urdf(read_urdf(path), frames, scene)
 
 
 def write_text(path: Path, text: str) -> None:

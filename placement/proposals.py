@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 from .kinds import Percent
 from .models import SceneFile
 from .mount_models import RingModel
+from .pose_models import SensorPosesFile
 from .results import ErrorsModel, RobustnessResult, SafetyResult, SensorRecord, VerifyResult
 from .robot_convert import robot_of
 from .robot_models import RobotFile
@@ -147,4 +148,5 @@ MODELS: dict[str, type[StrictModel]] = {
     "result": SearchFile,
     "improve": ImproveResult,
     "safety": SafetyResult,
+    "sensors": SensorPosesFile,
 }

@@ -60,7 +60,7 @@ def _numbers(values: Float[np.ndarray, " N"], digits: int = _DIGITS) -> list[flo
     return [round(float(v), digits) + 0.0 for v in values]
 
 
-def _rpy(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, " 3"]:
+def rpy_of(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, " 3"]:
     """URDF's angles of a rotation, rad; where pitch is a quarter turn, only one of the others is of use, and yaw is 0."""
     pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
     if math.hypot(R[0, 0], R[1, 0]) < 1e-9:
@@ -75,7 +75,7 @@ def robot_file(robot: Robot) -> RobotFile:
     limits = [None] * len(names) if robot.limits is None else list(np.degrees(robot.limits))
 
     def place(T: Float[np.ndarray, "4 4"]) -> dict[str, list[float]]:
-        return {"xyz": _numbers(T[:3, 3]), "rpy_deg": _numbers(np.degrees(_rpy(T[:3, :3])), _DIGITS_DEG)}
+        return {"xyz": _numbers(T[:3, 3]), "rpy_deg": _numbers(np.degrees(rpy_of(T[:3, :3])), _DIGITS_DEG)}
 
     return RobotFile(
         name=robot.name,

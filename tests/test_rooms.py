@@ -10,6 +10,17 @@ MAY = {
     "coverage": set(),
     "objectives": {"coverage"},
     "placement": {"coverage", "objectives"},
+    "placement/export": {
+        "",
+        "errors",
+        "meshes",
+        "mounted",
+        "mounted_poses",
+        "robot_convert",
+        "sensor_frames",
+        "urdf",
+        "urdf_robot",
+    },
     "studies": {"coverage", "objectives", "placement"},
     "rig": {"coverage", "objectives", "placement"},
     "rig/simulated": {"protocol", "records"},  # of rig

@@ -1,0 +1,64 @@
+"""The command that writes a setup for other programs."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from ..placement.errors import UserError, shown
+from ..placement.loader import output_folder, resolve, write_bytes
+from ..placement.urdf import read_urdf
+from .app import Beam, Frames, RobotOption, SceneFileOption, Subject, app
+from .options import resolve_frames, resolve_scene
+
+
+@app.command
+def export(
+    subject: Subject,
+    /,
+    *,
+    to: Annotated[
+        tuple[str, ...], Parameter(negative=(), help="urdf, mjcf, glb, csv, json, coppeliasim, ros2. Repeatable.")
+    ] = (),
+    out: Annotated[Path, Parameter(help="Folder for the files.")] = Path("place-rings-export"),
+    pose: Annotated[int, Parameter(help="Pose of the scene, counted from 0.")] = 0,
+    scene: SceneFileOption = None,
+    robot: RobotOption = None,
+    urdf: Annotated[
+        Path | None, Parameter(help="The robot's own URDF, which gets the sensors; that of --robot, if it is one.")
+    ] = None,
+    packages: Annotated[
+        tuple[Path, ...], Parameter(negative=(), help="A folder with packages that package:// may mean. Repeatable.")
+    ] = (),
+    points: Annotated[
+        int, Parameter(validator=Number(gte=0, lte=1_000_000), help="glb: points of each target, seen or not.")
+    ] = 0,
+    frames: Frames = None,
+    beam: Beam = None,
+) -> None:
+    """Write a setup for other programs: its robot with a frame for each sensor, a scene to look at, tables, scripts.
+
+    Example: place-rings export n2_16_25 --to urdf --to mjcf --to glb --out exported
+
+    Example: place-rings export proposal.toml --to urdf --urdf my.urdf --out exported
+
+    Example: place-rings export mounted.urdf --frames "tof_.*" --beam z --to json
+    """
+    from ..placement.export.formats import FORMATS
+    from ..placement.export.placed import Placed
+
+    unknown = next((name for name in to if name not in FORMATS), None)
+    if unknown is not None or not to:
+        raise UserError(f"--to: found {shown(unknown)}, allowed: {', '.join(FORMATS)}")
+    setup, found = resolve(subject, resolve_scene(scene, robot), frames=resolve_frames(frames, beam))
+    if not 0 <= pose < len(found.poses):
+        raise UserError(f"--pose: found {pose}, allowed: 0 to {len(found.poses) - 1}, the scene's poses")
+    if urdf is None and robot is not None and robot.lower().endswith(".urdf"):
+        urdf = Path(robot)
+    placed = Placed(found, setup, pose, out, None if urdf is None else read_urdf(urdf), packages, points)
+    files = {name: data for kind in dict.fromkeys(to) for name, data in FORMATS[kind](placed).items()}
+    folder = output_folder(out)
+    for name, data in files.items():
+        write_bytes(folder / name, data)
+        print(folder / name)
