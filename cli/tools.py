@@ -112,7 +112,8 @@ def study(
 
 @app.command
 def schema(
-    name: Literal["scene", "robot", "proposal", "verify", "robustness", "result", "improve", "safety", "check"], /
+    name: Literal["scene", "robot", "proposal", "verify", "robustness", "result", "improve", "safety", "printing", "check"],
+    /,
 ) -> None:
     """Print the JSON Schema of a file or of a command's JSON.
 

@@ -1,9 +1,10 @@
 """How many boards go around a link: the pockets of a printed ring that hold them, and when two of these meet.
 
 In the plane of a sensor's axis and its ring's axis the pocket is a rectangle about the sensor's axis, tilted with it; along
-the ring it is as wide as the board. Neighbours on a ring are mirror images in the half plane through the ring's axis midway
-between them, so that they are apart by a wall just when each stays half a wall on its side. The corners that come first to
-that half plane are those nearest to the ring's axis, at the pocket's ``floor``.
+the ring it is as wide as the board. A ring is printed with its beams leaning upwards, whichever way it is mounted, so that
+the sign of a tilt says nothing here. Neighbours are mirror images in the half plane through the ring's axis midway between
+them, so that they are apart by a wall, and by the gap of the halves, just when each stays half of both on its side. The
+corners that come first to that half plane are those nearest to the ring's axis, at the pocket's ``floor``.
 """
 
 import math
@@ -14,7 +15,7 @@ from jaxtyping import Float
 
 from .boards import Board
 
-_STEPS = 721  # tilts of a quarter turn that are looked at
+_STEPS = 181  # tilts of a quarter turn that are looked at
 _ROUNDING = 1e-9
 
 
@@ -54,8 +55,7 @@ class Pocket:
 
     def floor(self, radius: float, tilt: Float[np.ndarray, " T"]) -> Float[np.ndarray, " T"]:
         """How far the pocket stays from the ring's axis, m, on a ring of ``radius`` m at tilts (T,) rad."""
-        lean = np.maximum(np.sin(tilt) * self.high, np.sin(tilt) * self.low)
-        return radius - self.deep * np.cos(tilt) - lean
+        return radius - self.deep * np.cos(tilt) - self.high * np.abs(np.sin(tilt))
 
 
 def pockets(board: Board, printing: Printing) -> tuple[Pocket, Pocket]:
@@ -75,7 +75,7 @@ def _counts(
 ) -> Float[np.ndarray, " T"]:
     floor = pocket.floor(radius, tilt)
     across = np.hypot(floor, pocket.half)
-    slope = np.arctan2(pocket.half, floor) + np.arcsin(np.clip(printing.wall / 2 / across, 0.0, 1.0))
+    slope = np.arctan2(pocket.half, floor) + np.arcsin(np.clip((printing.wall + printing.gap) / 2 / across, 0.0, 1.0))
     held = floor >= max(inside, 0.0) - _ROUNDING if inside else floor > 0
     return np.where(held, np.maximum(np.floor(np.pi / slope + _ROUNDING), 1.0), 0.0)
 
@@ -106,13 +106,11 @@ def tilt_range(
 ) -> tuple[float, float] | None:
     """The tilts about 0, lowest and highest, rad, at all of which ``count`` boards go around; None where 0 is not one."""
     tilt = np.linspace(0.0, math.pi / 2, _STEPS)[:-1]
-    ends = []
-    for sign in (-1.0, 1.0):
-        fits = most_boards(board, printing, radius, sign * tilt, inside) >= count
-        if not fits[0]:
-            return None
-        ends.append(sign * float(tilt[-1] if fits.all() else tilt[np.argmin(fits) - 1]))
-    return ends[0], ends[1]
+    fits = most_boards(board, printing, radius, tilt, inside) >= count
+    if not fits[0]:
+        return None
+    most = float(tilt[-1] if fits.all() else tilt[np.argmin(fits) - 1])
+    return -most, most
 
 
 def roomy_radius(board: Board, printing: Printing, around: float, tilt: tuple[float, float]) -> float:

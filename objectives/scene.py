@@ -185,8 +185,8 @@ class Scene:
         return self.ring_radius if of_link is None and self.radius_stated else of_link
 
     def radius_of(self, link: str) -> float:
-        """The radius of a new ring on ``link``, m: the scene's, raised to the least where it was not stated, and to where its
-        boards clear the link at every tilt that is allowed."""
+        """The radius of a new ring on ``link``, m: the scene's; one that was not stated is raised to the least, and to where
+        its boards clear the link at every tilt that is allowed."""
         stated = self.stated_radius(link)
         return max(self.ring_radius, self.least_radius(link), self._roomy(link)) if stated is None else stated
 

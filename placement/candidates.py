@@ -116,7 +116,7 @@ class Space:
         """Lowest and highest tilt, rad, of a ring of so many sensors on ``link``; None where their boards do not fit."""
         key = (link, count)
         if key not in self._tilts:
-            self._tilts[key] = fitting_tilts(self.scene, self.ring(link, count))
+            self._tilts[key] = fitting_tilts(self.scene, self.ring(link, int(count)))
         return self._tilts[key]
 
     def most_on(self, link: str) -> int:

@@ -64,8 +64,8 @@ class PrintingModel(StrictModel):
 
     @model_validator(mode="after")
     def _walls_hold(self) -> Self:
-        if self.wall < self.least_wall:
-            refuse([(("wall",), self.wall, f"{self.least_wall:g} and more, the least_wall")])
+        if self.wall < 2 * self.least_wall:
+            refuse([(("wall",), self.wall, f"{2 * self.least_wall:g} and more, as half of it is left at a split")])
         return self
 
 

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from .kinds import Percent
 from .models import SceneFile
 from .mount_models import RingModel
-from .results import ErrorsModel, RobustnessResult, SafetyResult, SensorRecord, VerifyResult
+from .results import ErrorsModel, PrintResult, RobustnessResult, SafetyResult, SensorRecord, VerifyResult
 from .robot_convert import robot_of
 from .robot_models import RobotFile
 from .strict import StrictModel, refuse
@@ -147,4 +147,5 @@ MODELS: dict[str, type[StrictModel]] = {
     "result": SearchFile,
     "improve": ImproveResult,
     "safety": SafetyResult,
+    "printing": PrintResult,
 }

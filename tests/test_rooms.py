@@ -10,6 +10,7 @@ MAY = {
     "coverage": set(),
     "objectives": {"coverage"},
     "placement": {"coverage", "objectives"},
+    "placement/printing": {"errors", "loader", "results"},  # of placement
     "studies": {"coverage", "objectives", "placement"},
     "rig": {"coverage", "objectives", "placement"},
     "rig/simulated": {"protocol", "records"},  # of rig
