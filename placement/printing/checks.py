@@ -2,6 +2,7 @@
 
 import io
 import math
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -25,7 +26,8 @@ def stl(solid: Manifold) -> bytes:
     """A solid as a binary STL file, as it lies on the printer's bed: its lowest point at z = 0, about the origin."""
     low_x, low_y, low_z, high_x, high_y, _ = solid.bounding_box()
     mesh = solid.translate((-(low_x + high_x) / 2, -(low_y + high_y) / 2, -low_z)).to_mesh()
-    return bytes(trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False).export(file_type="stl"))
+    data: Any = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False).export(file_type="stl")
+    return bytes(data)
 
 
 def read_stl(data: bytes) -> trimesh.Trimesh:

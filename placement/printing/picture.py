@@ -28,7 +28,7 @@ Parts = list[tuple[Manifold, tuple[float, float, float]]]
 
 def _show(ax: Axes, parts: Parts, view: Float[np.ndarray, "3 3"], margin: float, width: int) -> Window:
     window = frame_of(parts, view, margin)
-    ax.imshow(render(parts, view, window, width), extent=window, interpolation="lanczos")
+    ax.imshow(render(parts, view, window, width), extent=window, interpolation="antialiased")
     ax.set_xlim(window[0], window[1])
     ax.set_ylim(window[2], window[3])
     ax.set_aspect("equal")
@@ -55,13 +55,13 @@ def _png(figure: Figure) -> bytes:
 
 def ring_picture(plan: Plan, made: Assembly, record: PrintedRing) -> bytes:
     """A PNG of a ring: both halves apart as printed, from above and from the side with dimensions, and what was measured."""
-    figure = Figure(figsize=(13, 8.2), dpi=110, facecolor="white")
+    figure = Figure(figsize=(13, 8.2), dpi=100, facecolor="white")
     one, other = made.halves
     apart: Parts = [(one.translate((0, _APART / 2, 0)), _BODY), (other.translate((0, -_APART / 2, 0)), _OTHER)]
-    _show(figure.add_axes((0.01, 0.40, 0.56, 0.53)), apart, looking(38, -62), 3, 900)
+    _show(figure.add_axes((0.01, 0.40, 0.56, 0.53)), apart, looking(38, -62), 3, 640)
     parts: Parts = [(one, _BODY), (other, _OTHER)]
     above = figure.add_axes((0.57, 0.36, 0.43, 0.57))
-    left, right, bottom, _ = _show(above, parts, _ABOVE, 14, 620)
+    left, right, bottom, _ = _show(above, parts, _ABOVE, 14, 440)
     x, y = (float(v) for v in plan.centre)
     low = bottom + 6
     _dimension(above, (left + 14, low), (right - 14, low), f"{right - left - 28:.1f} mm")
@@ -73,7 +73,7 @@ def ring_picture(plan: Plan, made: Assembly, record: PrintedRing) -> bytes:
         _dimension(above, tail, tip, f"{label} ⌀ {2 * radius:.1f}", shift)
         slant = math.radians(-38)
     side = figure.add_axes((0.57, 0.02, 0.43, 0.30))
-    window = _show(side, parts, _SIDE, 12, 620)
+    window = _show(side, parts, _SIDE, 12, 480)
     _dimension(side, (window[1] - 6, plan.low), (window[1] - 6, plan.lug[1]), f"{plan.lug[1] - plan.low:.1f}")
     side.axhline(plan.low, color=_INK, lw=0.8, ls=(0, (6, 3)))
     side.text(window[0] + 1, plan.low - 2, "bed", fontsize=9, color=_INK, va="top")
@@ -99,7 +99,7 @@ def _allowed(least: float | None, most: float | None) -> str:
 
 def assembled_picture(plan: Plan, made: Assembly, record: PrintedRing) -> bytes:
     """A PNG of a ring with boards and bolts around its link, from two sides; arrows say where the sensors look."""
-    figure = Figure(figsize=(13, 6.6), dpi=110, facecolor="white")
+    figure = Figure(figsize=(13, 6.6), dpi=100, facecolor="white")
     reach = 0.35 * plan.radius
     middle = (plan.low + plan.lug[1]) / 2
     span = 0.85 * plan.radius
@@ -108,12 +108,12 @@ def assembled_picture(plan: Plan, made: Assembly, record: PrintedRing) -> bytes:
     parts += [(union(made.boards), _BOARD), (made.bolts, _METAL), (link, _LINK)]
     for place, view in (((0.0, 0.02, 0.53, 0.9), looking(28, -58)), ((0.5, 0.02, 0.5, 0.9), looking(62, -90))):
         ax = figure.add_axes(place)
-        _show(ax, parts, view, 0.3 * plan.radius, 800)
+        _show(ax, parts, view, 0.3 * plan.radius, 600)
         for k in range(len(plan.angles)):
             frame = plan.frame(k)
             if float(frame[:, 2] @ view[2]) > 0.1:
                 start, end = (view[:2] @ (frame[:, 3] + d * frame[:, 2]) for d in (2.0, reach))
-                ax.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": "#b03060", "lw": 1.1})
+                ax.annotate("", tuple(end), tuple(start), arrowprops={"arrowstyle": "-|>", "color": "#b03060", "lw": 1.1})
     flipped = "towards proximal" if record.flipped else "towards distal"
     figure.suptitle(f"Ring {record.ring} on {record.link}, up: {flipped}", x=0.02, ha="left", fontsize=14)
     return _png(figure)

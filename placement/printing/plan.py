@@ -187,5 +187,5 @@ def _lean(plan: Plan) -> float:
     n = len(plan.angles)
     if n % 2 == 0 or n == 1:
         return 0.0
-    lean = math.pi / (2 * n)
-    return 0.0 if plan.collar * math.sin(lean) >= (plan.half + plan.printing.gap * MM) * math.cos(lean) else lean
+    lean, central = math.pi / (2 * n), not plan.centre.any()
+    return 0.0 if central and plan.collar * math.sin(lean) >= (plan.half + plan.printing.gap * MM) * math.cos(lean) else lean

@@ -17,7 +17,6 @@ _FRONT = 6.0  # before a lens, that nothing of the ring may fill
 _THREAD = 8.0  # of a screw in the ring, at most
 _LEFT = 1.5  # of material around a screw's hole, and before the bore
 _OVER = 0.2  # by which what is cut away reaches beyond what it is cut from
-_JOINT = 0.01  # by which parts that shall be one overlap
 _PACKAGE = (4.9, 2.5)  # along the ring and up the board, of a sensor's package
 
 
@@ -229,24 +228,35 @@ def _below(plan: Plan, shift: float) -> Manifold:
     between sensors where these are."""
     slope, far = math.tan(plan.lean), _FAR
     drop = shift / math.cos(plan.lean)
-    roof = np.array(
-        [(-far, -far * slope + drop), (-far, -2 * far), (far, -2 * far), (far, -far * slope + drop), (0.0, drop)]
-    )
-    lower = CrossSection([roof]).extrude(plan.top - plan.low + 1).translate((0.0, 0.0, plan.low - 1))
+    roof = [(-far, -far * slope + drop), (-far, -2 * far), (far, -2 * far), (far, -far * slope + drop), (0.0, drop)]
+    lower = Manifold.hull_points(np.array([(*at, z) for at in roof for z in (plan.low - 1, plan.top)]))
     level = float(plan.centre[1]) + shift
-    upper = box((-far, -2 * far, plan.top - _JOINT), (far, level, plan.lug[1] + 1))
+    upper = box((-far, -2 * far, plan.top), (far, level, plan.lug[1] + 1))
     return lower + upper
+
+
+def _arms(plan: Plan) -> Manifold:
+    """Where the half with +y reaches beyond the middle of the link, straight walls carry on its band."""
+    if plan.lean == 0:
+        return Manifold()
+    (x, y), some = (float(v) for v in plan.centre), []
+    for sign in (-1.0, 1.0):
+        near, far = x + sign * plan.bore, x + sign * plan.collar
+        wall = box((min(near, far), y - plan.collar, plan.low), (max(near, far), y, plan.top))
+        some.append(wall.trim_by_plane((sign * math.sin(plan.lean), math.cos(plan.lean), 0.0), 0.0))
+    return union(some)
 
 
 def halves(plan: Plan) -> tuple[Manifold, Manifold]:
     """Both halves of a ring."""
     n = len(plan.angles)
-    whole = union([tube(plan.collar, plan.low, plan.lug[1], plan.centre), *(_block(plan, k) for k in range(n))])
+    band = tube(plan.collar, plan.low, plan.lug[1], plan.centre)
+    whole = union([band, *(_block(plan, k) for k in range(n))])
     hole = tube(plan.bore, plan.low - 1, plan.lug[1] + 1, plan.centre)
     rooms = union([_pocket(plan, k) for k in range(n)])
     posts, threads = (union(list(each)) for each in zip(*(_screws(plan, k) for k in range(n)), strict=True))
     cut = whole + _lugs(plan) - rooms - _channel(plan) - union([_window(plan, k) for k in range(n)])
-    body = cut + (posts ^ whole) - hole - threads - _bolt_holes(plan)
+    body = cut + (posts ^ whole) + (_arms(plan) - rooms) - hole - threads - _bolt_holes(plan)
     gap = MM * plan.printing.gap / 2
     x, y = (float(v) for v in plan.centre)
     low, high = plan.low - 1, plan.lug[1] + 1
