@@ -9,6 +9,7 @@ corners that come first to that half plane are those nearest to the ring's axis,
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -16,6 +17,7 @@ from jaxtyping import Float
 from .boards import Board
 
 _STEPS = 181  # tilts of a quarter turn that are looked at
+_TILTS = np.linspace(0.0, math.pi / 2, _STEPS)[:-1]
 _ROUNDING = 1e-9
 
 
@@ -101,15 +103,20 @@ def most_boards(
     return np.maximum(first, second)
 
 
+@lru_cache(maxsize=256)
+def _by_tilt(board: Board, printing: Printing, radius: float, inside: float) -> Float[np.ndarray, " T"]:
+    """The largest counts at tilts from 0 to a quarter turn."""
+    return most_boards(board, printing, radius, _TILTS, inside)
+
+
 def tilt_range(
     board: Board, printing: Printing, radius: float, count: int, inside: float = 0.0
 ) -> tuple[float, float] | None:
     """The tilts about 0, lowest and highest, rad, at all of which ``count`` boards go around; None where 0 is not one."""
-    tilt = np.linspace(0.0, math.pi / 2, _STEPS)[:-1]
-    fits = most_boards(board, printing, radius, tilt, inside) >= count
+    fits = _by_tilt(board, printing, radius, inside) >= count
     if not fits[0]:
         return None
-    most = float(tilt[-1] if fits.all() else tilt[np.argmin(fits) - 1])
+    most = float(_TILTS[-1] if fits.all() else _TILTS[np.argmin(fits) - 1])
     return -most, most
 
 
