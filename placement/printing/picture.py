@@ -74,7 +74,7 @@ def ring_picture(plan: Plan, made: Assembly, record: PrintedRing) -> bytes:
         slant = math.radians(-38)
     side = figure.add_axes((0.57, 0.02, 0.43, 0.30))
     window = _show(side, parts, _SIDE, 12, 480)
-    _dimension(side, (window[1] - 6, plan.low), (window[1] - 6, plan.lug[1]), f"{plan.lug[1] - plan.low:.1f}")
+    _dimension(side, (window[1] - 10, plan.low), (window[1] - 10, plan.lug[1]), f"{plan.lug[1] - plan.low:.1f}")
     side.axhline(plan.low, color=_INK, lw=0.8, ls=(0, (6, 3)))
     side.text(window[0] + 1, plan.low - 2, "bed", fontsize=9, color=_INK, va="top")
     lines = [
