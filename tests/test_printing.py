@@ -28,7 +28,8 @@ from place_rings.placement.layout import ring_layout
 from place_rings.placement.loader import read_scene, to_toml
 from place_rings.placement.printing.checks import least_wall, overhang, read_stl, stl
 from place_rings.placement.printing.plan import UnbuildableError, plan_ring
-from place_rings.placement.printing.solids import FACETS, collar
+from place_rings.placement.printing.shapes import FACETS
+from place_rings.placement.printing.solids import collar
 from place_rings.placement.printing.write import print_ring, write_rings
 
 from . import drawing

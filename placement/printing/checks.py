@@ -11,7 +11,8 @@ from manifold3d import Manifold
 
 from ..results import PrintCheck
 from .plan import MM, Plan
-from .solids import Assembly, union
+from .shapes import union
+from .solids import Assembly
 
 _RAYS = 1500  # that look for thin walls, of each half
 _PARALLEL = math.cos(math.radians(20))  # faces that make a wall

@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from ..results import PrintedRing
 from .plan import Plan
 from .shading import frame_of, looking, render
-from .solids import Assembly, union
+from .shapes import union
+from .solids import Assembly
 
 _BODY, _OTHER = (0.93, 0.62, 0.28), (0.98, 0.76, 0.46)
 _BOARD, _METAL, _LINK = (0.16, 0.52, 0.38), (0.62, 0.64, 0.68), (0.80, 0.83, 0.88)

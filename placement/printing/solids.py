@@ -3,15 +3,13 @@
 import math
 from dataclasses import dataclass
 
-import manifold3d as m3
 import numpy as np
-from jaxtyping import Float
-from manifold3d import CrossSection, Manifold
+from manifold3d import Manifold
 
-from .plan import MM, NUT_CLEARANCE, Plan
+from .bolts import bolt_holes, bolts, lugs
+from .plan import MM, Plan
+from .shapes import SMALL, box, tube, union
 
-FACETS = 96  # of a circle about the link
-_SMALL = 16  # of a hole
 _FAR = 500.0
 _FRONT = 6.0  # before a lens, that nothing of the ring may fill
 _THREAD = 8.0  # of a screw in the ring, at most
@@ -29,21 +27,6 @@ class Assembly:
     bolts: Manifold
     link: Manifold
     beams: Manifold
-
-
-def union(parts: list[Manifold]) -> Manifold:
-    return Manifold.batch_boolean(parts, m3.OpType.Add) if parts else Manifold()
-
-
-def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Manifold:
-    """The box between two corners."""
-    size = tuple(b - a for a, b in zip(low, high, strict=True))
-    return Manifold.cube((size[0], size[1], size[2])).translate(low)
-
-
-def tube(radius: float, low: float, high: float, centre: Float[np.ndarray, " 2"], facets: int = FACETS) -> Manifold:
-    """The upright cylinder between two heights."""
-    return Manifold.cylinder(high - low, radius, radius, facets).translate((float(centre[0]), float(centre[1]), low))
 
 
 def collar(plan: Plan) -> Manifold:
@@ -120,33 +103,11 @@ def _screws(plan: Plan, k: int) -> tuple[Manifold, Manifold]:
     for at in board.holes:
         x, y = _at(plan, *at)
         deep, hole = thread(plan, y), MM * board.hole
-        post = Manifold.cylinder(deep + _LEFT, hole / 2 + _LEFT, -1.0, _SMALL).translate((x, y, -plan.seat - deep - _LEFT))
+        post = Manifold.cylinder(deep + _LEFT, hole / 2 + _LEFT, -1.0, SMALL).translate((x, y, -plan.seat - deep - _LEFT))
         posts.append(post.transform(plan.frame(k)))
-        bored = Manifold.cylinder(deep + 1.0, 0.4 * hole, -1.0, _SMALL).translate((x, y, -plan.seat - deep))
+        bored = Manifold.cylinder(deep + 1.0, 0.4 * hole, -1.0, SMALL).translate((x, y, -plan.seat - deep))
         holes.append(bored.transform(plan.frame(k)))
     return union(posts), union(holes)
-
-
-def _lugs(plan: Plan) -> Manifold:
-    """The ears that the bolts draw together, carried at 45 degrees by the collar."""
-    low, high = plan.lug
-    end = plan.ear
-    out = end - plan.collar
-    some = []
-    for sign in (-1.0, 1.0):
-        ends = [
-            (plan.bore, low),
-            (plan.bore, high),
-            (end, high),
-            (end, low),
-            (plan.collar, low - out),
-            (plan.bore, low - out),
-        ]
-        outline = CrossSection.hull_points(np.array(ends))
-        ear = outline.extrude(2 * plan.reach).rotate((90.0, 0.0, 0.0)).translate((0.0, plan.reach, 0.0))
-        ear = ear if sign > 0 else ear.mirror((1.0, 0.0, 0.0))
-        some.append(ear.translate((float(plan.centre[0]), float(plan.centre[1]), 0.0)))
-    return union(some)
 
 
 def _channel(plan: Plan) -> Manifold:
@@ -160,42 +121,6 @@ def _channel(plan: Plan) -> Manifold:
     return around + held - tube(plan.groove[0], low - 1, high + 1, np.zeros(2))
 
 
-def _across(plan: Plan, solid: Manifold) -> Manifold:
-    """A solid about the z axis, laid along y at both bolts; its +z leads to +y."""
-    z = sum(plan.lug) / 2
-    laid = solid.rotate((-90.0, 0.0, 0.0))
-    return union(
-        [laid.translate((float(plan.centre[0]) + sign * plan.across, float(plan.centre[1]), z)) for sign in (-1, 1)]
-    )
-
-
-def _bolt_holes(plan: Plan) -> Manifold:
-    """Bores with a roof of 45 degrees, and the nuts' traps on the side of -y."""
-    r = plan.bolt.hole / 2
-    circle = CrossSection.circle(r, _SMALL)
-    tip = CrossSection.hull_points(
-        np.array([(0.0, -r * math.sqrt(2)), (r / math.sqrt(2), -r / math.sqrt(2)), (-r / math.sqrt(2), -r / math.sqrt(2))])
-    )
-    holes = (circle + tip).extrude(4 * plan.reach).translate((0.0, 0.0, -2 * plan.reach))
-    if plan.printing.nut:
-        holes += _nut(plan, NUT_CLEARANCE).translate((0.0, 0.0, -plan.reach - 10.0 + plan.bolt.nut_height + 0.3))
-    return _across(plan, holes)
-
-
-def _nut(plan: Plan, clear: float, height: float = 10.0) -> Manifold:
-    return Manifold.cylinder(height, (plan.bolt.nut / 2 + clear) / math.cos(math.pi / 6), -1.0, 6).rotate((0.0, 0.0, 30.0))
-
-
-def bolts(plan: Plan) -> Manifold:
-    """Both bolts with heads and nuts."""
-    b, reach = plan.bolt, plan.reach
-    trapped = plan.reach - b.nut_height - 0.3 if plan.printing.nut else plan.reach
-    shaft = Manifold.cylinder(2 * reach, b.size / 2, -1.0, _SMALL).translate((0.0, 0.0, -reach))
-    head = Manifold.cylinder(b.size, b.head / 2, -1.0, _SMALL).translate((0.0, 0.0, reach))
-    nut = _nut(plan, 0.0, b.nut_height).translate((0.0, 0.0, -trapped - b.nut_height))
-    return _across(plan, shaft + head + nut)
-
-
 def board(plan: Plan, k: int) -> Manifold:
     """The board of sensor ``k`` with its sensor's package, whose front is at the lens."""
     b = plan.pocket.board
@@ -204,7 +129,7 @@ def board(plan: Plan, k: int) -> Manifold:
     plate = box((x - w, y - h, -plan.seat), (x + w, y + h, front))
     for at in b.holes:
         u, v = _at(plan, *at)
-        plate -= Manifold.cylinder(_FRONT + plan.seat, MM * b.hole / 2, -1.0, _SMALL).translate((u, v, -plan.seat - 1.0))
+        plate -= Manifold.cylinder(_FRONT + plan.seat, MM * b.hole / 2, -1.0, SMALL).translate((u, v, -plan.seat - 1.0))
     if front < 0:
         plate += box((-_PACKAGE[0] / 2, -_PACKAGE[1] / 2, front - 0.1), (_PACKAGE[0] / 2, _PACKAGE[1] / 2, 0.0))
     return plate.transform(plan.frame(k))
@@ -255,8 +180,8 @@ def halves(plan: Plan) -> tuple[Manifold, Manifold]:
     hole = tube(plan.bore, plan.low - 1, plan.lug[1] + 1, plan.centre)
     rooms = union([_pocket(plan, k) for k in range(n)])
     posts, threads = (union(list(each)) for each in zip(*(_screws(plan, k) for k in range(n)), strict=True))
-    cut = whole + _lugs(plan) - rooms - _channel(plan) - union([_window(plan, k) for k in range(n)])
-    body = cut + (posts ^ whole) + (_arms(plan) - rooms) - hole - threads - _bolt_holes(plan)
+    cut = whole + lugs(plan) - rooms - _channel(plan) - union([_window(plan, k) for k in range(n)])
+    body = cut + (posts ^ whole) + (_arms(plan) - rooms) - hole - threads - bolt_holes(plan)
     gap = MM * plan.printing.gap / 2
     x, y = (float(v) for v in plan.centre)
     low, high = plan.low - 1, plan.lug[1] + 1
