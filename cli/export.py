@@ -19,7 +19,7 @@ def export(
     /,
     *,
     to: Annotated[
-        tuple[str, ...], Parameter(negative=(), help="urdf, mjcf, glb, csv, json, coppeliasim, ros2. Repeatable.")
+        tuple[str, ...], Parameter(negative=(), help="urdf, mjcf, glb, csv, json, coppeliasim, ros2, stl. Repeatable.")
     ] = (),
     out: Annotated[Path, Parameter(help="Folder for the files.")] = Path("place-rings-export"),
     pose: Annotated[int, Parameter(help="Pose of the scene, counted from 0.")] = 0,

@@ -115,6 +115,9 @@ def sensors(as_json: bool) -> None:
     for m in MODELS.values():
         note = f" ({m.note})" if m.note else ""
         console.print(f"{m.name}: {m.source}{note}", highlight=False, soft_wrap=True)
+        if m.board is not None:
+            size = " × ".join(f"{1000 * side:.4g}" for side in (m.board.width, m.board.height, m.board.thickness))
+            console.print(f"{m.name} on a board of {size} mm: {m.board.source}", highlight=False, soft_wrap=True)
     print(
         "No prices: none is sourced. Nearer than its least range a sensor still answers, with a distance not to be trusted."
     )

@@ -41,10 +41,9 @@ def check_scene_sight(scene: Scene) -> None:
 
 
 def mounting_lines(scene: Scene, setup: Setup) -> list[str]:
-    """What a real mount would not allow of a setup, where the scene asks for one."""
-    if not scene.real:
-        return []
-    return [fault.text for fault in faults(scene, setup.rings) if fault.rule in REAL]
+    """What a real mount would not allow of a setup, where the scene asks for one, and boards that do not fit."""
+    real = REAL if scene.real else ()
+    return [fault.text for fault in faults(scene, setup.rings) if fault.rule in (*real, "printing")]
 
 
 def without_lines(scene: Scene, setup: Setup) -> list[str]:

@@ -112,7 +112,10 @@ def study(
 
 @app.command
 def schema(
-    name: Literal["scene", "robot", "proposal", "verify", "robustness", "result", "improve", "safety", "check", "sensors"], /
+    name: Literal[
+        "scene", "robot", "proposal", "verify", "robustness", "result", "improve", "safety", "printing", "check", "sensors"
+    ],
+    /,
 ) -> None:
     """Print the JSON Schema of a file or of a command's JSON.
 

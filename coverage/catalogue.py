@@ -6,6 +6,8 @@ Data only; ``effective`` makes a range for a use from them. Ranges are typical o
 import math
 from dataclasses import dataclass
 
+from . import boards
+
 WHITE = 0.88  # reflectance of the makers' white target
 _SECOND_HAND = "maker's datasheet as quoted by a third party"
 
@@ -38,7 +40,8 @@ class Model:
     side_deg: full angle of a round beam, or of both sides of a square one. zones: in a row of a square beam, each of which
     sees by itself. figures: the brightest target first within a light, darkest light first. unit: of ambient light, empty
     where its lights have names. least_m: the least range that is stated; None where no source says. rate_hz: the
-    highest. no price is sourced for any of them. note: what was made of the source's words.
+    highest. no price is sourced for any of them. note: what was made of the source's words. board: a common one that
+    carries it, None where none is sourced.
     """
 
     name: str
@@ -52,6 +55,7 @@ class Model:
     rate_hz: float | None
     source: str
     note: str = ""
+    board: boards.Board | None = None
 
     @property
     def zone_deg(self) -> tuple[float, float]:
@@ -90,6 +94,7 @@ _ROW = (
         50.0,
         f"{_SECOND_HAND}; rate and beam: MathWorks, VL53L0X block of the STM32 blockset",
         "rate 5 to 50 Hz by the timing budget",
+        boards.VL53L0X,
     ),
     Model(
         "vl53l1x",
@@ -104,6 +109,7 @@ _ROW = (
         50.0,
         _SECOND_HAND,
         _L1X_BEAM,
+        boards.VL53L1X,
     ),
     Model(
         "vl53l1x-medium",
@@ -115,6 +121,7 @@ _ROW = (
         50.0,
         _SECOND_HAND,
         _L1X_BEAM,
+        boards.VL53L1X,
     ),
     Model(
         "vl53l1x-short",
@@ -126,6 +133,7 @@ _ROW = (
         50.0,
         _SECOND_HAND,
         _L1X_BEAM,
+        boards.VL53L1X,
     ),
     Model(
         "vl53l4cd",
@@ -138,6 +146,7 @@ _ROW = (
         0.001,
         100.0,
         "ST, brief of STSW-IMG026",
+        board=boards.VL53L4CD,
     ),
     Model(
         "vl53l5cx",
@@ -151,6 +160,7 @@ _ROW = (
         15.0,
         _SECOND_HAND,
         "ranges of the inner zones",
+        boards.VL53L5CX,
     ),
     Model(
         "vl53l5cx-4x4",
@@ -163,6 +173,7 @@ _ROW = (
         None,
         60.0,
         _SECOND_HAND,
+        board=boards.VL53L5CX,
     ),
     Model(
         "vl53l7cx",

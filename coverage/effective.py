@@ -50,7 +50,8 @@ class Effective:
     def sensor(self) -> Sensor:
         """The sensor as the rest of the toolkit sees it."""
         side = math.radians(self.model.side_deg)
-        return Sensor(side, self.range_m, self.use, side if self.model.square else None, self.model.zones)
+        m = self.model
+        return Sensor(side, self.range_m, self.use, side if m.square else None, m.zones, m.board)
 
 
 def effective(use: Use) -> Effective:

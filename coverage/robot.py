@@ -20,7 +20,8 @@ class Mount:
     distal. zero (3,): unit, across the axis; a ring of phase 0 has its first sensor there. length: m; 0 where the place
     along the axis is fixed. usable: lowest and highest position, 0 proximal to 1 distal, at which a real ring can be closed
     around the link, clear of the joints' housings. section: m, radius of what is to be surrounded there, 0 where
-    nothing is known; aside: m, how far beside the axis it lies.
+    nothing is known; aside: m, how far beside the axis it lies, and
+    toward: rad, on which side: as a ring's phase says it.
     """
 
     link: str
@@ -32,6 +33,7 @@ class Mount:
     usable: tuple[float, float] = (0.0, 1.0)
     section: float = 0.0
     aside: float = 0.0
+    toward: float = 0.0
 
     @cached_property
     def side(self) -> Float[np.ndarray, " 3"]:

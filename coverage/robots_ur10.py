@@ -40,7 +40,7 @@ UR10 = Robot(
         axis=np.stack([_Z, _Y, _Y, _Y, _Z, _Y]),
     ),
     mounts=(
-        Mount("upper_arm", 1, _O, _Z, _X, 0.612, _UPPER_ARM, 0.0547, _ASIDE),
+        Mount("upper_arm", 1, _O, _Z, _X, 0.612, _UPPER_ARM, 0.0547, _ASIDE, -_QUARTER),
         Mount("forearm", 2, _O, _Z, _X, 0.5723, _FOREARM, 0.0456),
         Mount("tool", 6, _O, _Y, _X, 0.0, (0.0, 1.0), _TOOL),
     ),
@@ -81,7 +81,7 @@ UR10_DH = Robot(
         axis=np.stack([_Z] * 6),
     ),
     mounts=(
-        Mount("upper_arm", 1, _O, -_X, _Y, 0.612, _UPPER_ARM, 0.0547, _ASIDE),
+        Mount("upper_arm", 1, _O, -_X, _Y, 0.612, _UPPER_ARM, 0.0547, _ASIDE, _QUARTER),
         Mount("forearm", 2, _O, -_X, _Y, 0.5723, _FOREARM, 0.0456),
         Mount("tool", 6, _O, _Z, _X, 0.0, (0.0, 1.0), _TOOL),
     ),

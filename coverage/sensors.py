@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from .boards import Board
+
 
 @dataclass(frozen=True)
 class Use:
@@ -20,13 +22,15 @@ class Sensor:
     """A unit that sees a cone, or a pyramid: fov, full angle in radians, in (0, pi); range_m, height, m. use: where it is a
     model of the catalogue, and the range follows from what it is used for. fov_up: of a pyramid, the full angle along its
     ring's axis (tilted with the sensor), where ``fov`` is that along the ring; None: a cone. zones: in a row of a pyramid,
-    each of which reports the nearest thing in itself; 1: the beam reports one distance, as that of a cone does."""
+    each of which reports the nearest thing in itself; 1: the beam reports one distance, as that of a cone does. board: that
+    carries it, if that is known."""
 
     fov: float = math.radians(25)
     range_m: float = 1.5
     use: Use | None = None
     fov_up: float | None = None
     zones: int = 1
+    board: Board | None = None
 
     @property
     def zoned(self) -> bool:

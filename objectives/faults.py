@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from ..coverage.rings import Ring
 from .clear import Clear
+from .fitting import unfit
 from .scene import Scene
 from .standing import standing
 
@@ -110,6 +111,8 @@ def _alone(scene: Scene, i: int, ring: Ring) -> list[Fault]:
     if not least <= ring.count <= most:
         text = f"{name} has {ring.count} sensors, allowed: {least} to {most}"
         found.append(Fault((i,), "sensors_per_ring", text))
+    if text := unfit(scene, ring) or "":
+        found.append(Fault((i,), "printing", f"{name}: {text}"))
     if length == 0:
         if any(low <= 0 <= high for low, high in limits.keep_out):
             found.append(Fault((i,), "keep_out", f"{name} sits in a keep-out"))

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.occlusion import Occlusion
+from ..coverage.pockets import Printing, roomy_radius
 from ..coverage.polyhedra import Polyhedron
 from ..coverage.rings import RING_RADIUS, Ring
 from ..coverage.robots import UR10, Robot
@@ -126,7 +127,7 @@ class Scene:
     limits: of each link by name; a link that is not named has the default limits. over_poses: whether the weighted mean over
     the poses or the worst of them is to be large. occlusion: what the robot's own body does to its sensors; obstacles shadow
     in any case, and are no part of a target. radius_stated: ``ring_radius`` is meant, and not raised where a real ring needs
-    more. safety: what the distances of V_P are made of. motion: how a real robot may be moved.
+    more. safety: what the distances of V_P are made of. motion: how a real robot may be moved. printing: how rings are made.
     """
 
     robot: Robot = UR10
@@ -144,6 +145,7 @@ class Scene:
     safety: Safety = field(default_factory=Safety)
     motion: Motion = field(default_factory=Motion)
     radius_stated: bool = False
+    printing: Printing = field(default_factory=Printing)
 
     def solid(self, target: Target, pose: int) -> Difference:
         """The target volume at a pose, less V_R and the obstacles; ValueError as for ``target_solid``."""
@@ -183,9 +185,17 @@ class Scene:
         return self.ring_radius if of_link is None and self.radius_stated else of_link
 
     def radius_of(self, link: str) -> float:
-        """The radius of a new ring on ``link``, m: the scene's, raised to the least where it was not stated."""
+        """The radius of a new ring on ``link``, m: the scene's; one that was not stated is raised to the least, and to where
+        its boards clear the link at every tilt that is allowed."""
         stated = self.stated_radius(link)
-        return max(self.ring_radius, self.least_radius(link)) if stated is None else stated
+        return max(self.ring_radius, self.least_radius(link), self._roomy(link)) if stated is None else stated
+
+    def _roomy(self, link: str) -> float:
+        board = self.sensor_of(link).board
+        if board is None or not self.real:
+            return 0.0
+        around = surrounded(self.robot.mount(link), self.robot.bodies)
+        return math.ceil(1000 * roomy_radius(board, self.printing, around, self.limits_of(link).tilt) - 1e-6) / 1000
 
     @property
     def spacing(self) -> float:

@@ -12,6 +12,7 @@ from jaxtyping import Float, Int
 from ..coverage.rings import Ring, Setup
 from ..coverage.slots import Slots, any_square, slots
 from ..objectives.clear import Clear
+from ..objectives.fitting import board_of, fitting_tilts
 from ..objectives.scene import Scene
 from ..objectives.space import Segment, Stretch, decode, encode, segments, stretch
 
@@ -56,6 +57,7 @@ class Space:
         self.scene, self.layout = scene, layout
         self.clear = Clear(scene) if scene.real else None
         self.radii = {link: self._radius(link) for link in scene.robot.links}
+        self._tilts = dict[tuple[str, int], tuple[float, float] | None]()
         self.segments = segments(scene, self._stretches())
         self.fixed = scene.rules.fixed
         held = sum(ring.count for ring in self.fixed)
@@ -66,9 +68,10 @@ class Space:
         if scene.rules.shared_tilt and self._shared_tilt()[1] < 0:
             raise InfeasibleError("a shared tilt needs limits that allow a tilt and its opposite on every link")
         if layout is None:
-            rooms = min(self._rooms(), _MOST_RINGS)
-            self.places = min(rooms, max(self.free, 0) // self.least)
+            rooms = {link: room for link, room in self._rooms().items() if self.most_on(link) >= self.least}
+            self.places = min(sum(rooms.values()), _MOST_RINGS, max(self.free, 0) // self.least)
             _check_budget(self, rooms, held)
+            self.most = max((self.most_on(link) for link in rooms), default=self.most)
         else:
             self.places = len(layout.rings)
             _check_layout(self, layout)
@@ -109,8 +112,23 @@ class Space:
         why = "; ".join(text for x in links if (text := self.clear.why(x, self.radii[x])))
         return f" (rules.mount is real: {why})" if why else ""
 
-    def room(self, used: Sequence[int], link: str | None = None) -> list[int]:
-        """Segments (of one link) that take one ring more, beside those at ``used``."""
+    def tilts(self, link: str, count: int) -> tuple[float, float] | None:
+        """Lowest and highest tilt, rad, of a ring of so many sensors on ``link``; None where their boards do not fit."""
+        key = (link, count)
+        if key not in self._tilts:
+            self._tilts[key] = fitting_tilts(self.scene, self.ring(link, int(count)))
+        return self._tilts[key]
+
+    def most_on(self, link: str) -> int:
+        """The most sensors of a ring on ``link``, by the rules and by what fits; 0 where no ring does."""
+        return next((n for n in range(self.most, 0, -1) if self.tilts(link, n) is not None), 0)
+
+    def holds(self, c: Candidate) -> bool:
+        """Do the boards of all rings fit?"""
+        return all(self.tilts(self.segments[c.segment[i]].link, int(c.count[i])) is not None for i in c.rings)
+
+    def room(self, used: Sequence[int], link: str | None = None, count: int = 0) -> list[int]:
+        """Segments (of one link) that take one ring more, of ``count`` sensors, beside those at ``used``."""
         rings = [self.segments[i].link for i in used if i >= 0]
         most = self.scene.rules.rings_per_link
         held = [ring.link for ring in self.fixed]
@@ -120,13 +138,14 @@ class Space:
             if (link is None or s.link == link)
             and list(used).count(i) < s.room
             and rings.count(s.link) + held.count(s.link) < most
+            and (not count or self.tilts(s.link, count) is not None)
         ]
 
-    def _rooms(self) -> int:
-        """Rings that the links have room for beside the fixed ones."""
+    def _rooms(self) -> dict[str, int]:
+        """Rings that each link has room for beside the fixed ones."""
         most, held = self.scene.rules.rings_per_link, [ring.link for ring in self.fixed]
         links = {s.link: sum(t.room for t in self.segments if t.link == s.link) for s in self.segments}
-        return sum(min(room, max(most - held.count(link), 0)) for link, room in links.items())
+        return {link: min(room, max(most - held.count(link), 0)) for link, room in links.items()}
 
     @property
     def totals(self) -> list[int]:
@@ -152,9 +171,10 @@ class Space:
         """Bounds of a ring's values: place in what is free, tilt rad, phase rad. A phase may turn by one sensor's spacing
         either way: what lies beyond repeats."""
         s = self.segments[segment]
-        tilt, turn = self.scene.limits_of(s.link).tilt, 2 * math.pi / count
+        tilt, turn = self.tilts(s.link, count) or self.scene.limits_of(s.link).tilt, 2 * math.pi / count
         if self.scene.rules.shared_tilt:
-            tilt = self._shared_tilt()
+            shared = self._shared_tilt()
+            tilt = shared[0], min(shared[1], -tilt[0], tilt[1])
         return np.array([0.0, tilt[0], -turn]), np.array([float(s.high > s.low), tilt[1], turn])
 
     def box(self, c: Candidate) -> tuple[Float[np.ndarray, "3 R"], Float[np.ndarray, "3 R"]]:
@@ -163,7 +183,7 @@ class Space:
         for i in c.rings:
             low[:, i], high[:, i] = self.limits(c.segment[i], c.count[i])
         if self.scene.rules.shared_tilt and len(c.rings):
-            tilts = low[1, c.rings[0]], high[1, c.rings[0]]
+            tilts = low[1, c.rings].max(), high[1, c.rings].min()
             low[1], high[1] = 0.0, 0.0
             low[1, 0], high[1, 0] = tilts
         return low, high
@@ -219,7 +239,7 @@ class Space:
         if len(rings) > self.places or sum(r.count for r in rings) > self.free:
             return None
         for i, ring in enumerate(rings):
-            free = self.room(segment.tolist(), ring.link)
+            free = self.room(segment.tolist(), ring.link, ring.count)
             if not free:
                 return None
             segment[i] = min(free, key=lambda j: _off(self.segments[j], ring.position))
@@ -238,15 +258,18 @@ def _off(s: Segment, position: float) -> float:
     return max(s.low - position, position - s.high, 0.0)
 
 
-def _check_budget(space: Space, rooms: int, held: int) -> None:
+def _check_budget(space: Space, rooms: dict[str, int], held: int) -> None:
     least, most = space.least, space.most
     if space.free < 0:
         raise InfeasibleError(f"{space.sensors} sensors are fewer than the {held} of the fixed rings")
     if 0 < space.free < least:
         raise InfeasibleError(f"{space.free} sensors are fewer than the least of one ring, {least}")
-    if space.free > rooms * most:
+    each = sorted((space.most_on(link) for link, room in rooms.items() for _ in range(room)), reverse=True)[:_MOST_RINGS]
+    if space.free > sum(each):
+        sizes = sorted({*each, *([] if each else [most])})
+        size = f"{sizes[0]}" if len(sizes) == 1 else f"{sizes[0]} to {sizes[-1]}, as boards fit"
         raise InfeasibleError(
-            f"{space.free} sensors do not fit: there is room for {rooms} rings of at most {most}{space.barred()}"
+            f"{space.free} sensors do not fit: there is room for {len(each)} rings of at most {size}{space.barred()}"
         )
     if space.free and not any(n * least <= space.free <= n * most for n in range(1, space.places + 1)):
         raise InfeasibleError(f"{space.free} sensors are no sum of rings of {least} to {most}")
@@ -261,6 +284,17 @@ def _check_layout(space: Space, layout: Setup) -> None:
             beside = f"beside limits, keep-outs, spacing, fixed rings{space.barred(ring.link)}"
             raise InfeasibleError(f"no room for {n} rings on {ring.link} {beside}")
         used.append(free[0])
+        if space.tilts(ring.link, ring.count) is None:
+            raise InfeasibleError(_too_many(space, ring))
+
+
+def _too_many(space: Space, ring: Ring) -> str:
+    ring = space.ring(ring.link, ring.count)
+    board, most = board_of(space.scene, ring.sensor), ring.count
+    while most and space.tilts(ring.link, most) is None:
+        most -= 1
+    size = f"{1000 * board.width:.4g} × {1000 * board.height:.4g} mm" if board else ""
+    return f"{ring.count} boards of {size} do not fit around {ring.link} at radius {ring.radius:g} m: at most {most} do"
 
 
 def stacked(each: Sequence[Any]) -> Any:

@@ -1,11 +1,14 @@
 """Between the models of files and what they stand for in code."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from ..coverage.boards import Board
 from ..coverage.effective import effective
+from ..coverage.pockets import Printing
 from ..coverage.rings import RING_RADIUS, Ring, Setup
 from ..coverage.sensors import Sensor
 from ..coverage.separation import Safety
@@ -23,7 +26,7 @@ from .models import (
     TargetModel,
     TrajectoryModel,
 )
-from .mount_models import MountModel, RingModel, RulesModel, SensorModel
+from .mount_models import BoardModel, MountModel, PrintingModel, RingModel, RulesModel, SensorModel
 from .robot_convert import robot_model, robot_of
 
 DIGITS_DEG = 4  # decimals of an angle in a file
@@ -50,10 +53,36 @@ def _phase_deg(phase: float) -> float:
 
 def sensor_of(model: SensorModel) -> Sensor:
     """The sensor that a file describes."""
+    own = None if model.board is None else board_of(model.board)
     if model.use is not None:
-        return effective(model.use).sensor
+        found = effective(model.use).sensor
+        return replace(found, board=own or found.board)
     up = None if model.fov_up_deg is None else math.radians(model.fov_up_deg)
-    return Sensor(math.radians(model.fov_deg), model.range_m, None, up, model.zones)
+    return Sensor(math.radians(model.fov_deg), model.range_m, None, up, model.zones, own)
+
+
+def board_of(model: BoardModel) -> Board:
+    """The board that a file describes."""
+    holes = tuple((x, y) for x, y in model.holes)
+    lens = (model.lens[0], model.lens[1])
+    return Board(model.width, model.height, model.thickness, lens, model.lens_height, holes, model.hole, model.source)
+
+
+def board_model(board: Board) -> BoardModel:
+    """The same as a file holds it."""
+    points = {"lens": list(board.lens), "holes": [list(at) for at in board.holes]}
+    return BoardModel(**(vars(board) | points))
+
+
+def printing_of(model: PrintingModel) -> Printing:
+    """How rings are printed."""
+    return Printing(**(model.model_dump() | {"bolt": int(model.bolt[1:]) / 1000, "nut": model.nut == "trap"}))
+
+
+def printing_model(printing: Printing) -> PrintingModel:
+    """The same as a file holds it."""
+    words: dict[str, Any] = {"bolt": f"M{1000 * printing.bolt:.0f}", "nut": "trap" if printing.nut else "through"}
+    return PrintingModel(**(vars(printing) | words))
 
 
 def sensor_model(sensor: Sensor) -> SensorModel:
@@ -61,9 +90,11 @@ def sensor_model(sensor: Sensor) -> SensorModel:
     beam: dict[str, Any] = {"fov_deg": degrees(sensor.fov), "range_m": sensor.range_m}
     if sensor.fov_up is not None:
         beam |= {"fov_up_deg": degrees(sensor.fov_up), "zones": sensor.zones}
-    if sensor.use is None:
-        return SensorModel(**beam)
     u = sensor.use
+    if sensor.board != (None if u is None else effective(u).sensor.board):
+        beam["board"] = None if sensor.board is None else board_model(sensor.board)
+    if u is None:
+        return SensorModel(**beam)
     size = None if u.size is None else list(u.size)
     return SensorModel(model=u.model, ambient=u.ambient, reflectance=u.reflectance, target_size=size, **beam)
 
@@ -104,6 +135,7 @@ def scene_of(model: SceneFile) -> Scene:
         occlusion=model.occlusion,
         obstacles=obstacles_of(model.obstacles),
         motion=motion_of(model.motion),
+        printing=printing_of(model.printing),
         safety=Safety(
             model.safety.human_speed,
             model.safety.reaction_s,
@@ -201,6 +233,7 @@ def scene_model(scene: Scene) -> SceneFile:
         over_poses=scene.over_poses,
         safety=safety_model(scene.safety),
         motion=motion_model(scene.motion),
+        printing=printing_model(scene.printing),
         targets=[_target_model(goal) for goal in scene.goals],
         rules=RulesModel(
             spacing=scene.rules.spacing,

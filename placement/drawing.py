@@ -39,13 +39,30 @@ def fresh(space: Space, rng: Rng) -> Candidate:
             wanted = [("", n) for n in _numbers(rng, space.free, rings, space.least, space.most)]
         segment: list[int] = []
         for link, _ in wanted:
-            free = space.room(segment, link or None)
+            free = space.room(segment, link or None, wanted[len(segment)][1])
             if not free:
                 break
             segment.append(space.pick(rng, free))
         if len(segment) == len(wanted):
             return _filled(space, segment, [n for _, n in wanted], rng)
-    raise RuntimeError("no candidate was found that keeps the rules")
+    return _filled(space, *_largest_first(space), rng)
+
+
+def _largest_first(space: Space) -> tuple[list[int], list[int]]:
+    """Segments and counts of the fewest rings that hold all sensors, where what fits differs from link to link."""
+    segment: list[int] = []
+    most: list[int] = []
+    while sum(most) < space.free and (free := space.room(segment)):
+        caps = [space.most_on(space.segments[i].link) for i in free]
+        segment.append(free[int(np.argmax(caps))])
+        most.append(max(caps))
+    count, rest = [space.least] * len(most), space.free - space.least * len(most)
+    for i, cap in enumerate(most):
+        more = min(rest, cap - count[i])
+        count[i], rest = count[i] + more, rest - more
+    if rest or any(n > cap for n, cap in zip(count, most, strict=True)):
+        raise RuntimeError("no candidate was found that keeps the rules")
+    return segment, count
 
 
 def _filled(space: Space, segment: Sequence[int], count: Sequence[int], rng: Rng) -> Candidate:
@@ -106,7 +123,7 @@ def vary(space: Space, c: Candidate, rng: Rng) -> Candidate:
         return c
     move = 0 if space.layout else int(rng.choice(len(_ODDS), p=_ODDS))
     varied = (_ring, _shift, _split, _merge, _move, _swap)[move](space, c, rng)
-    return _ring(space, c, rng) if varied is None else varied
+    return _ring(space, c, rng) if varied is None or not space.holds(varied) else varied
 
 
 def _drawn(space: Space, c: Candidate, i: int, rng: Rng) -> Candidate:
@@ -126,7 +143,7 @@ def _ring(space: Space, c: Candidate, rng: Rng) -> Candidate:
 def _move(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
     i = int(rng.choice(c.rings))
     others = [int(s) for j, s in enumerate(c.segment) if j != i]
-    free = space.room(others)
+    free = space.room(others, count=int(c.count[i]))
     if not free:
         return None
     segment = c.segment.copy()
@@ -148,10 +165,12 @@ def _shift(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
 
 
 def _turned(space: Space, c: Candidate) -> Candidate:
-    """Phases brought back into the bounds of the rings' counts."""
+    """Phases and tilts brought back into the bounds of the rings' counts."""
     low, high = (edge[:, : space.places] for edge in space.box(c))
     values = c.values.copy()
     values[2] = np.clip(values[2], low[2], high[2])
+    moved = [0] if space.scene.rules.shared_tilt else c.rings
+    values[1, moved] = np.clip(values[1, moved], low[1, moved], high[1, moved])
     return replace(c, values=values)
 
 

@@ -161,9 +161,12 @@ class Exchange:
     def put(self, i: int, near: int, scale: float, anywhere: int) -> None:
         """Put ring ``i`` where it adds most: of so many places near its own, and so many anywhere, its own among them."""
         c, space, rng = self.candidate, self._space, self._rng
-        free = space.room(np.delete(c.segment, i).tolist(), space.segments[c.segment[i]].link if space.layout else None)
+        link, count = space.segments[c.segment[i]].link if space.layout else None, int(c.count[i])
+        free = space.room(np.delete(c.segment, i).tolist(), link, count)
+        if space.scene.rules.shared_tilt:
+            free = [s for s in free if space.limits(s, count)[1][1] >= c.values[1, 0]]
         segment = np.concatenate([np.full(near, c.segment[i]), rng.choice(free, anywhere)])
-        edges = {s: space.limits(s, int(c.count[i])) for s in {*segment.tolist()}}
+        edges = {s: space.limits(s, count) for s in {*segment.tolist()}}
         low, high = (np.array([edges[s][k] for s in segment.tolist()]) for k in (0, 1))
         values, sign = rng.uniform(low, high), rng.choice([-1.0, 1.0], len(segment))
         spread = rng.choice(_SPREADS, (near, 1)) * rng.standard_normal((near, 3))

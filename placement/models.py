@@ -26,7 +26,7 @@ from ..coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
 from ..objectives.scene import REFERENCE_POSE_DEG
 from .errors import IN_LINE, NAMED
 from .kinds import Metres, Weight
-from .mount_models import MountModel, RingModel, RulesModel, SensorModel
+from .mount_models import MountModel, PrintingModel, RingModel, RulesModel, SensorModel
 from .robot_convert import robot_of
 from .robot_models import RobotFile
 from .strict import StrictModel, fault, refuse
@@ -166,6 +166,7 @@ class SceneFile(StrictModel):
     safety: SafetyModel = SafetyModel()
     motion: MotionModel = MotionModel()
     rules: RulesModel = RulesModel()
+    printing: PrintingModel = PrintingModel()
     fixed: list[RingModel] = Field(default=[], max_length=1000, description="rings that are there and stay")
     obstacles: list[ObstacleModel] = Field(
         default=[], max_length=1000, description="of the cell: no targets, and they shadow"

@@ -1,7 +1,7 @@
 """The models of what is mounted: sensors, where rings may sit and how, and the rings themselves."""
 
 import math
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -15,6 +15,58 @@ from .strict import StrictModel, refuse
 
 _USES = ("ambient", "reflectance", "target_size")
 _SAME = 1e-6  # degrees and metres, by which a stated beam may be off that of the catalogue
+
+
+_Small = Annotated[float, Field(gt=0, le=0.2, description="metres")]
+_OnBoard = Annotated[
+    list[Annotated[float, Field(ge=-0.1, le=0.1, description="metres, from the middle")]],
+    Field(min_length=2, max_length=2),
+]
+
+
+class BoardModel(StrictModel):
+    """The board that carries a sensor, seen from the front: x to the right, y up, from its middle."""
+
+    width: _Small
+    height: _Small
+    thickness: _Small = 0.0016
+    lens: _OnBoard = Field(default=[0.0, 0.0], description="the sensor's middle")
+    lens_height: float = Field(default=0.001, ge=0, le=0.1, description="metres, of the sensor's front above the board")
+    holes: list[_OnBoard] = Field(default=[], max_length=16, description="of screws")
+    hole: _Small = Field(default=0.0025, description="metres, diameter of the holes")
+    source: str = Field(default="", max_length=1000)
+
+    @model_validator(mode="after")
+    def _within_its_outline(self) -> Self:
+        half = (self.width / 2, self.height / 2)
+        spots = {("lens",): (self.lens, 0.0)} | {("holes", i): (at, self.hole / 2) for i, at in enumerate(self.holes)}
+        refuse(
+            (loc, str(at), f"within the outline of {self.width:g} by {self.height:g} m")
+            for loc, (at, r) in spots.items()
+            if any(abs(x) + r > h for x, h in zip(at, half, strict=True))
+        )
+        return self
+
+
+class PrintingModel(StrictModel):
+    """How rings are printed."""
+
+    wall: float = Field(default=0.003, ge=0.0008, le=0.05, description="metres, least thickness of what carries")
+    clearance: float = Field(default=0.0003, ge=0, le=0.005, description="metres, of a board in its pocket, all around")
+    slack: float = Field(default=0.0005, ge=0, le=0.02, description="metres, between ring and link")
+    relief: float = Field(default=0.002, ge=0, le=0.05, description="metres, free depth behind a board")
+    bolt: Literal["M3", "M4", "M5"] = Field(default="M3", description="of the bolts that close a ring")
+    nut: Literal["trap", "through"] = Field(default="trap", description="a hexagonal trap for each nut, or a through hole")
+    gap: float = Field(default=0.001, ge=0, le=0.01, description="metres, between the halves before the bolts are drawn")
+    channel: float = Field(default=0.004, ge=0, le=0.02, description="metres, width and depth of the groove for cables")
+    least_wall: float = Field(default=0.0012, ge=0.0002, le=0.01, description="metres, thinnest that may be measured")
+    overhang: float = Field(default=0.05, ge=0, le=1, description="largest share of the surface that may hang over")
+
+    @model_validator(mode="after")
+    def _walls_hold(self) -> Self:
+        if self.wall < 2 * self.least_wall:
+            refuse([(("wall",), self.wall, f"{2 * self.least_wall:g} and more, as half of it is left at a split")])
+        return self
 
 
 class SensorModel(StrictModel):
@@ -36,6 +88,7 @@ class SensorModel(StrictModel):
     target_size: Annotated[list[Metres], Field(min_length=2, max_length=2)] | None = Field(
         default=None, description="width and height of the target, metres"
     )
+    board: BoardModel | None = Field(default=None, description="that carries it; the catalogue's, if it has one")
 
     @property
     def use(self) -> Use | None:

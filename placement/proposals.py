@@ -8,7 +8,7 @@ from .kinds import Percent
 from .models import SceneFile
 from .mount_models import RingModel
 from .pose_models import SensorPosesFile
-from .results import ErrorsModel, RobustnessResult, SafetyResult, SensorRecord, VerifyResult
+from .results import ErrorsModel, PrintResult, RobustnessResult, SafetyResult, SensorRecord, VerifyResult
 from .robot_convert import robot_of
 from .robot_models import RobotFile
 from .strict import StrictModel, refuse
@@ -149,4 +149,5 @@ MODELS: dict[str, type[StrictModel]] = {
     "improve": ImproveResult,
     "safety": SafetyResult,
     "sensors": SensorPosesFile,
+    "printing": PrintResult,
 }

@@ -43,6 +43,7 @@ def robot_of(model: str | RobotFile) -> Robot:
                 (m.usable[0], m.usable[1]),
                 m.section,
                 m.aside,
+                math.radians(m.toward_deg),
             )
             for m in model.mounts
         ),
@@ -103,6 +104,7 @@ def robot_file(robot: Robot) -> RobotFile:
                 usable=[m.usable[0], m.usable[1]],
                 section=round(m.section, _DIGITS),
                 aside=round(m.aside, _DIGITS),
+                toward_deg=round(math.degrees(m.toward), _DIGITS_DEG),
             )
             for m in robot.mounts
         ],

@@ -52,6 +52,7 @@ class MountAxisModel(StrictModel):
     )
     section: float = Field(default=0.0, ge=0, le=10, description="metres, radius of what a ring surrounds; 0: unknown")
     aside: float = Field(default=0.0, ge=0, le=10, description="metres, how far beside the axis that lies")
+    toward_deg: float = Field(default=0.0, ge=-360, le=360, description="degrees, to which side, as a ring's phase")
 
 
 class BodyModel(StrictModel):

@@ -16,11 +16,13 @@ MAY = {
         "meshes",
         "mounted",
         "mounted_poses",
+        "printing",
         "robot_convert",
         "sensor_frames",
         "urdf",
         "urdf_robot",
     },
+    "placement/printing": {"errors", "loader", "results"},  # of placement
     "studies": {"coverage", "objectives", "placement"},
     "rig": {"coverage", "objectives", "placement"},
     "rig/simulated": {"protocol", "records"},  # of rig

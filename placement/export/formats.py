@@ -18,6 +18,12 @@ def _urdf(placed: Placed) -> Files:
     return urdf(placed) | xacro(placed)
 
 
+def _stl(placed: Placed) -> Files:
+    from ..printing.write import ring_files  # loads matplotlib and solids
+
+    return ring_files(placed.setup, placed.scene)[1]
+
+
 FORMATS: dict[str, Callable[[Placed], Files]] = {
     "urdf": _urdf,
     "mjcf": mjcf,
@@ -26,4 +32,5 @@ FORMATS: dict[str, Callable[[Placed], Files]] = {
     "json": json,
     "coppeliasim": coppeliasim,
     "ros2": ros2,
+    "stl": _stl,
 }

@@ -1,0 +1,64 @@
+"""Boards that carry a sensor: outline, holes and the place of the lens, as read off the published files of boards sold.
+
+Metres, seen from the front: x to the right, y up, from the middle of the board. Data, and how a board is turned.
+"""
+
+from dataclasses import dataclass, replace
+
+MM = 0.001  # m
+
+
+@dataclass(frozen=True)
+class Board:
+    """A board with one sensor.
+
+    width, height: of its outline, m; thickness m. lens: (x, y) m, the middle of the sensor's package, from the middle of the
+    outline; lens_height: m, of the package's front above the board's. holes: (x, y) m of the screws' holes, and hole, their
+    diameter, m. source: where the figures are from.
+    """
+
+    width: float
+    height: float
+    thickness: float
+    lens: tuple[float, float] = (0.0, 0.0)
+    lens_height: float = 0.001
+    holes: tuple[tuple[float, float], ...] = ()
+    hole: float = 0.0025
+    source: str = ""
+
+    @property
+    def turned(self) -> "Board":
+        """The same board a quarter turn further, so that its height runs along the ring."""
+        return replace(
+            self,
+            width=self.height,
+            height=self.width,
+            lens=(-self.lens[1], self.lens[0]),
+            holes=tuple((-y, x) for x, y in self.holes),
+        )
+
+
+def _four(x: float, y: float) -> tuple[tuple[float, float], ...]:
+    return tuple((sx * x, sy * y) for sx in (-1.0, 1.0) for sy in (-1.0, 1.0))
+
+
+def _stemma(name: str, repository: str, lens_height: float) -> Board:
+    """Adafruit's boards of 1 by 0.7 inches: four holes 0.1 inch from the edges, the sensor in the middle."""
+    source = f"{name}: github.com/adafruit/{repository}, board file; height of the package: ST, data sheet"
+    return Board(25.4 * MM, 17.78 * MM, 1.6 * MM, (0.0, 0.0), lens_height, _four(10.16 * MM, 6.35 * MM), 2.5 * MM, source)
+
+
+VL53L0X = _stemma("Adafruit VL53L0X, STEMMA QT", "Adafruit-VL53L0X-ToF-Distance-Sensor-PCB", 1.0 * MM)
+VL53L1X = _stemma("Adafruit VL53L1X", "Adafruit-VL53L1X-PCB", 1.56 * MM)
+VL53L4CD = _stemma("Adafruit VL53L4CD", "Adafruit-VL53L4CD-PCB", 1.0 * MM)
+VL53L5CX = Board(
+    25.4 * MM,
+    25.4 * MM,
+    1.6 * MM,
+    (0.0, 0.0),
+    1.5 * MM,
+    _four(10.16 * MM, 10.16 * MM),
+    3.302 * MM,
+    "SparkFun Qwiic ToF Imager: github.com/sparkfun/SparkFun_Qwiic_ToF_Imager_VL53L5CX, board file; height of the package:"
+    " ST, data sheet",
+)

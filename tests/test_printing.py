@@ -1,0 +1,234 @@
+"""Printed rings: closed forms, files that are closed, boards that fit and one more that does not, lenses in place."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from manifold3d import Manifold
+from place_rings.cli.sighting import mounting_lines
+from place_rings.coverage.boards import VL53L4CD, VL53L5CX, Board
+from place_rings.coverage.catalogue import MODELS
+from place_rings.coverage.chain import forward
+from place_rings.coverage.effective import effective
+from place_rings.coverage.pockets import Pocket, Printing, best_pocket, most_boards, roomy_radius, tilt_range
+from place_rings.coverage.rings import Ring, Setup
+from place_rings.coverage.robots import ROBOTS
+from place_rings.coverage.sensors import Sensor, Use
+from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.surround import axes_of
+from place_rings.objectives.scene import Pose, Rules, Scene
+from place_rings.placement.candidates import InfeasibleError, Space
+from place_rings.placement.convert import scene_model, scene_of
+from place_rings.placement.drawing import fresh, vary
+from place_rings.placement.errors import UserError
+from place_rings.placement.layout import ring_layout
+from place_rings.placement.loader import read_scene, to_toml
+from place_rings.placement.printing.checks import least_wall, overhang, read_stl, stl
+from place_rings.placement.printing.plan import UnbuildableError, plan_ring
+from place_rings.placement.printing.shapes import FACETS
+from place_rings.placement.printing.solids import collar
+from place_rings.placement.printing.write import print_ring, write_rings
+
+from . import drawing
+
+L4CD = effective(Use("vl53l4cd")).sensor
+TIGHT = Printing(wall=0.0, clearance=0.0, relief=0.0, gap=0.0)
+
+
+def drawn_ring(rng: np.random.Generator, robot: str, sensor: Sensor = L4CD) -> tuple[Scene, Ring]:
+    """A ring anywhere that can be built, with as many sensors as fit or fewer."""
+    scene = Scene(robot=ROBOTS[robot], poses=(Pose(ROBOTS[robot].rest),), occlusion="shadow", sensor=sensor)
+    link, tilt = str(rng.choice(scene.robot.links)), float(rng.uniform(-1.2, 1.2))
+    ring = Ring(link, float(rng.uniform()), 1, tilt, float(rng.uniform(0, 6)), scene.radius_of(link), sensor)
+    return scene, replace(ring, count=int(rng.integers(1, 6)))
+
+
+def test_the_plain_clamp_has_the_volume_of_its_formula():
+    plan = plan_ring(Scene(), Ring("forearm", 0.5, 4, 0.3, 0.0, 0.08, L4CD))
+    area = FACETS / 2 * math.sin(2 * math.pi / FACETS) * (plan.collar**2 - plan.bore**2)
+    assert collar(plan).volume() == pytest.approx(area * (plan.lug[1] - plan.low), rel=1e-6)
+
+
+def pocket_solid(pocket: Pocket, radius: float, tilt: float, angle: float) -> Manifold:
+    """The room of a board at an angle about the ring's axis, mm."""
+    low = np.array([-pocket.half, pocket.low, -pocket.deep]) * 1000
+    size = np.array([2 * pocket.half, pocket.high - pocket.low, pocket.deep]) * 1000
+    room = Manifold.cube(tuple(size)).translate(tuple(low))
+    c, s = math.cos(tilt), math.sin(tilt)  # x along the ring, y up, z ahead; before it is turned: ahead along x
+    lean = np.array([[0, -s, c, 1000 * radius], [1, 0, 0, 0], [0, c, s, 0]])
+    return room.transform(lean).rotate((0, 0, math.degrees(angle)))
+
+
+@given(st.floats(0.03, 0.15), st.floats(-1.3, 1.3), st.floats(0.008, 0.04), st.floats(0.008, 0.04), st.floats(0, 0.003))
+def test_boards_of_the_largest_count_are_disjoint_and_of_one_more_are_not(radius, tilt, width, height, wall):
+    board, printing = Board(width, height, 0.0016), replace(TIGHT, wall=wall)
+    most = int(most_boards(board, printing, radius, np.array([tilt]))[0])
+    if most < 2:
+        return
+    for board_of in (board, board.turned):
+        pocket = best_pocket(board_of, printing, radius, tilt)
+        for count in (most, most + 1):
+            one, next_ = (pocket_solid(pocket, radius, abs(tilt), k * 2 * math.pi / count) for k in (0, 1))
+            apart = one.min_gap(next_, 50.0)
+            if count == most:
+                assert apart >= 1000 * wall - 1e-4
+            else:
+                assert apart < 1000 * wall + 1e-4
+
+
+@given(drawing.seeds)
+def test_fewer_boards_fit_where_there_is_less_room(seed):
+    rng = np.random.default_rng(seed)
+    board, printing, radius = VL53L5CX, Printing(), float(rng.uniform(0.04, 0.15))
+    tilt = np.linspace(-1.4, 1.4, 41)
+    most = most_boards(board, printing, radius, tilt)
+    assert np.all(most_boards(board, printing, radius + 0.01, tilt) >= most)
+    assert np.all(most_boards(board, replace(printing, wall=0.004), radius, tilt) <= most)
+    assert np.all(most_boards(board, printing, radius, tilt, inside=0.05) <= most)
+    for count in (1, 3, 6, 9, 12, 20):
+        span = tilt_range(board, printing, radius, count)
+        if span is not None:
+            assert np.all(most_boards(board, printing, radius, np.linspace(*span, 31)) >= count)
+    roomy = roomy_radius(board, printing, 0.05, (-1.2, 1.2))
+    assert np.all(most_boards(board, printing, roomy + 1e-6, tilt[np.abs(tilt) <= 1.2], inside=0.0535) >= 1)
+
+
+@given(drawing.seeds, st.sampled_from(["ur10", "panda", "iiwa14"]))
+def test_a_lens_looks_where_its_sensor_looks(seed, name):
+    rng = np.random.default_rng(seed)
+    scene, ring = drawn_ring(rng, name)
+    q = drawing.pose(rng, len(scene.robot.chain))
+    plan, mount = plan_ring(scene, ring), scene.robot.mount(ring.link)
+    seen = sensor_cones(scene.robot, Setup((ring,)), q)
+    T = forward(scene.robot.chain, q)[mount.frame]
+    axis, zero, side = axes_of(mount)
+    R_link_print = np.stack([zero, side, axis], axis=1) @ plan.T_ring_print
+    np.testing.assert_allclose(R_link_print.T @ R_link_print, np.eye(3), atol=1e-12)
+    assert np.linalg.det(R_link_print) > 0  # printed as it is, not as its mirror image
+    for k in range(ring.count):
+        frame = plan.frame(k)
+        lens = mount.start + ring.position * mount.length * axis + R_link_print @ frame[:, 3] / 1000
+        np.testing.assert_allclose(T[:3, :3] @ lens + T[:3, 3], seen.apex[k], atol=1e-9)
+        np.testing.assert_allclose(T[:3, :3] @ R_link_print @ frame[:, 2], seen.axis[k], atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["ur10", "panda", "iiwa14"])
+def test_drawn_rings_are_closed_and_keep_all_checks(name):
+    rng = np.random.default_rng(["ur10", "panda", "iiwa14"].index(name))
+    for number in range(2):
+        scene, ring = drawn_ring(rng, name)
+        record, files, plan, _ = print_ring(scene, number, ring)
+        for data in files:
+            mesh = read_stl(data)
+            assert mesh.is_watertight
+            assert mesh.is_winding_consistent
+            assert mesh.volume > 0
+            assert mesh.bounds[0, 2] == pytest.approx(0, abs=1e-5)  # on the bed
+        assert all(check.holds for check in record.checks), (ring, record.checks)
+        assert record.flipped == (ring.tilt < 0)
+        assert plan.tilt >= 0
+
+
+def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_count():
+    scene, ring = Scene(), Ring("forearm", 0.5, 9, 0.4, 0.1, 0.064, effective(Use("vl53l5cx")).sensor)
+    with pytest.raises(UnbuildableError, match=r"at most \d+ do") as refused:
+        plan_ring(scene, replace(ring, count=20))
+    most = int(str(refused.value).split("at most ")[1].split()[0])
+    record, *_ = print_ring(scene, 0, replace(ring, count=most))
+    assert all(check.holds for check in record.checks)
+    with pytest.raises(UnbuildableError, match=f"at most {most} do"):
+        plan_ring(scene, replace(ring, count=most + 1))
+
+
+@pytest.mark.parametrize(
+    ("ring", "says"),
+    [
+        (Ring("forearm", 0.5, 4), "no board is known"),
+        (Ring("forearm", 0.5, 4, radius=0.05, sensor=L4CD), "larger radius"),
+        (Ring("forearm", 0.5, 30, radius=0.08, sensor=L4CD), "at most"),
+    ],
+)
+def test_what_cannot_be_printed_is_refused_and_nothing_is_written(tmp_path, ring, says):
+    with pytest.raises(UserError, match=f"ring 0 \\(forearm\\): .*{says}"):
+        write_rings(Setup((ring,)), Scene(), tmp_path / "rings")
+    assert not (tmp_path / "rings").exists()
+
+
+def test_a_check_can_fail():
+    scene, ring = Scene(), Ring("forearm", 0.5, 3, 1.2, 0.0, 0.07, replace(L4CD, fov=math.radians(172)))
+    with pytest.raises(UnbuildableError, match="beams cut"):
+        print_ring(scene, 0, ring)
+    with pytest.raises(UnbuildableError, match="overhang"):
+        print_ring(scene, 0, replace(ring, sensor=L4CD), Printing(overhang=0.0))
+
+
+def test_overhang_and_least_wall_of_a_table():
+    table = Manifold.cube((20, 20, 2)).translate((0, 0, 10)) + Manifold.cube((5, 5, 11))
+    mesh = read_stl(stl(table))
+    assert overhang(mesh) == pytest.approx((400 - 25) / mesh.area, rel=1e-6)
+    assert least_wall(table) == pytest.approx(2, abs=1e-3)
+
+
+def test_files_and_pictures_of_a_proposal(tmp_path):
+    setup = Setup((Ring("tool", 0.0, 3, -0.3, 0.0, 0.07, L4CD),))
+    result = write_rings(setup, Scene(), tmp_path)
+    names = {"ring0_tool_a.stl", "ring0_tool_b.stl", "ring0_tool.png", "assembled.png", "printing.json"}
+    assert {path.name for path in tmp_path.iterdir()} == names
+    assert result.rings[0].flipped
+    assert (tmp_path / "printing.json").read_text() == result.model_dump_json(indent=2) + "\n"
+
+
+@given(drawing.seeds, st.integers(12, 60))
+@settings(max_examples=5)
+def test_a_search_proposes_only_rings_whose_boards_fit(seed, sensors):
+    rng = np.random.default_rng(seed)
+    scene = Scene(sensor=effective(Use("vl53l5cx")).sensor, ring_radius=0.05, radius_stated=True)
+    space = Space(scene, sensors=sensors)
+    c = fresh(space, rng)
+    for _ in range(5):
+        assert space.holds(c)
+        for ring in space.setup(c).rings:
+            assert ring.count <= most_boards(VL53L5CX, scene.printing, ring.radius, np.array([ring.tilt]))[0]
+        assert not mounting_lines(scene, space.setup(c))
+        c = vary(space, c, rng)
+
+
+def test_a_layout_of_too_many_boards_is_refused_in_the_search_and_named_by_verify():
+    scene = Scene(sensor=effective(Use("vl53l5cx")).sensor)
+    with pytest.raises(InfeasibleError, match=r"20 boards of 25\.4 × 25\.4 mm do not fit around forearm.*at most 15 do"):
+        Space(scene, ring_layout(scene, 2, 20))
+    assert "at most" in mounting_lines(scene, Setup((Ring("tool", 0.0, 20, sensor=scene.sensor),)))[0]
+    with pytest.raises(InfeasibleError, match="16 rings of at most 15"):
+        Space(scene, sensors=2000)
+    free = replace(scene, rules=Rules(mount="free"))  # no bodies, so no boards
+    assert Space(free, ring_layout(free, 2, 20)).sensors == 100
+    assert not mounting_lines(free, Setup((Ring("tool", 0.0, 20, sensor=scene.sensor),)))
+
+
+def test_a_real_ring_is_wide_enough_for_its_boards_at_every_tilt():
+    scene = Scene(sensor=L4CD, occlusion="shadow")
+    assert scene.radius_of("upper_arm") > Scene(occlusion="shadow").radius_of("upper_arm")
+    ring = Ring("upper_arm", 0.5, 4, math.radians(70), 0.0, scene.radius_of("upper_arm"), L4CD)
+    assert plan_ring(scene, ring).floor >= plan_ring(scene, ring).inner - 1e-6
+
+
+def test_boards_and_printing_in_a_scenes_file(tmp_path):
+    own = Board(0.02, 0.03, 0.001, (0.002, -0.001), 0.002, ((0.008, 0.012),), 0.002, "mine")
+    scene = Scene(sensor=Sensor(board=own), printing=Printing(wall=0.004, bolt=0.004, nut=False))
+    path = tmp_path / "scene.toml"
+    path.write_text(to_toml(scene_model(scene)))
+    again = read_scene(path)
+    assert (again.sensor, again.printing) == (scene.sensor, scene.printing)
+    named = scene_of(scene_model(Scene(sensor=L4CD)))
+    assert named.sensor.board == VL53L4CD == MODELS["vl53l4cd"].board
+    for text, says in (
+        ("[printing]\nwall = 0.002", "printing.wall: found 0.002, allowed: 0.0024 and more"),
+        ('[printing]\nbolt = "M2"', "printing.bolt: found"),
+        ("[sensor.board]\nwidth = 0.02\nheight = 0.02\nholes = [[0.01, 0]]", "within the outline"),
+    ):
+        path.write_text(text)
+        with pytest.raises(UserError, match=says):
+            read_scene(path)
