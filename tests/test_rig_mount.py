@@ -15,9 +15,10 @@ from place_rings.placement.loader import read_proposal
 from place_rings.rig.as_built import AsBuilt
 from place_rings.rig.clear_poses import clear, drawn, gaps
 from place_rings.rig.expected import CELL, expected
-from place_rings.rig.mount_fit import MountError, RingFit, fit_mount
+from place_rings.rig.mount_fit import RingFit, fit_mount
 from place_rings.rig.mount_model import LIMITS, NAMES, moved, slopes
 from place_rings.rig.mount_plan import MountPlan, planned
+from place_rings.rig.mount_solve import MountError
 from place_rings.rig.noise import Noise
 from place_rings.rig.plan_files import read_mount_plan, write_mount_plan
 from place_rings.rig.readings import FAILED, at_stops
