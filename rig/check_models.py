@@ -16,6 +16,10 @@ DISCLAIMER = (
 _Text = Annotated[str, Field(max_length=1000)]
 
 
+def _named(target: str, radius: float | None) -> str:
+    return target if radius is None else f"{target}({radius:g})"
+
+
 class PortModel(StrictModel):
     name: _Text
     count: int = Field(ge=1, le=1000)
@@ -26,7 +30,7 @@ class PortModel(StrictModel):
 
 class AboutFile(StrictModel):
     """What a recording is of: all that a report needs beside the readings. stale_s: after which a state of the robot was
-    none. injected: was the rig simulated, with what the seed injects?"""
+    none. injected: was the rig simulated, with what the seed injects? trials: of each target."""
 
     setup: _Text
     proposal: ProposalFile
@@ -37,8 +41,9 @@ class AboutFile(StrictModel):
     voxel: float = Field(gt=0, le=1)
     ports: list[PortModel] = Field(min_length=1, max_length=255)
     seconds: float | None = Field(default=None, gt=0, le=3600)
+    wave: bool = False
     stops: MountPlanFile | None = None
-    trials: RodPlanFile | None = None
+    trials: list[RodPlanFile] = Field(default=[], max_length=100)
     version: _Text
 
 
@@ -88,6 +93,15 @@ class LookModel(StrictModel):
     scatter_mm: float | None = None
 
 
+class WavingModel(StrictModel):
+    """A ring over which a hand was passed: of each place in its frames the seat, null where it saw no hand."""
+
+    ring: int
+    seats: list[int | None]
+    faults: list[str]
+    missed: list[int]
+
+
 class SelfModel(StrictModel):
     rings: list[LookModel]
     silent: list[str]
@@ -95,6 +109,7 @@ class SelfModel(StrictModel):
     lossy: list[str]
     on_robot: list[str]
     surprising: list[str]
+    waved: list[WavingModel] = Field(default=[])
 
 
 class ErrorModel(StrictModel):
@@ -123,6 +138,11 @@ class ZetaModel(StrictModel):
     proposed_percent: Percent
     built_percent: Percent
     alive_percent: Percent
+
+    @property
+    def named(self) -> str:
+        """The target."""
+        return _named(self.target, self.radius)
 
 
 class MountCheckModel(StrictModel):
@@ -153,6 +173,11 @@ class CoverageModel(StrictModel):
     high_percent: Percent
     agrees: bool
 
+    @property
+    def named(self) -> str:
+        """The target."""
+        return _named(self.target, self.radius)
+
 
 class CheckResult(StrictModel):
     """What ``check --json`` prints. verdict: ``as proposed``, ``differs``, or ``unfinished``; warnings: what speaks against
@@ -171,6 +196,6 @@ class CheckResult(StrictModel):
     events: list[EventModel]
     self_check: SelfModel | None = None
     mount: MountCheckModel | None = None
-    coverage: CoverageModel | None = None
+    coverage: list[CoverageModel] = Field(default=[])
     version: str
     disclaimer: str = DISCLAIMER
