@@ -7,6 +7,7 @@ import numpy as np
 from place_rings.rig.health import SILENT, Event, Happened, Port
 from place_rings.rig.rings import Rings
 from place_rings.rig.simulated.process import SimulatedRig, command
+from place_rings.rig.vetting import Ended, LinkFaultError
 from rig_found import PLAIN, Found, row, until
 
 _RINGS: dict[str, tuple[str, dict, dict, tuple[Happened, ...], float]] = {  # fault, its end, events, bound in s
@@ -37,8 +38,10 @@ def ring_fault(rig: SimulatedRig, name: str, rng: np.random.Generator, found: Fo
     watch, ring = list[Event](), int(rng.integers(2))
     if do == "plug":
         rig.do("unplug", ring=ring)
-    with Rings([Port(rig.ring(i), 16) for i in range(2)], on_event=watch.append):
+    with Rings([Port(rig.ring(i), 16) for i in range(2)], on_event=watch.append) as rings:
         time.sleep(rng.uniform(0.4, 0.9))
+        if do != "plug" and None in rings.latest():  # the machine kept a line waiting, which is told already
+            raise LinkFaultError(Ended.STALE)
         watch.clear()
         done = rig.do(do, ring=ring, **more)["time"]
         until(lambda: any(e.ring == ring and e.what in events for e in watch))

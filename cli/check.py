@@ -223,6 +223,6 @@ def _work(
         else:
             robot = GuidedRobot(session, view.ask)
         rod = plans.rods[0].rod if plans.rods else Rod()
-        helper = Helper(view.ask, ring_names(setup)) if rig is None else SimulatedHelper(rig, setup, rod)
+        helper = Helper(view.ask, ring_names(setup), moved) if rig is None else SimulatedHelper(rig, setup, rod)
         stack.enter_context(view)
         run(session, plans, Crew(robot, helper, view.show))

@@ -63,9 +63,10 @@ def check(
 
     Example: place-rings check --replay place-rings-check/recording-1.rig --out again
     """
+    from ..rig.check_models import PortModel
     from ..rig.procedure import PARTS
     from .check import Asked, check_live, check_replay
-    from .rig_options import check_installed, resolve_ports, resolve_rod
+    from .rig_options import check_installed, check_ports, resolve_ports, resolve_rod
 
     if sum(given is not None for given in (rig, robot_host, replay)) != 1:
         raise UserError("check: allowed: one of --rig sim, --robot-host HOST, --replay FILE")
@@ -82,7 +83,10 @@ def check(
     rod = resolve_rod(rod_mm)
     setup, given = resolve(subject, resolve_scene(scene, None))
     found = with_goals(given, parse_goals(target, radius))
-    ports = resolve_ports(setup, ring) if robot_host is not None else []
     check_installed()
+    ports = list[PortModel]()
+    if robot_host is not None:
+        ports = resolve_ports(setup, ring)
+        check_ports(setup, ports)
     asked = Asked(parts, seconds, wave, stops, trials, rod, move, voxel, seed)
     check_live(subject, setup, found, asked, robot_host, ports, out, as_json)

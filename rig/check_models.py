@@ -1,12 +1,13 @@
 """The models of a check: what its recording is about, and what it found (``check.json``, ``check --json``)."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from ..placement.kinds import Percent
 from ..placement.proposals import ProposalFile
-from ..placement.strict import StrictModel
+from ..placement.robot_convert import robot_of
+from ..placement.strict import StrictModel, refuse
 from .plan_files import MountPlanFile, RodPlanFile
 
 DISCLAIMER = (
@@ -45,6 +46,19 @@ class AboutFile(StrictModel):
     stops: MountPlanFile | None = None
     trials: list[RodPlanFile] = Field(default=[], max_length=100)
     version: _Text
+
+    @model_validator(mode="after")
+    def _agreeing(self) -> Self:
+        rings = [ring.count for ring in self.proposal.rings]
+        if [port.count for port in self.ports] != rings:
+            refuse([(("ports",), f"counts {[port.count for port in self.ports]}", f"those of the rings, {rings}")])
+        joints, plans = len(robot_of(self.proposal.scene.robot).chain), [p for p in (self.stops, *self.trials) if p]
+        angles = {len(s.q_deg) for p in plans for s in (p.stops if isinstance(p, MountPlanFile) else p.poses)}
+        if angles - {joints}:
+            refuse([(("stops",), f"{max(angles - {joints})} angles", f"{joints}, as the robot has")])
+        if any(p.poses != self.trials[0].poses for p in self.trials):
+            refuse([(("trials",), "other poses for another target", "the same")])
+        return self
 
 
 class LinkModel(StrictModel):

@@ -59,7 +59,8 @@ def link_of(gathered: Gathered) -> LinkModel:
     told = [said for _, said in gathered.said if said.get("what") == "link ended"]
     ended = None
     if told:
-        ended = ": ".join(t for t in (Ended[told[0]["why"]].value, told[0]["detail"]) if t)
+        why, detail = (str(told[0].get(key, "")) for key in ("why", "detail"))
+        ended = ": ".join(t for t in (Ended[why].value if why in Ended.__members__ else why, detail) if t)
     drift, jitter = _clock(gathered.clock())
     states, seconds = len(gathered.states), seconds_of(gathered)
     return LinkModel(states=states, seconds=seconds, drift_ppm=drift, jitter_ms=jitter, ended=ended)

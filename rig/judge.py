@@ -63,7 +63,7 @@ def judge(checked: Checked, gathered: Gathered, wall: float, damage: str = "") -
     read = done.stops() if plans.mount is not None else None
     built = part("mount check", lambda: done.built(read)) if plans.mount is not None else None
     rods = (part("coverage check", done.rods) or []) if plans.rods else []
-    ended = next((said["why"] for _, said in gathered.said if said.get("what") == "ended"), "it was cut off")
+    ended = next((str(said.get("why")) for _, said in gathered.said if said.get("what") == "ended"), "it was cut off")
     if ended:
         reasons.insert(0, f"ended early: {ended}")
     verifier = Verifier(checked.scene, checked.about.voxel)
@@ -97,7 +97,11 @@ class _Parts:
 
     def __init__(self, checked: Checked, readings: Readings, steps: Sequence[Span]) -> None:
         self._checked, self._readings, self._steps = checked, readings, steps
-        self.numbers, self.waved = (sorted({s.number for s in steps if s.what == what}) for what in ("mount", "wave"))
+        plan, rings = checked.plans.mount, len(checked.setup.rings)
+        most = {"mount": 0 if plan is None else len(plan.joints), "wave": rings if checked.plans.wave else 0}
+        self.numbers, self.waved = (
+            sorted({s.number for s in steps if s.what == what and 0 <= s.number < n}) for what, n in most.items()
+        )
 
     def _of(self, what: str, number: int | None = None) -> Readings:
         """The readings of steps; of the last one where it was done again."""

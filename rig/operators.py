@@ -26,6 +26,7 @@ _BETWEEN = 60  # poses between, over which ways may go
 _COARSE = np.radians(12.0)  # of a way, where what the sensors see of the robot is asked
 _LOOK, _SETTLE = 0.1, 0.3  # s; an arm that has arrived still swings
 _STILL = 0.01  # rad/s
+_LEAVE = "; step out of the robot's reach: it may move next"
 _PASSAGE = 0.15  # s, of a simulated hand before a sensor
 
 Ask = Callable[[str], bool]  # a person is told what to do: done, or left out; EndedError: no more
@@ -159,18 +160,20 @@ class SimulatedHelper:
 
 
 class Helper:
-    """A person who puts the rod where it is to be, and passes a hand over the sensors of a ring; names: of the rings."""
+    """A person who puts the rod where it is to be, and passes a hand over the sensors of a ring; names: of the rings. moves:
+    may the robot move by itself, once this person is done?"""
 
-    def __init__(self, ask: Ask, names: Sequence[str]) -> None:
-        self._ask, self._names = ask, names
+    def __init__(self, ask: Ask, names: Sequence[str], moves: bool) -> None:
+        self._ask, self._names, self._leave = ask, names, _LEAVE if moves else ""
 
     def put(self, point: Float[np.ndarray, " 3"] | None, words: str) -> bool:
-        return self._ask(words)
+        return self._ask(words if point is not None else words + self._leave)
 
     def wave(self, ring: int) -> bool:
         return self._ask(
             f"ring {self._names[ring]}: pass a hand 10 to 20 cm before its sensors, one by one, half a second each, from the"
             " first on in the order of phase (right-handed about the link, toward its distal end), and take it away"
+            + self._leave
         )
 
 

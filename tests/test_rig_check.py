@@ -34,7 +34,7 @@ from place_rings.rig.state import State
 from .rig_cell import SCENE as CELL
 from .rig_cell import SETUP
 
-SCENE = replace(CELL, goals=(Goal(Target("V_S", 0.25)), Goal(Target("V_S", 0.4))))
+SCENE = replace(CELL, goals=(Goal(Target("V_S", 0.25)), Goal(Target("V_S", 0.2))))
 
 HZ, EVERY = 125, 5  # states a second, states between two frames
 
@@ -144,7 +144,7 @@ def test_what_was_injected_is_found_and_said(taped):
     np.testing.assert_array_equal(wires, np.where(checked.injected.seat < 0, np.nan, seats))
     assert not any(one.missed for one in r.self_check.waved)
     assert any("by a hand: " in reason for reason in r.reasons)
-    assert [(c.named, c.trials) for c in r.coverage] == [("V_S(0.25)", 12), ("V_S(0.4)", 8)]
+    assert [(c.named, c.trials) for c in r.coverage] == [("V_S(0.25)", 12), ("V_S(0.2)", 8)]
     assert all(c.low_percent <= c.measured_percent <= c.high_percent for c in r.coverage)
     assert any("dead" in reason for reason in r.reasons)
     assert [line.frames for line in r.lines] == [r.lines[0].frames] * 2
@@ -166,6 +166,30 @@ def test_a_check_that_was_cut_off_is_unfinished_and_what_was_done_is_judged(tape
     (tmp_path / "early").write_bytes(data[:20_000])
     r = judged(tmp_path / "early", checked).result
     assert (r.verdict, r.self_check, r.mount) == ("unfinished", None, None)
+
+
+def test_a_recording_that_says_what_cannot_be_is_judged_by_the_rest(taped, tmp_path):
+    _, checked = taped
+    with Recording(tmp_path / "odd", {"check": checked.about.model_dump(mode="json")}) as recording:
+        tape = Tape(recording, checked)
+        tape.stand(SCENE.poses[0].q, "self", 0, 20)
+        for step, number in (("mount", 99), ("mount", -1), ("wave", 7), ("trial", 500), ("before", 9), ("dance", 1)):
+            tape.stand(SCENE.poses[0].q, step, number, 2)
+        tape.say("link ended", tape.now, why="BORED")
+    r = judged(tmp_path / "odd", checked).result
+    assert (r.verdict, r.mount, r.robot.ended) == ("unfinished", None, "BORED")
+    assert r.self_check is not None
+
+
+def test_a_recording_of_other_ports_than_rings_is_refused(taped, tmp_path):
+    _, checked = taped
+    wrong = checked.about.model_dump(mode="json")
+    wrong["ports"] = wrong["ports"][:1]
+    with Recording(tmp_path / "odd", {"check": wrong}):
+        pass
+    with pytest.raises(UserError, match=r"ports: found .counts \[8\]., allowed: those of the rings, \[8, 6\]"):
+        call(["check", "--replay", str(tmp_path / "odd"), "--out", str(tmp_path / "out")])
+    assert not (tmp_path / "out").exists()
 
 
 def test_steps_that_were_not_ended_are_none():
@@ -220,7 +244,13 @@ PROPOSAL = to_toml(ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=sc
         (["--robot-host", "h", "--ring", "hand=/dev/x"], 'found "hand", allowed: each of forearm, tool once'),
         (["--robot-host", "h", "--ring", "0=/dev/x", "--ring", "forearm=/dev/y"], 'found "forearm", allowed: each of tool'),
         (["--robot-host", "h", "--ring", "tool=/dev/x,morse"], "allowed: place-rings, esp32, text"),
+        (
+            ["--robot-host", "h", "--ring", "0=gone", "--ring", "tool=gone"],
+            '--ring forearm: found no "gone", allowed: a port',
+        ),
         (["--rig", "sim", "--rod-mm", "370x70"], "allowed: THICKNESSxLENGTH"),
+        (["--rig", "sim", "--part", "mount", "--wave"], "--wave: allowed: only with --part self"),
+        (["--rig", "sim", "--target", "V_S", "--radius", "0.1"], "--radius: found 0.1, allowed: above 0.15"),
         (["--replay", "small.toml"], "found no recording of a rig"),
     ],
 )
@@ -261,10 +291,10 @@ def test_end_to_end_on_the_simulated_rig_and_its_replay(tmp_path):
     result = CheckResult.model_validate_json((live / "check.json").read_text())
     assert result.verdict == "differs", done.stdout
     assert result.mount.injected_found == dict.fromkeys(("reversed ring", "swapped pair", "dead sensor"), True)
-    assert [(c.named, c.trials) for c in result.coverage] == [("V_S(0.25)", 4), ("V_S(0.4)", 4)]
+    assert [(c.named, c.trials) for c in result.coverage] == [("V_S(0.25)", 4), ("V_S(0.2)", 4)]
     recording = str(live / "recording-1.rig")
     subprocess.run([*run, "check", "--replay", recording, "--out", str(again)], capture_output=True, check=True)
-    plans = ("recording-1.rig", "world.toml", "stops.toml", "trials-V_S-0.25.toml", "trials-V_S-0.4.toml", "trials.pdf")
+    plans = ("recording-1.rig", "world.toml", "stops.toml", "trials-V_S-0.25.toml", "trials-V_S-0.2.toml", "trials.pdf")
     assert files_of(again) == files_of(live, *plans)
 
 
