@@ -39,6 +39,7 @@ from ..rig.vetting import STALE, LinkFaultError
 from .check_page import write_files
 from .check_talk import confirm, tell
 from .check_view import View
+from .pipes import gone_is_an_error
 from .rig_options import ring_names
 
 _SIMULATED_STALE, _PATIENCE = 2.0, 8.0  # s, and times: a simulated rig shares its machine
@@ -84,6 +85,7 @@ def check_live(
     folder = output_folder(out)
     files = _write_plans(scene, plans, folder)
     with ExitStack() as stack:
+        stack.enter_context(gone_is_an_error())
         rig = None
         if host is None:
             with console.status("starting the simulated rig"):

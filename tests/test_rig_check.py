@@ -1,6 +1,7 @@
 """The check as a whole: from a recording made by hand, and end to end on the simulated rig, live and replayed."""
 
 import json
+import signal
 import subprocess
 import sys
 from dataclasses import replace
@@ -269,6 +270,26 @@ def test_what_is_missing_is_said_before_anything_is_done(tmp_path, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(UserError, match=r"pip install 'place-rings\[rig\]'"):
         call(["check", str(tmp_path / "small.toml"), "--rig", "sim"])
+
+
+def test_a_process_that_is_gone_does_not_end_the_check_with_it(tmp_path, monkeypatch):
+    """The command lets a broken pipe end it, for ``| head``: the check's moving client, once killed, must not."""
+    pytest.importorskip("rtde_control")
+    (tmp_path / "small.toml").write_text(PROPOSAL)
+    before, told = signal.signal(signal.SIGPIPE, signal.SIG_DFL), []
+
+    def started(*_):
+        told.append(signal.getsignal(signal.SIGPIPE))
+        raise UserError("enough")
+
+    monkeypatch.setattr(command, "_started", started)
+    try:
+        with pytest.raises(UserError, match="enough"):
+            call(["check", str(tmp_path / "small.toml"), "--rig", "sim", "--part", "self", "--out", str(tmp_path / "out")])
+        told.append(signal.getsignal(signal.SIGPIPE))
+    finally:
+        signal.signal(signal.SIGPIPE, before)
+    assert told == [signal.SIG_IGN, signal.SIG_DFL]
 
 
 def test_a_robot_that_ur_rtde_does_not_know_is_refused(tmp_path):
