@@ -42,13 +42,13 @@ def main() -> None:
     asked = [word for word in sys.argv[1:] if word not in options] or [name for name in NAMES if name not in _LONG]
     if unknown := [name for name in asked if name not in NAMES]:
         raise SystemExit(f"{unknown[0]}: no such benchmark; known: {', '.join(NAMES)}")
-    old = FILE.read_text() if FILE.exists() else ""
-    sections = dict(re.findall(r"^<!-- (\w+) -->\n(.*?)(?=^<!-- |\Z)", old, re.MULTILINE | re.DOTALL))
     for name in asked:
         print(f"== {name}", flush=True)
         module = importlib.import_module(name)
         title = (module.__doc__ or name).splitlines()[0].rstrip(".")
         lines = module.report(options) if options else module.report()
+        old = FILE.read_text() if FILE.exists() else ""  # now: another benchmark may have ended meanwhile
+        sections = dict(re.findall(r"^<!-- (\w+) -->\n(.*?)(?=^<!-- |\Z)", old, re.MULTILINE | re.DOTALL))
         sections[name] = "\n".join([f"## {title}", "", *lines, "", surroundings(PACKAGES), "", ""])
         kept = [f"<!-- {n} -->\n{sections[n].rstrip()}\n\n" for n in NAMES if n in sections]
         head = "# Benchmarks\n\nAll by `python benchmarks`; medians, ratios within one run.\n\n"

@@ -1,6 +1,5 @@
 """The command that checks a proposed setup on a rig, real, simulated or recorded."""
 
-import math
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -8,7 +7,6 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-import numpy as np
 from pydantic import ValidationError
 from rich.console import Console
 
@@ -18,13 +16,14 @@ from ..placement.convert import ring_models, rounded, scene_model
 from ..placement.errors import UserError, explain
 from ..placement.loader import output_folder
 from ..placement.proposals import ProposalFile
-from ..rig.check_models import DISCLAIMER, AboutFile, PortModel
+from ..rig.check_models import AboutFile, PortModel
+from ..rig.checked import Checked
 from ..rig.gathering import replay
 from ..rig.health import BAUD
-from ..rig.judge import Checked, Judged, judge
+from ..rig.judge import judge
 from ..rig.motion import MoveRefusedError
 from ..rig.mount_plan import FRAMES, planned
-from ..rig.operators import Crew, GuidedRobot, Itinerary, MovedRobot, PersonsRod, SimulatedRod, hurried
+from ..rig.operators import Crew, GuidedRobot, Helper, Itinerary, MovedRobot, SimulatedHelper, hurried
 from ..rig.plan_files import mount_plan_model, rod_plan_model, write_mount_plan, write_rod_plan
 from ..rig.procedure import Part, Plans, run
 from ..rig.recording import Recorded, Recording
@@ -38,7 +37,9 @@ from ..rig.simulated_cell import simulated_rig, with_cell
 from ..rig.state import JOINTS
 from ..rig.vetting import STALE, LinkFaultError
 from .check_page import write_files
+from .check_talk import confirm, tell
 from .check_view import View
+from .pipes import gone_is_an_error
 from .rig_options import ring_names
 
 _SIMULATED_STALE, _PATIENCE = 2.0, 8.0  # s, and times: a simulated rig shares its machine
@@ -48,11 +49,12 @@ _LAST = 1e11  # s since 1970, that a time can be
 
 @dataclass(frozen=True)
 class Asked:
-    """What is to be done: parts, s of the self check, stops, trials, the rod, its target's number of the scene's, whether
-    the robot may be moved, side of a voxel m, seed."""
+    """What is to be done: parts, s of the self check, whether a hand is passed over the sensors, stops, trials, the rod,
+    whether the robot may be moved, side of a voxel m, seed."""
 
     parts: tuple[Part, ...]
     seconds: float
+    wave: bool
     stops: int
     trials: int
     rod: Rod
@@ -83,6 +85,7 @@ def check_live(
     folder = output_folder(out)
     files = _write_plans(scene, plans, folder)
     with ExitStack() as stack:
+        stack.enter_context(gone_is_an_error())
         rig = None
         if host is None:
             with console.status("starting the simulated rig"):
@@ -100,8 +103,9 @@ def check_live(
             voxel=asked.voxel,
             ports=list(ports),
             seconds=plans.seconds,
+            wave=plans.wave,
             stops=mount_plan_model(plans.mount) if plans.mount else None,
-            trials=rod_plan_model(plans.rod) if plans.rod else None,
+            trials=[rod_plan_model(p) for p in plans.rods],
             version=version("place-rings"),
         )
         checked = Checked.of(_read_about("about", about.model_dump(mode="json")))
@@ -115,7 +119,7 @@ def check_live(
     try:
         with console.status("judging"):
             judged = judge(checked, session.gathered, _wall(Recorded(file)))
-        _tell(judged, [*write_files(checked, judged, folder), *files, file.name], folder, as_json)
+        tell(judged, [*write_files(checked, judged, folder), *files, file.name], folder, as_json)
     except KeyboardInterrupt:
         print(f"place-rings: interrupted; {file} is whole, and check --replay judges it", file=sys.stderr)
         raise SystemExit(130) from None
@@ -131,7 +135,7 @@ def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> N
     with Console(stderr=True).status("judging"):
         gathered = replay(recorded, checked.ports, checked.about.stale_s)
         judged = judge(checked, gathered, _wall(recorded), recorded.damage)
-    _tell(judged, write_files(checked, judged, folder), folder, as_json)
+    tell(judged, write_files(checked, judged, folder), folder, as_json)
 
 
 def _read_about(name: str, found: object) -> AboutFile:
@@ -165,13 +169,18 @@ def _free(folder: Path) -> Path:
 
 
 def _plans(setup: Setup, scene: Scene, asked: Asked, moved: bool) -> Plans:
-    good = Clearance(scene, setup).of if moved else None
-    target = scene.goals[0].target
-    return Plans(
-        asked.seconds if "self" in asked.parts else None,
-        planned(scene, setup, asked.stops, FRAMES, seed=asked.seed, good=good) if "mount" in asked.parts else None,
-        plan_rod(scene, setup, target, asked.trials, asked.rod, seed=asked.seed) if "coverage" in asked.parts else None,
-    )
+    """What is to be done. The trials are shared evenly among the targets."""
+    good, targets = Clearance(scene, setup).of if moved else None, [goal.target for goal in scene.goals]
+    each = -(-asked.trials // len(targets))
+    try:
+        return Plans(
+            asked.seconds if "self" in asked.parts else None,
+            planned(scene, setup, asked.stops, FRAMES, seed=asked.seed, good=good) if "mount" in asked.parts else None,
+            tuple(plan_rod(scene, setup, t, each, asked.rod, seed=asked.seed) for t in targets if "coverage" in asked.parts),
+            asked.wave,
+        )
+    except ValueError as error:
+        raise UserError(f"check: {error}") from error
 
 
 def _write_plans(scene: Scene, plans: Plans, folder: Path) -> list[str]:
@@ -179,10 +188,12 @@ def _write_plans(scene: Scene, plans: Plans, folder: Path) -> list[str]:
     if plans.mount is not None:
         write_mount_plan(folder / "stops.toml", plans.mount)
         files.append("stops.toml")
-    if plans.rod is not None:
-        write_rod_plan(folder / "trials.toml", plans.rod)
-        write_rod_pages(folder / "trials.pdf", scene, plans.rod)
-        files += ["trials.toml", "trials.pdf"]
+    for plan in plans.rods:
+        files.append(f"trials-{plan.target.name}{'' if plan.target.radius is None else f'-{plan.target.radius:g}'}.toml")
+        write_rod_plan(folder / files[-1], plan)
+    if plans.rods:
+        write_rod_pages(folder / "trials.pdf", scene, plans.rods)
+        files.append("trials.pdf")
     return files
 
 
@@ -205,7 +216,7 @@ def _work(
                 raise UserError(f"--move: the robot stands where nothing may begin: {wrong}; bring it to a clear pose")
             itinerary = Itinerary(scene, setup, start, plans.poses, checked.about.seed)
             if rig is None:
-                _confirm(scene, plans, itinerary, console)
+                confirm(scene, plans, itinerary, console)
             try:
                 robot = MovedRobot(host or _of(rig).address, scene if rig is None else hurried(scene), session, itinerary)
             except MoveRefusedError as error:
@@ -213,53 +224,7 @@ def _work(
             stack.callback(robot.close)
         else:
             robot = GuidedRobot(session, view.ask)
-        rod = PersonsRod(view.ask) if rig is None or plans.rod is None else SimulatedRod(rig, plans.rod.rod)
+        rod = plans.rods[0].rod if plans.rods else Rod()
+        helper = Helper(view.ask, ring_names(setup), moved) if rig is None else SimulatedHelper(rig, setup, rod)
         stack.enter_context(view)
-        run(session, plans, Crew(robot, rod, view.show))
-
-
-def _confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Console) -> None:
-    """Say what will move, and ask."""
-    reached = len(itinerary.order(plans.poses))
-    speed, acceleration = math.degrees(scene.motion.speed), math.degrees(scene.motion.acceleration)
-    alarm = np.concatenate(itinerary.limits)
-    lines = [
-        f"The robot will move to {reached} of {len(plans.poses)} poses, its leading joint at up to {speed:g}°/s and"
-        f" {acceleration:g}°/s². It stops on a fault of a link, on Ctrl-C, and on a reading nearer than"
-        f" {1000 * scene.motion.near:.0f} mm; {np.count_nonzero(alarm < scene.motion.near)} of {len(alarm)} sensors may see"
-        f" the robot itself nearer than that, and stop it later, {np.count_nonzero(alarm == 0)} of them never.",
-        DISCLAIMER,
-        "Keep out of its reach, and a hand on its emergency stop.",
-    ]
-    for line in lines:
-        console.print(line, highlight=False, soft_wrap=True)
-    try:
-        answer = console.input("Type yes to let it move > ").strip()
-    except EOFError:
-        answer = ""
-    if answer != "yes":
-        raise UserError("--move: not confirmed, nothing was moved; allowed: yes")
-
-
-def _tell(judged: Judged, files: Sequence[str], folder: Path, as_json: bool) -> None:
-    r = judged.result
-    if as_json:
-        print(r.model_dump_json(indent=2))
-        return
-    console = Console(file=sys.stdout)
-    lines = [f"{r.setup}: {r.verdict}", *(f"  {reason}" for reason in r.reasons)]
-    lines += [f"  warning: {warning}" for warning in r.warnings]
-    if r.mount is not None:
-        for one in r.mount.rings:
-            errors = ", ".join(f"{e.name} {e.value:+.2f} ± {e.margin:.2f} {e.unit}" for e in one.errors)
-            lines.append(f"ring {one.ring} ({one.link}): {errors}")
-        for z in r.mount.zeta:
-            target = z.target if z.radius is None else f"{z.target}({z.radius:g})"
-            lines.append(f"{target}: {z.proposed_percent:.2f} % as proposed, {z.alive_percent:.2f} % as built and answering")
-    if r.coverage is not None:
-        c = r.coverage
-        found = f"{c.measured_percent:.1f} % ({c.low_percent:.1f} to {c.high_percent:.1f})"
-        target = c.target if c.radius is None else f"{c.target}({c.radius:g})"
-        lines.append(f"rod: seen in {found} of {target} by {c.trials} trials, predicted {c.predicted_percent:.1f} %")
-    for line in [*lines, r.disclaimer, *(f"  {folder / name}" for name in files)]:
-        console.print(line, highlight=False, soft_wrap=True, markup=False)
+        run(session, plans, Crew(robot, helper, view.show))

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from ..placement.loader import write_text
-from ..rig.check_models import CheckResult, RingFitModel
+from ..rig.check_models import CheckResult, RingFitModel, WavingModel
+from ..rig.checked import Checked
 from ..rig.expected import expected
-from ..rig.judge import Checked, Judged
+from ..rig.judge import Judged
 from ..studies.pages import csv_text, html, table
 
 
@@ -19,7 +20,7 @@ def write_files(checked: Checked, judged: Judged, folder: Path) -> list[str]:
     texts["check.json"] = judged.result.model_dump_json(indent=2) + "\n"
     if judged.read is not None:
         texts["stops.csv"] = csv_text(_stops(checked, judged))
-    if judged.rod is not None:
+    if judged.rods:
         texts["trials.csv"] = csv_text(_trials(judged))
     if judged.built is not None:
         texts["built.toml"] = judged.built.toml(f"{checked.about.setup}, as built", judged.verifier)
@@ -55,20 +56,24 @@ def _stops(checked: Checked, judged: Judged) -> list[Mapping[str, Any]]:
 
 
 def _trials(judged: Judged) -> list[Mapping[str, Any]]:
-    assert judged.rod is not None
-    found, plan = judged.rod, judged.rod.plan
-    return [
-        {
-            "trial": i,
-            "pose": int(plan.pose[i]),
-            **dict(zip(("x_m", "y_m", "z_m"), (_number(v) for v in plan.point[i]), strict=True)),
-            "predicted_seen": int(plan.covered[i]),
-            "tested": int(found.tested[i]),
-            "seen": int(found.seen[i]) if found.tested[i] else "",
-            "told_by": int(found.told[i].sum()) if found.tested[i] else "",
-        }
-        for i in range(len(plan.stratum))
-    ]
+    """The trials in each target, numbered one after another."""
+    rows = list[Mapping[str, Any]]()
+    for found in judged.rods:
+        plan = found.plan
+        rows += [
+            {
+                "trial": len(rows) + i,
+                "target": str(plan.target),
+                "pose": int(plan.pose[i]),
+                **dict(zip(("x_m", "y_m", "z_m"), (_number(v) for v in plan.point[i]), strict=True)),
+                "predicted_seen": int(plan.covered[i]),
+                "tested": int(found.tested[i]),
+                "seen": int(found.seen[i]) if found.tested[i] else "",
+                "told_by": int(found.told[i].sum()) if found.tested[i] else "",
+            }
+            for i in range(len(plan.stratum))
+        ]
+    return rows
 
 
 def page(r: CheckResult) -> str:
@@ -100,8 +105,15 @@ def _self(r: CheckResult) -> list[str]:
     return [
         *("## Self check", "", table(heads, rows)),
         *(f"- {words}: {', '.join(sensors)}" for words, sensors in named if sensors),
+        *(f"- ring {w.ring}, by a hand: {_wired(w)}" for w in r.self_check.waved),
         "",
     ]
+
+
+def _wired(found: WavingModel) -> str:
+    """What waving told."""
+    missed = [f"none was seen by {', '.join(map(str, found.missed))}"] * bool(found.missed)
+    return "; ".join(found.faults + missed) or "wired in order"
 
 
 def _shown(value: float | None, digits: int = 1) -> str:
@@ -126,7 +138,7 @@ def _mount(r: CheckResult) -> list[str]:
         ]
     rows = [
         (
-            z.target if z.radius is None else f"{z.target}({z.radius:g})",
+            z.named,
             *(f"{v:.2f}" for v in (z.proposed_percent, z.built_percent, z.alive_percent)),
         )
         for z in r.mount.zeta
@@ -145,27 +157,25 @@ def _ring(one: RingFitModel) -> list[str]:
 
 
 def _coverage(r: CheckResult) -> list[str]:
-    c = r.coverage
-    if c is None:
-        return []
-    (a, b), (d, e) = c.table
-    target = c.target if c.radius is None else f"{c.target}({c.radius:g})"
-    thick, long = c.rod_mm
-    rows = [("predicted seen", str(a), str(b)), ("predicted unseen", str(d), str(e))]
-    verdict = "they agree" if c.agrees else "they do not agree"
-    lines = [
-        *("## Coverage check", ""),
-        f"{c.trials} of {c.planned} trials with a rod {thick:g} mm thick and {long:g} mm long, in the"
-        f" {c.testable_percent:.0f} % of {target} where it can stand.",
-        *("", table(("trials", "seen", "not seen"), rows)),
-        f"The rod is seen in **{c.measured_percent:.1f} %** ({c.low_percent:.1f} to {c.high_percent:.1f}) of the target,"
-        f" predicted {c.predicted_percent:.1f} %: {verdict}.",
-    ]
-    if c.built_percent is not None:
-        lines.append(f"Predicted of the setup as built: {c.built_percent:.1f} %.")
-    if c.true_percent is not None:
-        lines.append(f"True of the simulated rig, counted: {c.true_percent:.1f} %.")
-    return [*lines, ""]
+    lines = ["## Coverage check", ""] if r.coverage else []
+    for c in r.coverage:
+        (a, b), (d, e) = c.table
+        thick, long = c.rod_mm
+        rows = [("predicted seen", str(a), str(b)), ("predicted unseen", str(d), str(e))]
+        verdict = "they agree" if c.agrees else "they do not agree"
+        lines += [
+            f"{c.trials} of {c.planned} trials with a rod {thick:g} mm thick and {long:g} mm long, in the"
+            f" {c.testable_percent:.0f} % of {c.named} where it can stand.",
+            *("", table(("trials", "seen", "not seen"), rows)),
+            f"The rod is seen in **{c.measured_percent:.1f} %** ({c.low_percent:.1f} to {c.high_percent:.1f}) of {c.named},"
+            f" predicted {c.predicted_percent:.1f} %: {verdict}.",
+        ]
+        if c.built_percent is not None:
+            lines.append(f"Predicted of the setup as built: {c.built_percent:.1f} %.")
+        if c.true_percent is not None:
+            lines.append(f"True of the simulated rig, counted: {c.true_percent:.1f} %.")
+        lines.append("")
+    return lines
 
 
 def _health(r: CheckResult) -> list[str]:

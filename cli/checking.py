@@ -8,8 +8,8 @@ from cyclopts.validators import Number
 
 from ..placement.errors import UserError
 from ..placement.loader import resolve
-from .app import Json, SceneFileOption, Seed, Voxel, app
-from .options import resolve_scene
+from .app import Json, Radius, SceneFileOption, Seed, Targets, Voxel, app
+from .options import parse_goals, resolve_scene, with_goals
 
 
 @app.command
@@ -34,9 +34,16 @@ def check(
         bool, Parameter(negative=(), help="Let the real robot be moved, slowly, once you said yes; else you move it.")
     ] = False,
     scene: SceneFileOption = None,
+    target: Targets = (),
+    radius: Radius = None,
+    wave: Annotated[
+        bool, Parameter(negative=(), help="In the self check a hand passed over the sensors tells which is which.")
+    ] = False,
     seconds: Annotated[float, Parameter(validator=Number(gt=0, lte=3600), help="Of the self check, s.")] = 5.0,
     stops: Annotated[int, Parameter(validator=Number(gte=3, lte=1000), help="Of the mount check.")] = 24,
-    trials: Annotated[int, Parameter(validator=Number(gte=2, lte=10_000), help="Of the coverage check.")] = 120,
+    trials: Annotated[
+        int, Parameter(validator=Number(gte=2, lte=10_000), help="Of the coverage check, over all targets.")
+    ] = 120,
     rod_mm: Annotated[str, Parameter(help="The test rod: thickness and length over all, mm.")] = "70x370",
     seed: Seed = 0,
     voxel: Voxel = 0.01,
@@ -56,9 +63,10 @@ def check(
 
     Example: place-rings check --replay place-rings-check/recording-1.rig --out again
     """
+    from ..rig.check_models import PortModel
     from ..rig.procedure import PARTS
     from .check import Asked, check_live, check_replay
-    from .rig_options import check_installed, resolve_ports, resolve_rod
+    from .rig_options import check_installed, check_ports, resolve_ports, resolve_rod
 
     if sum(given is not None for given in (rig, robot_host, replay)) != 1:
         raise UserError("check: allowed: one of --rig sim, --robot-host HOST, --replay FILE")
@@ -69,9 +77,16 @@ def check(
         return
     if subject is None:
         raise UserError("check: found no proposal, allowed: a proposal's file or a name like n2_16_25")
+    parts = part or PARTS
+    if wave and "self" not in parts:
+        raise UserError("--wave: allowed: only with --part self")
     rod = resolve_rod(rod_mm)
-    setup, found = resolve(subject, resolve_scene(scene, None))
-    ports = resolve_ports(setup, ring) if robot_host is not None else []
+    setup, given = resolve(subject, resolve_scene(scene, None))
+    found = with_goals(given, parse_goals(target, radius))
     check_installed()
-    asked = Asked(part or PARTS, seconds, stops, trials, rod, move, voxel, seed)
+    ports = list[PortModel]()
+    if robot_host is not None:
+        ports = resolve_ports(setup, ring)
+        check_ports(setup, ports)
+    asked = Asked(parts, seconds, wave, stops, trials, rod, move, voxel, seed)
     check_live(subject, setup, found, asked, robot_host, ports, out, as_json)

@@ -1,8 +1,10 @@
 """What the options of ``check`` mean: where rings are, which parts, how large the rod is."""
 
 import importlib.util
+import os
 import re
 from collections.abc import Sequence
+from pathlib import Path
 
 from ..coverage.rings import Setup
 from ..placement.errors import UserError, shown
@@ -41,6 +43,15 @@ def resolve_ports(setup: Setup, asked: Sequence[str]) -> list[PortModel]:
     if missing := [n for n in names if n not in found]:
         raise UserError(f"--ring: found none for {', '.join(missing)}, allowed: NAME=PORT for every ring of the proposal")
     return [found[n] for n in names]
+
+
+def check_ports(setup: Setup, ports: Sequence[PortModel]) -> None:
+    """UserError for a port that is not there, or that this user may not read and write."""
+    for name, port in zip(ring_names(setup), ports, strict=True):
+        if os.name == "posix" and not Path(port.name).exists():
+            raise UserError(f"--ring {name}: found no {shown(port.name)}, allowed: a port that is there, like /dev/ttyUSB0")
+        if os.name == "posix" and not os.access(port.name, os.R_OK | os.W_OK):
+            raise UserError(f"--ring {name}: found {shown(port.name)} without rights to it, allowed: one to read and write")
 
 
 def resolve_rod(text: str) -> Rod:

@@ -1,7 +1,6 @@
 """The commands that run studies into a folder."""
 
 import shlex
-import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -30,6 +29,7 @@ from ..studies.engine import program, run
 from ..studies.pages import csv_text
 from ..studies.store import Cell, Store
 from ..studies.works import MEASURING, WORKS
+from .pipes import gone_is_an_error
 
 Measure = Callable[[str, list[Cell]], list[Any]]
 
@@ -42,12 +42,8 @@ def _runner(workers: int, scheduler: str | None) -> Iterator[Callable[..., list[
         return
     from ..studies import cluster, machines
 
-    before = signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # a worker that is gone is an error to handle, not the end
-    try:
-        with machines.there(scheduler) if scheduler is not None else machines.here(workers) as client:
-            yield partial(cluster.run, client)
-    finally:
-        signal.signal(signal.SIGPIPE, before)
+    with gone_is_an_error(), machines.there(scheduler) if scheduler is not None else machines.here(workers) as client:
+        yield partial(cluster.run, client)
 
 
 @contextmanager

@@ -22,6 +22,7 @@ from ..placement.proposals import ProposalFile
 from ..placement.result_convert import verify_result
 from .mount_fit import RingFit
 from .mount_model import NAMES
+from .wiring import told
 
 _SHOWN = {"slip": (1000.0, "mm"), "tilt": (180 / math.pi, "°"), "phase": (180 / math.pi, "°"), "offset": (1000.0, "mm")}
 
@@ -100,17 +101,7 @@ def _shown(name: str, value: float, margin: float) -> str:
 
 def faults(fit: RingFit) -> list[str]:
     """What is wrong with a ring beside where it sits, in words."""
-    found = []
-    if fit.order.flipped:
-        found.append("is mounted the other way round")
-    elif fit.order.direction < 0:
-        found.append("is wired in reverse")
-    shift = fit.order.shift
-    if shift:
-        found.append(f"begins with sensor {shift}: turned, or wired, by {shift} sensors")
-    found += [
-        f"sensors {' and '.join(map(str, cycle))} are {'swapped' if len(cycle) == 2 else 'mixed up'}" for cycle in fit.mixed
-    ]
+    found = told(fit.order, fit.mixed)
     if fit.dead:
         found.append(f"dead: sensor {', '.join(map(str, fit.dead))} of its frames")
     if fit.open:

@@ -1,12 +1,13 @@
 """The models of a check: what its recording is about, and what it found (``check.json``, ``check --json``)."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from ..placement.kinds import Percent
 from ..placement.proposals import ProposalFile
-from ..placement.strict import StrictModel
+from ..placement.robot_convert import robot_of
+from ..placement.strict import StrictModel, refuse
 from .plan_files import MountPlanFile, RodPlanFile
 
 DISCLAIMER = (
@@ -14,6 +15,10 @@ DISCLAIMER = (
     " robot is protected by the robot's own safety functions and by nothing here."
 )
 _Text = Annotated[str, Field(max_length=1000)]
+
+
+def _named(target: str, radius: float | None) -> str:
+    return target if radius is None else f"{target}({radius:g})"
 
 
 class PortModel(StrictModel):
@@ -26,7 +31,7 @@ class PortModel(StrictModel):
 
 class AboutFile(StrictModel):
     """What a recording is of: all that a report needs beside the readings. stale_s: after which a state of the robot was
-    none. injected: was the rig simulated, with what the seed injects?"""
+    none. injected: was the rig simulated, with what the seed injects? trials: of each target."""
 
     setup: _Text
     proposal: ProposalFile
@@ -37,9 +42,23 @@ class AboutFile(StrictModel):
     voxel: float = Field(gt=0, le=1)
     ports: list[PortModel] = Field(min_length=1, max_length=255)
     seconds: float | None = Field(default=None, gt=0, le=3600)
+    wave: bool = False
     stops: MountPlanFile | None = None
-    trials: RodPlanFile | None = None
+    trials: list[RodPlanFile] = Field(default=[], max_length=100)
     version: _Text
+
+    @model_validator(mode="after")
+    def _agreeing(self) -> Self:
+        rings = [ring.count for ring in self.proposal.rings]
+        if [port.count for port in self.ports] != rings:
+            refuse([(("ports",), f"counts {[port.count for port in self.ports]}", f"those of the rings, {rings}")])
+        joints, plans = len(robot_of(self.proposal.scene.robot).chain), [p for p in (self.stops, *self.trials) if p]
+        angles = {len(s.q_deg) for p in plans for s in (p.stops if isinstance(p, MountPlanFile) else p.poses)}
+        if angles - {joints}:
+            refuse([(("stops",), f"{max(angles - {joints})} angles", f"{joints}, as the robot has")])
+        if any(p.poses != self.trials[0].poses for p in self.trials):
+            refuse([(("trials",), "other poses for another target", "the same")])
+        return self
 
 
 class LinkModel(StrictModel):
@@ -88,6 +107,15 @@ class LookModel(StrictModel):
     scatter_mm: float | None = None
 
 
+class WavingModel(StrictModel):
+    """A ring over which a hand was passed: of each place in its frames the seat, null where it saw no hand."""
+
+    ring: int
+    seats: list[int | None]
+    faults: list[str]
+    missed: list[int]
+
+
 class SelfModel(StrictModel):
     rings: list[LookModel]
     silent: list[str]
@@ -95,6 +123,7 @@ class SelfModel(StrictModel):
     lossy: list[str]
     on_robot: list[str]
     surprising: list[str]
+    waved: list[WavingModel] = Field(default=[])
 
 
 class ErrorModel(StrictModel):
@@ -123,6 +152,11 @@ class ZetaModel(StrictModel):
     proposed_percent: Percent
     built_percent: Percent
     alive_percent: Percent
+
+    @property
+    def named(self) -> str:
+        """The target."""
+        return _named(self.target, self.radius)
 
 
 class MountCheckModel(StrictModel):
@@ -153,6 +187,11 @@ class CoverageModel(StrictModel):
     high_percent: Percent
     agrees: bool
 
+    @property
+    def named(self) -> str:
+        """The target."""
+        return _named(self.target, self.radius)
+
 
 class CheckResult(StrictModel):
     """What ``check --json`` prints. verdict: ``as proposed``, ``differs``, or ``unfinished``; warnings: what speaks against
@@ -171,6 +210,6 @@ class CheckResult(StrictModel):
     events: list[EventModel]
     self_check: SelfModel | None = None
     mount: MountCheckModel | None = None
-    coverage: CoverageModel | None = None
+    coverage: list[CoverageModel] = Field(default=[])
     version: str
     disclaimer: str = DISCLAIMER

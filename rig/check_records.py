@@ -1,20 +1,37 @@
 """What was gathered and found, as the models of a check hold it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
 
 from ..coverage.rings import Setup
-from .as_built import faults, truth_of
-from .check_models import ErrorModel, EventModel, LineModel, LinkModel, LookModel, RingFitModel, SelfModel
+from ..objectives.exact import Verifier
+from .as_built import AsBuilt, faults, truth_of
+from .check_models import (
+    CoverageModel,
+    ErrorModel,
+    EventModel,
+    LineModel,
+    LinkModel,
+    LookModel,
+    MountCheckModel,
+    RingFitModel,
+    SelfModel,
+    WavingModel,
+    ZetaModel,
+)
+from .checked import Checked
 from .clocks import Alignment
 from .gathering import Gathered
 from .health import Happened, Port
 from .injected import Injected
 from .mount_fit import RingFit
+from .rod_check import RodCheck
+from .rod_plan import Places, places, rod_zeta
 from .self_check import SelfCheck
 from .vetting import Ended
+from .waving import Waving
 
 _SHOWN: dict[str, tuple[float, Literal["mm", "°"]]] = {
     "slip": (1000.0, "mm"),
@@ -42,7 +59,8 @@ def link_of(gathered: Gathered) -> LinkModel:
     told = [said for _, said in gathered.said if said.get("what") == "link ended"]
     ended = None
     if told:
-        ended = ": ".join(t for t in (Ended[told[0]["why"]].value, told[0]["detail"]) if t)
+        why, detail = (str(told[0].get(key, "")) for key in ("why", "detail"))
+        ended = ": ".join(t for t in (Ended[why].value if why in Ended.__members__ else why, detail) if t)
     drift, jitter = _clock(gathered.clock())
     states, seconds = len(gathered.states), seconds_of(gathered)
     return LinkModel(states=states, seconds=seconds, drift_ppm=drift, jitter_ms=jitter, ended=ended)
@@ -78,7 +96,7 @@ def warnings_of(gathered: Gathered, damage: str) -> list[str]:
     ]
 
 
-def looks_of(found: SelfCheck | None) -> SelfModel | None:
+def looks_of(found: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel | None:
     """Of the self check."""
     if found is None:
         return None
@@ -97,7 +115,11 @@ def looks_of(found: SelfCheck | None) -> SelfModel | None:
             )
         )
     keys = ("silent", "noisy", "lossy", "on_robot", "surprising")
-    return SelfModel(rings=rings, **{key: found.named(getattr(found, key)) for key in keys})
+    hands = [
+        WavingModel(ring=i, seats=[int(s) if s >= 0 else None for s in w.seat], faults=w.faults(), missed=list(w.missed))
+        for i, w in waved.items()
+    ]
+    return SelfModel(rings=rings, waved=hands, **{key: found.named(getattr(found, key)) for key in keys})
 
 
 def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
@@ -118,4 +140,53 @@ def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
         errors=errors,
         faults=faults(fit),
         region_holds=None if truth is None else fit.holds(truth),
+    )
+
+
+def mount_of(checked: Checked, stops: int, built: AsBuilt | None, verifier: Verifier) -> MountCheckModel | None:
+    """Of a mount check of which so many ``stops`` were read."""
+    plan, was = checked.plans.mount, checked.injected
+    if plan is None or built is None:
+        return None
+    zeta = []
+    for goal in checked.scene.goals:
+        z = built.zeta(goal.target, verifier)
+        percents = {f"{key}_percent": 100 * getattr(z, key) for key in ("proposed", "built", "alive")}
+        zeta.append(ZetaModel(target=goal.target.name, radius=goal.target.radius, **percents))
+    return MountCheckModel(
+        stops=stops,
+        planned=len(plan.joints),
+        open=[f"ring {i}: {name}" for i, f in enumerate(built.fits) for name in f.open],
+        rings=[fit_of(i, f, was) for i, f in enumerate(built.fits)],
+        zeta=zeta,
+        injected_found=None if was is None else was.found(built.fits),
+    )
+
+
+def coverage_of(checked: Checked, rod: RodCheck, built: AsBuilt | None) -> CoverageModel:
+    """Of the trials in a target."""
+    plan, was, true, guess = rod.plan, checked.injected, None, None
+    if was is not None or built is not None:
+        where: Places = places(checked.scene, plan.target, plan.rod)
+        if built is not None:
+            guess = 100 * rod_zeta(checked.scene, built.setup, where, plan.rod, plan.detection, built.alive)
+        if was is not None:
+            mounted = was.world(checked.scene).mounted
+            true = 100 * rod_zeta(checked.scene, mounted, where, plan.rod, plan.detection, was.alive)
+    size = [2000 * plan.rod.radius, 1000 * (plan.rod.length + 2 * plan.rod.radius)]
+    return CoverageModel(
+        target=plan.target.name,
+        radius=plan.target.radius,
+        rod_mm=[round(v, 3) for v in size],
+        trials=int(rod.tested.sum()),
+        planned=len(rod.tested),
+        testable_percent=100 * plan.testable,
+        table=rod.table.tolist(),
+        predicted_percent=min(100 * rod.predicted, 100.0),
+        built_percent=guess,
+        true_percent=true,
+        measured_percent=min(100 * rod.share.value, 100.0),
+        low_percent=100 * rod.share.low,
+        high_percent=min(100 * rod.share.high, 100.0),
+        agrees=rod.agrees,
     )

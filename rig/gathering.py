@@ -115,6 +115,7 @@ def replay(recorded: Recorded, ports: Sequence[Port], stale: float = STALE) -> G
                     found.take(Event.of(record))
             case Kind.EVENT:
                 with suppress(ValueError):
-                    found.said.append((record.time, json.loads(record.data)))
+                    if isinstance(said := json.loads(record.data), dict):
+                        found.said.append((record.time, said))
     found.counts = [lines[i].counts if i in lines else Counts() for i in range(len(ports))]
     return found

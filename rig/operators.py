@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -25,6 +26,8 @@ _BETWEEN = 60  # poses between, over which ways may go
 _COARSE = np.radians(12.0)  # of a way, where what the sensors see of the robot is asked
 _LOOK, _SETTLE = 0.1, 0.3  # s; an arm that has arrived still swings
 _STILL = 0.01  # rad/s
+_LEAVE = "; step out of the robot's reach: it may move next"
+_PASSAGE = 0.15  # s, of a simulated hand before a sensor
 
 Ask = Callable[[str], bool]  # a person is told what to do: done, or left out; EndedError: no more
 Show = Callable[[Part, int, int], None]
@@ -132,36 +135,53 @@ class GuidedRobot:
         """Nothing is held."""
 
 
-class SimulatedRod:
-    """A rod of a simulated rig."""
+class SimulatedHelper:
+    """Who puts a rod, and passes a hand over the sensors, of a simulated rig."""
 
-    def __init__(self, rig: SimulatedRig, rod: Rod) -> None:
-        self._rig, self._rod = rig, rod
+    def __init__(self, rig: SimulatedRig, setup: Setup, rod: Rod) -> None:
+        self._rig, self._setup, self._rod = rig, setup, rod
 
     def put(self, point: Float[np.ndarray, " 3"] | None, words: str) -> bool:
         at = None if point is None else point.tolist()
-        try:
-            self._rig.do("world", rod=at, radius=self._rod.radius, length=self._rod.length)
-        except (SimulationError, OSError) as error:
-            raise EndedError(str(error)) from error
+        self._tell(rod=at, radius=self._rod.radius, length=self._rod.length)
         return True
 
+    def wave(self, ring: int) -> bool:
+        for seat in [*range(self._setup.rings[ring].count), None]:
+            self._tell(hand=None if seat is None else [ring, seat])
+            time.sleep(_PASSAGE)
+        return True
 
-class PersonsRod:
-    """A rod that a person puts where it is to be."""
+    def _tell(self, **words: Any) -> None:
+        try:
+            self._rig.do("world", **words)
+        except (SimulationError, OSError) as error:
+            raise EndedError(str(error)) from error
 
-    def __init__(self, ask: Ask) -> None:
-        self._ask = ask
+
+class Helper:
+    """A person who puts the rod where it is to be, and passes a hand over the sensors of a ring; names: of the rings. moves:
+    may the robot move by itself, once this person is done?"""
+
+    def __init__(self, ask: Ask, names: Sequence[str], moves: bool) -> None:
+        self._ask, self._names, self._leave = ask, names, _LEAVE if moves else ""
 
     def put(self, point: Float[np.ndarray, " 3"] | None, words: str) -> bool:
-        return self._ask(words)
+        return self._ask(words if point is not None else words + self._leave)
+
+    def wave(self, ring: int) -> bool:
+        return self._ask(
+            f"ring {self._names[ring]}: pass a hand 10 to 20 cm before its sensors, one by one, half a second each, from the"
+            " first on in the order of phase (right-handed about the link, toward its distal end), and take it away"
+            + self._leave
+        )
 
 
 class Crew:
-    """Robot, rod and who is shown how far it is, as one ``Operator``."""
+    """Robot, helper and who is shown how far it is, as one ``Operator``."""
 
-    def __init__(self, robot: MovedRobot | GuidedRobot, rod: SimulatedRod | PersonsRod, show: Show) -> None:
-        self.order, self.stand, self.put, self.show = robot.order, robot.stand, rod.put, show
+    def __init__(self, robot: MovedRobot | GuidedRobot, helper: SimulatedHelper | Helper, show: Show) -> None:
+        self.order, self.stand, self.put, self.wave, self.show = robot.order, robot.stand, helper.put, helper.wave, show
 
 
 def hurried(scene: Scene) -> Scene:

@@ -41,6 +41,10 @@ class Operator(Protocol):
         """Put the rod's middle at ``point`` (3,) m, or away; False: this is left out. EndedError: no more."""
         ...
 
+    def wave(self, ring: int) -> bool:
+        """Pass a hand over the sensors of a ring, one by one; False: this is left out. EndedError: no more."""
+        ...
+
     def show(self, part: Part, done: int, of: int) -> None:
         """So many steps of a part are done."""
         ...
@@ -48,22 +52,25 @@ class Operator(Protocol):
 
 @dataclass(frozen=True)
 class Plans:
-    """What is to be done: s that the rig is looked at, stops, trials; None: not that part."""
+    """What is to be done: s that the rig is looked at, stops, trials in each target; None or none: not that part. wave: is
+    a hand passed over the sensors, ring by ring? The rods' plans have the same poses, and their trials are numbered one
+    after another."""
 
     seconds: float | None
     mount: MountPlan | None
-    rod: RodPlan | None
+    rods: tuple[RodPlan, ...] = ()
+    wave: bool = False
 
     @property
     def poses(self) -> Float[np.ndarray, "P J"]:
         """All poses at which the robot is to stand, (P, J) rad."""
-        each = [plan.joints for plan in (self.mount, self.rod) if plan is not None]
+        each = [plan.joints for plan in (self.mount, *self.rods[:1]) if plan is not None]
         return np.concatenate(each) if each else np.zeros((0, 6))
 
 
 class Span(NamedTuple):
-    """From when to when, s of the host's monotonic clock, what was read: ``self``, ``mount`` at a stop, ``before`` at a
-    pose without the rod, ``trial`` with it."""
+    """From when to when, s of the host's monotonic clock, what was read: ``self``, ``wave`` at a ring, ``mount`` at a stop,
+    ``before`` at a pose without the rod, ``trial`` with it."""
 
     what: str
     number: int
@@ -90,10 +97,12 @@ def run(session: Session, plans: Plans, operator: Operator) -> str:
     try:
         if plans.seconds is not None:
             _self(session, plans.seconds, operator)
+        if plans.wave:
+            _wave(session, operator)
         if plans.mount is not None:
             _mount(session, plans.mount, operator)
-        if plans.rod is not None:
-            _rod(session, plans.rod, operator)
+        if plans.rods:
+            _rod(session, plans.rods, operator)
     except EndedError as error:
         why = str(error)
     except KeyboardInterrupt:
@@ -112,6 +121,16 @@ def _self(session: Session, seconds: float, operator: Operator) -> None:
     session.say("end")
 
 
+def _wave(session: Session, operator: Operator) -> None:
+    rings = len(session.rings.counts)
+    for ring in range(rings):
+        operator.show("self", ring, rings)
+        _check(session)
+        session.say("begin", step="wave", number=ring)
+        if operator.wave(ring):
+            session.say("end")
+
+
 def _mount(session: Session, plan: MountPlan, operator: Operator) -> None:
     order = operator.order(plan.joints)
     for done, stop in enumerate(order):
@@ -121,21 +140,22 @@ def _mount(session: Session, plan: MountPlan, operator: Operator) -> None:
     operator.show("mount", len(order), len(order))
 
 
-def _rod(session: Session, plan: RodPlan, operator: Operator) -> None:
-    total, done = len(plan.stratum), 0
-    for pose in operator.order(plan.joints):
-        trials = np.flatnonzero(plan.pose == pose)
-        there = operator.stand(plan.joints[pose], f"pose {pose} of the coverage check")
+def _rod(session: Session, plans: Sequence[RodPlan], operator: Operator) -> None:
+    joints, before = plans[0].joints, plans[0].detection.before
+    first = np.cumsum([0, *(len(p.stratum) for p in plans)])
+    done, total = 0, int(first[-1])
+    for pose in operator.order(joints):
+        there = operator.stand(joints[pose], f"pose {pose} of the coverage check")
         if there and operator.put(None, f"pose {pose}: no rod, nobody in the sensors' reach"):
-            _read(session, plan.detection.before, "before", pose)
-            for trial in trials:
-                operator.show("coverage", done, total)
-                x, y, z = 1000 * plan.point[trial]
-                if operator.put(
-                    plan.point[trial], f"trial {trial}: rod upright, its middle at ({x:.0f}, {y:.0f}, {z:.0f}) mm"
-                ):
-                    _read(session, plan.detection.frames, "trial", int(trial))
-                done += 1
+            _read(session, before, "before", pose)
+            for plan, start in zip(plans, first[:-1], strict=True):
+                for trial in np.flatnonzero(plan.pose == pose):
+                    operator.show("coverage", done, total)
+                    x, y, z = 1000 * plan.point[trial]
+                    words = f"trial {start + trial}: rod upright, its middle at ({x:.0f}, {y:.0f}, {z:.0f}) mm"
+                    if operator.put(plan.point[trial], words):
+                        _read(session, plan.detection.frames, "trial", int(start + trial))
+                    done += 1
         if there:
             operator.put(None, f"pose {pose} is done: rod away")
     operator.show("coverage", done, total)

@@ -1,13 +1,16 @@
 """What the trials with the rod say of the coverage: seen or not, the share of the target, and whether that is as predicted.
 
-The share is the sum of the strata's, by their weights. Its interval joins Wilson's intervals of the strata by the variances
-recovered from their limits (MOVER; Zou and Donner 2008, Statistics in Medicine 27): the squares of what each stratum's
-weighted limit is off are added. A stratum of which nothing was tested may be anything.
+The share is the sum of the strata's, by their weights. Its interval joins the strata's exact intervals (Clopper and Pearson)
+by the variances recovered from their limits (MOVER; Zou and Donner 2008, Statistics in Medicine 27): the squares of what
+each stratum's weighted limit is off are added. Wilson's, a tenth narrower, would not do: where nearly all trials of heavy
+strata succeed, 97 % of 20 in each of three, the joined interval would hold the share 92 times in 100. A stratum of which
+nothing was tested may be anything.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -141,13 +144,19 @@ def share(
         if not len(some):
             open_ += s.weight
             continue
-        found = stats.binomtest(int(some.sum()), len(some))
-        interval, p = found.proportion_ci(confidence, "wilson"), float(some.mean())
+        least, most = _interval(int(some.sum()), len(some), confidence)
+        p = float(some.mean())
         value += s.weight * p
-        low += (s.weight * (p - interval.low)) ** 2
-        high += (s.weight * (interval.high - p)) ** 2
+        low += (s.weight * (p - least)) ** 2
+        high += (s.weight * (most - p)) ** 2
     return Share(
         value + open_ / 2,
         max(value - math.sqrt(low), 0.0),
         min(value + math.sqrt(high) + open_, 1.0),
     )
+
+
+@cache
+def _interval(seen: int, trials: int, confidence: float) -> tuple[float, float]:
+    found = stats.binomtest(seen, trials).proportion_ci(confidence, "exact")
+    return float(found.low), float(found.high)

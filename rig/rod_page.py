@@ -4,6 +4,7 @@ What is predicted does not stand on it: who puts the rod there should not know.
 """
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,25 +30,27 @@ _ROBOT, _CELL, _INK = "#b8bec5", "#e9e2d3", "#23272b"
 _TURN = np.linspace(0, 2 * np.pi, 49)
 
 
-def rod_pages(scene: Scene, plan: RodPlan) -> list[Figure]:
-    """A page or more for each pose of the plan, A4."""
+def rod_pages(scene: Scene, plan: RodPlan, first: int = 0) -> list[Figure]:
+    """A page or more for each pose of the plan, A4, its trials numbered from ``first`` on."""
     pages, most = [], _ROWS * _COLUMNS
     for pose in range(len(plan.joints)):
         trials = np.flatnonzero(plan.pose == pose)
-        pages += [_page(scene, plan, pose, trials[i : i + most]) for i in range(0, len(trials), most)]
+        pages += [_page(scene, plan, pose, trials[i : i + most], first) for i in range(0, len(trials), most)]
     return pages
 
 
-def write_rod_pages(path: Path, scene: Scene, plan: RodPlan) -> None:
-    """Write the pages as a PDF, at once; UserError if it cannot be written."""
-    made = io.BytesIO()
+def write_rod_pages(path: Path, scene: Scene, plans: Sequence[RodPlan]) -> None:
+    """Write the pages of plans, their trials numbered one after another, as a PDF, at once; UserError if that fails."""
+    made, first = io.BytesIO(), 0
     with PdfPages(made, metadata={"Title": "Trials with a test rod", "CreationDate": None}) as file:
-        for page in rod_pages(scene, plan):
-            file.savefig(page)
+        for plan in plans:
+            for page in rod_pages(scene, plan, first):
+                file.savefig(page)
+            first += len(plan.stratum)
     write_bytes(path, made.getvalue())
 
 
-def _page(scene: Scene, plan: RodPlan, pose: int, trials: Any) -> Figure:
+def _page(scene: Scene, plan: RodPlan, pose: int, trials: Any, first: int) -> Figure:
     figure, rod, rows = Figure(figsize=_A4), plan.rod, -(-len(trials) // _COLUMNS)
     q = ", ".join(f"{a:.1f}" for a in np.degrees(plan.joints[pose]))
     size = f"{2000 * rod.radius:.0f} mm thick, {1000 * (rod.length + 2 * rod.radius):.0f} mm long over all"
@@ -64,7 +67,7 @@ def _page(scene: Scene, plan: RodPlan, pose: int, trials: Any) -> Figure:
     )
     for (i, j, words), left in zip(_VIEWS, (0.07, 0.54), strict=True):
         ax = figure.add_axes((left, 0.605, 0.40, 0.285))
-        _view(ax, scene, plan, pose, trials, (i, j))
+        _view(ax, scene, plan, pose, trials, (i, j), first)
         ax.set_title(words, fontsize=9, loc="left", color=_INK)
     floor = _floor(scene)
     for column in range(_COLUMNS):
@@ -75,7 +78,7 @@ def _page(scene: Scene, plan: RodPlan, pose: int, trials: Any) -> Figure:
         for row, k in enumerate(some):
             x, y, z = 1000 * plan.point[k]
             foot = z - 1000 * (rod.length / 2 + rod.radius + floor)
-            _line(figure, left, 0.545 - 0.0145 * row, (str(k), *(f"{v:.0f}" for v in (x, y, z, foot)), "☐"))
+            _line(figure, left, 0.545 - 0.0145 * row, (str(first + k), *(f"{v:.0f}" for v in (x, y, z, foot)), "☐"))
     return figure
 
 
@@ -91,7 +94,7 @@ def _floor(scene: Scene) -> float:
     return max(level, default=0.0)
 
 
-def _view(ax: Axes, scene: Scene, plan: RodPlan, pose: int, trials: Any, axes: tuple[int, int]) -> None:
+def _view(ax: Axes, scene: Scene, plan: RodPlan, pose: int, trials: Any, axes: tuple[int, int], first: int) -> None:
     """Robot, cell and numbered points along two axes of the base frame."""
     which = list(axes)
     points = plan.point[trials][:, which]
@@ -108,7 +111,7 @@ def _view(ax: Axes, scene: Scene, plan: RodPlan, pose: int, trials: Any, axes: t
             ax.add_patch(Polygon(_outline(np.concatenate([a[which] + ring, b[which] + ring])), color=_ROBOT, zorder=2))
     ax.plot(*points.T, "o", ms=2.5, color=_INK, zorder=3)
     for k, (x, y) in zip(trials, points, strict=True):
-        ax.annotate(str(k), (x, y), textcoords="offset points", xytext=(2, 2), fontsize=5.5, color=_INK, zorder=4)
+        ax.annotate(str(first + k), (x, y), textcoords="offset points", xytext=(2, 2), fontsize=5.5, color=_INK, zorder=4)
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     ax.set_xlabel("xyz"[axes[0]] + ", m", fontsize=8)
     ax.set_ylabel("xyz"[axes[1]] + ", m", fontsize=8)

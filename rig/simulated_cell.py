@@ -19,6 +19,7 @@ from ..placement.convert import ring_models, scene_model
 from ..placement.loader import read_proposal, to_toml, write_text
 from ..placement.models import ObstacleModel
 from ..placement.proposals import ProposalFile
+from .expected import beams_at
 from .injected import injected
 from .rod import Rod
 from .simulated.plain import Measured
@@ -28,20 +29,23 @@ from .world import World
 
 RATE = 25.0  # frames a second
 FILE = "world.toml"
+_HAND, _AWAY, _DEEP = 0.04, 0.14, 0.01  # m: a hand's radius, its middle from a sensor, its depth
 
 
 class Cell:
-    """What rings of a ``World`` see, of the robot, the cell and, where one is put, a rod."""
+    """What rings of a ``World`` see, of the robot, the cell and, where there is one, a rod or a hand."""
 
     def __init__(self, world: World) -> None:
-        self._world, self._rod = world, None
+        self._world, self._rod, self._hand = world, None, None
         self.counts = tuple(r.count for r in world.mounted.rings)
 
     _rod: Capsules | None
+    _hand: int | None
 
     def see(self, q: Float[np.ndarray, " 6"]) -> Float[np.ndarray, " K"]:
         """True distances, m, as wired: infinite without a target, nan of the dead."""
-        return self._world.distances(np.asarray(q, float)[None], self._rod)[0]
+        joints = np.asarray(q, float)[None]
+        return self._world.distances(joints, self._rod if self._hand is None else self._before(joints, self._hand))[0]
 
     def measure(self, seen: Float[np.ndarray, " K"], rng: np.random.Generator) -> list[Measured]:
         """The same through noise."""
@@ -50,10 +54,22 @@ class Cell:
         return list(zip(np.split(distance, ends), np.split(status, ends), strict=True))
 
     def tell(self, message: dict[str, Any]) -> None:
-        """A rod with its middle at ``rod``, three m in the base frame, of ``radius`` and ``length`` m; None: taken away."""
+        """A rod with its middle at ``rod``, three m in the base frame, of ``radius`` and ``length`` m; None: taken away. Or
+        a hand before the seat ``hand``: its ring and its number there; None likewise."""
+        if "hand" in message:
+            at = message["hand"]
+            self._hand = None if at is None else int(np.cumsum([0, *self.counts])[at[0]] + at[1])
+            return
         at = message["rod"]
         rod = Rod(message.get("radius", Rod.radius), message.get("length", Rod.length))
         self._rod = None if at is None else rod.at(np.array([at], float))
+
+    def _before(self, joints: Float[np.ndarray, "1 6"], seat: int) -> Capsules:
+        """A hand, as a ball, before a seat."""
+        beams = beams_at(self._world.scene, self._world.mounted, joints)
+        apex, axis = np.asarray(beams.apex[seat]), np.asarray(beams.axis[seat])
+        near, far = (apex + d * axis for d in (_AWAY, _AWAY + _DEEP))
+        return Capsules(near[None, None], far[None, None], np.array([_HAND]))
 
 
 def with_cell(scene: Scene) -> Scene:

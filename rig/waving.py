@@ -7,7 +7,8 @@ from jaxtyping import Float, Int
 
 from ..coverage.rings import Setup
 from .noise import Noise
-from .readings import VALID, Readings
+from .readings import FAILED, VALID, Readings
+from .wiring import Order, mixed, told
 
 _SURE = 6.0  # deviations, by which a hand is nearer than what is behind it
 _LEAST = 0.03  # m, the same
@@ -16,43 +17,59 @@ _UNSEEN = -1
 
 @dataclass(frozen=True)
 class Waving:
-    """seat (n,): of each wire the place in the order of waving, -1 where no hand was seen. time (n,) s: the middle of its
-    passage, nan likewise."""
+    """seat (n,): of each wire the seat, by the order of waving; -1 where no hand was seen. time (n,) s: of its passage, nan
+    likewise. order: of all wires, that explains most of the seats; mixed: wires that sit elsewhere. missed: wires that
+    answer, and saw no hand."""
 
     seat: Int[np.ndarray, " n"]
     time: Float[np.ndarray, " n"]
+    order: Order
+    mixed: tuple[tuple[int, ...], ...]
+    missed: tuple[int, ...]
+
+    def faults(self) -> list[str]:
+        """What this says against the wiring, in words."""
+        return told(self.order, self.mixed)
 
     def text(self) -> str:
-        """What this says of the wiring, in a line."""
-        missing = np.flatnonzero(self.seat == _UNSEEN)
-        if len(missing):
-            return f"no hand was seen by {', '.join(map(str, missing))}; wave again"
-        wrong = np.flatnonzero(self.seat != np.arange(len(self.seat)))
-        if not len(wrong):
-            return "wired in order"
-        n = len(self.seat)
-        if (self.seat == (self.seat[0] - np.arange(n)) % n).all():
-            return "wired in reverse"
-        return "wired otherwise: " + ", ".join(f"place {i} of the frame is sensor {self.seat[i]}" for i in wrong)
+        """The same, and what was not told, in a line."""
+        missed = [f"no hand was seen by {', '.join(map(str, self.missed))}: wave again"] * bool(self.missed)
+        return "; ".join(self.faults() + missed) or "wired in order"
 
 
 def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = None) -> Waving:
     """The wiring of a ring, from readings while the robot stood still and a hand passed its sensors one by one.
 
     Each sensor's usual distance is the median of the whole time, so that the hand may be before it for less than half of it.
+    The hand passes when it is nearest, as the sensors beside see it, too, from the side. Of wires that saw none the seat is
+    not known: the others' are those that an order of all wires leaves to them, by the order that explains most.
+
+    Raises:
+        ValueError: if there is no reading of the ring.
     """
     noise, count = noise or Noise(), setup.rings[ring].count
-    some = readings.only((readings.ring == ring) & (readings.status == VALID) & np.isfinite(readings.distance))
-    total = np.bincount(readings.sensor[readings.ring == ring], minlength=count)
-    time = np.full(count, np.nan)
-    for k in range(count):
-        mine = some.only(some.sensor == k)
-        usual = np.median(mine.distance) if 2 * len(mine) > total[k] else np.inf
-        hand = np.ones(len(mine), bool)
-        if np.isfinite(usual):
-            hand = mine.distance < usual - max(_LEAST, _SURE * float(noise.at(np.array([usual]))[0]))
-        if hand.any():
-            time[k] = np.median(mine.time[hand])
-    seat, told = np.full(count, _UNSEEN), np.flatnonzero(np.isfinite(time))
-    seat[told[np.argsort(time[told])]] = np.arange(len(told))
-    return Waving(seat, time)
+    mine = readings.only(readings.ring == ring)
+    if not len(mine):
+        raise ValueError(f"found no reading of ring {ring} ({setup.rings[ring].link}), allowed: a hand's passage")
+    time = np.array([_passage(mine.only(mine.sensor == k), noise) for k in range(count)])
+    answers = np.array([(mine.status[mine.sensor == k] != FAILED).any() for k in range(count)])
+    seen = np.flatnonzero(np.isfinite(time))
+    seen = seen[np.argsort(time[seen])]
+    orders = [Order(d, s) for d in (1, -1) for s in range(count)]
+    order = max(orders, key=lambda o: np.count_nonzero(np.sort(o.seat(count)[seen]) == o.seat(count)[seen]))
+    seat = order.seat(count)
+    seat[seen] = np.sort(seat[seen])
+    cycles = tuple(mixed(order, seat))
+    seat[np.isnan(time)] = _UNSEEN
+    return Waving(seat, time, order, cycles, tuple(int(k) for k in np.flatnonzero(np.isnan(time) & answers)))
+
+
+def _passage(readings: Readings, noise: Noise) -> float:
+    """When the hand was nearest to one sensor, s; nan where none was seen."""
+    good = (readings.status == VALID) & np.isfinite(readings.distance)
+    usual = np.median(readings.distance[good]) if 2 * good.sum() > len(good) else np.inf
+    least = max(_LEAST, _SURE * float(noise.at(np.array([usual]))[0])) if np.isfinite(usual) else 0.0
+    hand = good & (readings.distance < usual - least)
+    if not hand.any():
+        return np.nan
+    return float(np.median(readings.time[hand & (readings.distance <= np.median(readings.distance[hand]))]))

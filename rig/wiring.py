@@ -4,6 +4,7 @@ All hypotheses are judged by one table, the cost of each wire in each seat: what
 should read, squares of standard deviations, none above a cap, as jumps and lost readings are no more than that unlikely.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,3 +101,17 @@ def mixed(order: Order, seat: Int[np.ndarray, " n"]) -> list[tuple[int, ...]]:
     """The wires that sit elsewhere than ``order`` says, exchange by exchange: pairs are swapped, more go round."""
     holder = np.argsort(order.seat(len(seat)))
     return sorted(tuple(sorted(cycle)) for cycle in _cycles(holder[seat]))
+
+
+def told(order: Order, mixed_up: Sequence[tuple[int, ...]]) -> list[str]:
+    """What is wrong with a ring's wiring, in words."""
+    found = []
+    if order.flipped:
+        found.append("is mounted the other way round")
+    elif order.direction < 0:
+        found.append("is wired in reverse")
+    if order.shift:
+        found.append(f"begins with sensor {order.shift}: turned, or wired, by {order.shift} sensors")
+    return found + [
+        f"sensors {' and '.join(map(str, cycle))} are {'swapped' if len(cycle) == 2 else 'mixed up'}" for cycle in mixed_up
+    ]

@@ -32,7 +32,18 @@ _PLACEMENT = (f"place_rings.placement.{name}" for name in ("search", "finalists"
 _RIG = (
     f"place_rings.rig.{name}"
     for name in (
-        *("as_built", "clear_poses", "expected", "fan", "mount_fit", "mount_model", "mount_plan", "noise", "readings"),
+        *(
+            "as_built",
+            "clear_poses",
+            "expected",
+            "fan",
+            "mount_fit",
+            "mount_model",
+            "mount_plan",
+            "mount_solve",
+            "noise",
+            "readings",
+        ),
         *("clocks", "gathering", "protocol", "state", "vetting"),
         *("rod", "rod_check", "rod_plan", "self_check", "waving", "wiring", "world"),
     )

@@ -1,6 +1,7 @@
 """The check as a whole: from a recording made by hand, and end to end on the simulated rig, live and replayed."""
 
 import json
+import signal
 import subprocess
 import sys
 from dataclasses import replace
@@ -17,8 +18,9 @@ from place_rings.placement.loader import read_proposal, to_toml
 from place_rings.placement.proposals import ProposalFile
 from place_rings.rig import motion
 from place_rings.rig.check_models import AboutFile, CheckResult, PortModel
+from place_rings.rig.checked import Checked
 from place_rings.rig.gathering import replay
-from place_rings.rig.judge import Checked, judge
+from place_rings.rig.judge import judge
 from place_rings.rig.mount_plan import planned
 from place_rings.rig.plan_files import mount_plan_model, rod_plan_model
 from place_rings.rig.procedure import spans
@@ -27,20 +29,20 @@ from place_rings.rig.recording import Recorded, Recording
 from place_rings.rig.records import Kind, Record
 from place_rings.rig.rod import Rod
 from place_rings.rig.rod_plan import places, plan_rod
-from place_rings.rig.simulated_cell import simulated_rig
+from place_rings.rig.simulated_cell import Cell, simulated_rig
 from place_rings.rig.state import State
 
 from .rig_cell import SCENE as CELL
 from .rig_cell import SETUP
 
-SCENE = replace(CELL, goals=(Goal(Target("V_S", 0.25)),))
+SCENE = replace(CELL, goals=(Goal(Target("V_S", 0.25)), Goal(Target("V_S", 0.2))))
 
 HZ, EVERY = 125, 5  # states a second, states between two frames
 
 
 def about():
-    goal = SCENE.goals[0].target
-    plan = plan_rod(SCENE, SETUP, goal, 12, where=places(SCENE, goal, Rod(), 0.1))
+    targets = [goal.target for goal in SCENE.goals]
+    plans = [plan_rod(SCENE, SETUP, t, n, where=places(SCENE, t, Rod(), 0.1)) for t, n in zip(targets, (12, 8), strict=True)]
     return AboutFile(
         setup="small.toml",
         proposal=ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=scene_model(SCENE)),
@@ -51,8 +53,9 @@ def about():
         voxel=0.05,
         ports=[PortModel(name=f"port {i}", count=r.count, baud=460800) for i, r in enumerate(SETUP.rings)],
         seconds=1.0,
+        wave=True,
         stops=mount_plan_model(planned(SCENE, SETUP, poses=10, frames=8, candidates=60)),
-        trials=rod_plan_model(plan),
+        trials=[rod_plan_model(plan) for plan in plans],
         version="0",
     )
 
@@ -68,14 +71,24 @@ class Tape:
         self.put(Record(Kind.EVENT, 0, at, json.dumps({"what": what, **more}).encode()))
 
     def stand(self, q, step, number, frames, rod=None):
+        self.tell(q, step, number, [self.world.distances(q[None], rod)[0]] * (frames + 2))
+
+    def wave(self, q, ring):
+        """A hand before one seat after another, four frames each."""
+        cell, seen = Cell(self.world), []
+        for seat in range(cell.counts[ring]):
+            cell.tell({"hand": [ring, seat]})
+            seen += [cell.see(q)] * 4
+        self.tell(q, "wave", ring, seen)
+
+    def tell(self, q, step, number, seen):
         self.now += 1.0
-        true = self.world.distances(q[None], rod)[0]
-        for n in range(EVERY * (frames + 2)):
+        for n in range(EVERY * len(seen)):
             t = self.now + n / HZ
             state = State(t, t - 90, np.array(q), np.zeros(6))
             self.put(Record(Kind.STATE, 0, t, state.pack()))
             if n % EVERY == 2:
-                distance, status = self.world.told(self.rng, true)
+                distance, status = self.world.told(self.rng, seen[n // EVERY])
                 first = 0
                 for i, ring in enumerate(self.world.mounted.rings):
                     k = slice(first, first := first + ring.count)
@@ -84,7 +97,7 @@ class Tape:
                 self.sequence += 1
             if n == 0:
                 self.say("begin", t, step=step, number=number)
-        self.now += EVERY * (frames + 2) / HZ
+        self.now += EVERY * len(seen) / HZ
         self.say("end", self.now)
 
 
@@ -95,12 +108,14 @@ def taped(tmp_path_factory):
     asked = about()
     checked = Checked.of(asked)
     with Recording(file, {"check": asked.model_dump(mode="json")}) as recording:
-        tape, plan = Tape(recording, checked), checked.plans.rod
+        tape, plans = Tape(recording, checked), checked.plans.rods
         tape.stand(SCENE.poses[0].q, "self", 0, 20)
+        for ring in range(len(SETUP.rings)):
+            tape.wave(SCENE.poses[0].q, ring)
         for i, q in enumerate(checked.plans.mount.joints):
             tape.stand(q, "mount", i, 8)
-        tape.stand(plan.joints[0], "before", 0, 20)
-        for i, point in enumerate(plan.point):
+        tape.stand(plans[0].joints[0], "before", 0, 20)
+        for i, (plan, point) in enumerate((each, x) for each in plans for x in each.point):
             tape.stand(plan.joints[0], "trial", i, 10, plan.rod.at(point[None]))
         tape.say("ended", tape.now, why="")
     return file, checked
@@ -125,8 +140,13 @@ def test_what_was_injected_is_found_and_said(taped):
     for one in r.mount.rings:
         assert all(abs(e.value - e.injected) < 2.5 * e.margin for e in one.errors)
     assert len(r.self_check.silent) == 1
-    assert r.coverage.trials == 12
-    assert r.coverage.low_percent <= r.coverage.measured_percent <= r.coverage.high_percent
+    wires = np.concatenate([[np.nan if w is None else w for w in one.seats] for one in r.self_check.waved])
+    seats = np.concatenate([np.arange(n.count) for n in SETUP.rings]).astype(float)[checked.injected.seat]
+    np.testing.assert_array_equal(wires, np.where(checked.injected.seat < 0, np.nan, seats))
+    assert not any(one.missed for one in r.self_check.waved)
+    assert any("by a hand: " in reason for reason in r.reasons)
+    assert [(c.named, c.trials) for c in r.coverage] == [("V_S(0.25)", 12), ("V_S(0.2)", 8)]
+    assert all(c.low_percent <= c.measured_percent <= c.high_percent for c in r.coverage)
     assert any("dead" in reason for reason in r.reasons)
     assert [line.frames for line in r.lines] == [r.lines[0].frames] * 2
     assert abs(r.lines[0].drift_ppm) < 1
@@ -141,12 +161,36 @@ def test_a_check_that_was_cut_off_is_unfinished_and_what_was_done_is_judged(tape
     assert r.verdict == "unfinished"
     assert "ended early: it was cut off" in r.reasons
     assert r.self_check is not None
-    assert r.coverage is None
+    assert r.coverage == []
     assert any("coverage check: no trial was done" in reason for reason in r.reasons)
     assert any("is not whole" in warning for warning in r.warnings)
     (tmp_path / "early").write_bytes(data[:20_000])
     r = judged(tmp_path / "early", checked).result
     assert (r.verdict, r.self_check, r.mount) == ("unfinished", None, None)
+
+
+def test_a_recording_that_says_what_cannot_be_is_judged_by_the_rest(taped, tmp_path):
+    _, checked = taped
+    with Recording(tmp_path / "odd", {"check": checked.about.model_dump(mode="json")}) as recording:
+        tape = Tape(recording, checked)
+        tape.stand(SCENE.poses[0].q, "self", 0, 20)
+        for step, number in (("mount", 99), ("mount", -1), ("wave", 7), ("trial", 500), ("before", 9), ("dance", 1)):
+            tape.stand(SCENE.poses[0].q, step, number, 2)
+        tape.say("link ended", tape.now, why="BORED")
+    r = judged(tmp_path / "odd", checked).result
+    assert (r.verdict, r.mount, r.robot.ended) == ("unfinished", None, "BORED")
+    assert r.self_check is not None
+
+
+def test_a_recording_of_other_ports_than_rings_is_refused(taped, tmp_path):
+    _, checked = taped
+    wrong = checked.about.model_dump(mode="json")
+    wrong["ports"] = wrong["ports"][:1]
+    with Recording(tmp_path / "odd", {"check": wrong}):
+        pass
+    with pytest.raises(UserError, match=r"ports: found .counts \[8\]., allowed: those of the rings, \[8, 6\]"):
+        call(["check", "--replay", str(tmp_path / "odd"), "--out", str(tmp_path / "out")])
+    assert not (tmp_path / "out").exists()
 
 
 def test_steps_that_were_not_ended_are_none():
@@ -201,7 +245,13 @@ PROPOSAL = to_toml(ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=sc
         (["--robot-host", "h", "--ring", "hand=/dev/x"], 'found "hand", allowed: each of forearm, tool once'),
         (["--robot-host", "h", "--ring", "0=/dev/x", "--ring", "forearm=/dev/y"], 'found "forearm", allowed: each of tool'),
         (["--robot-host", "h", "--ring", "tool=/dev/x,morse"], "allowed: place-rings, esp32, text"),
+        (
+            ["--robot-host", "h", "--ring", "0=gone", "--ring", "tool=gone"],
+            '--ring forearm: found no "gone", allowed: a port',
+        ),
         (["--rig", "sim", "--rod-mm", "370x70"], "allowed: THICKNESSxLENGTH"),
+        (["--rig", "sim", "--part", "mount", "--wave"], "--wave: allowed: only with --part self"),
+        (["--rig", "sim", "--target", "V_S", "--radius", "0.1"], "--radius: found 0.1, allowed: above 0.15"),
         (["--replay", "small.toml"], "found no recording of a rig"),
     ],
 )
@@ -220,6 +270,26 @@ def test_what_is_missing_is_said_before_anything_is_done(tmp_path, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(UserError, match=r"pip install 'place-rings\[rig\]'"):
         call(["check", str(tmp_path / "small.toml"), "--rig", "sim"])
+
+
+def test_a_process_that_is_gone_does_not_end_the_check_with_it(tmp_path, monkeypatch):
+    """The command lets a broken pipe end it, for ``| head``: the check's moving client, once killed, must not."""
+    pytest.importorskip("rtde_control")
+    (tmp_path / "small.toml").write_text(PROPOSAL)
+    before, told = signal.signal(signal.SIGPIPE, signal.SIG_DFL), []
+
+    def started(*_):
+        told.append(signal.getsignal(signal.SIGPIPE))
+        raise UserError("enough")
+
+    monkeypatch.setattr(command, "_started", started)
+    try:
+        with pytest.raises(UserError, match="enough"):
+            call(["check", str(tmp_path / "small.toml"), "--rig", "sim", "--part", "self", "--out", str(tmp_path / "out")])
+        told.append(signal.getsignal(signal.SIGPIPE))
+    finally:
+        signal.signal(signal.SIGPIPE, before)
+    assert told == [signal.SIG_IGN, signal.SIG_DFL]
 
 
 def test_a_robot_that_ur_rtde_does_not_know_is_refused(tmp_path):
@@ -242,10 +312,10 @@ def test_end_to_end_on_the_simulated_rig_and_its_replay(tmp_path):
     result = CheckResult.model_validate_json((live / "check.json").read_text())
     assert result.verdict == "differs", done.stdout
     assert result.mount.injected_found == dict.fromkeys(("reversed ring", "swapped pair", "dead sensor"), True)
-    assert result.coverage.trials == 8
+    assert [(c.named, c.trials) for c in result.coverage] == [("V_S(0.25)", 4), ("V_S(0.2)", 4)]
     recording = str(live / "recording-1.rig")
     subprocess.run([*run, "check", "--replay", recording, "--out", str(again)], capture_output=True, check=True)
-    plans = ("recording-1.rig", "world.toml", "stops.toml", "trials.toml", "trials.pdf")
+    plans = ("recording-1.rig", "world.toml", "stops.toml", "trials-V_S-0.25.toml", "trials-V_S-0.2.toml", "trials.pdf")
     assert files_of(again) == files_of(live, *plans)
 
 
@@ -279,7 +349,7 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
         monkeypatch.setattr(motion, "_TOLD", 20.0)
         monkeypatch.setattr("builtins.input", lambda *_: asked.append(1) or "yes")
         ports = [PortModel(name=rig.ring(i), count=r.count, baud=460800, patience=8.0) for i, r in enumerate(SETUP.rings)]
-        wanted = command.Asked(("mount",), 1.0, 3, 2, Rod(), True, 0.1, 0)
+        wanted = command.Asked(("mount",), 1.0, False, 3, 2, Rod(), True, 0.1, 0)
         command.check_live("small.toml", SETUP, scene, wanted, rig.address, ports, tmp_path / "moved", False)
         assert asked == [1]
         assert np.abs(np.subtract(rig.do("state")["q"], SCENE.poses[0].q)).max() > 0.1

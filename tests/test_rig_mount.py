@@ -15,9 +15,10 @@ from place_rings.placement.loader import read_proposal
 from place_rings.rig.as_built import AsBuilt
 from place_rings.rig.clear_poses import clear, drawn, gaps
 from place_rings.rig.expected import CELL, expected
-from place_rings.rig.mount_fit import MountError, RingFit, fit_mount
+from place_rings.rig.mount_fit import RingFit, fit_mount
 from place_rings.rig.mount_model import LIMITS, NAMES, moved, slopes
 from place_rings.rig.mount_plan import MountPlan, planned
+from place_rings.rig.mount_solve import MountError, Read, solve
 from place_rings.rig.noise import Noise
 from place_rings.rig.plan_files import read_mount_plan, write_mount_plan
 from place_rings.rig.readings import FAILED, at_stops
@@ -166,6 +167,19 @@ def test_what_was_done_is_found(plan, tmp_path):
     zeta = built.zeta(SCENE.goals[0].target, verifier)
     assert file.zeta[0].zeta_percent == pytest.approx(100 * zeta.built, abs=1e-9)
     assert zeta.alive < zeta.built
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_search_ends_at_the_same_values_wherever_it_begins(plan, seed):
+    """Jumps of readings on the way stop none."""
+    rng, ring = np.random.default_rng(seed), SETUP.rings[0]
+    errors = rng.uniform(-1, 1, 4) * LIMITS
+    world = World(SCENE, Setup((moved(SCENE, ring, errors),)), None, errors[3:])
+    stops = at_stops(world.readings(rng, plan.joints, plan.frames), Setup((ring,)), plan.joints)
+    sigma = Noise().at(np.nan_to_num(stops.distance)) / np.sqrt(np.maximum(stops.valid, 1))
+    read = Read(stops.joints, stops.distance, sigma)
+    far, near = (solve(SCENE, ring, read, start) for start in (np.zeros(4), errors))
+    assert np.all(np.abs(far.values - near.values) <= 0.1 * np.sqrt(np.diag(far.covariance)))
 
 
 def test_a_region_holds_the_truth_as_often_as_it_says():

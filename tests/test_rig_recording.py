@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from place_rings.placement.errors import UserError
 from place_rings.rig.clocks import Lag, align
@@ -196,13 +196,17 @@ def test_a_replay_gathers_what_the_rig_told(tmp_path):
     assert gathered.rows(0)[0].shape == (0,)
 
 
+@example(b"1", Kind.EVENT)
 @given(st.binary(max_size=60), st.sampled_from([Kind.EVENT, Kind.HAPPENED, Kind.STATE, Kind.BYTES, Kind.OPENED, Kind.NOTE]))
 def test_a_replay_passes_over_what_it_cannot_read(tmp_path_factory, data, kind):
     path = tmp_path_factory.mktemp("replay") / "file"
     with Recording(path, {}) as recording:
         recording.put(Record(kind, 0, 1.0, data))
         recording.put(Record(kind, 200, 1.0, data))
-    replay(Recorded(path), [Port("", 3)])
+        recording.event("after")
+    found = replay(Recorded(path), [Port("", 3)])
+    assert (found.said[-1][1], found.frames, found.states) == ({"what": "after"}, [], [])
+    assert all(isinstance(said, dict) for _, said in found.said)
 
 
 @given(
