@@ -150,8 +150,10 @@ class Space:
     @property
     def totals(self) -> list[int]:
         """The numbers of sensors, ascending, that free rings come to with the fixed ones."""
-        held, most = self.sensors - self.free, min(self._rooms(), _MOST_RINGS)
-        each = (range(n * self.least, n * self.most + 1) for n in range(0 if held else 1, most + 1))
+        held, rooms = self.sensors - self.free, self._rooms()
+        sizes = [n for link, room in rooms.items() for n in [self.most_on(link)] * room if n >= self.least]
+        most = np.cumsum([0, *sorted(sizes, reverse=True)[:_MOST_RINGS]]).tolist()
+        each = (range(n * self.least, m + 1) for n, m in enumerate(most) if n or held)
         return sorted({held + n for some in each for n in some})
 
     def _shared_tilt(self) -> tuple[float, float]:

@@ -247,7 +247,7 @@ def hostile() -> tuple[Scene, Setup]:
 
 def test_hostile_names_do_nothing(tmp_path):
     scene, setup = hostile()
-    written(tmp_path, scene, setup, *FORMATS)
+    written(tmp_path, scene, setup, *(name for name in FORMATS if name != "stl"))
     for file in ("robot.urdf", "sensors.xacro", "scene.xml"):
         root = ET.parse(tmp_path / file).getroot()
         assert root.find(".//evil") is None
