@@ -19,6 +19,8 @@ from .app import Degrees, OcclusionOption, Radius, RobotOption, SceneFileOption,
 from .options import parse_goals, resolve_scene, with_goals, with_motion, with_occlusion
 from .sensing import Ambient, Reflectance, SensorOption, TargetSize, resolve_with_sensor
 
+_PATIENCE = 0.5  # s, for the server to take leave of its pages
+
 
 @app.command
 def view(
@@ -103,8 +105,9 @@ def run(
     except KeyboardInterrupt:
         pass
     finally:
-        rest = server.close()
+        ending = threading.Thread(target=server.close, daemon=True)
+        ending.start()
+        ending.join(_PATIENCE)
         console.print("closed")
-        if not rest:  # a search that has not heard yet: nothing of it is to be kept
-            sys.stdout.flush()
-            os._exit(0)
+        sys.stdout.flush()
+        os._exit(0)  # what is still at work has nothing to keep: a proposal is written whole or not at all

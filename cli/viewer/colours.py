@@ -32,7 +32,7 @@ KINDS = (
     Kind(TWICE, "seen by two or more", "#0072B2", 0.008),
 )
 _LINKS = ("#009E73", "#CC79A7", "#E69F00", "#F0E442", "#7A5230", "#999999")  # no blues: those are of points
-ROBOT, CURVE, OUTLINE, OBSTACLE, SENSOR = "#b4bbc3", "#23272b", "#8f8a80", "#c9b48c", "#23272b"
+ROBOT, CURVE, OUTLINE, OBSTACLE, SENSOR, FLOOR = "#b4bbc3", "#23272b", "#8f8a80", "#c9b48c", "#23272b", "#d9dde1"
 
 
 def link_colours(links: Sequence[str]) -> dict[str, str]:

@@ -14,14 +14,15 @@ from ...coverage.slots import sensor_cones
 from ...coverage.solids import Cones
 from ...coverage.targets import Target, robot_curve
 from ...studies.shapes import RING_WIDTH, band, faces_within, lengths_within
-from .colours import CURVE, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
+from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
 from .glance import SHOWN, TWICE, Glance
-from .shapes import Surface, beams, bodies, chips, loops, outline, skin
+from .shapes import Surface, beams, bodies, chips, grid, loops, outline, skin
 from .surface import Skin
 
 Shown = Literal["off", "this ring", "this link", "all"]
 SHOWN_CONES: tuple[Shown, ...] = ("off", "this ring", "this link", "all")
-_VEIL, _ROBOT_VEIL = 0.55, 0.85  # opacity of one cone's veil shared by all, and of the robot
+_FLOOR = grid(2.0, 0.5)
+_VEIL = 0.55  # opacity of one cone, shared by all
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,8 @@ class Drawing:
         found: dict[str, Item] = {}
         surface, curve = self._robot(choice.pose)
         if choice.robot:
-            found["robot"] = Mesh(*surface, ROBOT, _ROBOT_VEIL)
+            found["robot"] = Mesh(*surface, ROBOT)
+        found["floor"] = Edges(_FLOOR, FLOOR, 1.0)
         found["curve"] = Edges(curve, CURVE, 2.5)
         if choice.outline:
             found["outline"] = Edges(self._outline(choice.target, choice.pose), OUTLINE, 1.0)

@@ -52,15 +52,7 @@ class Page:
         self._stages = [
             Stage(client.scene, f"/setup{i}", place, partial(self._clicked, i)) for i, place in enumerate(places)
         ]
-        client.scene.add_grid(
-            "/floor",
-            20.0,
-            20.0,
-            infinite_grid=True,
-            fade_distance=9.0,
-            cell_color=(235, 235, 235),
-            section_color=(205, 205, 205),
-        )
+        client.scene.configure_default_lights(cast_shadow=False)
         client.scene.add_frame("/base", axes_length=0.25, axes_radius=0.006)
         for i, name in enumerate(self._names if len(self._names) > 1 else []):
             top = float(room.drawing.box(self._choice)[1][2])
@@ -310,9 +302,3 @@ class Page:
         self._closed = True
         if self._job is not None:
             self._job.stop()
-
-    def rest(self, seconds: float) -> bool:
-        """Wait so long at most until nothing is being done; is it so?"""
-        if self._job is not None:
-            self._job.join(seconds)
-        return self._job is None or not self._job.running

@@ -19,7 +19,6 @@ from .room import Room
 
 LOOPBACK = "127.0.0.1"
 _EYE, _FOV = np.array([0.62, -1.0, 0.42]), 0.7  # of the first look: from where, in diagonals of the target; rad
-_PATIENCE = 1.0  # s, for work to stop at the end
 
 
 def own(host: str | None, origin: str | None, given: str) -> bool:
@@ -55,7 +54,7 @@ class Server:
         """Begin to serve. ``port`` 0: any that is free. UserError where that cannot be."""
         _check_address(host, port)
         os.environ.pop("_VISER_PORT_OVERRIDE", None)
-        self._room, self._host = room, host
+        self.room, self._host = room, host
         self._pages: dict[int, Page] = {}
         self._lock, self._closed = threading.Lock(), False
         with contextlib.redirect_stdout(io.StringIO()):
@@ -76,9 +75,9 @@ class Server:
 
     def _look(self) -> None:
         """The first look: from the side and a little above, at the whole target."""
-        choice = Choice(0, self._room.scene.goals[0].target, self._room.scene.occlusion)
-        low, high = self._room.drawing.box(choice)
-        if len(self._room.setups) > 1:
+        choice = Choice(0, self.room.scene.goals[0].target, self.room.scene.occlusion)
+        low, high = self.room.drawing.box(choice)
+        if len(self.room.setups) > 1:
             high = high + np.array([0.0, high[1] - low[1] + 0.5, 0.0])
         middle, far = (low + high) / 2, float(np.linalg.norm(high - low))
         camera = self._server.initial_camera
@@ -109,7 +108,7 @@ class Server:
         headers = connection.request.headers
         if not own(headers.get("Host"), headers.get("Origin"), self._host):
             return  # a foreign page gets nothing to see or to press
-        page = Page(client, self._room)
+        page = Page(client, self.room)
         with self._lock:
             if not self._closed and client.client_id in self._server.get_clients():
                 self._pages[client.client_id] = page
@@ -128,12 +127,11 @@ class Server:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def close(self) -> bool:
-        """Stop all; was everything at rest within a moment?"""
+    def close(self) -> None:
+        """Stop all."""
         with self._lock:
             self._closed, pages = True, list(self._pages.values())
         for page in pages:
             page.close()
         with contextlib.redirect_stdout(io.StringIO()):
             self._server.stop()
-        return all(page.rest(_PATIENCE) for page in pages)

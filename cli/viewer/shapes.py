@@ -75,6 +75,13 @@ def loops(rings: Float[np.ndarray, "C T 3"]) -> Float[np.ndarray, "E 2 3"]:
     return np.stack([rings, np.roll(rings, -1, axis=1)], axis=2).reshape(-1, 2, 3)
 
 
+def grid(half: float, step: float) -> Float[np.ndarray, "E 2 3"]:
+    """A square grid on the base's plane, up to ``half`` m either way, with lines each ``step`` m."""
+    at = np.arange(-half, half + step / 2, step)
+    along = np.array([[[x, -half, 0.0], [x, half, 0.0]] for x in at])
+    return np.concatenate([along, along[..., [1, 0, 2]]])
+
+
 def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
     """Edges (E, 2, 3) m that tell where a target's outer solid ends: great circles of balls, circles around a tube."""
     if isinstance(outer, Union):

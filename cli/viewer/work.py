@@ -34,8 +34,10 @@ class Proof:
     certified: Verified
 
 
-def prove(scene: Scene, setup: Setup, targets: tuple[Target, ...], tell: Tell, voxel: float = VOXEL) -> tuple[Proof, ...]:
-    """Count each target and prove an interval of ``WIDTH``. ``tell`` is called often: what it raises ends the count.
+def prove(
+    scene: Scene, setup: Setup, targets: tuple[Target, ...], tell: Tell, voxel: float = VOXEL, width: float = WIDTH
+) -> tuple[Proof, ...]:
+    """Count each target and prove an interval as wide as ``width``. ``tell`` is called often: what it raises ends the count.
 
     Raises:
         ValueError: as ``Verifier.verify`` does.
@@ -51,7 +53,7 @@ def prove(scene: Scene, setup: Setup, targets: tuple[Target, ...], tell: Tell, v
         tell(f"{100 * b.low:.2f} … {100 * b.high:.2f} %", (step - 1) / total)
 
     counting = Verifier(scene, voxel, "centre", at=at)
-    proving = Verifier(scene, None, "certified", WIDTH, narrower, at=at)
+    proving = Verifier(scene, None, "certified", width, narrower, at=at)
     return tuple(Proof(counting.verify(setup, target), proving.verify(setup, target)) for target in targets)
 
 
