@@ -13,7 +13,7 @@ _ARGUMENTS = (
     *("--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run"),
 )
-PATIENCE = 60.0  # s, on a busy machine
+PATIENCE = 180.0  # s, on a busy machine
 
 
 def needs_chromium() -> pytest.MarkDecorator:
@@ -36,9 +36,13 @@ def until(what: Callable[[], object], why: str, seconds: float = PATIENCE) -> No
 class Reader:
     """A person at one page. requested: every address that the page asked for."""
 
-    def __init__(self, browser, url: str, size: tuple[int, int] = (700, 420)) -> None:
-        self.context = browser.new_context(viewport={"width": size[0], "height": size[1]}, accept_downloads=True)
+    def __init__(self, browser, url: str, size: tuple[int, int] = (700, 420), scale: float = 0.2) -> None:
+        """Open the page. ``scale``: pixels drawn for one of the page's, few, as they are drawn by the processor."""
+        self.context = browser.new_context(
+            viewport={"width": size[0], "height": size[1]}, device_scale_factor=scale, accept_downloads=True
+        )
         self.page, self.requested, self.alarms = self.context.new_page(), [], []
+        self.page.set_default_timeout(1000 * PATIENCE)
         self.page.on("request", lambda r: self.requested.append(r.url))
         self.page.on("websocket", lambda w: self.requested.append(w.url))
         self.page.on("dialog", lambda d: (self.alarms.append(d.message), d.dismiss()))

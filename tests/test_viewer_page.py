@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from http.client import HTTPConnection
 from urllib.parse import urlsplit
 
 import pytest
@@ -16,6 +17,7 @@ from place_rings.placement.errors import UserError
 from place_rings.placement.loader import read_proposal
 
 from .browser import PATIENCE, Reader, chromium, needs_chromium, until
+from .viser_client import Client
 
 SMALL = Setup((Ring("upper_arm", 0.7, 6, 0.5), Ring("forearm", 0.4, 5, -0.3)))
 HOSTILE = "<img src=x onerror=alert(1)>{alert(1)}"
@@ -101,24 +103,77 @@ def test_search_count_save_and_picture(browser, tmp_path):
         until(lambda: not server.room.turn.locked(), "its search goes on", 2 * PATIENCE)
 
 
-@needs_chromium()
-@pytest.mark.slow
-def test_a_page_of_another_site_gets_nothing(browser):
-    with Server(Room(Scene(), {"small": SMALL})) as server:
-        home = Reader(browser, server.url)
-        client = home.context.request.get(server.url).body()
-        context = browser.new_context()
-        context.route("http://elsewhere.example/**", lambda route: route.fulfill(body=client, content_type="text/html"))
-        page = context.new_page()
-        frames = []
-        page.on("websocket", lambda w: w.on("framesent", frames.append))
-        page.goto(f"http://elsewhere.example/?websocket=ws://127.0.0.1:{server.port}")
-        until(lambda: (page.wait_for_timeout(100), len(frames) > 2)[1], "the other page has not connected")
-        page.wait_for_timeout(2000)
-        assert server.pages == 1
-        assert page.get_by_text("ζ in %").count() == 0
-        context.close()
-        home.close()
+@pytest.fixture(scope="module")
+def served():
+    with Server(Room(Scene(), {HOSTILE: SMALL})) as server:
+        yield server
+
+
+def opened(server: Server, **how) -> Client:
+    client = Client(server.port, **how)
+    client.until(lambda: client.zeta("V_S(0.5)") is not None, "the page says no ζ")
+    return client
+
+
+def test_controls_move_zeta_for_their_own_page_only(served):
+    one, two = opened(served), opened(served)
+    before = one.zeta("V_S(0.5)")
+    one.set("Sensors", 24)
+    two.set("Tilt, °", 60.0)
+    one.until(lambda: one.zeta("V_S(0.5)") > before + 1, "more sensors did not raise ζ")
+    two.until(lambda: two.zeta("V_S(0.5)") != before, "another tilt did not change ζ")
+    assert one.zeta("V_S(0.5)", 0) == two.zeta("V_S(0.5)", 0) == before  # as opened
+    assert (one.value("Tilt, °"), two.value("Sensors")) == (pytest.approx(28.6, abs=0.1), 6)
+    one.set("Target", "V_S(1.5)")
+    one.until(lambda: "Points of V_S(1.5)" in one.words, "the target did not change")
+    assert {f"/setup0/{n}" for n in ("robot", "curve", "outline", "ring0", "ring1", "points0")} <= one.drawn
+    one.set("Remove this ring", True)
+    one.until(lambda: "5 sensors on 1 rings" in one.words, "the ring stayed")
+    one.until(lambda: "/setup0/ring1" not in one.drawn, "the ring is still drawn")
+    for client in (one, two):
+        client.close()
+    until(lambda: served.pages == 0, "a closed page is still kept")
+
+
+def test_what_no_control_would_send_changes_nothing(served):
+    client = opened(served)
+    before, words = client.zeta("V_S(0.5)"), client.said
+    assert HOSTILE in client.words
+    assert "<img" not in words
+    for label, value in (("Link", HOSTILE), ("Target", HOSTILE), ("Ring", "99: tool"), ("Cones", ""), ("Robot's body", "x")):
+        client.set(label, value)
+    client.set("Position", float("nan"))
+    client.set("Save (start with --out FOLDER)", True)
+    client.until(lambda: "--out FOLDER" in client.words, "nothing was said")
+    client.set("Position", 1e300)
+    client.until(lambda: client.zeta("V_S(0.5)") != before, "a place beyond the end is the end")
+    assert "<img" not in client.said
+    client.set("As opened", True)
+    client.until(lambda: client.zeta("V_S(0.5)") == before, "what was opened did not come back")
+    client.close()
+
+
+@pytest.mark.parametrize(
+    "how", [{"origin": "http://elsewhere.example"}, {"origin": "http://elsewhere.example", "host": "elsewhere.example"}]
+)
+def test_a_page_of_another_site_gets_nothing(served, how):
+    until(lambda: served.pages == 0, "a closed page is still kept")
+    client = Client(served.port, **how)
+    client.read(0.5)
+    assert (served.pages, client.said) == (0, "")
+    assert not any(name.startswith("/setup") for name in client.drawn)
+    client.send({"type": "ShareUrlRequest"})  # and no way in from outside
+    client.read(0.3)
+    assert served._server._share_tunnel is None
+    client.close()
+
+
+def test_files_beside_the_page_are_not_served(served):
+    for path, status in (("/", 200), ("/../../../etc/passwd", 404), ("/%2e%2e/%2e%2e/__init__.py", 404), ("/x", 404)):
+        connection = HTTPConnection("127.0.0.1", served.port, timeout=30)
+        connection.request("GET", path)
+        assert connection.getresponse().status == status
+        connection.close()
 
 
 def test_an_address_that_cannot_be_served_is_one_line():
