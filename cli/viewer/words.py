@@ -56,7 +56,7 @@ def zeta_table(names: Sequence[str], rows: Sequence[Row], seconds: float, poses:
 
 def legend(shares: Sequence[float], target: str, pose: str) -> str:
     """The colours in words, with the share of the target's points that each has."""
-    dot = "<span style='color:{0};font-size:16px'>&#9679;</span> {1}: {2:.1f} %"
+    dot = "<span style='color:{0};font-size:16px'>&#9679;</span> {2:.1f} % {1}"
     lines = (dot.format(k.colour, escape(k.words), 100 * s) for k, s in zip(KINDS, shares, strict=True))
     return _box(f"Points of {escape(target)}{escape(pose)}<br>" + "<br>".join(lines))
 
