@@ -14,6 +14,7 @@ from typing import Any
 import viser
 
 from ...coverage.occlusion import OCCLUSIONS
+from ...coverage.targets import Target
 from ...placement.errors import UserError
 from ...placement.loader import write_bytes
 from . import words
@@ -28,7 +29,6 @@ from .saving import file_named, save
 from .stage import Stage
 from .work import Found, prove, search_from, seen_under
 
-_GAP = 0.5  # m, between two setups side by side
 _OFTEN = 0.1  # s, between two words of a job
 _MOST_TOLD = 3  # broken rules in words
 
@@ -47,10 +47,8 @@ class Page:
         self._active = 0
         first = room.scene.goals[0].target
         self._choice = Choice(0, first, room.scene.occlusion)
-        width = float(room.drawing.box(self._choice)[1][1] - room.drawing.box(self._choice)[0][1])
-        places = [(0.0, i * (width + _GAP), 0.0) for i in range(len(self._drafts))]
         self._stages = [
-            Stage(client.scene, f"/setup{i}", place, partial(self._clicked, i)) for i, place in enumerate(places)
+            Stage(client.scene, f"/setup{i}", place, partial(self._clicked, i)) for i, place in enumerate(room.places())
         ]
         client.scene.configure_default_lights(cast_shadow=False)
         client.scene.add_frame("/base", axes_length=0.25, axes_radius=0.006)
@@ -67,7 +65,7 @@ class Page:
         targets = {str(t): t for t in self._room.targets}
         self._on(c.setup, self._activate)
         self._on(c.pose, lambda v: choose(pose=min(max(int(v), 0), len(self._room.scene.poses) - 1)))
-        self._on(c.target, lambda v: choose(target=targets[v]))
+        self._on(c.target, lambda v: self._aim(targets[v]))
         self._on(c.occlusion, lambda v: choose(occlusion=OCCLUSIONS[OCCLUSIONS.index(v)]))
         self._on(c.cones, lambda v: choose(cones=SHOWN_CONES[SHOWN_CONES.index(v)]))
         self._on(c.outline, lambda v: choose(outline=bool(v)))
@@ -129,6 +127,14 @@ class Page:
                 raise ValueError(f"ring: found {what['ring']}, allowed: one that is there")
             self._choice = replace(self._choice, **what)
         self._show()
+
+    def _aim(self, target: Target) -> None:
+        """Another target, at which the camera looks."""
+        self._choose(target=target)
+        position, look_at = self._room.look(self._choice)
+        with self._client.atomic():
+            self._client.camera.look_at = look_at
+            self._client.camera.position = position
 
     def _choose_kind(self, number: int, on: bool) -> None:
         with self._lock:

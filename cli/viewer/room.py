@@ -4,6 +4,9 @@ import threading
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
+from jaxtyping import Float
+
 from ...coverage.occlusion import Occlusion
 from ...coverage.rings import Setup
 from ...coverage.targets import Target
@@ -12,11 +15,13 @@ from ...objectives.faults import faults
 from ...objectives.scene import Scene
 from ...objectives.sight import check_mounting
 from ...placement.convert import rounded
-from .drawing import Drawing
+from .drawing import Choice, Drawing
 from .glance import Glance
 from .surface import Skin
 from .work import seen_under
 
+_GAP = 0.5  # m, between two setups side by side
+_EYE = np.array([0.62, -1.0, 0.42])  # from where to look, in diagonals of what is looked at
 _BESIDE = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 
 
@@ -42,6 +47,18 @@ class Room:
         self.drawing = Drawing(self.glance, body)
         self.turn = threading.Lock()
         self._clear = lru_cache(3)(lambda occlusion: Clear(seen_under(scene, occlusion)))
+
+    def places(self) -> list[tuple[float, float, float]]:
+        """Where each setup stands on the page, m: beside each other, as far apart as the first target is wide."""
+        low, high = self.drawing.box(Choice(0, self.targets[0], self.scene.occlusion))
+        return [(0.0, i * (float(high[1] - low[1]) + _GAP), 0.0) for i in range(len(self.setups))]
+
+    def look(self, choice: Choice) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
+        """From where to look, and at what, (3,) m both: at the whole target of all setups, from aside and a little above."""
+        low, high = self.drawing.box(choice)
+        high = high + np.array(self.places()[-1])
+        middle, far = (low + high) / 2, float(np.linalg.norm(high - low))
+        return middle + far * _EYE, middle
 
     def broken(self, setup: Setup, occlusion: Occlusion) -> list[str]:
         """The scene's rules that a setup breaks, in words."""

@@ -8,7 +8,6 @@ import socket
 import threading
 from urllib.parse import urlsplit
 
-import numpy as np
 import viser
 from viser import _messages
 
@@ -18,7 +17,7 @@ from .page import Page
 from .room import Room
 
 LOOPBACK = "127.0.0.1"
-_EYE, _FOV = np.array([0.62, -1.0, 0.42]), 0.7  # of the first look: from where, in diagonals of the target; rad
+FOV = 0.7  # rad, of the first look
 
 
 def own(host: str | None, origin: str | None, given: str) -> bool:
@@ -69,21 +68,11 @@ class Server:
             self._server._websock_server.unregister_handler(kind)
         self._server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
         self._server.gui.main_panel.dock_right()
-        self._look()
+        camera = self._server.initial_camera
+        position, look_at = room.look(Choice(0, room.targets[0], room.scene.occlusion))
+        camera.position, camera.look_at, camera.fov = tuple(position), tuple(look_at), FOV
         self._server.on_client_connect(self._came)
         self._server.on_client_disconnect(self._went)
-
-    def _look(self) -> None:
-        """The first look: from the side and a little above, at the whole target."""
-        choice = Choice(0, self.room.scene.goals[0].target, self.room.scene.occlusion)
-        low, high = self.room.drawing.box(choice)
-        if len(self.room.setups) > 1:
-            high = high + np.array([0.0, high[1] - low[1] + 0.5, 0.0])
-        middle, far = (low + high) / 2, float(np.linalg.norm(high - low))
-        camera = self._server.initial_camera
-        camera.look_at = tuple(middle)
-        camera.fov = _FOV
-        camera.position = tuple(middle + far * _EYE)
 
     @property
     def port(self) -> int:
