@@ -39,7 +39,6 @@ def ours(reader: Reader, port: int) -> bool:
 def test_a_slider_moves_zeta_and_nothing_comes_from_outside(browser):
     with Server(Room(Scene(), {HOSTILE: SMALL})) as server:
         reader = Reader(browser, server.url)
-        reader.choose("Cones", "off")
         before = reader.zeta("V_S(0.5)")
         reader.enter("Sensors", "24")
         until(lambda: reader.zeta("V_S(0.5)") > before + 1, "more sensors did not raise ζ")

@@ -21,7 +21,8 @@ from .surface import Skin
 from .work import seen_under
 
 _GAP = 0.5  # m, between two setups side by side
-_EYE = np.array([0.62, -1.0, 0.42])  # from where to look, in diagonals of what is looked at
+# From where to look, in diagonals of what is looked at: at one setup, and at two, of which none shall hide the other.
+_EYE, _EYE_OF_TWO = np.array([0.62, -1.0, 0.42]), np.array([1.0, -0.35, 0.45])
 _BESIDE = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 
 
@@ -58,7 +59,7 @@ class Room:
         low, high = self.drawing.box(choice)
         high = high + np.array(self.places()[-1])
         middle, far = (low + high) / 2, float(np.linalg.norm(high - low))
-        return middle + far * _EYE, middle
+        return middle + far * (_EYE if len(self.setups) == 1 else _EYE_OF_TWO), middle
 
     def broken(self, setup: Setup, occlusion: Occlusion) -> list[str]:
         """The scene's rules that a setup breaks, in words."""
