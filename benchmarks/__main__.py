@@ -14,7 +14,7 @@ from common import surroundings
 
 NAMES = (
     *("octree", "certified", "estimator", "growth", "occlusion", "kills", "questions", "fronts", "searches"),
-    *("rig", "rig_checks"),
+    *("rig", "rig_checks", "viewer"),
 )
 _LONG = ("questions", "fronts", "searches", "rig", "rig_checks")
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
@@ -33,6 +33,7 @@ PACKAGES = (
     "pymoo",
     "ur-rtde",
     "pyserial",
+    "viser",
 )
 
 

@@ -23,7 +23,7 @@ from ..coverage.slots import sensor_cones
 from ..coverage.solids import Cones, Solid
 from ..objectives.scene import Scene
 from ..objectives.sight import sight
-from ..studies.shapes import DISC, RING_WIDTH, add_robot, body, convex_pieces, faces_within, rim_of
+from ..studies.shapes import DISC, RING_WIDTH, add_robot, body, convex_pieces, faces_within, lengths_within, rim_of
 from ..studies.sheet import GREY, GRID, INK, LINK_COLOURS, UNSEEN_COLOUR, Sheet, write_png
 
 # Caption, azimuth and elevation of the eye in degrees, and its distance in diagonals of the box.
@@ -33,14 +33,6 @@ _OBSTACLE = "#c9b48c"
 _TARGET, _TARGET_EDGE = "#f5f5f5", "#8f8a80"
 _SAMPLES = 5_000  # points in the target, of which the unseen become dots
 _SENSOR_RADIUS = 0.0085  # m
-
-
-def _lengths(cones: Cones, outer: Solid) -> Any:
-    """Length (K,) m at which each cone is drawn: where its axis leaves the target for the last time, at most its range."""
-    share = np.linspace(0, 1, 61)[1:]
-    points = cones.apex[:, None] + (share[:, None] * cones.range_m[:, None, None]) * cones.axis[:, None]
-    inside = outer(points.reshape(-1, 3)).reshape(points.shape[:2]) <= 0.02
-    return cones.range_m * np.where(inside, share, 0.1).max(axis=1)
 
 
 def _draw_room(sheet: Sheet) -> None:
@@ -77,7 +69,7 @@ def _draw_seen(sheet: Sheet, cones: Cones, colours: list[Any], outer: Solid) -> 
     hulls = [xy[ConvexHull(xy).vertices] for xy, _ in map(sheet.project, convex_pieces(outer))]
     for face, edge, width in (("none", _TARGET_EDGE, 2.2), (_TARGET, _TARGET, 0.3)):  # of the edges the outline stays
         sheet.ax.add_collection(PolyCollection(hulls, facecolors=face, edgecolors=edge, linewidths=width, zorder=1))
-    for k, length in enumerate(_lengths(cones, outer)):
+    for k, length in enumerate(lengths_within(cones, outer)):
         veil, rgb = min(0.16, 2 / colours.count(colours[k])), to_rgb(colours[k])
         rim = rim_of(cones, k, length)
         xy, depth = sheet.project(np.vstack([cones.apex[k], rim]))

@@ -11,10 +11,10 @@ from ..coverage.capsules import robot_capsules
 from ..coverage.optics import Optics
 from ..coverage.polyhedra import Polyhedron
 from ..coverage.pyramids import Pyramids
-from ..coverage.rings import Setup
+from ..coverage.rings import Ring, Setup
 from ..coverage.robots import Robot
 from ..coverage.rods import Rods
-from ..coverage.solids import Cones, Spheres, Union
+from ..coverage.solids import Cones, Solid, Spheres, Union
 from .sheet import Sheet
 
 _LINK, _JOINT = "#b4bbc3", "#7d8791"
@@ -86,6 +86,14 @@ def capsule(a: Any, b: Any, radius: float) -> Any:
     return np.array([circle(a + t * axis, axis, r) for t, r in zip(place, wide, strict=True)])
 
 
+def band(robot: Robot, frames: Any, ring: Ring, width: float = RING_WIDTH) -> Any:
+    """Circles (2, T, 3) m of a ring, so wide along its axis, on a robot with ``frames`` T_base_frame (F, 4, 4)."""
+    m = robot.mount(ring.link)
+    R, origin = frames[m.frame][:3, :3], frames[m.frame][:3, 3]
+    ends = [m.start + (ring.position * m.length + t) * m.axis for t in (-width / 2, width / 2)]
+    return np.array([circle(origin + R @ end, R @ m.axis, ring.radius) for end in ends])
+
+
 def add_robot(
     sheet: Sheet,
     robot: Robot,
@@ -107,11 +115,7 @@ def add_robot(
     else:
         _add_stick(sheet, robot, frames)
     for ring in setup.rings:
-        m = robot.mount(ring.link)
-        R, origin = frames[m.frame][:3, :3], frames[m.frame][:3, 3]
-        ends = [m.start + (ring.position * m.length + t) * m.axis for t in (-width / 2, width / 2)]
-        band = np.array([circle(origin + R @ end, R @ m.axis, ring.radius) for end in ends])
-        sheet.surface(loft(band), colour[ring.link])
+        sheet.surface(loft(band(robot, frames, ring, width)), colour[ring.link])
 
 
 def _add_bodies(sheet: Sheet, robot: Robot, frames: Any) -> None:
@@ -137,6 +141,14 @@ def rim_of(cones: Cones, k: int, length: float) -> Any:
         parts = (cones.apex[one], cones.axis[one], cones.half_angle[one], height, cones.up[one], cones.half_up[one])
         return Pyramids(*parts).corners()[0]
     return circle(cones.apex[k] + length * cones.axis[k], cones.axis[k], float(length * np.tan(cones.half_angle[k])))
+
+
+def lengths_within(cones: Cones, outer: Solid) -> Any:
+    """Length (K,) m at which each cone is drawn: where its axis leaves the target for the last time, at most its range."""
+    share = np.linspace(0, 1, 61)[1:]
+    points = cones.apex[:, None] + (share[:, None] * cones.range_m[:, None, None]) * cones.axis[:, None]
+    inside = outer(points.reshape(-1, 3)).reshape(points.shape[:2]) <= 0.02
+    return cones.range_m * np.where(inside, share, 0.1).max(axis=1)
 
 
 def faces_within(body: Polyhedron, box: Any, longest: float) -> Any:

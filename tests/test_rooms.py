@@ -27,6 +27,7 @@ MAY = {
     "rig": {"coverage", "objectives", "placement"},
     "rig/simulated": {"protocol", "records"},  # of rig
     "cli": {"coverage", "objectives", "placement", "studies", "rig"},
+    "cli/viewer": {"tables"},  # of cli
 }
 CORE = {"coverage", "objectives"}
 NOT_IN_CORE = {"matplotlib", "serial", "rtde_control", "rtde_receive", "viser", "rich", "cyclopts", "tomllib", "pydantic"}

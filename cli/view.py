@@ -1,0 +1,113 @@
+"""The command view: a setup in a browser."""
+
+import os
+import sys
+import threading
+import webbrowser
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+from rich.console import Console
+
+from ..coverage.points import EmptySolidError
+from ..objectives.scene import Scene
+from ..placement.errors import UserError
+from ..placement.loader import output_folder, resolve
+from .app import Degrees, OcclusionOption, Radius, RobotOption, SceneFileOption, Subject, Targets, Trajectory, app
+from .options import parse_goals, resolve_scene, with_goals, with_motion, with_occlusion
+from .sensing import Ambient, Reflectance, SensorOption, TargetSize, resolve_with_sensor
+
+_PATIENCE = 0.5  # s, for the server to take leave of its pages
+
+
+@app.command
+def view(
+    subject: Subject,
+    /,
+    *,
+    compare: Annotated[str | None, Parameter(help="Another proposal or name, beside the first and in its scene.")] = None,
+    target: Targets = (),
+    radius: Radius = None,
+    scene: SceneFileOption = None,
+    robot: RobotOption = None,
+    occlusion: OcclusionOption = None,
+    sensor: SensorOption = None,
+    ambient: Ambient = None,
+    reflectance: Reflectance = None,
+    target_size: TargetSize = None,
+    trajectory: Trajectory = None,
+    degrees: Degrees = False,
+    urdf: Annotated[Path | None, Parameter(help="Show the robot's surface as this URDF's meshes have it.")] = None,
+    packages: Annotated[tuple[Path, ...], Parameter(negative=(), help="Folders with the meshes of --urdf.")] = (),
+    out: Annotated[Path | None, Parameter(help="Folder in which the page may save proposals and pictures.")] = None,
+    host: Annotated[str, Parameter(help="Address to serve at: this machine only, unless you say another.")] = "127.0.0.1",
+    port: Annotated[int, Parameter(validator=Number(gte=0, lte=65535), help="0: any that is free.")] = 0,
+    browser: Annotated[bool, Parameter(negative="--no-browser", help="Open the page in a browser.")] = True,
+) -> None:
+    """Show a setup in a browser: robot, rings, cones, what is seen and what is not; change it, count it, search on from it.
+
+    Example: place-rings view n3_16_55
+
+    Example: place-rings view place-rings-out/proposal.toml --compare n3_16_55 --out mine
+    """
+    given = resolve_scene(scene, robot, target, radius)
+    setup, found = resolve_with_sensor(subject, given, sensor, ambient, reflectance, target_size)
+    asked = with_goals(found, parse_goals(target, radius))
+    asked = with_occlusion(with_motion(asked, trajectory, degrees), occlusion)
+    setups = {subject: setup}
+    if compare is not None:
+        setups[compare if compare != subject else f"{compare} (again)"] = resolve(compare, asked)[0]
+    if urdf is None and robot is not None and robot.lower().endswith(".urdf"):
+        urdf = Path(robot)
+    run(asked, setups, urdf, packages, out, host, port, browser)
+
+
+def run(
+    scene: Scene,
+    setups: dict,
+    urdf: Path | None,
+    packages: tuple[Path, ...],
+    out: Path | None,
+    host: str,
+    port: int,
+    browser: bool,
+) -> None:
+    """Serve the page until Ctrl-C."""
+    from .place import check_scene
+    from .sighting import check_sight
+    from .viewer.room import Room
+    from .viewer.server import LOOPBACK, Server
+    from .viewer.surface import read_skin
+
+    check_scene(scene, 0.01)
+    for setup in setups.values():
+        check_sight(scene, setup)
+    body = read_skin(urdf, packages, scene.robot) if urdf is not None else None
+    folder = None if out is None else output_folder(out)
+    console = Console(stderr=True)
+    with console.status("drawing points"):
+        room = Room(scene, setups, folder, body)
+        try:
+            for t in room.targets:
+                room.glance.zeta(next(iter(room.setups.values())), t, scene.occlusion)
+        except EmptySolidError as error:
+            raise UserError(f"--target: {error}") from error
+    server = Server(room, host, port)
+    if host not in (LOOPBACK, "localhost", "::1"):
+        console.print(f"Careful: whoever reaches {host} can use this page; it has no password.", highlight=False)
+    print(f"{server.url}  (Ctrl-C ends it)", flush=True)
+    try:
+        if browser:
+            webbrowser.open(server.url)
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        ending = threading.Thread(target=server.close, daemon=True)
+        ending.start()
+        ending.join(_PATIENCE)
+        console.print("closed")
+        sys.stdout.flush()
+        os._exit(0)  # what is still at work has nothing to keep: a proposal is written whole or not at all

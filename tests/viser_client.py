@@ -1,0 +1,97 @@
+"""A page without a browser: speaks the viewer's websocket as viser's own page does, and reads its controls."""
+
+import re
+import time
+from html import unescape
+
+import msgspec
+import viser
+import zstandard
+from websockets.sync.client import connect
+
+_CAMERA = {
+    "type": "ViewerCameraMessage",
+    **{"wxyz": (1.0, 0.0, 0.0, 0.0), "position": (3.0, 0.0, 0.0), "fov": 0.7, "near": 0.01, "far": 100.0},
+    **{"image_height": 100, "image_width": 100, "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 0.0, 1.0)},
+}
+
+
+class Client:
+    """One connection, which keeps the page's controls: their properties by their uuids, values among them. ``drawn`` are the
+    names of what stands in the scene."""
+
+    def __init__(self, port: int, origin: str | None = None, host: str | None = None) -> None:
+        headers = {"Host": host} if host else None
+        address = origin or f"http://127.0.0.1:{port}"
+        self._socket = connect(
+            f"ws://127.0.0.1:{port}",
+            subprotocols=[f"viser-v{viser.__version__}"],
+            origin=address,
+            additional_headers=headers,
+            max_size=None,
+            compression=None,
+        )
+        self.controls: dict[str, dict] = {}
+        self.drawn: set[str] = set()
+        self.send(_CAMERA)
+
+    def send(self, message: dict) -> None:
+        self._socket.send(msgspec.msgpack.encode(message))
+
+    def read(self, seconds: float) -> None:
+        """Take in what comes until nothing has come for so long."""
+        while True:
+            try:
+                data = self._socket.recv(timeout=seconds)
+            except TimeoutError:
+                return
+            size = int.from_bytes(data[8:16], "little")
+            for message in msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(data[16 : 16 + size]))["messages"]:
+                self._take(message)
+
+    def _take(self, message: dict) -> None:
+        if message["type"] == "GuiUpdateMessage":
+            self.controls.get(message["uuid"], {}).update(message["updates"])
+        elif "props" in message and "uuid" in message and message["type"].startswith("Gui"):
+            self.controls[message["uuid"]] = {"value": message.get("value"), **message["props"]}
+        elif message["type"] == "RemoveSceneNodeMessage":
+            self.drawn.discard(message["name"])
+        elif "props" in message and "name" in message:
+            self.drawn.add(message["name"])
+
+    def until(self, what, why: str, seconds: float = 60.0) -> None:
+        """Read until something holds; fail with ``why`` where it does not."""
+        end = time.monotonic() + seconds
+        while not what():
+            assert time.monotonic() < end, why
+            self.read(0.05)
+
+    def _uuid(self, label: str) -> str:
+        return next(uuid for uuid, props in self.controls.items() if props.get("label") == label)
+
+    def value(self, label: str):
+        return self.controls[self._uuid(label)]["value"]
+
+    def set(self, label: str, value) -> None:
+        """Set a control, or press a button by True."""
+        uuid = self._uuid(label)
+        self.controls[uuid]["value"] = value
+        self.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
+
+    @property
+    def said(self) -> str:
+        """All that the page says, as HTML."""
+        return "\n".join(p["content"] for p in self.controls.values() if isinstance(p.get("content"), str))
+
+    def zeta(self, target: str, column: int = -1) -> float | None:
+        """What the table says of a target, percent; None before it does."""
+        row = re.search(rf"<tr><td[^>]*>{re.escape(target)}</td>(.*?)</tr>", self.said)
+        return float(re.findall(r"<td[^>]*>([\d.]+)</td>", row[1])[column]) if row else None
+
+    @property
+    def words(self) -> str:
+        """All that the page says, as it is read."""
+        return unescape(re.sub(r"<[^>]*>", " ", self.said))
+
+    def close(self) -> None:
+        self._socket.close()
