@@ -12,9 +12,8 @@ from unittest.mock import patch
 
 from cyclopts.docs.markdown import generate_markdown_docs
 from keys import KeyTables
-from sphinx.application import Sphinx
-
 from place_rings.cli.main import app as commands
+from sphinx.application import Sphinx
 
 _COMMANDS = "<!-- commands -->"
 _KEYS = re.compile(r"^<!-- keys: (\w+) -->$", re.MULTILINE)
@@ -36,8 +35,6 @@ def _read(app: Sphinx, page: str, source: list[str]) -> None:
     text = _KEYS.sub(lambda found: tables.of(found[1]), text)
     text = _NOT_RUN.sub(r"```{code-block} \1" + "\n" + r":caption: Not run in the tests of these docs: \2", text)
     source[0] = _OUTSIDE.sub(r"{download}`\1 <\2>`", text)
-
-
 
 
 def _plain(*event: Any) -> None:
