@@ -3,6 +3,7 @@
 import inspect
 import io
 import json
+import re
 from contextlib import redirect_stdout
 from typing import Any, get_args
 
@@ -14,28 +15,37 @@ _WORDS = {"string": "text", "number": "number", "integer": "integer", "boolean":
 
 
 class KeyTables:
-    """Tables of one page: what one file shares with another stands there once."""
+    """Tables of one page, where each file has a section of its own; what several share stands with the first."""
 
     def __init__(self) -> None:
-        self.done: set[str] = set()
+        self.schemas = {name: _schema(name) for name in get_args(inspect.signature(schema).parameters["name"].annotation)}
+        self.done = {whole["title"] for whole in self.schemas.values()}
         self.named: set[str] = set()
 
     def of(self, name: str) -> str:
         """The table of a file's keys, and one for each kind of table in it; ``others``: of all that were not asked for."""
         if name == "others":
-            names = get_args(inspect.signature(schema).parameters["name"].annotation)
-            rest = [other for other in names if other not in self.named]
+            rest = [other for other in self.schemas if other not in self.named]
             return "\n\n".join(f"## {other}\n\n{self.of(other)}" for other in rest)
         self.named.add(name)
-        whole = _schema(name)
-        kinds = {whole["title"]: whole} | whole.pop("$defs", {})
-        parts = []
-        for kind, inner in kinds.items():
+        whole = self.schemas[name]
+        parts, kinds = [_section(whole["title"], whole)], _kinds_in(whole)
+        for kind in kinds:  # grows
+            inner = whole["$defs"][kind]
             if kind not in self.done and "properties" in inner:
                 self.done.add(kind)
-                heading = [] if inner is whole else [f"### {_title(kind)}"]
-                parts += [f"({_label(kind)})=", *heading, _flat(inner.get("description", "")), _table(inner)]
+                parts += [f"### {_title(kind)}", _section(kind, inner)]
+                kinds += _kinds_in(inner)
         return "\n\n".join(parts)
+
+
+def _kinds_in(inner: dict[str, Any]) -> list[str]:
+    """The kinds of table that keys of ``inner`` hold, in their order."""
+    return re.findall(r'"#/\$defs/(\w+)"', json.dumps(inner["properties"]))
+
+
+def _section(kind: str, inner: dict[str, Any]) -> str:
+    return f"({_label(kind)})=\n\n{_flat(inner.get('description', ''))}\n\n{_table(inner)}"
 
 
 def _schema(name: str) -> dict[str, Any]:

@@ -29,10 +29,12 @@ def setup(app: Sphinx) -> dict[str, bool]:
 
 
 def _read(app: Sphinx, page: str, source: list[str]) -> None:
-    text, tables = source[0], KeyTables()
+    text = source[0]
     if _COMMANDS in text:
         text = text.replace(_COMMANDS, command_sections())
-    text = _KEYS.sub(lambda found: tables.of(found[1]), text)
+    if _KEYS.search(text):
+        tables = KeyTables()
+        text = _KEYS.sub(lambda found: tables.of(found[1]), text)
     text = _NOT_RUN.sub(r"```{code-block} \1" + "\n" + r":caption: Not run in the tests of these docs: \2", text)
     source[0] = _OUTSIDE.sub(r"{download}`\1 <\2>`", text)
 
