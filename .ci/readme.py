@@ -1,4 +1,4 @@
-"""Is the README alive? Runs its `verify` commands and its Python example, and compares the numbers it quotes.
+"""Is the README alive? Runs its `verify` commands and compares the numbers it quotes; `docs.py` runs its blocks.
 
 Usage: python .ci/readme.py README.md OUT, with OUT the folder that the main command just wrote.
 """
@@ -43,14 +43,6 @@ def check_verify(text: str) -> int:
     return len(rows)
 
 
-def check_python(text: str) -> int:
-    """Blocks of Python run as they stand."""
-    blocks = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    for block in blocks:
-        subprocess.run([sys.executable, "-c", block], check=True)
-    return len(blocks)
-
-
 def check_help(text: str) -> int:
     """Every option of ours that is named exists."""
     helps = "".join(
@@ -72,7 +64,6 @@ def main() -> None:
         "table rows": check_table(text, folder),
         "verify commands": check_verify(text),
         "options": check_help(text),
-        "Python blocks": check_python(text),
     }
     if not all(counts.values()):
         fail(f"nothing found to check in one kind: {counts}")

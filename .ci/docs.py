@@ -1,0 +1,148 @@
+"""Are the docs alive? Builds them, then runs every bash and Python block of the README and of each page, in order.
+
+Each page has an empty folder of its own. What a ``text`` block quotes right after a block must stand in its output, line by
+line: … stands for anything, and numbers may be off by a hundredth of themselves, as a search may end a little elsewhere on
+another processor. A block that wants hardware or minutes says so, to its reader too: ```bash no-run: REASON
+
+Usage: python .ci/docs.py [PAGE ...]; without pages: the README, all pages of docs/, and the build.
+"""
+
+import os
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+_FENCE = re.compile(r"^```(\w+)(?: no-run: (\S[^\n]*))?\n(.*?)^```$(?:\n+^```text\n(.*?)^```$)?", re.MULTILINE | re.DOTALL)
+_ANY_FENCE = re.compile(r"^[ >]*(?:```|~~~)+ *\{?(?:bash|sh|shell|python\d?|py|code-block)\b.*$", re.MULTILINE)
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+_LOADED = re.compile(r"<(?:script|img|link|iframe)\b[^>]*\b(?:src|href)=\"(?:https?:)?//[^\"]*\"")
+_LIMIT = 600  # s, of a block
+_ENVIRONMENT = os.environ | {
+    "PATH": os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"])),
+    "PYTHONSAFEPATH": "1",
+    "MPLBACKEND": "agg",
+    "COLUMNS": "125",
+}
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of a page: bash or python, its text, the line it begins on, why it is not run, and what is quoted of its
+    output."""
+
+    language: str
+    text: str
+    line: int
+    reason: str | None
+    quoted: str | None
+
+
+def pages(root: Path = ROOT) -> list[Path]:
+    """The README and all pages of the docs."""
+    return [root / "README.md", *sorted(p for p in (root / "docs").rglob("*.md") if "_build" not in p.parts)]
+
+
+def blocks(text: str) -> list[Block]:
+    """The bash and Python blocks of a page; ValueError where one is written so that it would be passed over."""
+    found = [
+        Block(m[1], m[3], text.count("\n", 0, m.start()) + 1, m[2], m[4])
+        for m in _FENCE.finditer(text)
+        if m[1] in ("bash", "python")
+    ]
+    lines = {block.line for block in found}
+    for fence in _ANY_FENCE.finditer(text):
+        if (line := text.count("\n", 0, fence.start()) + 1) not in lines:
+            raise ValueError(f"line {line}: found {fence[0]!r}, allowed: ```bash or ```python, or with no-run: REASON")
+    return found
+
+
+def missing(quoted: str, output: str) -> str | None:
+    """The first line of ``quoted`` that does not stand in ``output`` after the lines before it."""
+    rest = iter(output.splitlines())
+    for line in filter(str.strip, quoted.splitlines()):
+        if line.strip() != "…" and not any(_line(line.split(), other.split()) for other in rest):
+            return line
+    return None
+
+
+def _line(quoted: list[str], said: list[str]) -> bool:
+    """Do the words of a line stand for those of another? A word … stands for any, and for none."""
+    if not quoted:
+        return not said
+    if quoted[0] == "…":
+        return any(_line(quoted[1:], said[i:]) for i in range(len(said) + 1))
+    return bool(said) and _word(quoted[0], said[0]) and _line(quoted[1:], said[1:])
+
+
+def _word(quoted: str, said: str) -> bool:
+    """The same but for numbers, which may be a hundredth off."""
+    if _NUMBER.split(quoted) != _NUMBER.split(said):
+        return False
+    pairs = zip(_NUMBER.findall(quoted), _NUMBER.findall(said), strict=True)
+    return all(abs(float(a) - float(b)) <= max(0.01 * abs(float(a)), 0.011) for a, b in pairs)
+
+
+def processor_seconds() -> float:
+    """What all ended children of this process took, which a busy machine does not stretch."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def run(page: Path) -> tuple[int, int]:
+    """Run a page's blocks; how many ran, and how many say that they are not run."""
+    name, all_blocks = page.relative_to(ROOT), blocks(page.read_text())
+    with tempfile.TemporaryDirectory() as folder:
+        for block in all_blocks:
+            if block.reason:
+                continue
+            began = processor_seconds()
+            start = [sys.executable, "-c"] if block.language == "python" else ["bash", "-euo", "pipefail", "-c"]
+            done = subprocess.run(
+                [*start, block.text],
+                cwd=folder,
+                env=_ENVIRONMENT,
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                timeout=_LIMIT,
+            )
+            if done.returncode:
+                raise SystemExit(f"{name}:{block.line}: ended with {done.returncode}\n{done.stdout}\n{done.stderr}")
+            if block.quoted and (line := missing(block.quoted, done.stdout)) is not None:
+                raise SystemExit(f"{name}:{block.line}: quoted, but not said: {line}\n{done.stdout}")
+            print(f"{name}:{block.line}: {processor_seconds() - began:.0f} processor seconds", flush=True)
+    ran = sum(block.reason is None for block in all_blocks)
+    return ran, len(all_blocks) - ran
+
+
+def build() -> None:
+    """Build the pages, every warning an error; none may load anything from elsewhere."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", ROOT / "docs", folder]
+        subprocess.run(command, env=_ENVIRONMENT, check=True)
+        built = list(Path(folder).rglob("*.html"))
+        for page in built:
+            if loaded := _LOADED.search(page.read_text()):
+                raise SystemExit(f"docs: {page.name} loads {loaded[0]}")
+    print(f"docs: {len(built)} pages built", flush=True)
+
+
+def main() -> None:
+    """Run what is asked for; a run of all that finds nothing to run fails."""
+    asked = [Path(page).resolve() for page in sys.argv[1:]]
+    if not asked:
+        build()
+    counts = [run(page) for page in asked or pages()]
+    ran, left = (sum(each) for each in zip(*counts, strict=True))
+    if not ran:
+        raise SystemExit("docs: no block to run")
+    print(f"docs: {ran} blocks ran, {left} say why they are not run; {processor_seconds():.0f} processor seconds")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,28 @@
+"""Sphinx: MyST pages, furo, and what is made from the code. No page, and no build, asks anything of the network."""
+
+import sys
+from importlib.metadata import version as installed
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+project = "place-rings"
+author = "The place-rings authors"
+version = release = installed("place-rings")
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "made", "mathml"]
+exclude_patterns = ["_build"]
+
+myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence"]
+myst_heading_anchors = 4
+
+autodoc_default_options = {"members": True}
+autodoc_member_order = "bysource"
+
+smartquotes = False  # options begin with two hyphens
+
+html_theme = "furo"
+html_title = "place-rings"
+html_math_renderer = "mathml"
+html_copy_source = False
+html_show_copyright = False
+html_show_sphinx = False

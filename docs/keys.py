@@ -1,0 +1,105 @@
+"""The keys of files as Markdown, from the JSON Schemas that ``place-rings schema`` prints."""
+
+import inspect
+import io
+import json
+import re
+from contextlib import redirect_stdout
+from typing import Any, get_args
+
+from place_rings.cli.tools import schema
+
+_SHORT = 40  # characters of a default that is shown
+_BOUNDS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
+_WORDS = {"string": "text", "number": "number", "integer": "integer", "boolean": "true or false", "null": "none"}
+
+
+class KeyTables:
+    """Tables of one page, where each file has a section of its own; what several share stands with the first."""
+
+    def __init__(self) -> None:
+        self.schemas = {name: _schema(name) for name in get_args(inspect.signature(schema).parameters["name"].annotation)}
+        self.done = {whole["title"] for whole in self.schemas.values()}
+        self.named: set[str] = set()
+
+    def of(self, name: str) -> str:
+        """The table of a file's keys, and one for each kind of table in it; ``others``: of all that were not asked for."""
+        if name == "others":
+            rest = [other for other in self.schemas if other not in self.named]
+            return "\n\n".join(f"## {other}\n\n{self.of(other)}" for other in rest)
+        self.named.add(name)
+        whole = self.schemas[name]
+        parts, kinds = [_section(whole["title"], whole)], _kinds_in(whole)
+        for kind in kinds:  # grows
+            inner = whole["$defs"][kind]
+            if kind not in self.done and "properties" in inner:
+                self.done.add(kind)
+                parts += [f"### {_title(kind)}", _section(kind, inner)]
+                kinds += _kinds_in(inner)
+        return "\n\n".join(parts)
+
+
+def _kinds_in(inner: dict[str, Any]) -> list[str]:
+    """The kinds of table that keys of ``inner`` hold, in their order."""
+    return re.findall(r'"#/\$defs/(\w+)"', json.dumps(inner["properties"]))
+
+
+def _section(kind: str, inner: dict[str, Any]) -> str:
+    return f"({_label(kind)})=\n\n{_flat(inner.get('description', ''))}\n\n{_table(inner)}"
+
+
+def _schema(name: str) -> dict[str, Any]:
+    with redirect_stdout(io.StringIO()) as printed:
+        schema(name)  # type: ignore[arg-type]
+    return json.loads(printed.getvalue())
+
+
+def _table(inner: dict[str, Any]) -> str:
+    needed = inner.get("required", [])
+    rows = ["| key | value | default | meaning |", "| --- | --- | --- | --- |"]
+    for key, value in inner["properties"].items():
+        default = "needed" if key in needed else _default(value)
+        rows.append(f"| `{key}` | {_kind(value)} | {default} | {_told(value)} |")
+    return "\n".join(rows)
+
+
+def _kind(value: dict[str, Any]) -> str:
+    """What a value may be, in words, with its limits."""
+    if "$ref" in value:
+        kind = value["$ref"].rsplit("/", 1)[1]
+        return f"[{_title(kind)}](#{_label(kind)})"
+    if several := value.get("anyOf") or value.get("oneOf"):
+        return " or ".join(_kind(one) for one in several if one.get("type") != "null")
+    if "enum" in value or "const" in value:
+        return " or ".join(f"`{one}`" for one in value.get("enum", [value.get("const")]))
+    if value.get("type") == "array":
+        least, most, inner = value.get("minItems", 0), value.get("maxItems"), _kind(value.get("items", {}))
+        return f"{least} of: {inner}" if least == most else f"list of: {inner}"
+    if value.get("type") == "object":
+        inner = value.get("additionalProperties")
+        return f"by name: {_kind(inner)}" if isinstance(inner, dict) else "table"
+    limits = [f"{sign} {value[bound]:g}" for bound, sign in _BOUNDS.items() if bound in value]
+    return ", ".join([_WORDS.get(value.get("type", ""), "any"), *limits])
+
+
+def _default(value: dict[str, Any]) -> str:
+    text = json.dumps(value.get("default"), ensure_ascii=False)
+    return "" if text in ("null", "{}", "[]") or len(text) > _SHORT else f"`{text}`"
+
+
+def _told(value: dict[str, Any]) -> str:
+    """Its description, or else that of what it is a list of."""
+    inner = [value, value.get("items", {}), *value.get("anyOf", [])]
+    return next((_flat(one["description"]) for one in inner if isinstance(one, dict) and "description" in one), "")
+
+
+def _flat(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+def _title(kind: str) -> str:
+    return kind.removesuffix("Model").removesuffix("File")
+
+
+def _label(kind: str) -> str:
+    return f"kind-{kind.lower()}"

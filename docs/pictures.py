@@ -1,0 +1,102 @@
+"""The picture of the method: one function, and what follows from it. Usage: python docs/pictures.py [FILE]"""
+
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+from place_rings.coverage.capsules import point_to_segment
+from place_rings.coverage.occlusion import behind, capsule_shadow
+from place_rings.coverage.solids import Cones
+
+LEFT, RIGHT, LOW, HIGH = 0.0, 1.6, -0.2, 1.0  # m, the plane y = 0
+WIDTH = 0.03  # m, of the sigmoid
+SMALLEST = 0.0125  # m, side of the smallest cells
+INSIDE, OUTSIDE, OPEN = "#3b7dd8", "#f3f3f0", "#e6862e"
+BODIES = (((0.0, 0.0, 0.0), (0.8, 0.0, 0.0)), ((0.8, 0.0, 0.0), (1.0, 0.0, 0.5)))
+RADIUS = 0.06  # m, of both
+
+
+def sensors() -> Cones:
+    """Three sensors over the first body."""
+    tilt = np.radians([-20.0, 15.0, 50.0])
+    apex = np.array([[0.2, 0, 0.09], [0.4, 0, 0.09], [0.55, 0, 0.09]])
+    axis = np.stack([np.sin(tilt), np.zeros(3), np.cos(tilt)], axis=1)
+    return Cones(apex, axis, np.full(3, math.radians(12.5)), np.full(3, 0.9))
+
+
+def seen(points: Any) -> Any:
+    """The sensors' function, less what the second body hides: min over the sensors of max(cone, -behind)."""
+    cones, (start, end) = sensors(), (np.array(p) for p in BODIES[1])
+    values = []
+    for i in range(len(cones)):
+        shadow = capsule_shadow(np.broadcast_to(cones.apex[i], points.shape), start, end, RADIUS)
+        values.append(np.maximum(cones.part(points, i), -behind(points, shadow)))
+    return np.minimum.reduce(values)
+
+
+def contours(axes: Axes, function: Any) -> None:
+    """Lines of equal value every 5 cm, and the surface."""
+    x, z, points = grid()
+    values = function(points).reshape(x.shape)
+    axes.contourf(x, z, values, np.arange(-0.3, 1.2, 0.05), cmap="RdBu", vmin=-0.5, vmax=0.5)
+    axes.contour(x, z, values, [0.0], colors="black", linewidths=1.2)
+
+
+def soft(axes: Axes) -> None:
+    """sigmoid(-f / width)."""
+    x, z, points = grid()
+    axes.pcolormesh(
+        x, z, 1 / (1 + np.exp(np.clip(seen(points) / WIDTH, -50, 50))).reshape(x.shape), cmap="Blues", rasterized=True
+    )
+
+
+def cells(axes: Axes, corner: tuple[float, float], side: float) -> None:
+    """The octree's cells that the plane cuts: settled by one value at the centre, or divided."""
+    centre = np.array([[corner[0] + side / 2, 0.0, corner[1] + side / 2]])
+    value, reach = float(seen(centre)[0]), math.sqrt(3) / 2 * side
+    if abs(value) <= reach and side > SMALLEST:
+        for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            cells(axes, (corner[0] + i * side / 2, corner[1] + j * side / 2), side / 2)
+        return
+    colour = INSIDE if value < -reach else OUTSIDE if value > reach else OPEN
+    axes.add_patch(Rectangle(corner, side, side, facecolor=colour, edgecolor="white", linewidth=0.3))
+
+
+def grid() -> tuple[Any, Any, Any]:
+    """Points of the plane."""
+    x, z = np.meshgrid(np.linspace(LEFT, RIGHT, 321), np.linspace(LOW, HIGH, 241))
+    return x, z, np.stack([x, np.zeros_like(x), z], axis=-1).reshape(-1, 3)
+
+
+def bodies(axes: Axes) -> None:
+    """The robot."""
+    x, z, points = grid()
+    distance = np.minimum.reduce([point_to_segment(points, np.array(start), np.array(end)) for start, end in BODIES])
+    axes.contourf(x, z, (distance - RADIUS).reshape(x.shape), [-1.0, 0.0], colors=["#666666"])
+
+
+def main() -> None:
+    """Draw and write."""
+    figure, axes = plt.subplots(2, 2, figsize=(11, 8.2), layout="constrained", sharex=True, sharey=True)
+    contours(axes[0, 0], sensors())
+    contours(axes[0, 1], seen)
+    soft(axes[1, 0])
+    for i in range(2):
+        cells(axes[1, 1], (LEFT + 0.8 * i, LOW), 0.8)
+        cells(axes[1, 1], (LEFT + 0.8 * i, LOW + 0.8), 0.8)
+    titles = ("three cones: f = min of three", "less a shadow: max(cone, −behind)", "soft occupancy, for the search")
+    for one, title in zip(axes.flat, (*titles, "octree cells, for the exact count"), strict=True):
+        bodies(one)
+        one.set(title=title, xlim=(LEFT, RIGHT), ylim=(LOW, HIGH), aspect="equal")
+    for one in axes[1]:
+        one.set_xlabel("m")
+    figure.savefig(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent / "method.png", dpi=110)
+
+
+if __name__ == "__main__":
+    main()
