@@ -43,7 +43,7 @@ def _lengths(cones: Cones, outer: Solid) -> Any:
     return cones.range_m * np.where(inside, share, 0.1).max(axis=1)
 
 
-def _draw_room(sheet: Sheet) -> None:
+def draw_room(sheet: Sheet) -> None:
     """Floor and far walls of the box, ruled in metres of the base frame; from above the floor alone."""
     (low, high), walls = sheet.box, sheet.rotation[2, 2] < 0.99
     far = np.where(sheet.rotation[2] > 0, low, high)
@@ -148,7 +148,7 @@ def _draw(path: Path, scene: Scene, views: list[Any], title: str, parts: list[st
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
     for left, cones, (setup, caption, *eye) in zip((0.01, 0.51), seen, views, strict=True):
         sheet = Sheet(figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal", xmargin=0.01, ymargin=0.01), box, *eye)
-        _draw_room(sheet)
+        draw_room(sheet)
         _draw_seen(sheet, cones, [colour[ring.link] for ring in setup.rings for _ in range(ring.count)], solid.a)
         _draw_robot(sheet, scene, setup, cones, colour, points[sight(scene, cones, q)(points) > 0])
         sheet.ax.axis("off")

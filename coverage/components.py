@@ -75,7 +75,7 @@ def _cells(voxels: VoxelSet) -> tuple[Int[np.ndarray, " C"], Int[np.ndarray, " C
         inner = np.stack([-(-start // 8), stop // 8])  # in cells of the next level
         whole = inner[0] < inner[1]
         before, after = np.where(whole, 8 * inner[0], stop), np.where(whole, 8 * inner[1], stop)
-        here = _ranges(np.concatenate([start, after]), np.concatenate([before, stop]))
+        here = ranges(np.concatenate([start, after]), np.concatenate([before, stop]))
         keys.append(here << 3 * level)
         levels.append(np.full(len(here), level))
         start, stop = inner[:, whole]
@@ -87,7 +87,7 @@ def _cells(voxels: VoxelSet) -> tuple[Int[np.ndarray, " C"], Int[np.ndarray, " C
     return key[order], np.concatenate(levels)[order]
 
 
-def _ranges(start: Int[np.ndarray, " R"], stop: Int[np.ndarray, " R"]) -> Int[np.ndarray, " N"]:
+def ranges(start: Int[np.ndarray, " R"], stop: Int[np.ndarray, " R"]) -> Int[np.ndarray, " N"]:
     """All numbers from each start up to its stop."""
     length = stop - start
     before = np.cumsum(length) - length

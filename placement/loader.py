@@ -22,7 +22,7 @@ from .errors import UserError, explain, shown
 from .models import SceneFile
 from .mount_models import RingModel
 from .mounted import mounted_setup
-from .proposals import ProposalFile
+from .proposals import FoundModel, ProposalFile
 from .record import with_record
 from .robot_convert import robot_of
 from .robot_models import RobotFile
@@ -172,6 +172,13 @@ def resolve(name_or_path: str, scene: Scene | None, sensor: Sensor | None = None
             allowed = f"a link of {scene.robot.name}: {', '.join(scene.robot.links)}"
             raise UserError(f"{name_or_path}: rings[{i}].link: found {shown(ring.link)}, allowed: {allowed}")
     return setup, scene
+
+
+def how_found(name_or_path: str) -> FoundModel | None:
+    """How a setup that ``resolve`` read was found, as its file (.toml) says; None where nothing does."""
+    path = Path(name_or_path)
+    named = path.suffix.lower() != ".toml" or _LOOKS_LIKE_A_NAME.fullmatch(name_or_path)
+    return None if named else read_model(path, ProposalFile).found
 
 
 def write_text(path: Path, text: str) -> None:
