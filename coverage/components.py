@@ -63,8 +63,8 @@ def pieces(voxels: VoxelSet) -> Pieces:
     low = np.minimum.reduceat(lowest[by_piece], first)
     high = np.maximum.reduceat((lowest + side[:, None])[by_piece], first)
     centre = np.add.reduceat((middle * size[:, None])[by_piece], first) / total[:, None]
-    box = ((corner - OFFSET) * voxels.voxel for corner in (low, high))
-    return Pieces(voxels.voxel, total, centre, *box, key, size, side, middle, label)
+    low, high = ((corner - OFFSET) * voxels.voxel for corner in (low, high))
+    return Pieces(voxels.voxel, total, centre, low, high, key, size, side, middle, label)
 
 
 def _cells(voxels: VoxelSet) -> tuple[Int[np.ndarray, " C"], Int[np.ndarray, " C"]]:

@@ -28,7 +28,7 @@ blockquote { margin: 1rem 0; padding: 0.3rem 1.1rem; border-left: 4px solid #007
 @media print { body { max-width: none; margin: 0; padding: 0; font-size: 10.5pt; print-color-adjust: exact }
 table { font-size: 8.5pt } th, td { padding: 0.15rem 0.5rem } h2 { margin-top: 1.4rem } h2, h3 { break-after: avoid }
 table, tr, img, pre, blockquote { break-inside: avoid } thead { display: table-header-group }
-p { orphans: 3; widows: 3 } }"""
+p:has(+ table), p:has(+ p > img) { break-after: avoid } p { orphans: 3; widows: 3 } }"""
 
 
 def escaped(text: str) -> str:

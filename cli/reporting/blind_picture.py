@@ -21,6 +21,7 @@ from ..picture import VIEWS, draw_room
 
 _MOST = 30_000  # voxels of a piece that are drawn
 _LARGE = 0.1  # m³, from which on a piece is drawn so that one sees through it
+_COLOURS = (*COLOURS[:-1], "#8a6642", "#5b5ea6")
 _RINGS, _OBSTACLE = "#4a525a", "#c9b48c"
 
 
@@ -47,7 +48,7 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: i
     box = scene.solid(blind.target, pose).a.bounds()
     line = body(scene.robot, frames)
     box = np.stack([np.minimum(box[0], line.min(axis=0)), np.maximum(box[1], line.max(axis=0))])
-    colours = dict(zip((i for i, _ in spots), cycle(COLOURS[:-1]), strict=False))
+    colours = dict(zip((i for i, _ in spots), cycle(_COLOURS), strict=False))
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
     for left, (caption, azimuth, elevation, _) in zip((0.01, 0.51), VIEWS, strict=True):
         sheet = Sheet(figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal"), box, azimuth, elevation)

@@ -60,14 +60,18 @@ def mounting(scene: Scene, setup: Setup) -> list[str]:
         rows.append(
             (
                 *(str(i), plain(r.link), place + aside, f"{r.position:.3f}" if m.length > 0 else "–"),
-                *(f"{1000 * r.radius:.0f}", str(r.count), f"{360 / max(r.count, 1):.2f}", f"{math.degrees(r.tilt):+.2f}"),
+                *(
+                    f"{1000 * r.radius:.1f}",
+                    f"{r.count}, every {360 / max(r.count, 1):.2f}°",
+                    f"{math.degrees(r.tilt) + 0.0:+.2f}",
+                ),
                 f"{phase:.2f} from {zero_axis(m)}",
                 f"{heading(s.look)} ({bearing(s.look)})",
             )
         )
-    heads = ("ring", "link", "where", "position", "radius, mm", "sensors", "apart, °", "tilt, °", "phase, °")
+    heads = ("ring", "link", "where", "position", "radius, mm", "sensors", "tilt, °", "phase, °")
     return [
-        table((*heads, "first sensor looks, in pose 0"), rows, right=(0, 3, 4, 5, 6, 7)),
+        table((*heads, "first sensor looks, in pose 0"), rows, right=(0, 3, 4, 6)),
         "A length is measured from the joint's axis along the link's mount axis to the plane of the ring's sensors, positive"
         " towards the tool; position is the same as a share of the mount, 0 proximal to 1 distal. Radius is that of the"
         " circle of sensors. A positive tilt leans the sensors towards the distal end. Phase is the angle of the"

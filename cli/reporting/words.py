@@ -43,8 +43,8 @@ def heading(way: Float[np.ndarray, " 3"]) -> str:
 
 def bearing(way: Float[np.ndarray, " 3"]) -> str:
     """The same in degrees: azimuth from +x towards +y, and elevation."""
-    azimuth = math.degrees(math.atan2(way[1], way[0])) % 360
-    return f"azimuth {azimuth:.0f}°, elevation {math.degrees(math.asin(float(np.clip(way[2], -1, 1)))):+.0f}°"
+    azimuth, elevation = math.degrees(math.atan2(way[1], way[0])), math.degrees(math.asin(float(np.clip(way[2], -1, 1))))
+    return f"azimuth {round(azimuth) % 360}°, elevation {round(elevation):+d}°"
 
 
 def beside(found: Beside | None) -> str:
