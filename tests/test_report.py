@@ -3,6 +3,7 @@
 import re
 import signal
 import sys
+from contextlib import suppress
 from html.parser import HTMLParser
 
 import numpy as np
@@ -200,7 +201,8 @@ versions = {{ "{quoted}" = "{quoted}" }}
         words = ["report", str(file), "--voxel", "0.1", "--draws", "1", "--out", str(folder / "out")]
         patch.setattr(sys, "argv", ["place-rings", *words])
         patch.setattr(signal, "signal", lambda *_: None)
-        command_line.main()
+        with suppress(SystemExit):
+            command_line.main()
     assert [p.name for p in (folder / "out").iterdir()] == ["report.html"]
     return Read((folder / "out" / "report.html").read_text()), file
 
