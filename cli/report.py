@@ -89,7 +89,7 @@ def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: i
             if shown := listed_spots(blind):
                 blind_picture(Path(pictures) / blind_name(n), scene, setup, blind, shown)
         created = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
-        text = html(page(facts, command, versions, created), Path(pictures), f"Placement report: {name}")
+        text = html(page(facts, command, versions, created), Path(pictures), f"Placement report: {Path(name).name}")
     write_text(folder / FILE, text)
     print(answer(facts).replace("**", ""))
     print(f"  {folder / FILE}")

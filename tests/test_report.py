@@ -229,6 +229,7 @@ def test_the_report_says_what_is_counted(made):
     for pose, litres in enumerate(unseen):
         assert f"pose {pose}: {litres:,.1f} litres" in read.text
     rows = {row[0]: row for row in read.rows}
+    assert rows["this setup"][:2] == ["this setup", "3"]
     assert rows["n1_4_0"][1] == str(named_setup("n1_4_0").sensors)
     assert rows["ζ"] == ["ζ", f"{100 * counted.zeta:.2f}"]
     forearm = next(row for row in read.rows if row[1:2] == ["forearm"] and "mm from" in row[2])

@@ -2,6 +2,7 @@
 
 import shlex
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 
 import numpy as np
 
@@ -75,7 +76,7 @@ def answer(f: Facts) -> str:
 
 
 def _head(f: Facts, versions: Mapping[str, str], created: str) -> Iterator[str]:
-    yield f"# Placement report: {escaped(f.name)}\n"
+    yield f"# Placement report: {escaped(Path(f.name).name)}\n"
     yield f"> {answer(f)}\n"
     yield f"Made {created} by place-rings {versions['place-rings']}. {DISCLAIMER}\n"
     yield f"![The setup from two sides: what the sensors see of the target, and what stays unseen]({PICTURE})\n"
@@ -138,7 +139,7 @@ def _coverage(f: Facts) -> Iterator[str]:
             mine = {target_label(r): r.by_occlusion_percent.get(model, r.zeta_percent) for r in f.zetas if r.setup == name}
             mark = "**" if name == f.name else ""
             cells = [f"{mark}{mine[label]:.2f}{mark}" for label in labels]
-            rows.append([f"{mark}{escaped(name)}{mark}", str(sensors), *cells])
+            rows.append([f"{mark}{'this setup' if mark else escaped(name)}{mark}", str(sensors), *cells])
         yield table(["setup", "sensors", *labels], rows, right=range(1, len(labels) + 2))
     for r in f.own:
         if r.worst is not None:
