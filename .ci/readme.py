@@ -11,7 +11,20 @@ import sys
 from pathlib import Path
 
 SLACK = 0.011  # points: the README rounds to two decimals
-_COMMANDS = ("verify", "cones", "schema", "study", "robustness", "improve", "task", "robot", "check", "export", "view")
+_COMMANDS = (
+    "verify",
+    "cones",
+    "schema",
+    "study",
+    "robustness",
+    "improve",
+    "task",
+    "robot",
+    "check",
+    "export",
+    "view",
+    "report",
+)
 FOUND_SLACK = 0.5  # points: a search may end a little elsewhere on another processor
 
 

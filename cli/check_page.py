@@ -11,7 +11,7 @@ from ..rig.check_models import CheckResult, RingFitModel, WavingModel
 from ..rig.checked import Checked
 from ..rig.expected import expected
 from ..rig.judge import Judged
-from ..studies.pages import csv_text, html, table
+from ..studies.pages import csv_text, escaped, html, table
 
 
 def write_files(checked: Checked, judged: Judged, folder: Path) -> list[str]:
@@ -78,7 +78,7 @@ def _trials(judged: Judged) -> list[Mapping[str, Any]]:
 
 def page(r: CheckResult) -> str:
     """The report as Markdown."""
-    lines = [f"# Check of {r.setup}: {r.verdict}", "", f"> {r.disclaimer}", ""]
+    lines = [f"# Check of {escaped(r.setup)}: {r.verdict}", "", f"> {r.disclaimer}", ""]
     kind = f"a simulated rig, seed {r.seed}" if r.simulated else "a real rig"
     lines += [f"Recorded {r.recorded} on {kind}, {r.seconds:.0f} s, by place-rings {r.version}.", ""]
     lines += [f"- {reason}" for reason in r.reasons] + [""] * bool(r.reasons)

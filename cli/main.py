@@ -13,7 +13,7 @@ from ..objectives.scene import Scene
 from ..placement.candidates import InfeasibleError
 from ..placement.errors import UserError
 from ..placement.loader import with_sensor
-from . import checking, export, judging, robots, tools, view  # noqa: F401  (they add their commands)
+from . import checking, export, judging, report, robots, tools, view  # noqa: F401  (they add their commands)
 from .aim_options import resolve_aim
 from .app import (
     Count,

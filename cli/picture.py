@@ -35,7 +35,7 @@ _SAMPLES = 5_000  # points in the target, of which the unseen become dots
 _SENSOR_RADIUS = 0.0085  # m
 
 
-def _draw_room(sheet: Sheet) -> None:
+def draw_room(sheet: Sheet) -> None:
     """Floor and far walls of the box, ruled in metres of the base frame; from above the floor alone."""
     (low, high), walls = sheet.box, sheet.rotation[2, 2] < 0.99
     far = np.where(sheet.rotation[2] > 0, low, high)
@@ -140,7 +140,7 @@ def _draw(path: Path, scene: Scene, views: list[Any], title: str, parts: list[st
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
     for left, cones, (setup, caption, *eye) in zip((0.01, 0.51), seen, views, strict=True):
         sheet = Sheet(figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal", xmargin=0.01, ymargin=0.01), box, *eye)
-        _draw_room(sheet)
+        draw_room(sheet)
         _draw_seen(sheet, cones, [colour[ring.link] for ring in setup.rings for _ in range(ring.count)], solid.a)
         _draw_robot(sheet, scene, setup, cones, colour, points[sight(scene, cones, q)(points) > 0])
         sheet.ax.axis("off")

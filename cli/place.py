@@ -2,6 +2,7 @@
 
 import shlex
 import sys
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -41,7 +42,7 @@ PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
 PAPER_TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 0.5), Target("V_S", 1.5))
 _COARSE = 0.1  # m: from here on it is quick to see whether a target holds a voxel at all
 _FEW_POSES = 4  # up to here all of the paper's targets are compared, beyond only those that were asked for
-_PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
+PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
 
 
 def check_scene(scene: Scene, voxel: float) -> None:
@@ -64,6 +65,11 @@ def comparable(scene: Scene) -> tuple[str, ...]:
     """The paper's setups that the scene's robot can carry: none where it lacks one of their links."""
     links = {ring.link for ring in named_setup(PAPER_SETUPS[0]).rings}
     return tuple(PAPER_SETUPS) if links <= set(scene.robot.links) else ()
+
+
+def papers(scene: Scene) -> dict[str, Setup]:
+    """These setups by name, with the scene's sensors."""
+    return {name: named_setup(name, scene.sensor, scene.ring_radius) for name in comparable(scene)}
 
 
 def find(
@@ -106,32 +112,49 @@ def find_fewest(
     return found.result, ReachModel(wanted_percent=100 * wanted, reached=found.reached, tried=tried)
 
 
-def compare(
-    scene: Scene, setup: Setup, counted: tuple[Verified, ...], verifier: Verifier, console: Console
-) -> list[VerifyResult]:
-    """Zeta of the proposal and of the paper's setups for all targets, by one verifier; ``counted``: what is known already of
-    the proposal."""
-    setups = {"proposal": setup} | {n: named_setup(n, scene.sensor, scene.ring_radius) for n in comparable(scene)}
+def counted(
+    verifier: Verifier,
+    setups: Mapping[str, Setup],
+    targets: Sequence[Target],
+    sighted: Collection[Target],
+    known: Mapping[tuple[str, Target], Verified],
+) -> Iterator[VerifyResult]:
+    """Zeta of each target for each setup by one verifier, with all models of occlusion for those ``sighted``; ``known``:
+    what is counted already, by the setup's name and the target."""
+    scene, goals = verifier.scene, [g.target for g in verifier.scene.goals]
+    for target in targets:
+        if target not in goals:  # its voxels serve nobody else
+            verifier = Verifier(scene, verifier.voxel, at=verifier.at)
+        for name, one in setups.items():
+            verified = known.get((name, target)) or verifier.verify(one, target)
+            result = verify_result(name, verified, scene)
+            if target in sighted:
+                result = with_sight(result, scene, by_occlusion(verifier, one, verified), unseeing(scene, one))
+            yield result
+
+
+def compared(scene: Scene) -> list[Target]:
+    """The targets that setups are compared by: the scene's goals and, of few poses, the paper's."""
     goals = [g.target for g in scene.goals]
     common = [t for t in PAPER_TARGETS if t.radius is None or t.radius > scene.shape.robot_radius]
-    targets = list(dict.fromkeys([*goals, *common] if len(scene.poses) <= _FEW_POSES else goals))
+    return list(dict.fromkeys([*goals, *common] if len(scene.poses) <= _FEW_POSES else goals))
+
+
+def compare(
+    scene: Scene, setup: Setup, known: tuple[Verified, ...], verifier: Verifier, console: Console
+) -> list[VerifyResult]:
+    """Zeta of the proposal and of the paper's setups for all targets, by one verifier; ``known``: what is counted already of
+    the proposal."""
+    setups = {"proposal": setup} | papers(scene)
+    goals, targets = [g.target for g in scene.goals], compared(scene)
     results: list[VerifyResult] = []
     with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
         task = bar.add_task("verifying", total=len(targets) * len(setups) * len(scene.poses))
-        known = {("proposal", v.target): v for v in counted}
+        verifier.at = lambda _: bar.advance(task)
         try:
-            for target in targets:
-                if target not in goals:  # its voxels serve nobody else
-                    verifier = Verifier(scene, verifier.voxel)
-                verifier.at = lambda _: bar.advance(task)
-                for name, one in setups.items():
-                    verified = known.get((name, target)) or verifier.verify(one, target)
-                    result = verify_result(name, verified, scene)
-                    if target in goals:
-                        zetas = by_occlusion(verifier, one, verified)
-                        result = with_sight(result, scene, zetas, unseeing(scene, one))
-                    results.append(result)
-                    bar.update(task, completed=len(results) * len(scene.poses))
+            for result in counted(verifier, setups, targets, goals, {("proposal", v.target): v for v in known}):
+                results.append(result)
+                bar.update(task, completed=len(results) * len(scene.poses))
         except KeyboardInterrupt:
             console.print("interrupted: the comparison ends here, the proposal is kept")
     return results
@@ -144,8 +167,8 @@ def asked_values(scene: Scene, setup: Setup, value: float, voxel: float, console
     verifier, found = Verifier(scene, voxel), {"proposal": 100 * value}
     try:
         with console.status("counting what was asked for"):
-            for name in comparable(scene):
-                found[name] = 100 * judge(verifier, named_setup(name, scene.sensor, scene.ring_radius), aim)[1]
+            for name, one in papers(scene).items():
+                found[name] = 100 * judge(verifier, one, aim)[1]
     except KeyboardInterrupt:
         console.print("interrupted: the comparison ends here, the proposal is kept")
     return found
@@ -202,7 +225,7 @@ def place(
         print(record.model_dump_json(indent=2))
         return
     console.print(ring_table(result.setup, scene.robot))
-    sensors = {"proposal": result.setup.sensors} | {n: named_setup(n).sensors for n in comparable(scene)}
+    sensors = {"proposal": result.setup.sensors} | {name: one.sensors for name, one in papers(scene).items()}
     where = f"robot {scene.robot.name}, occlusion {scene.occlusion}, {len(scene.poses)} pose(s)"
     title = f"ζ in percent, rule centre, voxels of {voxel:g} m, {where}"
     order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
@@ -236,6 +259,8 @@ def place(
         console.print(f"The floors are missed by {100 * result.short:.2f} points.")
     for path in files.values():
         console.print(f"  {path}", highlight=False, soft_wrap=True)
+    report = shlex.join(["place-rings", "report", str(files["proposal"]), "--out", str(folder)])
+    console.print(f"For a report to read and to print: {report}", highlight=False, soft_wrap=True)
 
 
 def _told(reached: ReachModel) -> str:
@@ -265,7 +290,7 @@ def found_model(result: searching.SearchResult, seed: int, aim: Aim | None = Non
         seconds=round(spent.seconds, 1),
         command=shlex.join(["place-rings", *sys.argv[1:]]),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
-        versions={name: version(name) for name in _PACKAGES} | {"python": sys.version.split()[0]},
+        versions={name: version(name) for name in PACKAGES} | {"python": sys.version.split()[0]},
         redundancy=aim.seen,
         losing=aim.losing,
         tolerant=tolerant_model(aim),

@@ -17,18 +17,24 @@ from .sighting import check_sight
 from .tables import target_label
 
 
-def robustness(name: str, setup: Setup, scene: Scene, asked: Robustness, as_json: bool) -> None:
-    """Print redundancy and tolerance of ``setup`` for the scene's goals."""
-    check_scene(scene, asked.voxel)
-    check_sight(scene, setup)
+def assess(name: str, setup: Setup, scene: Scene, asked: Robustness, console: Console) -> list[RobustnessResult]:
+    """Redundancy and tolerance of ``setup`` for the scene's goals, with a progress bar on ``console``."""
     verifier, results = Verifier(scene, asked.voxel), []
-    with Progress(*Progress.get_default_columns(), console=Console(stderr=True), transient=True) as bar:
+    with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
         for goal in scene.goals:
             task = bar.add_task(str(goal.target), total=asked.draws * len(scene.poses))
             sure = redundancy(verifier, setup, goal.target, asked.most)
             drawing = (setup, goal.target, asked.errors, asked.draws, asked.seed)
             astray = tolerance(verifier, *drawing, lambda task=task: bar.advance(task))  # type: ignore[misc]
             results.append(robustness_result(name, setup, sure, astray))
+    return results
+
+
+def robustness(name: str, setup: Setup, scene: Scene, asked: Robustness, as_json: bool) -> None:
+    """Print redundancy and tolerance of ``setup`` for the scene's goals."""
+    check_scene(scene, asked.voxel)
+    check_sight(scene, setup)
+    results = assess(name, setup, scene, asked, Console(stderr=True))
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
         print(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
@@ -39,27 +45,32 @@ def robustness(name: str, setup: Setup, scene: Scene, asked: Robustness, as_json
         console.print(f"{target_label(r)}: {lines(r)}", soft_wrap=True, highlight=False)
 
 
+def robustness_rows(results: list[RobustnessResult]) -> list[list[str]]:
+    """Questions down, targets across, in percent: the question, then a cell for each."""
+    e = results[0].errors
+    luck = f"{e.draws} mountings, ±{e.position_mm:g} mm, ±{e.direction_deg:g}°{' (2 σ)' if e.law == 'normal' else ''}"
+    seen = {f"seen by at least {k} sensors": k for k in range(2, len(results[0].seen_percent) + 1)}
+    rows = {
+        "ζ": [r.zeta_percent for r in results],
+        **{what: [r.seen_percent[k - 1] for r in results] for what, k in seen.items()},
+        "ζ without the worst sensor": [r.worst_sensor.zeta_percent for r in results],
+        "ζ without the worst ring": [r.worst_ring.zeta_percent for r in results],
+        f"mean ζ of {luck}": [r.mean_percent for r in results],
+        "5th percentile of these": [r.fifth_percentile_percent for r in results],
+    }
+    return [[what, *(f"{v:.2f}" for v in values)] for what, values in rows.items()]
+
+
 def robustness_table(results: list[RobustnessResult]) -> Table:
-    """Questions down, targets across, in percent."""
+    """The same for the terminal."""
     first = results[0]
     title = f"{first.setup} in percent, rule centre, voxels of {first.voxel:g} m"
     table = Table(title=title, title_justify="left")
     table.add_column("")
     for r in results:
         table.add_column(target_label(r), justify="right")
-
-    def row(what: str, *values: float) -> None:
-        table.add_row(what, *(f"{v:.2f}" for v in values))
-
-    row("ζ", *(r.zeta_percent for r in results))
-    for k in range(1, len(first.seen_percent)):
-        row(f"seen by at least {k + 1} sensors", *(r.seen_percent[k] for r in results))
-    row("ζ without the worst sensor", *(r.worst_sensor.zeta_percent for r in results))
-    row("ζ without the worst ring", *(r.worst_ring.zeta_percent for r in results))
-    e = first.errors
-    luck = f"{e.draws} mountings, ±{e.position_mm:g} mm, ±{e.direction_deg:g}°{' (2 σ)' if e.law == 'normal' else ''}"
-    row(f"mean ζ of {luck}", *(r.mean_percent for r in results))
-    row("5th percentile of these", *(r.fifth_percentile_percent for r in results))
+    for row in robustness_rows(results):
+        table.add_row(*row)
     return table
 
 

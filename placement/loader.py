@@ -25,7 +25,7 @@ from .mount_models import RingModel
 from .mounted import mounted_setup
 from .mounted_poses import setup_of_poses
 from .mounted_urdf import Asked, setup_of_urdf
-from .proposals import ProposalFile
+from .proposals import FoundModel, ProposalFile
 from .record import with_record
 from .robot_convert import robot_of
 from .robot_models import RobotFile
@@ -190,6 +190,13 @@ def _mounted(path: Path, scene: Scene, frames: Asked) -> Setup:
             return setup_of_poses(str(path), _text(path, "JSON"), scene)
         case _:
             return setup_of_urdf(read_urdf(path), frames, scene)
+
+
+def how_found(name_or_path: str) -> FoundModel | None:
+    """How a setup that ``resolve`` read was found, as its file (.toml) says; None where nothing does."""
+    path = Path(name_or_path)
+    named = path.suffix.lower() != ".toml" or _LOOKS_LIKE_A_NAME.fullmatch(name_or_path)
+    return None if named else read_model(path, ProposalFile).found
 
 
 def write_text(path: Path, text: str) -> None:

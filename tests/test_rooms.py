@@ -26,6 +26,9 @@ MAY = {
     "studies": {"coverage", "objectives", "placement"},
     "rig": {"coverage", "objectives", "placement"},
     "rig/simulated": {"protocol", "records"},  # of rig
+    "cli/reporting": {  # of cli
+        *("aim_options", "motion", "picture", "place", "protective", "robustness", "sensing", "sighting", "tables")
+    },
     "cli": {"coverage", "objectives", "placement", "studies", "rig"},
     "cli/viewer": {"tables"},  # of cli
 }

@@ -1,0 +1,95 @@
+"""The command report: a setup as a page to read, to print and to build from."""
+
+import shlex
+import sys
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+from rich.console import Console
+
+from ..coverage.rings import Setup
+from ..objectives.scene import Scene
+from ..placement.loader import how_found, output_folder, write_text
+from .app import (
+    Degrees,
+    OcclusionOption,
+    Radius,
+    RobotOption,
+    SceneFileOption,
+    Seed,
+    Subject,
+    Targets,
+    Trajectory,
+    Voxel,
+    app,
+)
+from .options import parse_goals, resolve_scene, with_goals, with_motion, with_occlusion
+from .sensing import Ambient, Reflectance, SensorOption, TargetSize, resolve_with_sensor
+
+FILE = "report.html"
+
+
+@app.command
+def report(
+    subject: Subject,
+    /,
+    *,
+    target: Targets = (),
+    radius: Radius = None,
+    scene: SceneFileOption = None,
+    robot: RobotOption = None,
+    occlusion: OcclusionOption = None,
+    sensor: SensorOption = None,
+    ambient: Ambient = None,
+    reflectance: Reflectance = None,
+    target_size: TargetSize = None,
+    trajectory: Trajectory = None,
+    degrees: Degrees = False,
+    draws: Annotated[int, Parameter(validator=Number(gte=1, lte=100_000), help="Mountings drawn for the tolerance.")] = 100,
+    seed: Seed = 0,
+    voxel: Voxel = 0.01,
+    out: Annotated[Path, Parameter(help="Folder for report.html.")] = Path("place-rings-report"),
+) -> None:
+    """Write a report of a setup that needs nothing else: what it sees, where it is blind, how to mount it, what it takes.
+
+    Example: place-rings report place-rings-out/proposal.toml --out place-rings-out
+    """
+    given = resolve_scene(scene, robot, target, radius)
+    setup, found = resolve_with_sensor(subject, given, sensor, ambient, reflectance, target_size)
+    asked = with_motion(with_goals(found, parse_goals(target, radius)), trajectory, degrees)
+    run(subject, setup, with_occlusion(asked, occlusion), voxel, draws, seed, out)
+
+
+def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: int, out: Path) -> None:
+    """Count, draw and write the report of ``setup``, which is called ``name``."""
+    from ..studies.pages import html
+    from .picture import placement_picture
+    from .place import PACKAGES, check_scene
+    from .reporting.blind_picture import blind_picture
+    from .reporting.facts import gather
+    from .reporting.page import PICTURE, answer, blind_name, listed_spots, page
+    from .sighting import check_sight
+    from .tables import target_label
+
+    check_scene(scene, voxel)
+    check_sight(scene, setup)
+    origin, folder, console = how_found(name), output_folder(out), Console(stderr=True)
+    facts = gather(name, setup, scene, voxel, draws, seed, origin, console)
+    versions = {package: version(package) for package in PACKAGES} | {"python": sys.version.split()[0]}
+    command = shlex.join(["place-rings", *sys.argv[1:]])
+    with console.status("drawing"), TemporaryDirectory() as pictures:
+        captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in facts.own]
+        placement_picture(Path(pictures) / PICTURE, scene, setup, captions)
+        for n, blind in enumerate(facts.blind):
+            if shown := listed_spots(blind):
+                blind_picture(Path(pictures) / blind_name(n), scene, setup, blind, shown)
+        created = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+        text = html(page(facts, command, versions, created), Path(pictures), f"Placement report: {Path(name).name}")
+    write_text(folder / FILE, text)
+    print(answer(facts).replace("**", ""))
+    print(f"  {folder / FILE}")

@@ -1,0 +1,247 @@
+"""The report: what it says against what is counted, lengths against geometry, and a page that nothing leads out of."""
+
+import re
+import signal
+import sys
+from contextlib import suppress
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from place_rings.cli import main as command_line
+from place_rings.cli import place
+from place_rings.cli.reporting.blind_picture import coarse
+from place_rings.cli.reporting.facts import looked_at, standing_for
+from place_rings.cli.reporting.materials import materials
+from place_rings.cli.reporting.mounting import seat_list
+from place_rings.cli.reporting.words import bearing, beside, heading
+from place_rings.coverage.chain import forward
+from place_rings.coverage.effective import effective
+from place_rings.coverage.octree import voxels
+from place_rings.coverage.rings import Ring, Setup, named_setup
+from place_rings.coverage.robots import ROBOTS
+from place_rings.coverage.sensors import Use
+from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.solids import sphere
+from place_rings.coverage.supplies import SUPPLIES
+from place_rings.objectives.blind import Beside
+from place_rings.objectives.exact import Verifier
+from place_rings.objectives.scene import Pose, Scene
+from place_rings.placement.loader import how_found, resolve
+from place_rings.rig.protocol import length
+from place_rings.studies.pages import code, escaped, html, table
+
+HOSTILE = "<img src=x onerror=alert(1)> ![p](http://192.0.2.1/a.png) [l](javascript:alert(1)) `c` | **b** \\"
+
+
+class Read(HTMLParser):
+    """Tags with their attributes, the text of all, and the cells of tables row by row."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.tags, self.text, self.rows, self.cell = [], "", [], False
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+            self.cell = True
+
+    def handle_endtag(self, tag):
+        self.cell = self.cell and tag not in ("td", "th")
+
+    def handle_data(self, data):
+        self.text += data
+        if self.cell:
+            self.rows[-1][-1] += data
+
+
+def led_out(read):
+    """What of a page refers to something that is not in it."""
+    keys = ("src", "href", "srcset", "data", "action", "poster", "background")
+    return [v for _, a in read.tags for k, v in a.items() if k in keys and not v.startswith("data:")]
+
+
+@given(st.text(st.characters(exclude_categories=("Cs", "Cc")), max_size=60))
+def test_what_a_user_wrote_is_shown_as_it_is(tmp_path_factory, text):
+    """In a paragraph, in a cell and in a block: no markup of it is heeded, none of it is lost."""
+    text = f"{text}{HOSTILE}"
+    page = html(
+        f"{escaped(text)}\n\n{table(('a', 'b'), [(escaped(text), 'x')])}\n{code(text)}", tmp_path_factory.getbasetemp(), text
+    )
+    read = Read(page)
+    body = [tag for tag, _ in read.tags][-13:]
+    assert body == ["body", "p", "table", "thead", "tr", "th", "th", "tbody", "tr", "td", "td", "pre", "code"]
+    said = " ".join(text.split())
+    assert read.rows[-1] == [said, "x"]
+    assert " ".join(read.text.split()).count(said) == 4
+    assert led_out(read) == []
+
+
+def test_a_page_leads_nowhere(tmp_path):
+    (tmp_path / "mine.png").write_bytes(b"png")
+    markdown = "![m](mine.png) ![n](none.png) ![o](http://192.0.2.1/o.png) [p](http://192.0.2.1) <b>q</b> ![r](../r.png)\n"
+    read = Read(html(markdown, tmp_path, "<t>"))
+    assert [a["src"][:22] for t, a in read.tags if t == "img"] == ["data:image/png;base64,"]
+    assert led_out(read) == []
+    assert {t for t, _ in read.tags} == {"html", "head", "meta", "title", "style", "body", "p", "img"}
+
+
+@given(st.sampled_from(sorted(ROBOTS)), st.integers(0, 2**32 - 1))
+def test_millimetres_lead_from_the_joint_to_the_ring(name, seed):
+    """From the joint's origin, along and aside of the mount axis, to the middle of the ring's sensors, at any pose."""
+    rng, robot = np.random.default_rng(seed), ROBOTS[name]
+    q = rng.uniform(-1, 1, len(robot.chain))
+    rings = [
+        Ring(link, rng.uniform(), int(rng.integers(2, 9)), rng.uniform(-1, 1), rng.uniform(0, 6)) for link in robot.links
+    ]
+    scene, setup = Scene(robot=robot, poses=(Pose(q),)), Setup(tuple(rings))
+    cones, frames, first = sensor_cones(robot, setup, q), forward(robot.chain, q), 0
+    for seat in seat_list(scene, setup):
+        mount = robot.mount(seat.ring.link)
+        T = frames[(*robot.chain.joints, "TCP").index(seat.joint)]
+        middle = cones.apex[first : first + seat.ring.count].mean(axis=0)
+        axis = T[:3, :3] @ mount.axis
+        way = middle - T[:3, 3]
+        assert way @ axis == pytest.approx(seat.along, abs=1e-9)
+        assert np.linalg.norm(way - (way @ axis) * axis) == pytest.approx(seat.aside, abs=1e-9)
+        assert seat.look == pytest.approx(cones.axis[first])
+        first += seat.ring.count
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_words_say_where_a_direction_points(seed):
+    v = np.random.default_rng(seed).normal(size=3)
+    v /= np.linalg.norm(v)
+    said = heading(v)
+    assert ("up" in said) == (v[2] >= 0.35)
+    assert ("down" in said) == (v[2] <= -0.35)
+    for i, axis in enumerate("xy"):
+        assert (f"+{axis}" in said) == (v[i] >= 0.35)
+        assert (f"−{axis}" in said) == (v[i] <= -0.35)
+    azimuth, elevation = (np.radians(float(n)) for n in re.findall(r"[+-]?\d+", bearing(v)))
+    told = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+    assert np.linalg.norm(told - v) < 0.013  # a degree and a half
+
+
+def test_words_say_where_a_piece_lies():
+    near = Beside(0.1, "wrist_1", np.array([0.0, -0.6, 0.6]))
+    assert beside(near) == "above the wrist 1, towards −y"
+    assert beside(Beside(0.1, "base", np.array([0.1, 0.2, -0.1]))) == "around the base"
+    assert beside(None) == ""
+
+
+def test_materials_add_up():
+    known, nominal = effective(Use("tfmini-s")).sensor, Ring("forearm", 0.5, 7)
+    setup = Setup((Ring("forearm", 0.2, 5, sensor=known), Ring("tool", 0.0, 6, sensor=known)))
+    said = "\n".join(materials(setup))
+    assert f"at most {11 * SUPPLIES['tfmini-s'].power_w:.2f} W" in said
+    assert f"{11 * 100:,} distances and {(length(5) + length(6)) * 100:,} bytes a second" in said
+    assert "| 7 | A nominal sensor of 25° | 1.50 | not known | not known | not known | not known |" in "\n".join(
+        materials(Setup((nominal,)))
+    )
+
+
+def test_many_poses_are_stood_for_by_few():
+    scene = Scene(poses=tuple(Pose(np.full(6, 0.01 * i), 1 + i % 3) for i in range(50)))
+    few = standing_for(scene, 16)
+    assert len(few.poses) <= 16
+    assert few.pose_weights.sum() == pytest.approx(1)
+    assert standing_for(few, 16) is few
+    at = looked_at(scene, 33)
+    assert 33 in at
+    assert {0, 49} <= set(at)
+    assert len(at) <= 8
+    assert looked_at(few, 0) == list(range(len(few.poses))) if len(few.poses) <= 8 else True
+
+
+def test_a_piece_drawn_in_larger_voxels_is_where_it_was():
+    ball = voxels(sphere(np.array([0.3, -0.2, 0.5]), 0.2), 0.01)
+    drawn = coarse(ball, 1000)
+    assert drawn.voxel == pytest.approx(0.04)
+    assert drawn.volume == pytest.approx(ball.volume, rel=0.1)
+    assert drawn.centres().mean(axis=0) == pytest.approx(ball.centres().mean(axis=0), abs=0.01)
+    assert coarse(ball, 10**6) is ball
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """The report of a proposal whose every text is hostile, of two poses: (its page, read; what was printed, the file)."""
+    folder = tmp_path_factory.mktemp("report")
+    file = folder / f"{HOSTILE.replace('/', '÷')}.toml"
+    quoted = HOSTILE.replace("\\", "\\\\")
+    file.write_text(
+        f"""rings = [{{ link = "forearm", position = 0.3, count = 2 }}, {{ link = "upper_arm", position = 0.6, count = 1 }}]
+[scene]
+poses = [{{ q_deg = [0, -45, 60, -105, -90, 0] }}, {{ q_deg = [40, -45, 60, -105, -90, 0] }}]
+targets = [{{ name = "V_S", radius = 0.4, at_least = 99 }}]
+obstacles = [{{ name = "{quoted}", centre = [0.6, 0, -0.6], size = [0.8, 1.2, 0.05] }}]
+[found]
+outcome = "{quoted}"
+seed = 1
+soft_percent = 1
+exact_percent = 1
+width = 1
+starts = 1
+evaluations = 1
+seconds = 1
+command = "{quoted}"
+created = "{quoted}"
+versions = {{ "{quoted}" = "{quoted}" }}
+"""
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(place, "PAPER_SETUPS", ("n1_4_0",))
+        patch.setattr(place, "PAPER_TARGETS", ())
+        words = ["report", str(file), "--voxel", "0.1", "--draws", "1", "--out", str(folder / "out")]
+        patch.setattr(sys, "argv", ["place-rings", *words])
+        patch.setattr(signal, "signal", lambda *_: None)
+        with suppress(SystemExit):
+            command_line.main()
+    assert [p.name for p in (folder / "out").iterdir()] == ["report.html"]
+    return Read((folder / "out" / "report.html").read_text()), file
+
+
+def test_the_report_stands_alone_whatever_its_texts_are(made):
+    read, file = made
+    assert led_out(read) == []
+    tags = [t for t, _ in read.tags]
+    assert not {"script", "link", "iframe", "object", "a", "base", "form"} & set(tags)
+    assert not any(key.startswith("on") for _, a in read.tags for key in a)
+    assert any("default-src 'none'" in a.get("content", "") for t, a in read.tags if t == "meta")
+    assert tags.count("img") == 2
+    assert read.text.count(HOSTILE) >= 5
+    assert how_found(str(file)).command == HOSTILE
+
+
+def test_the_report_says_what_is_counted(made):
+    read, file = made
+    setup, scene = resolve(str(file), None)
+    counted = Verifier(scene, 0.1).verify(setup, scene.goals[0].target)
+    assert f"3 sensors on 2 rings see {100 * counted.zeta:.2f} % of V_S(0.4)" in read.text
+    assert f"missed by {99 - 100 * counted.zeta:.2f} points of V_S(0.4)" in read.text
+    unseen = [(p.target_voxels - p.covered_voxels) * 1000 * 0.1**3 for p in counted.poses]
+    for pose, litres in enumerate(unseen):
+        assert f"pose {pose}: {litres:,.1f} litres" in read.text
+    rows = {row[0]: row for row in read.rows}
+    assert rows["this setup"][:2] == ["this setup", "3"]
+    assert rows["n1_4_0"][1] == str(named_setup("n1_4_0").sensors)
+    assert rows["ζ"] == ["ζ", f"{100 * counted.zeta:.2f}"]
+    forearm = next(row for row in read.rows if row[1:2] == ["forearm"] and "mm from" in row[2])
+    assert forearm[2] == f"{0.3 * 572.3:.0f} mm from elbow"
+    for heading_ in (
+        "What was asked",
+        "What is seen",
+        "blind spots",
+        "Redundancy",
+        "Mounting",
+        "materials",
+        "again",
+        "Limits",
+    ):
+        assert heading_ in read.text
