@@ -69,7 +69,7 @@ class Reader:
 
     def enter(self, label: str, value: str) -> None:
         """Type a number beside a slider, or a text."""
-        box = self._row(label).locator("input[type=text]").first
+        box = self._row(label).locator("input[type=text], input:not([type])").first
         box.fill(value)
         box.press("Enter")
 
