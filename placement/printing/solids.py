@@ -148,27 +148,28 @@ def beam(plan: Plan, k: int) -> Manifold:
     return solid.transform(plan.frame(k))
 
 
-def _below(plan: Plan, shift: float) -> Manifold:
-    """What belongs to the half with -y, shifted by ``shift`` towards +y: parted by a plane where the bolts are, midway
-    between sensors where these are."""
+def _roof(plan: Plan, shift: float) -> Manifold:
+    """What lies below the split between the sensors, shifted by ``shift`` towards +y."""
     slope, far = math.tan(plan.lean), _FAR
     drop = shift / math.cos(plan.lean)
     roof = [(-far, -far * slope + drop), (-far, -2 * far), (far, -2 * far), (far, -far * slope + drop), (0.0, drop)]
-    lower = Manifold.hull_points(np.array([(*at, z) for at in roof for z in (plan.low - 1, plan.top)]))
+    return Manifold.hull_points(np.array([(*at, z) for at in roof for z in (plan.low - 1, plan.top)]))
+
+
+def _below(plan: Plan, shift: float) -> Manifold:
+    """What belongs to the half with -y, shifted by ``shift`` towards +y: parted by a plane where the bolts are, midway
+    between sensors where these are."""
     level = float(plan.centre[1]) + shift
-    upper = box((-far, -2 * far, plan.top), (far, level, plan.lug[1] + 1))
-    return lower + upper
+    return _roof(plan, shift) + box((-_FAR, -2 * _FAR, plan.top), (_FAR, level, plan.lug[1] + 1))
 
 
 def _arms(plan: Plan) -> Manifold:
-    """Where the half with +y reaches beyond the middle of the link, straight walls carry on its band."""
-    if plan.lean == 0:
-        return Manifold()
-    (x, y), some = (float(v) for v in plan.centre), []
+    """Where a half reaches beyond the middle of the link, straight walls carry on its band."""
+    (x, y), below, some = (float(v) for v in plan.centre), _roof(plan, 0.0), []
     for sign in (-1.0, 1.0):
-        near, far = x + sign * plan.bore, x + sign * plan.collar
-        wall = box((min(near, far), y - plan.collar, plan.low), (max(near, far), y, plan.top))
-        some.append(wall.trim_by_plane((sign * math.sin(plan.lean), math.cos(plan.lean), 0.0), 0.0))
+        near, far = sorted((x + sign * plan.bore, x + sign * plan.collar))
+        some.append(box((near, y - plan.collar, plan.low), (far, y, plan.top)) - below)
+        some.append(box((near, y, plan.low), (far, y + plan.collar, plan.top)) ^ below)
     return union(some)
 
 
