@@ -173,6 +173,20 @@ def _arms(plan: Plan) -> Manifold:
     return union(some)
 
 
+def _ears(plan: Plan) -> Manifold:
+    """The ears of the bolts, without what carries one from below where the split between sensors leaves too little of it."""
+    ears, (x, y), far = lugs(plan), (float(v) for v in plan.centre), _FAR
+    below, least = _roof(plan, 0.0), plan.wall + MM * plan.printing.gap / 2
+    for sign in (-1.0, 1.0):
+        split = [-abs(x + sign * r) * math.tan(plan.lean) for r in (plan.bore, plan.ear)]
+        side = box((min(x, x + sign * far), -far, plan.low - 1), (max(x, x + sign * far), far, plan.top))
+        if min(split) - (y - plan.reach) < least:
+            ears -= side ^ below
+        if y + plan.reach - max(split) < least:
+            ears -= side - below
+    return ears
+
+
 def halves(plan: Plan) -> tuple[Manifold, Manifold]:
     """Both halves of a ring."""
     n = len(plan.angles)
@@ -181,7 +195,7 @@ def halves(plan: Plan) -> tuple[Manifold, Manifold]:
     hole = tube(plan.bore, plan.low - 1, plan.lug[1] + 1, plan.centre)
     rooms = union([_pocket(plan, k) for k in range(n)])
     posts, threads = (union(list(each)) for each in zip(*(_screws(plan, k) for k in range(n)), strict=True))
-    cut = whole + lugs(plan) - rooms - _channel(plan) - union([_window(plan, k) for k in range(n)])
+    cut = whole - union([_window(plan, k) for k in range(n)]) + _ears(plan) - rooms - _channel(plan)
     body = cut + (posts ^ whole) + (_arms(plan) - rooms) - hole - threads - bolt_holes(plan)
     gap = MM * plan.printing.gap / 2
     x, y = (float(v) for v in plan.centre)
