@@ -42,15 +42,25 @@ def _four(x: float, y: float) -> tuple[tuple[float, float], ...]:
     return tuple((sx * x, sy * y) for sx in (-1.0, 1.0) for sy in (-1.0, 1.0))
 
 
-def _stemma(name: str, repository: str, lens_height: float) -> Board:
+def _stemma(name: str, repository: str, lens_height: float, sheet: str) -> Board:
     """Adafruit's boards of 1 by 0.7 inches: four holes 0.1 inch from the edges, the sensor in the middle."""
-    source = f"{name}: github.com/adafruit/{repository}, board file; height of the package: ST, data sheet"
+    source = f"{name}: github.com/adafruit/{repository}, board file; height of the package: {sheet}"
     return Board(25.4 * MM, 17.78 * MM, 1.6 * MM, (0.0, 0.0), lens_height, _four(10.16 * MM, 6.35 * MM), 2.5 * MM, source)
 
 
-VL53L0X = _stemma("Adafruit VL53L0X, STEMMA QT", "Adafruit-VL53L0X-ToF-Distance-Sensor-PCB", 1.0 * MM)
-VL53L1X = _stemma("Adafruit VL53L1X", "Adafruit-VL53L1X-PCB", 1.56 * MM)
-VL53L4CD = _stemma("Adafruit VL53L4CD", "Adafruit-VL53L4CD-PCB", 1.0 * MM)
+VL53L0X = _stemma(
+    "Adafruit VL53L0X, STEMMA QT",
+    "Adafruit-VL53L0X-ToF-Distance-Sensor-PCB",
+    1.0 * MM,
+    "ST, DS11555, technical specification: 4.4 x 2.4 x 1 mm",
+)
+VL53L1X = _stemma("Adafruit VL53L1X", "Adafruit-VL53L1X-PCB", 1.56 * MM, "ST, DocID031281, features: 4.9 x 2.5 x 1.56 mm")
+VL53L4CD = _stemma(
+    "Adafruit VL53L4CD",
+    "Adafruit-VL53L4CD-PCB",
+    1.0 * MM,
+    "4.4 x 2.4 x 1 mm, maker's product page as quoted by third parties",
+)
 VL53L5CX = Board(
     25.4 * MM,
     25.4 * MM,
@@ -60,5 +70,5 @@ VL53L5CX = Board(
     _four(10.16 * MM, 10.16 * MM),
     3.302 * MM,
     "SparkFun Qwiic ToF Imager: github.com/sparkfun/SparkFun_Qwiic_ToF_Imager_VL53L5CX, board file; height of the package:"
-    " ST, data sheet",
+    " ST, DS13754, table 1, as quoted by a third party: 6.4 x 3.0 x 1.5 mm",
 )

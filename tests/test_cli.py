@@ -338,3 +338,24 @@ def test_safety_refuses_a_motion_beyond_the_joints_limits(run, tmp_path):
     assert out == ""
     assert "at 1 s: found 401.07 degrees, allowed: -360 to 360, its limits on ur10" in err
     assert not (tmp_path / "found").exists()
+
+
+def test_rings_of_a_proposal_are_printed(run, tmp_path):
+    (tmp_path / "mine.toml").write_text(
+        '[[rings]]\nlink = "forearm"\nposition = 0.3\ncount = 3\ntilt_deg = -30\nradius = 0.08\n'
+        '[scene]\nocclusion = "blind"\n[scene.sensor]\nmodel = "vl53l1x"\n'
+    )
+    code, out, err = run("export", "mine.toml", "--to", "stl", "--out", "rings")
+    assert code == 0, err
+    assert [Path(line) for line in out.split()] == [
+        Path("rings") / name
+        for name in ("ring0_forearm_a.stl", "ring0_forearm_b.stl", "ring0_forearm.png", "assembled.png", "printing.json")
+    ]
+    (tmp_path / "mine.toml").write_text(
+        (tmp_path / "mine.toml").read_text().replace("blind", "ignore").replace("0.08", "0.03")
+    )
+    code, out, err = run("export", "mine.toml", "--to", "stl", "--out", "none")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "ring 0 (forearm): " in err
+    assert err.rstrip().endswith('search with --occlusion blind or shadow, or with rules.mount = "real"')
+    assert not (tmp_path / "none").exists()

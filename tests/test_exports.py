@@ -18,10 +18,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.capsules import robot_capsules
 from place_rings.coverage.chain import forward
+from place_rings.coverage.effective import effective
 from place_rings.coverage.optics import Optics
 from place_rings.coverage.rings import Ring, Setup, named_setup
 from place_rings.coverage.robots import ROBOTS
-from place_rings.coverage.sensors import Sensor
+from place_rings.coverage.sensors import Sensor, Use
 from place_rings.coverage.slots import sensor_cones
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Goal, Pose, Scene
@@ -248,6 +249,8 @@ def hostile() -> tuple[Scene, Setup]:
 def test_hostile_names_do_nothing(tmp_path):
     scene, setup = hostile()
     written(tmp_path, scene, setup, *(name for name in FORMATS if name != "stl"))
+    printed = replace(setup.rings[0], sensor=effective(Use("vl53l4cd")).sensor, radius=0.12)
+    written(tmp_path, scene, Setup((printed,)), "stl")
     for file in ("robot.urdf", "sensors.xacro", "scene.xml"):
         root = ET.parse(tmp_path / file).getroot()
         assert root.find(".//evil") is None

@@ -110,4 +110,4 @@ def check_ring(plan: Plan, made: Assembly, files: tuple[bytes, bytes]) -> list[P
 
 def _check(name: str, measured: float, unit: str, least: float | None = None, most: float | None = None) -> PrintCheck:
     holds = (least is None or measured >= least - 1e-6) and (most is None or measured <= most + 1e-6)
-    return PrintCheck(name=name, measured=measured, least=least, most=most, unit=unit, holds=holds)
+    return PrintCheck(name=name, measured=round(measured, 9) + 0.0, least=least, most=most, unit=unit, holds=holds)

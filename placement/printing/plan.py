@@ -124,9 +124,9 @@ def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> Pla
     around = surrounded(mount, scene.robot.bodies)
     if around <= 0:
         raise UnbuildableError(f"nothing is known of what a ring on {ring.link} surrounds: state its mount's section")
-    real = replace(scene, rules=replace(scene.rules, mount="real"), printing=printing)
-    if why := unfit(real, ring):
-        raise UnbuildableError(why)
+    asked = replace(scene, printing=printing)
+    if why := unfit(replace(asked, rules=replace(scene.rules, mount="real")), ring):
+        raise UnbuildableError(why if unfit(asked, ring) else f"{why}; {_bodiless(scene)}")
     pocket = best_pocket(board, printing, ring.radius, ring.tilt, inner_radius(around, printing))
     tilt, flip = abs(ring.tilt), -1.0 if ring.tilt < 0 else 1.0
     angles = flip * (ring.phase + 2 * math.pi * np.arange(ring.count) / ring.count)
@@ -168,6 +168,12 @@ def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> Pla
         T_ring_print=np.diag([1.0, flip, flip]) @ R,
     )
     return replace(plan, lean=_lean(plan))
+
+
+def _bodiless(scene: Scene) -> str:
+    """How a search is asked for rings with bodies, where a scene's have none."""
+    asked = "" if scene.rules.mount == "free" else "--occlusion blind or shadow, or with "
+    return f'its scene gives rings no body: search with {asked}rules.mount = "real"'
 
 
 def _rotation(angle: float) -> Float[np.ndarray, "2 2"]:

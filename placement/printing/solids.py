@@ -148,28 +148,43 @@ def beam(plan: Plan, k: int) -> Manifold:
     return solid.transform(plan.frame(k))
 
 
-def _below(plan: Plan, shift: float) -> Manifold:
-    """What belongs to the half with -y, shifted by ``shift`` towards +y: parted by a plane where the bolts are, midway
-    between sensors where these are."""
+def _roof(plan: Plan, shift: float) -> Manifold:
+    """What lies below the split between the sensors, shifted by ``shift`` towards +y."""
     slope, far = math.tan(plan.lean), _FAR
     drop = shift / math.cos(plan.lean)
     roof = [(-far, -far * slope + drop), (-far, -2 * far), (far, -2 * far), (far, -far * slope + drop), (0.0, drop)]
-    lower = Manifold.hull_points(np.array([(*at, z) for at in roof for z in (plan.low - 1, plan.top)]))
+    return Manifold.hull_points(np.array([(*at, z) for at in roof for z in (plan.low - 1, plan.top)]))
+
+
+def _below(plan: Plan, shift: float) -> Manifold:
+    """What belongs to the half with -y, shifted by ``shift`` towards +y: parted by a plane where the bolts are, midway
+    between sensors where these are."""
     level = float(plan.centre[1]) + shift
-    upper = box((-far, -2 * far, plan.top), (far, level, plan.lug[1] + 1))
-    return lower + upper
+    return _roof(plan, shift) + box((-_FAR, -2 * _FAR, plan.top), (_FAR, level, plan.lug[1] + 1))
 
 
 def _arms(plan: Plan) -> Manifold:
-    """Where the half with +y reaches beyond the middle of the link, straight walls carry on its band."""
-    if plan.lean == 0:
-        return Manifold()
-    (x, y), some = (float(v) for v in plan.centre), []
+    """Where a half reaches beyond the middle of the link, straight walls carry on its band."""
+    (x, y), below, some = (float(v) for v in plan.centre), _roof(plan, 0.0), []
     for sign in (-1.0, 1.0):
-        near, far = x + sign * plan.bore, x + sign * plan.collar
-        wall = box((min(near, far), y - plan.collar, plan.low), (max(near, far), y, plan.top))
-        some.append(wall.trim_by_plane((sign * math.sin(plan.lean), math.cos(plan.lean), 0.0), 0.0))
+        near, far = sorted((x + sign * plan.bore, x + sign * plan.collar))
+        some.append(box((near, y - plan.collar, plan.low), (far, y, plan.top)) - below)
+        some.append(box((near, y, plan.low), (far, y + plan.collar, plan.top)) ^ below)
     return union(some)
+
+
+def _ears(plan: Plan) -> Manifold:
+    """The ears of the bolts, without what carries one from below where the split between sensors leaves too little of it."""
+    ears, (x, y), far = lugs(plan), (float(v) for v in plan.centre), _FAR
+    below, least = _roof(plan, 0.0), plan.wall + MM * plan.printing.gap / 2
+    for sign in (-1.0, 1.0):
+        split = [-abs(x + sign * r) * math.tan(plan.lean) for r in (plan.bore, plan.ear)]
+        side = box((min(x, x + sign * far), -far, plan.low - 1), (max(x, x + sign * far), far, plan.top))
+        if min(split) - (y - plan.reach) < least:
+            ears -= side ^ below
+        if y + plan.reach - max(split) < least:
+            ears -= side - below
+    return ears
 
 
 def halves(plan: Plan) -> tuple[Manifold, Manifold]:
@@ -180,7 +195,7 @@ def halves(plan: Plan) -> tuple[Manifold, Manifold]:
     hole = tube(plan.bore, plan.low - 1, plan.lug[1] + 1, plan.centre)
     rooms = union([_pocket(plan, k) for k in range(n)])
     posts, threads = (union(list(each)) for each in zip(*(_screws(plan, k) for k in range(n)), strict=True))
-    cut = whole + lugs(plan) - rooms - _channel(plan) - union([_window(plan, k) for k in range(n)])
+    cut = whole - union([_window(plan, k) for k in range(n)]) + _ears(plan) - rooms - _channel(plan)
     body = cut + (posts ^ whole) + (_arms(plan) - rooms) - hole - threads - bolt_holes(plan)
     gap = MM * plan.printing.gap / 2
     x, y = (float(v) for v in plan.centre)

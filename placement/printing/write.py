@@ -46,12 +46,17 @@ def print_ring(
         size_mm=[b - a for a, b in zip(low, high, strict=True)],
         flipped=ring.tilt < 0,
         board=board.source,
-        screws=f"{count} × M{MM * board.hole:.2g}, {deep:.1f} mm of thread" if count else "none: glue",
+        screws=f"{count} × M{_screw(MM * board.hole):g}, {deep:.1f} mm of thread" if count else "none: glue",
         bolts=f"2 × M{bolt.size:.0f}, {2 * plan.reach + bolt.nut_height:.0f} mm and more",
         files=[f"{name}_a.stl", f"{name}_b.stl", f"{name}.png"],
         checks=checks,
     )
     return record, files, plan, made
+
+
+def _screw(hole: float) -> float:
+    """The thickest screw, mm, that goes through a hole of a board; the hole itself where that is finer than all."""
+    return max((size for size in (1.6, 2.0, 2.5, 3.0, 4.0, 5.0) if size <= hole + 1e-9), default=hole)
 
 
 def _plain(link: str) -> str:
