@@ -1,6 +1,5 @@
 """The viewer driven in a real browser: nothing from outside, sliders move ζ, two at once, and an end to all."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -185,11 +184,19 @@ def test_an_address_that_cannot_be_served_is_one_line():
         Server(room, host="192.0.2.1")
 
 
+@pytest.fixture
+def not_ignored():
+    """A child takes over an interrupt that is ignored, as it is in a shell's background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("not_ignored")
 def test_control_c_ends_the_command_at_once():
     command = [sys.executable, "-m", "place_rings.cli.entry", "view", "n1_8_0", "--no-browser"]
-    undo = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.default_int_handler)}
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ, **undo) as run:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
         assert run.stdout is not None
         assert run.stdout.readline().startswith("http://127.0.0.1:")
         began = time.monotonic()
