@@ -42,7 +42,8 @@ def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = Non
 
     Each sensor's usual distance is the median of the whole time, so that the hand may be before it for less than half of it.
     The hand passes when it is nearest, as the sensors beside see it, too, from the side. Of wires that saw none the seat is
-    not known: the others' are those that an order of all wires leaves to them, by the order that explains most.
+    not known: the others' are those that an order of all wires leaves to them, by the order that explains most. Where
+    that wire comes first or last, two orders explain as much: the less turned one is taken.
 
     Raises:
         ValueError: if there is no reading of the ring.
@@ -56,7 +57,11 @@ def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = Non
     seen = np.flatnonzero(np.isfinite(time))
     seen = seen[np.argsort(time[seen])]
     orders = [Order(d, s) for d in (1, -1) for s in range(count)]
-    order = max(orders, key=lambda o: np.count_nonzero(np.sort(o.seat(count)[seen]) == o.seat(count)[seen]))
+
+    def explained(o: Order) -> tuple[int, int]:
+        return int(np.count_nonzero(np.sort(o.seat(count)[seen]) == o.seat(count)[seen])), -min(o.shift, count - o.shift)
+
+    order = max(orders, key=explained)
     seat = order.seat(count)
     seat[seen] = np.sort(seat[seen])
     cycles = tuple(mixed(order, seat))

@@ -199,20 +199,29 @@ def waving(rng, seat, frames=10):
 @settings(max_examples=15)
 @given(seeds, st.sampled_from([1, -1]), st.integers(0, 7), st.booleans(), st.booleans())
 def test_a_hand_tells_the_wiring(seed, direction, shift, swap, dead):
-    """Of any turn, in reverse, with two sensors swapped, one dead."""
+    """Of any turn, in reverse, with two sensors swapped, one dead, but none where the hand begins or ends."""
     rng, n = np.random.default_rng(seed), 8
     order = Order(direction, shift)
     seat = order.seat(n)
     pair = tuple(sorted(int(k) for k in rng.choice(n, 2, replace=False)))
     if swap:
         seat[list(pair)] = seat[list(pair[::-1])]
-    gone = int(rng.choice(np.setdiff1d(np.arange(n), pair))) if dead else None
+    ends = np.flatnonzero(np.isin(seat, (0, n - 1)))
+    gone = int(rng.choice(np.setdiff1d(np.arange(n), [*pair, *ends]))) if dead else None
     if gone is not None:
         seat[gone] = DEAD
     found = waved(waving(rng, seat), SETUP, 0)
     np.testing.assert_array_equal(found.seat, seat)
     assert (found.order, found.mixed) == (order, ((pair,) if swap else ()))
     assert found.missed == ()
+
+
+@pytest.mark.parametrize("gone", [0, 7])
+def test_where_the_hand_begins_at_a_dead_sensor_the_less_turned_order_is_taken(gone):
+    seat = np.arange(8)
+    seat[gone] = DEAD
+    found = waved(waving(np.random.default_rng(0), seat), SETUP, 0)
+    np.testing.assert_array_equal(found.seat, seat)
 
 
 def test_a_hand_that_was_not_seen_is_asked_for_again():
