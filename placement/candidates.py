@@ -68,10 +68,10 @@ class Space:
         if scene.rules.shared_tilt and self._shared_tilt()[1] < 0:
             raise InfeasibleError("a shared tilt needs limits that allow a tilt and its opposite on every link")
         if layout is None:
-            rooms = {link: room for link, room in self._rooms().items() if self.most_on(link) >= self.least}
-            self.places = min(sum(rooms.values()), _MOST_RINGS, max(self.free, 0) // self.least)
-            _check_budget(self, rooms, held)
-            self.most = max((self.most_on(link) for link in rooms), default=self.most)
+            largest = self.largest()
+            self.places = min(len(largest), max(self.free, 0) // self.least)
+            _check_budget(self, largest, held)
+            self.most = max(largest, default=self.most)
         else:
             self.places = len(layout.rings)
             _check_layout(self, layout)
@@ -147,12 +147,15 @@ class Space:
         links = {s.link: sum(t.room for t in self.segments if t.link == s.link) for s in self.segments}
         return {link: min(room, max(most - held.count(link), 0)) for link, room in links.items()}
 
+    def largest(self) -> list[int]:
+        """The most sensors of each free ring that there is room for, descending."""
+        sizes = [n for link, room in self._rooms().items() for n in [self.most_on(link)] * room if n >= self.least]
+        return sorted(sizes, reverse=True)[:_MOST_RINGS]
+
     @property
     def totals(self) -> list[int]:
         """The numbers of sensors, ascending, that free rings come to with the fixed ones."""
-        held, rooms = self.sensors - self.free, self._rooms()
-        sizes = [n for link, room in rooms.items() for n in [self.most_on(link)] * room if n >= self.least]
-        most = np.cumsum([0, *sorted(sizes, reverse=True)[:_MOST_RINGS]]).tolist()
+        held, most = self.sensors - self.free, np.cumsum([0, *self.largest()]).tolist()
         each = (range(n * self.least, m + 1) for n, m in enumerate(most) if n or held)
         return sorted({held + n for some in each for n in some})
 
@@ -260,13 +263,12 @@ def _off(s: Segment, position: float) -> float:
     return max(s.low - position, position - s.high, 0.0)
 
 
-def _check_budget(space: Space, rooms: dict[str, int], held: int) -> None:
+def _check_budget(space: Space, each: list[int], held: int) -> None:
     least, most = space.least, space.most
     if space.free < 0:
         raise InfeasibleError(f"{space.sensors} sensors are fewer than the {held} of the fixed rings")
     if 0 < space.free < least:
         raise InfeasibleError(f"{space.free} sensors are fewer than the least of one ring, {least}")
-    each = sorted((space.most_on(link) for link, room in rooms.items() for _ in range(room)), reverse=True)[:_MOST_RINGS]
     if space.free > sum(each):
         sizes = sorted({*each, *([] if each else [most])})
         size = f"{sizes[0]}" if len(sizes) == 1 else f"{sizes[0]} to {sizes[-1]}, as boards fit"

@@ -64,3 +64,23 @@ settings.load_profile("laws")
 def reference_pose() -> np.ndarray:
     """Joint angles of the reference scene, rad."""
     return np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
+
+
+@pytest.fixture
+def run(monkeypatch, capsys, tmp_path):
+    """Run the command line in an empty folder: (exit code, stdout, stderr)."""
+    from place_rings.cli import main as command_line
+
+    monkeypatch.chdir(tmp_path)
+
+    def call(*args):
+        monkeypatch.setattr(sys, "argv", ["place-rings", *map(str, args)])
+        monkeypatch.setattr("signal.signal", lambda *_: None)
+        code = 0
+        try:
+            command_line.main()
+        except SystemExit as stop:
+            code = stop.code or 0
+        return code, *capsys.readouterr()
+
+    return call

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from place_rings.cli import main as command_line
 from place_rings.cli.entry import never_lost
 from place_rings.cli.options import resolve_space
 from place_rings.cli.place import comparable
@@ -28,26 +27,6 @@ from place_rings.placement.loader import read_proposal
 from place_rings.placement.proposals import SearchFile
 from place_rings.placement.results import RobustnessResult, SafetyResult, VerifyResult
 from place_rings.placement.schedule import Schedule, Stage
-
-
-@pytest.fixture
-def run(monkeypatch, capsys, tmp_path):
-    """Run the command line in an empty folder: (exit code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*args):
-        monkeypatch.setattr(sys, "argv", ["place-rings", *map(str, args)])
-        monkeypatch.setattr(signal, "signal", lambda *_: None)
-        code = 0
-        try:
-            command_line.main()
-        except SystemExit as stop:
-            code = stop.code or 0
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return call
-
 
 REFUSED = {
     "unknown target": ["--target", "V_X"],

@@ -1,11 +1,8 @@
 """What is mounted, bettered: never worse with more changes, within all rules, by the verifier's own count."""
 
-import signal
-import sys
 from pathlib import Path
 
 import pytest
-from place_rings.cli import main as command_line
 from place_rings.coverage.rings import Ring, Setup, named_setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.exact import Verifier
@@ -101,22 +98,10 @@ def test_an_interrupt_keeps_what_is_found(monkeypatch):
 
 
 @pytest.fixture
-def run(monkeypatch, capsys, tmp_path):
+def run(run, monkeypatch):
     """Run the command line in an empty folder with a tiny plan: (exit code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(improving, "Plan", lambda: TINY)
-    monkeypatch.setattr(signal, "signal", lambda *_: None)
-
-    def call(*args):
-        monkeypatch.setattr(sys, "argv", ["place-rings", *map(str, args)])
-        code = 0
-        try:
-            command_line.main()
-        except SystemExit as stop:
-            code = stop.code or 0
-        return code, *capsys.readouterr()
-
-    return call
+    return run
 
 
 def test_the_command_leaves_a_proposal_of_each_step(run, tmp_path):

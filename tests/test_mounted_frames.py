@@ -2,12 +2,10 @@
 
 import json
 import math
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from place_rings.cli import main as command_line
 from place_rings.coverage.rings import named_setup
 from place_rings.objectives.scene import Scene
 from place_rings.placement.export.placed import Placed
@@ -17,25 +15,6 @@ from place_rings.placement.loader import resolve
 from place_rings.placement.mounted_poses import setup_of_poses
 
 SETUP = named_setup("n1_4_25")
-
-
-@pytest.fixture
-def run(monkeypatch, capsys, tmp_path):
-    """Run the command line in an empty folder: (exit code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("signal.signal", lambda *_: None)
-
-    def call(*args):
-        monkeypatch.setattr(sys, "argv", ["place-rings", *map(str, args)])
-        code = 0
-        try:
-            command_line.main()
-        except SystemExit as stop:
-            code = stop.code or 0
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return call
 
 
 @pytest.fixture(scope="module")
