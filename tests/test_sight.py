@@ -20,8 +20,6 @@ from place_rings.placement.convert import scene_model, scene_of
 from place_rings.placement.errors import UserError
 from place_rings.placement.loader import read_scene, to_toml
 
-from .test_cli import run  # noqa: F401  (a fixture)
-
 FLAT = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
 NEAR = Target("V_S", 0.5)
 TABLE = Obstacle("table", box((0.6, 0, 0.2), (0.8, 1.2, 0.05)), {"centre": [0.6, 0.0, 0.2], "size": [0.8, 1.2, 0.05]})
@@ -137,7 +135,7 @@ def test_a_bad_cell_is_one_line(tmp_path, text, line):
     assert "scene.toml" in str(error.value) or "none.stl" in str(error.value)
 
 
-def test_verify_prints_all_models_and_json_has_them(run):  # noqa: F811
+def test_verify_prints_all_models_and_json_has_them(run):
     arguments = ["verify", "n2_16_25", "--target", "V_S:0.5", "--voxel", "0.05", "--occlusion", "shadow"]
     code, out, _ = run(*arguments)
     assert code == 0
