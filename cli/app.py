@@ -7,9 +7,6 @@ from typing import Annotated
 from cyclopts import App, Parameter
 from cyclopts.validators import Number
 
-from ..coverage.occlusion import Occlusion
-from ..placement.sensor_frames import Along
-
 app = App(
     name="place-rings",
     help="""Find where rings of Time-of-Flight sensors belong on a robot arm, and prove how much they see.
@@ -28,21 +25,11 @@ Targets = Annotated[
 Radius = Annotated[float | None, Parameter(help="Radius of a --target V_S that has none of its own, m.")]
 SceneFileOption = Annotated[Path | None, Parameter(name="--scene", help="Another scene than the reference scene (TOML).")]
 RobotOption = Annotated[str | None, Parameter(help="A built-in robot: ur10, ur5e, panda, … (see robots).")]
-OcclusionOption = Annotated[
-    Occlusion | None,
-    Parameter(name="--occlusion", help="The robot's own body: ignored, throws shadows, or blinds sensors."),
-]
-Trajectory = Annotated[Path | None, Parameter(help="A recorded motion (CSV: time and joint angles) in place of the poses.")]
-Degrees = Annotated[bool, Parameter(negative=(), help="The angles of --trajectory are in degrees, not radians.")]
 Voxel = Annotated[float, Parameter(help="Side of a voxel, m.")]
 Json = Annotated[bool, Parameter(name="--json", negative=(), help="Print one JSON object for scripts.")]
 Subject = Annotated[
     str, Parameter(name="PROPOSAL_OR_NAME", help="A proposal's file, sensors (.csv, .json, .urdf), or a name like n2_16_25.")
 ]
-Frames = Annotated[
-    str | None, Parameter(name="--frames", help="Of a .urdf: the frames that are sensors, a regular expression: tof_.*")
-]
-Beam = Annotated[Along | None, Parameter(name="--beam", help="Of a .urdf: the axis along which these frames look: x.")]
 Floors = Annotated[tuple[str, ...], Parameter(negative=(), help="A floor: V_S:1.5=60 for 60 percent of it. Repeatable.")]
 Seed = Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")]
 Count = Annotated[int, Parameter(validator=Number(gte=1, lte=200))]

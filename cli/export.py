@@ -9,8 +9,9 @@ from cyclopts.validators import Number
 from ..placement.errors import UserError, shown
 from ..placement.loader import output_folder, resolve, write_bytes
 from ..placement.urdf import read_urdf
-from .app import Beam, Frames, RobotOption, SceneFileOption, Subject, app
-from .options import resolve_frames, resolve_scene
+from .app import RobotOption, SceneFileOption, Subject, app
+from .options import resolve_scene
+from .shared import NO_FRAMES, FrameOptions
 
 
 @app.command
@@ -34,8 +35,7 @@ def export(
     points: Annotated[
         int, Parameter(validator=Number(gte=0, lte=1_000_000), help="glb: points of each target, seen or not.")
     ] = 0,
-    frames: Frames = None,
-    beam: Beam = None,
+    mounted: FrameOptions = NO_FRAMES,
 ) -> None:
     """Write a setup for other programs: its robot with a frame for each sensor, a scene to look at, tables, scripts.
 
@@ -51,7 +51,7 @@ def export(
     unknown = next((name for name in to if name not in FORMATS), None)
     if unknown is not None or not to:
         raise UserError(f"--to: found {shown(unknown)}, allowed: {', '.join(FORMATS)}")
-    setup, found = resolve(subject, resolve_scene(scene, robot), frames=resolve_frames(frames, beam))
+    setup, found = resolve(subject, resolve_scene(scene, robot), frames=mounted.resolve())
     if not 0 <= pose < len(found.poses):
         raise UserError(f"--pose: found {pose}, allowed: 0 to {len(found.poses) - 1}, the scene's poses")
     if urdf is None and robot is not None and robot.lower().endswith(".urdf"):

@@ -1,5 +1,6 @@
 """Commands on a setup that is there: verify, robustness, safety, improve."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -10,37 +11,34 @@ from ..coverage.mounting import Law
 from ..coverage.occlusion import Occlusion
 from ..objectives.exact import Rule
 from ..placement.errors import UserError
-from ..placement.loader import resolve
 from .aim_options import mounting_errors, resolve_robustness
 from .app import (
-    Beam,
-    Degrees,
     Floors,
-    Frames,
     Json,
-    OcclusionOption,
-    Radius,
     RobotOption,
     SceneFileOption,
     Seed,
     Subject,
-    Targets,
-    Trajectory,
     Voxel,
     app,
 )
 from .options import (
-    parse_goals,
     resolve_counting,
-    resolve_frames,
     resolve_scene,
     resolve_time,
     with_floors,
-    with_goals,
-    with_motion,
-    with_occlusion,
 )
-from .sensing import Ambient, Reflectance, SensorOption, TargetSize, resolve_with_sensor
+from .shared import (
+    NO_FRAMES,
+    NO_MOTION,
+    NO_SENSOR,
+    REFERENCE,
+    FrameOptions,
+    MotionOptions,
+    SceneOptions,
+    SensorOptions,
+    resolve_subject,
+)
 
 
 @app.command
@@ -48,19 +46,10 @@ def verify(
     subject: Subject,
     /,
     *,
-    target: Targets = (),
-    radius: Radius = None,
-    scene: SceneFileOption = None,
-    robot: RobotOption = None,
-    occlusion: OcclusionOption = None,
-    sensor: SensorOption = None,
-    ambient: Ambient = None,
-    reflectance: Reflectance = None,
-    target_size: TargetSize = None,
-    trajectory: Trajectory = None,
-    degrees: Degrees = False,
-    frames: Frames = None,
-    beam: Beam = None,
+    place: SceneOptions = REFERENCE,
+    sensing: SensorOptions = NO_SENSOR,
+    motion: MotionOptions = NO_MOTION,
+    mounted: FrameOptions = NO_FRAMES,
     voxel: Annotated[
         float | None, Parameter(help="Side of a voxel, m: 0.01. With --rule certified: cells of this one size.")
     ] = None,
@@ -85,10 +74,7 @@ def verify(
     from .inspect import verify as run
 
     counting = resolve_counting(rule, voxel, width, memory)
-    asked_scene, asked_frames = resolve_scene(scene, robot, target, radius), resolve_frames(frames, beam)
-    setup, found = resolve_with_sensor(subject, asked_scene, sensor, ambient, reflectance, target_size, asked_frames)
-    asked = with_motion(with_goals(found, parse_goals(target, radius)), trajectory, degrees)
-    run(subject, setup, with_occlusion(asked, occlusion), counting, as_json)
+    run(subject, *resolve_subject(subject, place, sensing, motion, mounted), counting, as_json)
 
 
 @app.command
@@ -96,11 +82,8 @@ def robustness(
     subject: Subject,
     /,
     *,
-    target: Targets = (),
-    radius: Radius = None,
-    scene: SceneFileOption = None,
-    robot: RobotOption = None,
-    occlusion: OcclusionOption = None,
+    place: SceneOptions = REFERENCE,
+    mounted: FrameOptions = NO_FRAMES,
     k: Annotated[int, Parameter(name="--k", help="Tell apart up to so many sensors that see a point.")] = 3,
     draws: Annotated[int, Parameter(help="Mountings that are drawn.")] = 100,
     position_error_mm: Annotated[float, Parameter(help="Of each ring, along its link, either way.")] = 5.0,
@@ -121,8 +104,7 @@ def robustness(
     from .robustness import robustness as run
 
     asked = resolve_robustness(k, voxel, draws, seed, mounting_errors(position_error_mm, direction_error_deg, law))
-    setup, found = resolve(subject, resolve_scene(scene, robot, target, radius))
-    run(subject, setup, with_occlusion(with_goals(found, parse_goals(target, radius)), occlusion), asked, as_json)
+    run(subject, *resolve_subject(subject, place, mounted=mounted), asked, as_json)
 
 
 @app.command
@@ -132,12 +114,8 @@ def safety(
     *,
     scene: SceneFileOption = None,
     robot: RobotOption = None,
-    trajectory: Trajectory = None,
-    degrees: Degrees = False,
-    sensor: SensorOption = None,
-    ambient: Ambient = None,
-    reflectance: Reflectance = None,
-    target_size: TargetSize = None,
+    motion: MotionOptions = NO_MOTION,
+    sensing: SensorOptions = NO_SENSOR,
     approaches: Annotated[int, Parameter(validator=Number(gte=1, lte=100_000), help="Walks that are drawn.")] = 720,
     directions: Annotated[int, Parameter(validator=Number(gte=1, lte=360), help="Sectors that are told apart.")] = 12,
     rate: Annotated[
@@ -164,15 +142,15 @@ def safety(
     from .safety import DARK_TARGET, TORSO, Asked
     from .safety import safety as run
 
-    if sensor is not None:
-        reflectance = DARK_TARGET if reflectance is None else reflectance
-        target_size = TORSO if target_size is None else target_size
-    setup, found = resolve_with_sensor(subject, resolve_scene(scene, robot), sensor, ambient, reflectance, target_size)
-    if degrees and trajectory is None:
+    if sensing.sensor is not None:
+        reflectance = DARK_TARGET if sensing.reflectance is None else sensing.reflectance
+        sensing = replace(sensing, reflectance=reflectance, target_size=sensing.target_size or TORSO)
+    setup, found = sensing.resolve(subject, resolve_scene(scene, robot))
+    if motion.degrees and motion.trajectory is None:
         raise UserError("--degrees: found alone, allowed: only with --trajectory")
     own: Occlusion = "shadow" if found.occlusion == "ignore" else found.occlusion
     asked = Asked(approaches, directions, rate, latency, occlusion or own, seed)
-    run(subject, setup, found, trajectory, degrees, asked, out, as_json)
+    run(subject, setup, found, motion.trajectory, motion.degrees, asked, out, as_json)
 
 
 @app.command
@@ -180,16 +158,11 @@ def improve(
     subject: Subject,
     /,
     *,
-    target: Targets = (),
-    radius: Radius = None,
-    scene: SceneFileOption = None,
-    robot: RobotOption = None,
-    occlusion: OcclusionOption = None,
+    place: SceneOptions = REFERENCE,
     changes: Annotated[int, Parameter(validator=Number(gte=1, lte=20), help="Rings touched, at most.")] = 3,
     add_sensors: Annotated[int, Parameter(validator=Number(gte=0, lte=1000), help="Sensors more than now, at most.")] = 0,
     at_least: Floors = (),
-    frames: Frames = None,
-    beam: Beam = None,
+    mounted: FrameOptions = NO_FRAMES,
     seed: Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")] = 0,
     time: Annotated[float | None, Parameter(help="Cap on the search, s; it ends by its own plan otherwise.")] = None,
     voxel: Voxel = 0.01,
@@ -209,6 +182,5 @@ def improve(
     from .improve import improve as run
 
     cap = resolve_time(time)
-    setup, found = resolve(subject, resolve_scene(scene, robot, target, radius), frames=resolve_frames(frames, beam))
-    asked = with_occlusion(with_floors(with_goals(found, parse_goals(target, radius)), at_least), occlusion)
-    run(subject, setup, asked, changes, add_sensors, seed, cap, voxel, out, as_json)
+    setup, asked = resolve_subject(subject, place, mounted=mounted)
+    run(subject, setup, with_floors(asked, at_least), changes, add_sensors, seed, cap, voxel, out, as_json)

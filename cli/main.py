@@ -17,41 +17,25 @@ from . import checking, export, judging, report, robots, tools, view  # noqa: F4
 from .aim_options import resolve_aim
 from .app import (
     Count,
-    Degrees,
     Floors,
     Json,
-    OcclusionOption,
-    Radius,
-    RobotOption,
-    SceneFileOption,
     Seed,
-    Targets,
-    Trajectory,
     Voxel,
     app,
 )
 from .options import (
-    parse_goals,
     resolve_reach,
-    resolve_scene,
     resolve_space,
     resolve_time,
     with_floors,
-    with_goals,
-    with_motion,
-    with_occlusion,
 )
-from .sensing import Ambient, Reflectance, SensorOption, TargetSize, resolve_sensor
+from .shared import NO_MOTION, NO_SENSOR, REFERENCE, MotionOptions, SceneOptions, SensorOptions
 
 
 @app.default
 def place(
     *,
-    target: Targets = (),
-    radius: Radius = None,
-    scene: SceneFileOption = None,
-    robot: RobotOption = None,
-    occlusion: OcclusionOption = None,
+    where: SceneOptions = REFERENCE,
     rings_per_link: Count = 2,
     sensors_per_ring: Count | None = None,
     sensors: Annotated[
@@ -59,12 +43,8 @@ def place(
     ] = None,
     reach: Annotated[float | None, Parameter(help="Find the fewest sensors that cover so many percent.")] = None,
     at_least: Floors = (),
-    sensor: SensorOption = None,
-    ambient: Ambient = None,
-    reflectance: Reflectance = None,
-    target_size: TargetSize = None,
-    trajectory: Trajectory = None,
-    degrees: Degrees = False,
+    sensing: SensorOptions = NO_SENSOR,
+    motion: MotionOptions = NO_MOTION,
     worst: Annotated[bool, Parameter(negative=(), help="Make the worst pose good, not the mean of all.")] = False,
     redundancy: Annotated[int, Parameter(help="Make large what at least so many sensors see.")] = 1,
     losing: Annotated[Losing | None, Parameter(help="Make ζ without the worst ring, or sensor, large.")] = None,
@@ -109,16 +89,16 @@ def place(
     from .place import place as run
 
     cap = resolve_time(time)
-    asked = resolve_scene(scene, robot, target, radius) or with_goals(Scene(), parse_goals(target, radius))
-    asked = with_sensor(asked, resolve_sensor(sensor, ambient, reflectance, target_size, asked.sensor))
-    asked = with_occlusion(with_motion(with_floors(asked, at_least), trajectory, degrees, worst), occlusion)
+    asked = where.applied(where.given() or Scene())
+    asked = with_sensor(asked, sensing.asked(asked.sensor))
+    asked = motion.applied(with_floors(asked, at_least), worst)
     share = resolve_reach(reach, sensors)
     aim = resolve_aim(asked, redundancy, losing, tolerant, position_error_mm, direction_error_deg)
     try:
         space = None if share else resolve_space(asked, rings_per_link, sensors_per_ring, sensors)
         run(asked, space, share, seed, cap, voxel, out, as_json, aim)
     except InfeasibleError as error:
-        raise UserError(f"{scene}: {error}" if scene else str(error)) from error
+        raise UserError(f"{where.scene}: {error}" if where.scene else str(error)) from error
 
 
 def main() -> None:

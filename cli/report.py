@@ -16,20 +16,22 @@ from ..coverage.rings import Setup
 from ..objectives.scene import Scene
 from ..placement.loader import how_found, output_folder, write_text
 from .app import (
-    Degrees,
-    OcclusionOption,
-    Radius,
-    RobotOption,
-    SceneFileOption,
     Seed,
     Subject,
-    Targets,
-    Trajectory,
     Voxel,
     app,
 )
-from .options import parse_goals, resolve_scene, with_goals, with_motion, with_occlusion
-from .sensing import Ambient, Reflectance, SensorOption, TargetSize, resolve_with_sensor
+from .shared import (
+    NO_FRAMES,
+    NO_MOTION,
+    NO_SENSOR,
+    REFERENCE,
+    FrameOptions,
+    MotionOptions,
+    SceneOptions,
+    SensorOptions,
+    resolve_subject,
+)
 
 FILE = "report.html"
 
@@ -39,17 +41,10 @@ def report(
     subject: Subject,
     /,
     *,
-    target: Targets = (),
-    radius: Radius = None,
-    scene: SceneFileOption = None,
-    robot: RobotOption = None,
-    occlusion: OcclusionOption = None,
-    sensor: SensorOption = None,
-    ambient: Ambient = None,
-    reflectance: Reflectance = None,
-    target_size: TargetSize = None,
-    trajectory: Trajectory = None,
-    degrees: Degrees = False,
+    place: SceneOptions = REFERENCE,
+    sensing: SensorOptions = NO_SENSOR,
+    motion: MotionOptions = NO_MOTION,
+    mounted: FrameOptions = NO_FRAMES,
     draws: Annotated[int, Parameter(validator=Number(gte=1, lte=100_000), help="Mountings drawn for the tolerance.")] = 100,
     seed: Seed = 0,
     voxel: Voxel = 0.01,
@@ -59,10 +54,8 @@ def report(
 
     Example: place-rings report place-rings-out/proposal.toml --out place-rings-out
     """
-    given = resolve_scene(scene, robot, target, radius)
-    setup, found = resolve_with_sensor(subject, given, sensor, ambient, reflectance, target_size)
-    asked = with_motion(with_goals(found, parse_goals(target, radius)), trajectory, degrees)
-    run(subject, setup, with_occlusion(asked, occlusion), voxel, draws, seed, out)
+    setup, asked = resolve_subject(subject, place, sensing, motion, mounted)
+    run(subject, setup, asked, voxel, draws, seed, out)
 
 
 def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: int, out: Path) -> None:

@@ -2,27 +2,16 @@
 
 import json
 from dataclasses import replace
-from typing import Annotated
 
-from cyclopts import Parameter
 from rich.console import Console
 from rich.table import Table
 
 from ..coverage.catalogue import MODELS, Model
 from ..coverage.effective import effective, size_of
-from ..coverage.rings import Setup
 from ..coverage.sensors import Sensor, Use
-from ..objectives.scene import Scene
 from ..placement.errors import UserError
-from ..placement.loader import resolve
-from ..placement.mounted_urdf import Asked
 from ..placement.results import SensorRecord
 from ..placement.sensing import sensor_record
-
-SensorOption = Annotated[str | None, Parameter(name="--sensor", help="A sensor of the catalogue: see place-rings sensors.")]
-Ambient = Annotated[str | None, Parameter(help="With --sensor: light, like 50kcps or 5klx. The darkest, if none is given.")]
-Reflectance = Annotated[float | None, Parameter(help="With --sensor: of the target, 0.17 for 17 %.")]
-TargetSize = Annotated[str | None, Parameter(help="With --sensor: WIDTHxHEIGHT of the target, m. It fills the beam, else.")]
 
 
 def resolve_sensor(
@@ -51,22 +40,6 @@ def resolve_sensor(
         return effective(use).sensor
     except ValueError as error:
         raise UserError(f"--sensor {use.model}: {error}") from error
-
-
-def resolve_with_sensor(
-    subject: str,
-    scene: Scene | None,
-    name: str | None,
-    ambient: str | None,
-    reflectance: float | None,
-    size: str | None,
-    frames: Asked | None = None,
-) -> tuple[Setup, Scene]:
-    """A setup and its scene, as ``resolve`` has them, with what the options of sensors ask for."""
-    if name is None and not (ambient is None and reflectance is None and size is None):
-        own = resolve(subject, scene, frames=frames)[1].sensor
-        return resolve(subject, scene, resolve_sensor(name, ambient, reflectance, size, own), frames)
-    return resolve(subject, scene, resolve_sensor(name, ambient, reflectance, size), frames)
 
 
 def sensor_lines(records: list[SensorRecord]) -> list[str]:

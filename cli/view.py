@@ -15,9 +15,18 @@ from ..coverage.points import EmptySolidError
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import output_folder, resolve
-from .app import Degrees, OcclusionOption, Radius, RobotOption, SceneFileOption, Subject, Targets, Trajectory, app
-from .options import parse_goals, resolve_scene, with_goals, with_motion, with_occlusion
-from .sensing import Ambient, Reflectance, SensorOption, TargetSize, resolve_with_sensor
+from .app import Subject, app
+from .shared import (
+    NO_FRAMES,
+    NO_MOTION,
+    NO_SENSOR,
+    REFERENCE,
+    FrameOptions,
+    MotionOptions,
+    SceneOptions,
+    SensorOptions,
+    resolve_subject,
+)
 
 _PATIENCE = 0.5  # s, for the server to take leave of its pages
 
@@ -28,17 +37,10 @@ def view(
     /,
     *,
     compare: Annotated[str | None, Parameter(help="Another proposal or name, beside the first and in its scene.")] = None,
-    target: Targets = (),
-    radius: Radius = None,
-    scene: SceneFileOption = None,
-    robot: RobotOption = None,
-    occlusion: OcclusionOption = None,
-    sensor: SensorOption = None,
-    ambient: Ambient = None,
-    reflectance: Reflectance = None,
-    target_size: TargetSize = None,
-    trajectory: Trajectory = None,
-    degrees: Degrees = False,
+    place: SceneOptions = REFERENCE,
+    sensing: SensorOptions = NO_SENSOR,
+    motion: MotionOptions = NO_MOTION,
+    mounted: FrameOptions = NO_FRAMES,
     urdf: Annotated[Path | None, Parameter(help="Show the robot's surface as this URDF's meshes have it.")] = None,
     packages: Annotated[tuple[Path, ...], Parameter(negative=(), help="Folders with the meshes of --urdf.")] = (),
     out: Annotated[Path | None, Parameter(help="Folder in which the page may save proposals and pictures.")] = None,
@@ -52,15 +54,11 @@ def view(
 
     Example: place-rings view place-rings-out/proposal.toml --compare n3_16_55 --out mine
     """
-    given = resolve_scene(scene, robot, target, radius)
-    setup, found = resolve_with_sensor(subject, given, sensor, ambient, reflectance, target_size)
-    asked = with_goals(found, parse_goals(target, radius))
-    asked = with_occlusion(with_motion(asked, trajectory, degrees), occlusion)
+    setup, asked = resolve_subject(subject, place, sensing, motion, mounted)
     setups = {subject: setup}
     if compare is not None:
         setups[compare if compare != subject else f"{compare} (again)"] = resolve(compare, asked)[0]
-    if urdf is None and robot is not None and robot.lower().endswith(".urdf"):
-        urdf = Path(robot)
+    urdf = urdf or place.urdf
     run(asked, setups, urdf, packages, out, host, port, browser)
 
 
