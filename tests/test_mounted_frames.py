@@ -118,20 +118,26 @@ def test_a_bad_pattern_is_refused(run, exported, tmp_path, pattern):
     assert "--frames: found" in err
 
 
+_TAKING = ("improve.improve", "robustness.robustness", "report.run")
+
+
 def test_what_is_mounted_is_verified_and_bettered_as_a_name_is(run, exported, tmp_path, monkeypatch):
-    """``improve`` is given the rings that were exported; what it makes of rings is tested elsewhere."""
+    """Commands are given the rings that were exported; what they make of rings is tested elsewhere."""
     for file, text in exported.items():
         (tmp_path / file).write_text(text)
     zeta, given = [], []
-    monkeypatch.setattr("place_rings.cli.improve.improve", lambda name, setup, *_: given.append((name, setup)))
+    for command in _TAKING:
+        monkeypatch.setattr(f"place_rings.cli.{command}", lambda name, setup, *_: given.append((name, setup)))
+    monkeypatch.setattr("place_rings.cli.view.run", lambda _, setups, *__: given.extend(setups.items()))
     for subject in ("n1_4_25", *exported):
         code, out, _ = run("verify", subject, "--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--json")
         assert code == 0
         zeta.append(json.loads(out)["zeta_percent"])
         frames = ("--frames", "tof_[012]_.*", "--beam", "x") if subject.endswith("urdf") else ()
-        assert run("improve", subject, "--target", "V_S", "--radius", "0.5", *frames)[0] == 0
+        for command in ("improve", "robustness", "report", "view"):
+            assert run(command, subject, "--target", "V_S", "--radius", "0.5", *frames)[0] == 0
     assert zeta[1:] == pytest.approx(zeta[:1] * 2, abs=0.02)
-    assert [name for name, _ in given] == ["n1_4_25", *exported]
+    assert [name for name, _ in given] == [name for name in ("n1_4_25", *exported) for _ in range(4)]
     for _, setup in given:
         assert [(r.link, r.count) for r in setup.rings] == [(r.link, r.count) for r in SETUP.rings]
         for key in ("position", "tilt", "radius"):
