@@ -10,9 +10,9 @@ from cyclopts.validators import Number
 
 from ..objectives.aim import Losing
 from ..objectives.scene import Scene
-from ..placement.candidates import InfeasibleError
 from ..placement.errors import UserError
 from ..placement.loader import with_sensor
+from ..placement.places import InfeasibleError
 from . import checking, export, judging, report, robots, tools, view  # noqa: F401  (they add their commands)
 from .aim_options import resolve_aim
 from .app import (

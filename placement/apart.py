@@ -8,8 +8,9 @@ import numpy as np
 
 from ..objectives.clear import Clear
 from ..objectives.standing import Standing, meeting
-from .candidates import Candidate, InfeasibleError, Rng, Space
+from .candidates import Candidate, Space
 from .drawing import fresh
+from .places import InfeasibleError, Rng
 
 _MOVES = 100  # tries to move the rings of one candidate apart, ever further
 _NEAR, _FAR = 0.02, 1.0  # how far the first and the last go, as a share of what is free

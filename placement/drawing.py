@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..coverage.rings import Setup
-from .candidates import Candidate, Rng, Space
+from .candidates import Candidate, Space
 from .layout import ring_layout
+from .places import Rng
 
 PAPER_TILTS_DEG = (55.0, 25.0, 0.0)
 _TRIES = 200

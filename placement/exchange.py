@@ -23,9 +23,10 @@ from ..coverage.rings import Ring
 from ..objectives.coverage_objective import TargetPoints, worth
 from ..objectives.sight import occluders
 from ..objectives.space import Stretch, decode
-from .candidates import Candidate, Rng, Space
+from .candidates import Candidate, Space
 from .climb import Brake
 from .drawing import fresh, vary
+from .places import Rng
 
 _AT_ONCE = 1 << 16  # tests: their arrays stay in cache
 _FEWEST = 8  # points of a goal at a pose

@@ -14,13 +14,14 @@ from ..coverage.soft import SHARP
 from ..objectives.aim import Aim
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
 from ..objectives.scene import Scene
-from .candidates import Candidate, Space, stacked, unlike_first
+from .candidates import Candidate, Space, stacked
 from .climb import Brake, climb
 from .drawing import fresh, vary
 from .exchange import Fields, exchange
 from .progress import Progress
 from .schedule import FINALISTS, Schedule, Stage, exchange_sees, exchange_sees_all
 from .subset import poses_at_once, representative, with_worst
+from .unlike import unlike_first
 
 UNLIKE = 0.12  # share of the sensors that sit elsewhere, from which on starts and variants are unlike
 ALIKE = 0.03  # climbs that end this close count as one

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 from ..coverage.rings import Setup
 from ..objectives.aim import Aim
 from ..objectives.scene import Scene
-from .candidates import InfeasibleError, Space
+from .candidates import Space
+from .places import InfeasibleError
 from .progress import Outcome, Progress
 from .schedule import Schedule
 from .search import SearchResult, search

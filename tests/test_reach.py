@@ -11,7 +11,8 @@ from place_rings.coverage.targets import Target
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Goal, Limits, Rules, Scene
 from place_rings.placement import reach
-from place_rings.placement.candidates import InfeasibleError, Space
+from place_rings.placement.candidates import Space
+from place_rings.placement.places import InfeasibleError
 from place_rings.placement.progress import Outcome, Statistics
 from place_rings.placement.reach import fewest_sensors
 from place_rings.placement.schedule import Schedule, Stage

@@ -10,10 +10,11 @@ from place_rings.cli.improve import told
 from place_rings.coverage.rings import Ring, Setup, named_setup
 from place_rings.objectives.faults import faults
 from place_rings.objectives.scene import Limits, Rules, Scene
-from place_rings.placement.candidates import InfeasibleError, Space
+from place_rings.placement.candidates import Space
 from place_rings.placement.changes import Kind, Touched, changes, work
 from place_rings.placement.convert import rounded
 from place_rings.placement.drawing import fresh
+from place_rings.placement.places import InfeasibleError
 from place_rings.placement.rework import Rework
 from place_rings.placement.touching import touched
 
