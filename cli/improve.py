@@ -13,13 +13,14 @@ from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..placement import improve as improving
 from ..placement.beam import WORTH, Answer
+from ..placement.change_records import change_model, work_model
 from ..placement.changes import Change, Kind, turn
 from ..placement.convert import ring_models, scene_model
 from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.progress import Outcome
 from ..placement.progress import Progress as Told
 from ..placement.proposals import ImproveResult, ProposalFile, StepModel
-from ..placement.result_convert import change_model, verify_result, work_model
+from ..placement.result_convert import verify_result
 from ..placement.results import VerifyResult
 from ..placement.search import SearchResult
 from .picture import comparison_picture

@@ -1,4 +1,4 @@
-"""Records of results: what was counted, proven, measured and changed, in percent, degrees and millimetres."""
+"""Records of results: what was counted, proven and measured, in percent."""
 
 import math
 from collections.abc import Sequence
@@ -8,7 +8,6 @@ import numpy as np
 
 from ..coverage.mounting import MountingErrors
 from ..coverage.rings import Setup
-from ..coverage.sensors import Sensor
 from ..coverage.separation import Safety, Terms
 from ..coverage.targets import Target
 from ..objectives.aim import Aim
@@ -17,9 +16,7 @@ from ..objectives.redundancy import Loss, Redundancy
 from ..objectives.scene import Pose, Scene
 from ..objectives.separations import separations
 from ..objectives.tolerance import Tolerance
-from .changes import Change, Work
-from .convert import DIGITS_DEG, degrees, ring_models
-from .proposals import ChangeModel, WorkModel
+from .convert import degrees
 from .results import (
     ErrorsModel,
     LossModel,
@@ -32,39 +29,6 @@ from .results import (
 )
 
 DIGITS_MM = 3  # decimals of a length in millimetres
-
-
-def change_model(change: Change, mounted: int, sensor: Sensor) -> ChangeModel:
-    """The record of a change to one of so many mounted rings; ``sensor`` is the scene's."""
-    before, after = (
-        None if ring is None else ring_models(Setup((ring,)), sensor)[0] for ring in (change.before, change.after)
-    )
-    return ChangeModel(
-        ring=change.place if change.place < mounted else None,
-        done=change.kind.value,
-        before=before,
-        after=after,
-        sensors=change.sensors,
-        moved_mm=_millimetres(change.moved),
-        tilted_deg=round(math.degrees(change.tilted), DIGITS_DEG),
-        turned_deg=round(math.degrees(change.turned), DIGITS_DEG),
-    )
-
-
-def work_model(work: Work) -> WorkModel:
-    """The record of the work that changes are."""
-    return WorkModel(
-        rings_touched=work.rings,
-        rings_carried=work.carried,
-        sensors_added=work.sensors,
-        moved_mm=_millimetres(work.moved),
-        tilted_deg=round(math.degrees(work.tilted), DIGITS_DEG),
-        turned_deg=round(math.degrees(work.turned), DIGITS_DEG),
-    )
-
-
-def _millimetres(length: float) -> float:
-    return round(1000 * length, DIGITS_MM)
 
 
 def verify_result(name: str, verified: Verified, scene: Scene | None = None) -> VerifyResult:

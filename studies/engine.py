@@ -20,7 +20,7 @@ def program(works: Mapping[str, Work], made_of: Iterable[ModuleType] = ()) -> st
 
     That is the rooms below, the modules of ``works``, and those that these are ``made_of``.
     """
-    files = {file for room in _ROOMS for file in (Path(__file__).parent.parent / room).glob("*.py")}
+    files = {file for room in _ROOMS for file in (Path(__file__).parent.parent / room).rglob("*.py")}
     files |= {Path(inspect.getfile(work)) for work in works.values()} | {Path(inspect.getfile(part)) for part in made_of}
     digest = hashlib.sha256()
     for text in sorted(file.read_bytes() for file in files):  # wherever they lie: other machines have them elsewhere
