@@ -25,15 +25,15 @@ from place_rings.coverage.polyhedra import box, half_space
 from place_rings.coverage.rings import Ring, Setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Obstacle, Pose, Scene
-from place_rings.rig.as_built import AsBuilt, truth_of
-from place_rings.rig.injected import injected
-from place_rings.rig.mount_fit import fit_mount
-from place_rings.rig.mount_plan import MountPlan, planned
-from place_rings.rig.readings import at_stops
-from place_rings.rig.rod import Rod
-from place_rings.rig.rod_check import RodCheck, check_rod
-from place_rings.rig.rod_plan import Places, places, plan_rod, rod_zeta
-from place_rings.rig.world import World
+from place_rings.rig.mount.as_built import AsBuilt, truth_of
+from place_rings.rig.mount.fit import fit_mount
+from place_rings.rig.mount.plan import MountPlan, planned
+from place_rings.rig.rod.check import RodCheck, check_rod
+from place_rings.rig.rod.plan import Places, places, plan_rod, rod_zeta
+from place_rings.rig.rod.rod import Rod
+from place_rings.rig.sensing.readings import at_stops
+from place_rings.rig.simulated_cell.injected import injected
+from place_rings.rig.simulated_cell.world import World
 from scipy import stats
 
 RUNS = 200

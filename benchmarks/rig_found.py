@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from place_rings.rig.motion import MoveRefusedError
-from place_rings.rig.vetting import LinkFaultError
+from place_rings.rig.robot.motion import MoveRefusedError
+from place_rings.rig.robot.vetting import LinkFaultError
 
 WAIT = 3.0  # s, for a fault to be found
 PLAIN = ("-m", "place_rings.rig.simulated")

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from place_rings.rig.motion import Limits, Mover, MoveStoppedError
-from place_rings.rig.session import Session
+from place_rings.rig.listening.session import Session
+from place_rings.rig.robot.motion import Limits, Mover, MoveStoppedError
+from place_rings.rig.robot.vetting import Ended, LinkFaultError
 from place_rings.rig.simulated.process import SimulatedRig, command
-from place_rings.rig.vetting import Ended, LinkFaultError
 from rig_found import PLAIN, WAIT, Found, row
 
 _MOVING = {

@@ -4,10 +4,10 @@ import time
 from functools import partial
 
 import numpy as np
-from place_rings.rig.health import SILENT, Event, Happened, Port
-from place_rings.rig.rings import Rings
+from place_rings.rig.rings.health import SILENT, Event, Happened, Port
+from place_rings.rig.rings.ports import Rings
+from place_rings.rig.robot.vetting import Ended, LinkFaultError
 from place_rings.rig.simulated.process import SimulatedRig, command
-from place_rings.rig.vetting import Ended, LinkFaultError
 from rig_found import PLAIN, Found, row, until
 
 _RINGS: dict[str, tuple[str, dict, dict, tuple[Happened, ...], float]] = {  # fault, its end, events, bound in s

@@ -13,14 +13,14 @@ from pathlib import Path
 
 import numpy as np
 import psutil
-from place_rings.rig.gathering import replay
-from place_rings.rig.health import Port
-from place_rings.rig.link import START
-from place_rings.rig.recording import Recorded, Recording
-from place_rings.rig.records import Kind
-from place_rings.rig.session import Session
+from place_rings.rig.listening.gathering import replay
+from place_rings.rig.listening.session import Session
+from place_rings.rig.recording.recording import Recorded, Recording
+from place_rings.rig.recording.records import Kind
+from place_rings.rig.rings.health import Port
+from place_rings.rig.robot.link import START
+from place_rings.rig.robot.vetting import STALE, LinkFaultError
 from place_rings.rig.simulated.process import SimulatedRig, command
-from place_rings.rig.vetting import STALE, LinkFaultError
 from rig_found import PLAIN, Found, row, until
 
 _HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])

@@ -3,9 +3,9 @@
 import time
 
 import numpy as np
-from place_rings.rig.decoders import DECODERS, decoder
-from place_rings.rig.health import Port
-from place_rings.rig.rings import Rings
+from place_rings.rig.rings.decoders import DECODERS, decoder
+from place_rings.rig.rings.health import Port
+from place_rings.rig.rings.ports import Rings
 from place_rings.rig.simulated.ports import ENCODERS
 from place_rings.rig.simulated.process import SimulatedRig, command
 from rig_found import PLAIN

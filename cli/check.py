@@ -18,24 +18,24 @@ from ..placement.loader import output_folder
 from ..placement.proposals import ProposalFile
 from ..rig.check_models import AboutFile, PortModel
 from ..rig.checked import Checked
-from ..rig.gathering import replay
-from ..rig.health import BAUD
 from ..rig.judge import judge
-from ..rig.motion import MoveRefusedError
-from ..rig.mount_plan import FRAMES, planned
+from ..rig.listening.gathering import replay
+from ..rig.listening.session import Session
+from ..rig.mount.plan import FRAMES, planned
 from ..rig.operators import Crew, GuidedRobot, Helper, Itinerary, MovedRobot, SimulatedHelper, hurried
 from ..rig.plan_files import mount_plan_model, rod_plan_model, write_mount_plan, write_rod_plan
+from ..rig.poses.routes import SLACK, Clearance
 from ..rig.procedure import Part, Plans, run
-from ..rig.recording import Recorded, Recording
-from ..rig.rod import Rod
-from ..rig.rod_page import write_rod_pages
-from ..rig.rod_plan import plan_rod
-from ..rig.routes import SLACK, Clearance
-from ..rig.session import Session
+from ..rig.recording.recording import Recorded, Recording
+from ..rig.rings.health import BAUD
+from ..rig.robot.motion import MoveRefusedError
+from ..rig.robot.state import JOINTS
+from ..rig.robot.vetting import STALE, LinkFaultError
+from ..rig.rod.page import write_rod_pages
+from ..rig.rod.plan import plan_rod
+from ..rig.rod.rod import Rod
 from ..rig.simulated.process import SimulatedRig, SimulationError
-from ..rig.simulated_cell import simulated_rig, with_cell
-from ..rig.state import JOINTS
-from ..rig.vetting import STALE, LinkFaultError
+from ..rig.simulated_cell.cell import simulated_rig, with_cell
 from .check_page import write_files
 from .check_talk import confirm, tell
 from .check_view import View

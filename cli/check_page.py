@@ -9,8 +9,8 @@ import numpy as np
 from ..placement.loader import write_text
 from ..rig.check_models import CheckResult, RingFitModel, WavingModel
 from ..rig.checked import Checked
-from ..rig.expected import expected
 from ..rig.judge import Judged
+from ..rig.sensing.expected import expected
 from ..studies.pages import csv_text, escaped, html, table
 
 

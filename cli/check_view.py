@@ -10,10 +10,10 @@ from rich.table import Table
 from rich.text import Text
 
 from ..rig.check_models import DISCLAIMER
+from ..rig.listening.session import Session
 from ..rig.procedure import EndedError, Part
-from ..rig.protocol import Frame, Status
-from ..rig.session import Session
-from ..rig.vetting import LinkFaultError
+from ..rig.rings.protocol import Frame, Status
+from ..rig.robot.vetting import LinkFaultError
 
 _BARS = "█▇▆▅▄▃▂▁"  # near to far
 _WORDS = {"self": "self check", "mount": "mount check", "coverage": "coverage check"}

@@ -9,9 +9,9 @@ from pathlib import Path
 from ..coverage.rings import Setup
 from ..placement.errors import UserError, shown
 from ..rig.check_models import PortModel
-from ..rig.decoders import DECODERS
-from ..rig.health import BAUD
-from ..rig.rod import Rod
+from ..rig.rings.decoders import DECODERS
+from ..rig.rings.health import BAUD
+from ..rig.rod.rod import Rod
 
 _RING = re.compile(r"(?P<name>[^=]+)=(?P<port>[^,]+)(,(?P<decoder>[^,]*))?(,(?P<baud>\d{2,8}))?")
 _ROD = re.compile(r"(?P<thick>\d+(\.\d+)?)x(?P<long>\d+(\.\d+)?)")

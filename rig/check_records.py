@@ -7,7 +7,6 @@ import numpy as np
 
 from ..coverage.rings import Setup
 from ..objectives.exact import Verifier
-from .as_built import AsBuilt, faults, truth_of
 from .check_models import (
     CoverageModel,
     ErrorModel,
@@ -22,16 +21,17 @@ from .check_models import (
     ZetaModel,
 )
 from .checked import Checked
-from .clocks import Alignment
-from .gathering import Gathered
-from .health import Happened, Port
-from .injected import Injected
-from .mount_fit import RingFit
-from .rod_check import RodCheck
-from .rod_plan import Places, places, rod_zeta
+from .listening.gathering import Gathered
+from .mount.as_built import AsBuilt, faults, truth_of
+from .mount.fit import RingFit
+from .mount.waving import Waving
+from .recording.clocks import Alignment
+from .rings.health import Happened, Port
+from .robot.vetting import Ended
+from .rod.check import RodCheck
+from .rod.plan import Places, places, rod_zeta
 from .self_check import SelfCheck
-from .vetting import Ended
-from .waving import Waving
+from .simulated_cell.injected import Injected
 
 _SHOWN: dict[str, tuple[float, Literal["mm", "°"]]] = {
     "slip": (1000.0, "mm"),

@@ -6,10 +6,10 @@ from ..coverage.rings import Setup
 from ..objectives.scene import Scene
 from ..placement.convert import scene_of, setup_of
 from .check_models import AboutFile
-from .health import Port
-from .injected import Injected, injected
 from .plan_files import mount_plan_of, rod_plan_of
 from .procedure import Plans
+from .rings.health import Port
+from .simulated_cell.injected import Injected, injected
 
 
 @dataclass(frozen=True)

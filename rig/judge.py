@@ -8,18 +8,18 @@ from typing import TypeVar
 import numpy as np
 
 from ..objectives.exact import Verifier
-from .as_built import AsBuilt
 from .check_models import CheckResult
 from .check_records import coverage_of, events_of, lines_of, link_of, looks_of, mount_of, seconds_of, warnings_of
 from .checked import Checked
-from .gathering import Gathered
-from .mount_fit import fit_mount
+from .listening.gathering import Gathered
+from .mount.as_built import AsBuilt
+from .mount.fit import fit_mount
+from .mount.waving import Waving, waved
 from .procedure import Span, spans
-from .readings import Readings, Stops, at_stops, joined
-from .rod_check import RodCheck, check_rod
+from .rod.check import RodCheck, check_rod
 from .self_check import SelfCheck, self_check
+from .sensing.readings import Readings, Stops, at_stops, joined
 from .verdict import differences, missing
-from .waving import Waving, waved
 
 _Found = TypeVar("_Found")
 

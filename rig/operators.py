@@ -10,17 +10,17 @@ from jaxtyping import Float
 
 from ..coverage.rings import Setup
 from ..objectives.scene import Scene
-from .clear_poses import drawn
-from .danger import danger
-from .motion import Limits, Mover, MoveRefusedError, MoveStoppedError
+from .listening.danger import danger
+from .listening.session import Session
+from .poses.clear import drawn
+from .poses.routes import Clearance, Roadmap, alarms, straight
 from .procedure import EndedError, Part
-from .readings import WITHIN
-from .rod import Rod
-from .routes import Clearance, Roadmap, alarms, straight
-from .session import Session
+from .robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
+from .robot.state import State
+from .robot.vetting import LinkFaultError
+from .rod.rod import Rod
+from .sensing.readings import WITHIN
 from .simulated.process import SimulatedRig, SimulationError
-from .state import State
-from .vetting import LinkFaultError
 
 _BETWEEN = 60  # poses between, over which ways may go
 _COARSE = np.radians(12.0)  # of a way, where what the sensors see of the robot is asked

@@ -11,10 +11,10 @@ from ..coverage.targets import Target
 from ..placement.kinds import Metres, Percent
 from ..placement.loader import read_model, to_toml, write_text
 from ..placement.strict import StrictModel, refuse
-from .mount_plan import MountPlan
-from .noise import Noise
-from .rod import Detection, Rod
-from .rod_plan import RodPlan, Stratum
+from .mount.plan import MountPlan
+from .rod.plan import RodPlan, Stratum
+from .rod.rod import Detection, Rod
+from .sensing.noise import Noise
 
 _Angles = Annotated[
     list[Annotated[float, Field(ge=-720, le=720, description="degrees")]], Field(min_length=1, max_length=20)

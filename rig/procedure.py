@@ -11,9 +11,9 @@ from typing import Any, Literal, NamedTuple, Protocol
 import numpy as np
 from jaxtyping import Float
 
-from .mount_plan import MountPlan
-from .rod_plan import RodPlan
-from .session import Session
+from .listening.session import Session
+from .mount.plan import MountPlan
+from .rod.plan import RodPlan
 
 Part = Literal["self", "mount", "coverage"]
 PARTS: tuple[Part, ...] = ("self", "mount", "coverage")

@@ -7,9 +7,9 @@ from jaxtyping import Float, Int
 
 from ..coverage.rings import Setup
 from ..objectives.scene import Scene
-from .expected import ROBOT, expected
-from .noise import Noise
-from .readings import Readings, at_stops
+from .sensing.expected import ROBOT, expected
+from .sensing.noise import Noise
+from .sensing.readings import Readings, at_stops
 
 _BODY = 0.05  # m, by which a robot's body may lie off the capsules that stand for it
 _SURE = 5.0  # deviations

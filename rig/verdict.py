@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .as_built import AsBuilt
 from .check_models import CoverageModel, MountCheckModel
-from .mount_model import LIMITS, NAMES
+from .mount.as_built import AsBuilt
+from .mount.model import LIMITS, NAMES
+from .mount.waving import Waving
 from .procedure import Plans
 from .self_check import SelfCheck
-from .waving import Waving
 
 
 def differences(

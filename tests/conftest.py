@@ -32,20 +32,9 @@ _PLACEMENT = (f"place_rings.placement.{name}" for name in ("search", "finalists"
 _RIG = (
     f"place_rings.rig.{name}"
     for name in (
-        *(
-            "as_built",
-            "clear_poses",
-            "expected",
-            "fan",
-            "mount_fit",
-            "mount_model",
-            "mount_plan",
-            "mount_solve",
-            "noise",
-            "readings",
-        ),
-        *("clocks", "gathering", "protocol", "state", "vetting"),
-        *("rod", "rod_check", "rod_plan", "self_check", "waving", "wiring", "world"),
+        *("mount", "sensing", "self_check", "simulated_cell.world"),
+        *("listening.gathering", "poses.clear", "recording.clocks", "rings.protocol", "robot.state", "robot.vetting"),
+        *("rod.check", "rod.plan", "rod.rod"),
     )
 )
 install_import_hook(

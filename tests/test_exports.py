@@ -33,7 +33,7 @@ from place_rings.placement.loader import resolve
 from place_rings.placement.mounted_urdf import Asked
 from place_rings.placement.sensor_frames import looking_along, looking_along_z, sensor_frames
 from place_rings.placement.urdf import read_urdf
-from place_rings.rig.fan import ray_to_capsule, ray_to_polyhedron
+from place_rings.rig.sensing.fan import ray_to_capsule, ray_to_polyhedron
 
 from . import drawing
 from .rig_cell import BOX, FLOOR, TABLE

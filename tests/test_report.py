@@ -30,7 +30,7 @@ from place_rings.objectives.blind import Beside
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.placement.loader import how_found, resolve
-from place_rings.rig.protocol import length
+from place_rings.rig.rings.protocol import length
 from place_rings.studies.pages import code, escaped, html, table
 
 HOSTILE = "<img src=x onerror=alert(1)> ![p](http://192.0.2.1/a.png) [l](javascript:alert(1)) `c` | **b** \\"

@@ -16,21 +16,21 @@ from place_rings.placement.convert import ring_models, scene_model
 from place_rings.placement.errors import UserError
 from place_rings.placement.loader import read_proposal, to_toml
 from place_rings.placement.proposals import ProposalFile
-from place_rings.rig import motion
 from place_rings.rig.check_models import AboutFile, CheckResult, PortModel
 from place_rings.rig.checked import Checked
-from place_rings.rig.gathering import replay
 from place_rings.rig.judge import judge
-from place_rings.rig.mount_plan import planned
+from place_rings.rig.listening.gathering import replay
+from place_rings.rig.mount.plan import planned
 from place_rings.rig.plan_files import mount_plan_model, rod_plan_model
 from place_rings.rig.procedure import spans
-from place_rings.rig.protocol import encode
-from place_rings.rig.recording import Recorded, Recording
-from place_rings.rig.records import Kind, Record
-from place_rings.rig.rod import Rod
-from place_rings.rig.rod_plan import places, plan_rod
-from place_rings.rig.simulated_cell import Cell, simulated_rig
-from place_rings.rig.state import State
+from place_rings.rig.recording.recording import Recorded, Recording
+from place_rings.rig.recording.records import Kind, Record
+from place_rings.rig.rings.protocol import encode
+from place_rings.rig.robot import motion
+from place_rings.rig.robot.state import State
+from place_rings.rig.rod.plan import places, plan_rod
+from place_rings.rig.rod.rod import Rod
+from place_rings.rig.simulated_cell.cell import Cell, simulated_rig
 
 from .rig_cell import SCENE as CELL
 from .rig_cell import SETUP

@@ -9,8 +9,8 @@ from place_rings.coverage.capsules import Capsules, point_to_segment, robot_caps
 from place_rings.coverage.chain import forward
 from place_rings.coverage.optics import Optics
 from place_rings.coverage.rings import Setup
-from place_rings.rig.expected import CELL, NOTHING, ROBOT, ROD, beams_at, expected, in_beams, to_cell
-from place_rings.rig.fan import ray_to_capsule, ray_to_polyhedron
+from place_rings.rig.sensing.expected import CELL, NOTHING, ROBOT, ROD, beams_at, expected, in_beams, to_cell
+from place_rings.rig.sensing.fan import ray_to_capsule, ray_to_polyhedron
 
 from .drawing import unit
 from .rig_cell import BOX, FLOOR, SCENE, SETUP, SQUARE

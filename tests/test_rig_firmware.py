@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from place_rings.rig.protocol import Decoder, Status, encode, length
+from place_rings.rig.rings.protocol import Decoder, Status, encode, length
 
 FIRMWARE = Path(__file__).parent.parent / "rig" / "firmware" / "place_rings_ring"
 COMPILER = next((found for name in ("c++", "g++", "clang++") if (found := shutil.which(name))), None)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from place_rings.rig.link import Link
-from place_rings.rig.records import Kind, Record
+from place_rings.rig.recording.records import Kind, Record
+from place_rings.rig.robot.link import Link
+from place_rings.rig.robot.state import State
+from place_rings.rig.robot.vetting import STALE, Ended, LinkFaultError, Vetting, between
 from place_rings.rig.simulated.process import SimulatedRig, command
-from place_rings.rig.state import State
-from place_rings.rig.vetting import STALE, Ended, LinkFaultError, Vetting, between
 
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 WAKE = 0.5  # s that a thread may take to wake on a busy machine, where times are measured
@@ -138,8 +138,8 @@ def child(code):
     """A process in the place of the client's, with states to say."""
     begin = """
 import sys, time, numpy as np
-from place_rings.rig.records import Kind, Record
-from place_rings.rig.state import State
+from place_rings.rig.recording.records import Kind, Record
+from place_rings.rig.robot.state import State
 def say(n, count):
     for i in range(n, n + count):
         now = time.monotonic()

@@ -7,14 +7,14 @@ import time
 
 import numpy as np
 import pytest
-from place_rings.rig.gathering import replay
-from place_rings.rig.health import Port
-from place_rings.rig.link import Link
-from place_rings.rig.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
-from place_rings.rig.recording import Recorded, Recording
-from place_rings.rig.session import Session
+from place_rings.rig.listening.gathering import replay
+from place_rings.rig.listening.session import Session
+from place_rings.rig.recording.recording import Recorded, Recording
+from place_rings.rig.rings.health import Port
+from place_rings.rig.robot.link import Link
+from place_rings.rig.robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
+from place_rings.rig.robot.vetting import Ended, LinkFaultError
 from place_rings.rig.simulated.process import SimulatedRig, command
-from place_rings.rig.vetting import Ended, LinkFaultError
 
 pytest.importorskip("rtde_control")
 pytestmark = pytest.mark.slow  # processes that wait for each other, each with a patience of its own

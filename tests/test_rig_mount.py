@@ -12,18 +12,18 @@ from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Scene
 from place_rings.placement.errors import UserError
 from place_rings.placement.loader import read_proposal
-from place_rings.rig.as_built import AsBuilt
-from place_rings.rig.clear_poses import clear, drawn, gaps
-from place_rings.rig.expected import CELL, expected
-from place_rings.rig.mount_fit import RingFit, fit_mount
-from place_rings.rig.mount_model import LIMITS, NAMES, moved, slopes
-from place_rings.rig.mount_plan import MountPlan, planned
-from place_rings.rig.mount_solve import MountError, Read, solve
-from place_rings.rig.noise import Noise
+from place_rings.rig.mount.as_built import AsBuilt
+from place_rings.rig.mount.fit import RingFit, fit_mount
+from place_rings.rig.mount.model import LIMITS, NAMES, moved, slopes
+from place_rings.rig.mount.plan import MountPlan, planned
+from place_rings.rig.mount.solve import MountError, Read, solve
+from place_rings.rig.mount.wiring import Order, best_order, costs, mixed, reseated
 from place_rings.rig.plan_files import read_mount_plan, write_mount_plan
-from place_rings.rig.readings import FAILED, at_stops
-from place_rings.rig.wiring import Order, best_order, costs, mixed, reseated
-from place_rings.rig.world import DEAD, World
+from place_rings.rig.poses.clear import clear, drawn, gaps
+from place_rings.rig.sensing.expected import CELL, expected
+from place_rings.rig.sensing.noise import Noise
+from place_rings.rig.sensing.readings import FAILED, at_stops
+from place_rings.rig.simulated_cell.world import DEAD, World
 
 from .drawing import seeds
 from .rig_cell import FLOOR, SCENE, SETUP

@@ -5,17 +5,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from place_rings.rig import motion
-from place_rings.rig.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
-from place_rings.rig.state import State
-from place_rings.rig.vetting import Ended, LinkFaultError
+from place_rings.rig.robot import motion
+from place_rings.rig.robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
+from place_rings.rig.robot.state import State
+from place_rings.rig.robot.vetting import Ended, LinkFaultError
 
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 LIMITS = Limits(np.radians([[-200.0, 200.0]] * 6), np.radians(30), np.radians(60))
 CHILD = """
 import os, sys, time
 from pathlib import Path
-from place_rings.rig.records import Kind, Record, RecordReader
+from place_rings.rig.recording.records import Kind, Record, RecordReader
 tell = lambda word: os.write(1, Record(Kind.DONE, 0, 0.0, word.encode()).pack())
 tell("ready")
 reader, log = RecordReader(), Path(sys.argv[1])

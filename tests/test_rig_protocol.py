@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.rig.decoders import DECODERS, decoder
-from place_rings.rig.protocol import MAGIC, Counts, Decoder, Order, Status, encode, length
+from place_rings.rig.rings.decoders import DECODERS, decoder
+from place_rings.rig.rings.protocol import MAGIC, Counts, Decoder, Order, Status, encode, length
 from place_rings.rig.simulated.ports import ENCODERS
 
 COUNT = 7

@@ -12,14 +12,14 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from place_rings.placement.errors import UserError
-from place_rings.rig.clocks import Lag, align
-from place_rings.rig.gathering import Gathered, replay
-from place_rings.rig.health import Event, Happened, Port
-from place_rings.rig.protocol import encode
-from place_rings.rig.recording import Recorded, Recording
-from place_rings.rig.records import DamagedError, Kind, Record, RecordReader
-from place_rings.rig.state import State
-from place_rings.rig.vetting import Ended
+from place_rings.rig.listening.gathering import Gathered, replay
+from place_rings.rig.recording.clocks import Lag, align
+from place_rings.rig.recording.recording import Recorded, Recording
+from place_rings.rig.recording.records import DamagedError, Kind, Record, RecordReader
+from place_rings.rig.rings.health import Event, Happened, Port
+from place_rings.rig.rings.protocol import encode
+from place_rings.rig.robot.state import State
+from place_rings.rig.robot.vetting import Ended
 
 records = st.builds(
     Record,
@@ -108,8 +108,8 @@ def test_what_is_no_recording_is_refused(tmp_path, data):
 WRITER = """
 import sys, time
 from pathlib import Path
-from place_rings.rig.recording import Recording
-from place_rings.rig.records import Kind, Record
+from place_rings.rig.recording.recording import Recording
+from place_rings.rig.recording.records import Kind, Record
 recording = Recording(Path(sys.argv[1]), {}, on_failure=lambda line: print("full", line, flush=True))
 for i in range(10**9):
     recording.put(Record(Kind.BYTES, 0, float(i), bytes(50)))

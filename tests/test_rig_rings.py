@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.rig.danger import near
-from place_rings.rig.health import LATE, SILENT, Event, Happened, Line, Port
-from place_rings.rig.protocol import Frame, Status, encode
-from place_rings.rig.records import Kind
-from place_rings.rig.rings import Rings
+from place_rings.rig.listening.danger import near
+from place_rings.rig.recording.records import Kind
+from place_rings.rig.rings.health import LATE, SILENT, Event, Happened, Line, Port
+from place_rings.rig.rings.ports import Rings
+from place_rings.rig.rings.protocol import Frame, Status, encode
 from place_rings.rig.simulated.ports import SimulatedRing
 
 COUNT = 4

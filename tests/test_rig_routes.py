@@ -6,12 +6,12 @@ import numpy as np
 from place_rings.coverage.rings import Ring, Setup
 from place_rings.objectives.scene import Motion
 from place_rings.placement.convert import scene_model, scene_of
-from place_rings.rig.expected import ROBOT, expected
-from place_rings.rig.injected import injected
-from place_rings.rig.mount_fit import fit_mount
-from place_rings.rig.mount_plan import planned
-from place_rings.rig.readings import at_stops
-from place_rings.rig.routes import SLACK, Clearance, Roadmap, alarms, straight
+from place_rings.rig.mount.fit import fit_mount
+from place_rings.rig.mount.plan import planned
+from place_rings.rig.poses.routes import SLACK, Clearance, Roadmap, alarms, straight
+from place_rings.rig.sensing.expected import ROBOT, expected
+from place_rings.rig.sensing.readings import at_stops
+from place_rings.rig.simulated_cell.injected import injected
 
 from .rig_cell import SCENE, SETUP
 

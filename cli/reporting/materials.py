@@ -7,7 +7,7 @@ from ...coverage.rings import Setup
 from ...coverage.sensors import Sensor
 from ...coverage.supplies import SUPPLIES, Supply
 from ...placement.sensing import title
-from ...rig.protocol import length
+from ...rig.rings.protocol import length
 from ...studies.pages import table
 
 UNKNOWN = "not known"

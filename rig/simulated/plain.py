@@ -5,7 +5,7 @@ from typing import Any, Protocol
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..protocol import Status
+from ..rings.protocol import Status
 
 Measured = tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]  # distances, m, nan where there is none; statuses
 _NOISE = 0.003  # m

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..protocol import Status, encode
+from ..rings.protocol import Status, encode
 
 _TURN = 1 << 16
 

@@ -1,0 +1,116 @@
+"""The setup as it was found to be mounted: beside what was proposed, its ζ verified anew, and as a proposal of its own."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import jax
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ...coverage.rings import Setup
+from ...coverage.slots import sensor_cones
+from ...coverage.solids import Parts
+from ...coverage.targets import Target
+from ...objectives.exact import Verifier
+from ...objectives.scene import Scene
+from ...objectives.sight import sight
+from ...objectives.tolerance import exact_zetas
+from ...placement.convert import ring_models, rounded, scene_model
+from ...placement.loader import to_toml
+from ...placement.proposals import ProposalFile
+from ...placement.result_convert import verify_result
+from .fit import RingFit
+from .model import NAMES
+from .wiring import told
+
+_SHOWN = {"slip": (1000.0, "mm"), "tilt": (180 / math.pi, "°"), "phase": (180 / math.pi, "°"), "offset": (1000.0, "mm")}
+
+
+@dataclass(frozen=True)
+class Zeta:
+    """ζ in [0, 1] of a target: of the setup proposed, as built, and as built without the sensors that are dead."""
+
+    target: Target
+    proposed: float
+    built: float
+    alive: float
+
+
+@dataclass(frozen=True)
+class AsBuilt:
+    """scene, what was proposed, and how each ring was found."""
+
+    scene: Scene
+    proposed: Setup
+    fits: tuple[RingFit, ...]
+
+    @property
+    def setup(self) -> Setup:
+        """The rings as built, as a proposal's file holds them: a ring that slipped beyond a link's end sits at the end."""
+        rings = (replace(f.ring, position=min(max(f.ring.position, 0.0), 1.0)) for f in self.fits)
+        return rounded(Setup(tuple(rings)), self.scene.sensor)
+
+    @property
+    def alive(self) -> Bool[np.ndarray, " K"]:
+        """Which of the setup's sensors, seat by seat, answer."""
+        alive = [np.ones(f.ring.count, bool) for f in self.fits]
+        for mine, f in zip(alive, self.fits, strict=True):
+            mine[f.seat[list(f.dead)]] = False
+        return np.concatenate(alive)
+
+    def zeta(self, target: Target, verifier: Verifier | None = None) -> Zeta:
+        """ζ by an exact count; ``verifier``: of the same scene."""
+        verifier = verifier or Verifier(self.scene)
+        proposed, built = (verifier.verify(s, target).zeta for s in (self.proposed, self.setup))
+        alive = built if self.alive.all() else float(exact_zetas(verifier, target, self._living)[0])
+        return Zeta(target, proposed, built, alive)
+
+    def _living(self, pose: int) -> Sequence[Parts]:
+        """What the sensors that answer see at a pose."""
+        q = self.scene.poses[pose].q
+        return [sight(self.scene, jax.tree.map(lambda a: a[self.alive], sensor_cones(self.scene.robot, self.setup, q)), q)]
+
+    def proposal(self, name: str, verifier: Verifier | None = None) -> ProposalFile:
+        """The setup as built as a proposal's file, with ζ of the scene's targets, verified anew."""
+        verifier = verifier or Verifier(self.scene)
+        found = [verify_result(name, verifier.verify(self.setup, g.target), self.scene) for g in self.scene.goals]
+        zeta = [z.model_copy(update={"seconds": 0.0}) for z in found]  # the same readings make the same file
+        return ProposalFile(rings=ring_models(self.setup, self.scene.sensor), scene=scene_model(self.scene), zeta=zeta)
+
+    def toml(self, name: str, verifier: Verifier | None = None) -> str:
+        """The same as text, with what was found as comments."""
+        return to_toml(self.proposal(name, verifier), "\n".join(["As built, from a mount check:", *self.text()]))
+
+    def text(self, confidence: float = 0.95) -> list[str]:
+        """Each ring beside its proposal, then what is wrong with it, in lines."""
+        lines = []
+        for i, fit in enumerate(self.fits):
+            margins = fit.margins(confidence)
+            found = [_shown(*each) for each in zip(fit.names, fit.values, margins, strict=True)]
+            sure = f"{100 * confidence:.0f} % sure, {fit.used} readings, residuals {fit.scale:.2f} of the noise thought"
+            lines.append(f"ring {i} ({fit.nominal.link}): {', '.join(found)} ({sure})")
+            lines += [f"ring {i} ({fit.nominal.link}): {fault}" for fault in faults(fit)]
+        return lines
+
+
+def _shown(name: str, value: float, margin: float) -> str:
+    factor, unit = _SHOWN[name]
+    return f"{name} {factor * value:+.2f} ± {factor * margin:.2f} {unit}"
+
+
+def faults(fit: RingFit) -> list[str]:
+    """What is wrong with a ring beside where it sits, in words."""
+    found = told(fit.order, fit.mixed)
+    if fit.dead:
+        found.append(f"dead: sensor {', '.join(map(str, fit.dead))} of its frames")
+    if fit.open:
+        found.append(f"not told by these readings: {', '.join(fit.open)}")
+    if fit.ring.position < 0 or fit.ring.position > 1:
+        found.append(f"sits beyond its link's end, at {fit.ring.position:.3f}")
+    return found
+
+
+def truth_of(fit: RingFit, errors: Float[np.ndarray, " 4"]) -> Float[np.ndarray, " p"]:
+    """Of errors by ``NAMES`` those that a fit estimated."""
+    return np.array([errors[NAMES.index(name)] for name in fit.names])

@@ -1,0 +1,163 @@
+"""How rings are truly mounted: the errors that bring what is expected nearest to what was read, with their uncertainty.
+
+Ring by ring, as no ring's readings depend on another's: first the order of its wires, then by turns its errors (least
+squares over the readings that the known cell returns) and who sits where.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy import stats
+
+from ...coverage.rings import Ring, Setup
+from ...objectives.scene import Scene
+from ..sensing.expected import expected
+from ..sensing.noise import Noise
+from ..sensing.readings import Stops
+from .model import LIMITS, NAMES, free, moved
+from .solve import MountError, Read, solve
+from .wiring import Order, best_order, costs, mixed, reseated
+
+CONFIDENCE = 0.95
+_COARSE = 0.04  # m, by which a ring that is mounted a little wrong may read other than expected
+_FINE = 0.003  # m, by which a fitted one may
+_SEATINGS = 3  # rounds of fitting and asking who sits where
+_STILL = 6.0  # deviations, within which a sensor that always tells the same varies
+_OFTEN = 3  # stops at which a sensor that reads nothing at all should have read something
+_ASTRAY = 4.0  # mean cost of a stop, above which that is not what its seat should tell
+
+
+@dataclass(frozen=True)
+class RingFit:
+    """A ring as it was found to be mounted.
+
+    nominal, ring: as proposed, and as built. names: of the p errors that were estimated, ``values`` (p,) m and rad with
+    their ``covariance`` (p, p), from ``used`` readings with residuals of ``scale`` deviations. order, seat (n,): of each
+    wire the seat. mixed: wires that sit elsewhere than the order says. dead: wires that tell nothing, or always the same.
+    """
+
+    nominal: Ring
+    ring: Ring
+    names: tuple[str, ...]
+    values: Float[np.ndarray, " p"]
+    covariance: Float[np.ndarray, "p p"]
+    used: int
+    scale: float
+    order: Order
+    seat: Int[np.ndarray, " n"]
+    mixed: tuple[tuple[int, ...], ...]
+    dead: tuple[int, ...]
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom of the residuals."""
+        return self.used - len(self.names)
+
+    def margins(self, confidence: float = CONFIDENCE) -> Float[np.ndarray, " p"]:
+        """By how much each value may be off by itself, m and rad, by Student's t."""
+        return stats.t.ppf((1 + confidence) / 2, self.freedom) * np.sqrt(np.diag(self.covariance))
+
+    def statistic(self, truth: Float[np.ndarray, " p"]) -> float:
+        """How far ``truth`` (p,) is from the values, squared, in deviations, for each of them: of the F distribution."""
+        off = truth - self.values
+        return float(off @ np.linalg.solve(self.covariance, off)) / len(off)
+
+    def holds(self, truth: Float[np.ndarray, " p"], confidence: float = CONFIDENCE) -> bool:
+        """Does the joint region of all values hold ``truth`` (p,)? An ellipsoid, by the F distribution."""
+        return bool(self.statistic(truth) <= stats.f.ppf(confidence, len(self.values), self.freedom))
+
+    @property
+    def open(self) -> tuple[str, ...]:
+        """Errors that the readings do not tell: not known within what a careful mount keeps."""
+        return tuple(name for name, m in zip(self.names, self.margins(), strict=True) if not m <= LIMITS[NAMES.index(name)])
+
+
+def fit_mount(scene: Scene, setup: Setup, stops: Stops, noise: Noise | None = None) -> tuple[RingFit, ...]:
+    """How each ring of ``setup`` is mounted, from what was read at the stops of a mount check.
+
+    Args:
+        scene: with the known cell.
+        setup: as proposed.
+        stops: readings, wire by wire.
+        noise: of the sensors, as far as it is known: only how it grows with distance matters.
+
+    Raises:
+        MountError: naming a ring of which too little was read.
+    """
+    noise, first = noise or Noise(), np.cumsum([0, *(r.count for r in setup.rings)])
+    fits = []
+    for i, ring in enumerate(setup.rings):
+        k = slice(int(first[i]), int(first[i + 1]))
+        try:
+            mute = (stops.failed[:, k] == stops.total[:, k]).all(axis=0)
+            fits.append(_fit(scene, ring, stops.joints, stops.distance[:, k], stops.valid[:, k], mute, noise))
+        except MountError as error:
+            raise MountError(f"ring {i} ({ring.link}): {error}") from error
+    return tuple(fits)
+
+
+def _fit(
+    scene: Scene,
+    ring: Ring,
+    joints: Float[np.ndarray, "P J"],
+    measured: Float[np.ndarray, "P n"],
+    valid: Int[np.ndarray, "P n"],
+    mute: Bool[np.ndarray, " n"],
+    noise: Noise,
+) -> RingFit:
+    """The fit of a ring of n sensors; ``mute`` ones never answered."""
+    sigma = noise.at(np.nan_to_num(measured)) * math.sqrt(math.pi / 2) / np.sqrt(np.maximum(valid, 1))
+    none, turned = ~np.isfinite(measured).any(axis=0), replace(ring, tilt=-ring.tilt)
+    tables = {
+        f: costs(measured, expected(scene, Setup((turned if f else ring,)), joints).distance, _COARSE) for f in (False, True)
+    }
+    order = best_order(tables, np.flatnonzero(none))
+    start, seat, values = turned if order.flipped else ring, order.seat(ring.count), np.zeros(4)
+    each = tables[order.flipped][np.arange(ring.count), seat] / len(joints)
+    same = _still(measured, sigma)
+    silent = np.flatnonzero(none | (same & (each > _ASTRAY)))
+    read_by_wire = np.where(np.isin(np.arange(ring.count), silent), np.nan, measured)
+    for _ in range(_SEATINGS):
+        back = np.argsort(seat)
+        read = Read(joints, read_by_wire[:, back], sigma[:, back])
+        values, covariance, used, scale = solve(scene, start, read, values)
+        built = moved(scene, start, values)
+        wanted = expected(scene, Setup((built,)), joints).distance + values[3]
+        spread = np.sqrt(
+            (scale * noise.at(np.where(np.isfinite(wanted), wanted, 0.0))) ** 2 / max(_count(valid), 1) + _FINE**2
+        )
+        table = costs(measured, wanted, spread)
+        again = reseated(table, seat, silent)
+        if (again == seat).all():
+            break
+        seat = again
+    some, often = free(scene, ring), np.isfinite(wanted).sum(axis=0)[seat] >= _OFTEN
+    astray = table[np.arange(ring.count), seat] / len(joints) > _ASTRAY
+    dead = mute | (none & often) | (same & astray)
+    return RingFit(
+        ring,
+        built,
+        tuple(NAMES[k] for k in some),
+        values[some],
+        covariance,
+        used,
+        scale,
+        order,
+        seat,
+        tuple(mixed(order, seat)),
+        tuple(int(i) for i in np.flatnonzero(dead)),
+    )
+
+
+def _count(valid: np.ndarray) -> float:
+    """Readings of a median, as a rule."""
+    return float(np.median(valid[valid > 0])) if (valid > 0).any() else 0.0
+
+
+def _still(measured: Float[np.ndarray, "P n"], sigma: Float[np.ndarray, "P n"]) -> Bool[np.ndarray, " n"]:
+    """Which wires told the same at all stops; so does a sensor that sees its own link."""
+    read = np.isfinite(measured)
+    low, high = (f(np.where(read, measured, fill), axis=0) for f, fill in ((np.min, np.inf), (np.max, -np.inf)))
+    return (read.sum(axis=0) > 2) & (high - low <= _STILL * sigma.max(axis=0))

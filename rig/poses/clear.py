@@ -1,0 +1,82 @@
+"""Poses that a robot can be sent to: within its joints' limits, clear of itself and of the cell."""
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ...coverage.capsules import Capsules, robot_capsules, segment_to_segment
+from ...coverage.chain import forward
+from ...objectives.scene import Scene
+
+CELL, OWN = 0.1, 0.04  # m, clearance of the robot's bodies: rings stand out of them
+_ALONG = 9  # points of a body's axis against the cell
+_TURN = np.pi  # rad either way of 0 that poses are drawn from, where limits leave more
+_TRIES = 100
+
+
+def gaps(scene: Scene, joints: Float[np.ndarray, "P J"]) -> tuple[Float[np.ndarray, "P A"], Float[np.ndarray, "P B"]]:
+    """Of the robot's bodies at P poses, m: distances (P, A) of each two, and (P, B) of each from each obstacle; see
+    ``from_cell``."""
+    bodies = robot_capsules(scene.robot, forward(scene.robot.chain, np.asarray(joints, float)))
+    start, end, radius = bodies
+    pairs = np.array(list(itertools.combinations(range(len(radius)), 2))).reshape(-1, 2)
+    a, b = pairs.T
+    own = segment_to_segment(start[:, a], end[:, a], start[:, b], end[:, b]) - radius[a] - radius[b]
+    return own, from_cell(scene, bodies)
+
+
+def from_cell(scene: Scene, bodies: Capsules) -> Float[np.ndarray, "P B"]:
+    """Distances (P, N * O) m of N capsules from O obstacles, by points of their axes: at most half the gap between two
+    points too large."""
+    start, end, radius = bodies
+    place = np.linspace(0, 1, _ALONG)[:, None, None, None]
+    points = start + place * (end - start)
+    each = [o.body(points).min(axis=0) - radius for o in scene.obstacles]
+    return np.stack(each, axis=-1).reshape(len(start), -1) if each else np.full((len(start), 0), np.inf)
+
+
+def clear(
+    scene: Scene, joints: Float[np.ndarray, "P J"], cell: float = CELL, own: float = OWN, slack: float = 0.0
+) -> Bool[np.ndarray, " P"]:
+    """Which poses keep the joints' limits, ``cell`` m from every obstacle and ``own`` m between bodies. Two that are nearer
+    than that at the scene's own poses belong together, as neighbours do, and are not asked; the others ``slack`` m more."""
+    limits = scene.robot.limits
+    good: Any = np.ones(len(joints), bool)
+    if limits is not None:
+        good = ((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=1)
+    if not scene.robot.bodies:
+        return good
+    for found, which, least in zip(gaps(scene, joints), asked(scene, own, cell), (own, cell), strict=True):
+        good = good & (found >= least + slack)[:, which].all(axis=1)
+    return good
+
+
+def asked(scene: Scene, own: float, cell: float) -> tuple[Bool[np.ndarray, " A"], Bool[np.ndarray, " B"]]:
+    """Which pairs of ``gaps`` are farther apart than ``own`` and ``cell`` m at all of the scene's own poses."""
+    known = gaps(scene, np.array([p.q for p in scene.poses]))
+    own_, cell_ = ((gap >= least).all(axis=0) for gap, least in zip(known, (own, cell), strict=True))
+    return np.asarray(own_), np.asarray(cell_)
+
+
+Good = Callable[[Float[np.ndarray, "P J"]], Bool[np.ndarray, " P"]]
+
+
+def drawn(scene: Scene, count: int, seed: int, good: Good | None = None) -> Float[np.ndarray, "count J"]:
+    """So many poses, drawn evenly within the joints' limits, that are clear, or ``good`` where another rule is given.
+
+    Raises:
+        ValueError: if hardly any pose is clear.
+    """
+    rng, joints = np.random.default_rng(seed), len(scene.robot.chain)
+    limits = np.tile([-np.inf, np.inf], (joints, 1)) if scene.robot.limits is None else scene.robot.limits
+    low, high = np.maximum(limits[:, 0], -_TURN), np.minimum(limits[:, 1], _TURN)
+    found = np.zeros((0, joints))
+    for _ in range(_TRIES):
+        some = rng.uniform(low, high, (4 * count, joints))
+        found = np.concatenate([found, some[good(some) if good else clear(scene, some)]])
+        if len(found) >= count:
+            return found[:count]
+    raise ValueError(f"found {len(found)} clear poses in {4 * count * _TRIES} drawn; allowed: a cell with room to move")

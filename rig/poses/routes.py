@@ -1,0 +1,140 @@
+"""Ways from pose to pose on which a robot stays clear: straight ones between known poses, joined by the shortest path.
+
+A roadmap (Kavraki et al. 1996, Probabilistic roadmaps for path planning): its nodes are clear poses, its edges the straight
+ways between them, all joints at once, on which every pose is clear too.
+"""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.sparse.csgraph import shortest_path
+
+from ...coverage.capsules import robot_capsules
+from ...coverage.chain import forward
+from ...coverage.rings import Setup
+from ...coverage.sensors import Sensor
+from ...objectives.scene import Scene
+from ..sensing.expected import beams_at, to_capsules
+from .clear import Good, asked, clear, gaps
+
+STEP = np.radians(2.0)  # of a way, that is looked at
+SLACK = 0.01  # m, that is planned with beyond what must be
+_MARGIN = 0.03  # m, by which a sensor that is mounted a little wrong, and scatters, may tell too little
+_NEIGHBOURS = 10  # of a node, to which straight ways are looked at
+_AT_ONCE = 2000  # poses
+_ASTRAY = np.radians(8.0)  # by which a sensor may look elsewhere than proposed
+_WIDEST = np.radians(170.0)
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """What is clear: bodies keep their distances from each other and the cell, sensors read nothing of the cell nearer than
+    what stops the robot. ``of`` is for plans, and asks for ``SLACK`` more."""
+
+    scene: Scene
+    setup: Setup
+
+    def of(self, joints: Float[np.ndarray, "P J"]) -> Bool[np.ndarray, " P"]:
+        """Which poses are clear."""
+        parts = [self._some(joints[i : i + _AT_ONCE], SLACK) for i in range(0, len(joints), _AT_ONCE)]
+        return np.concatenate(parts) if parts else np.zeros(0, bool)
+
+    def _some(self, joints: Float[np.ndarray, "P J"], slack: float) -> Bool[np.ndarray, " P"]:
+        good = np.array(clear(self.scene, joints, self.scene.motion.cell, self.scene.motion.own, slack))
+        if good.any() and self.scene.obstacles:
+            good[good] = self._sensors(joints[good]) >= self.scene.motion.near + _MARGIN + slack
+        return good
+
+    def _sensors(self, joints: Float[np.ndarray, "P J"]) -> Float[np.ndarray, " P"]:
+        """Distance (P,) m of the nearest sensor from the cell."""
+        apex = np.asarray(beams_at(self.scene, self.setup, joints).apex)
+        each = [np.asarray(o.body(apex)) for o in self.scene.obstacles]
+        return np.min(each, axis=0).reshape(len(joints), -1).min(axis=1)
+
+    def fault(self, q: Float[np.ndarray, " J"], slack: float = 0.0) -> str | None:
+        """What keeps a pose from being clear, with ``slack`` m more, in words; None where nothing does."""
+        if self._some(q[None], slack)[0]:
+            return None
+        names, obstacles, motion = [b.name for b in self.scene.robot.bodies], self.scene.obstacles, self.scene.motion
+        own, cell = gaps(self.scene, q[None])
+        pairs = list(itertools.combinations(names, 2))
+        stands = [(o.name, name) for name in names for o in obstacles]
+        if self.scene.robot.beyond(q) is not None:
+            return f"joint {self.scene.robot.beyond(q)} beyond its limits"
+        which = asked(self.scene, motion.own, motion.cell)
+        for gap, told, words, least in ((cell[0], which[1], stands, motion.cell), (own[0], which[0], pairs, motion.own)):
+            found = np.where(told, gap, np.inf)
+            if len(found) and found.min() < least + slack:
+                there, here = words[int(found.argmin())]
+                return f"{here} {1000 * max(found.min(), 0.0):.0f} mm from {there}, allowed: {1000 * (least + slack):.0f} mm"
+        return f"a sensor nearer to the cell than {1000 * (motion.near + _MARGIN + slack):.0f} mm"
+
+
+def straight(a: Float[np.ndarray, " J"], b: Float[np.ndarray, " J"], step: float = STEP) -> Float[np.ndarray, "P J"]:
+    """Poses from ``a`` to ``b`` (J,) rad, both counted in, no joint farther than ``step`` rad from one to the next."""
+    return a + np.linspace(0, 1, 2 + int(np.abs(b - a).max() / step))[:, None] * (b - a)
+
+
+class Roadmap:
+    """Nodes (N, J) rad and the straight ways between neighbours that are clear by ``good``."""
+
+    def __init__(self, nodes: Float[np.ndarray, "N J"], good: Good) -> None:
+        self.nodes = nodes
+        far = np.abs(nodes[:, None] - nodes[None]).max(axis=2)
+        near = np.argsort(far, axis=1)[:, 1 : 1 + _NEIGHBOURS]
+        pairs = sorted({(min(a, int(b)), max(a, int(b))) for a in range(len(nodes)) for b in near[a]})
+        ways = [straight(nodes[a], nodes[b]) for a, b in pairs]
+        clear_ = good(np.concatenate(ways)) if ways else np.zeros(0, bool)
+        ends = np.cumsum([0, *map(len, ways)])
+        edges = np.full(far.shape, np.inf)
+        for (a, b), first, last in zip(pairs, ends, ends[1:], strict=False):
+            if clear_[first:last].all():
+                edges[a, b] = edges[b, a] = max(far[a, b], 1e-9)
+        self._far, self._before = shortest_path(edges, directed=False, return_predecessors=True)
+
+    def way(self, start: int, goal: int) -> list[int] | None:
+        """Nodes after ``start`` up to ``goal``; None where there is no way."""
+        if not np.isfinite(self._far[start, goal]):
+            return None
+        found = [goal] * (start != goal)
+        while found and (before := int(self._before[start, found[0]])) != start:
+            found.insert(0, before)
+        return found
+
+    def order(self, start: int, wanted: Sequence[int]) -> list[int]:
+        """Those of ``wanted`` that can be reached, each the nearest of those left."""
+        left, found = [n for n in wanted if np.isfinite(self._far[start, n])], list[int]()
+        while left:
+            found.append(min(left, key=lambda n: self._far[found[-1] if found else start, n]))
+            left.remove(found[-1])
+        return found
+
+
+def alarms(scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> Float[np.ndarray, " K"]:
+    """Nearer than what (K,) m a reading of each wire stops the robot on its way along P poses: than what the scene says, or,
+    of a sensor that may return the robot itself, than that; 0 where it may stand within the robot. That sensors may look a
+    little elsewhere than proposed, and that a ring may be wired or mounted the other way round, is counted in."""
+    if not scene.robot.bodies:
+        return np.full(setup.sensors, scene.motion.near)
+    wide = tuple(replace(r, sensor=_wider(r.sensor)) for r in setup.rings)
+    turned = tuple(replace(r, tilt=-r.tilt) for r in wide)
+    bodies = robot_capsules(scene.robot, forward(scene.robot.chain, joints))
+    found, most = np.full(setup.sensors, np.inf), scene.motion.near + _MARGIN
+    for rings in (wide, turned):
+        beams = beams_at(scene, Setup(rings), joints)
+        of = np.repeat(np.arange(len(joints)), setup.sensors)
+        distance = to_capsules(beams, of, bodies, np.full(len(beams), most))
+        found = np.minimum(found, distance.reshape(len(joints), -1).min(axis=0))
+    first = np.cumsum([0, *(r.count for r in setup.rings)])
+    for i, ring in enumerate(setup.rings):  # whichever way it is wired
+        k = first[i] + np.arange(ring.count)
+        found[k] = np.minimum(found[k], found[first[i] + -np.arange(ring.count) % ring.count])
+    return np.clip(found - _MARGIN, 0.0, scene.motion.near)
+
+
+def _wider(sensor: Sensor) -> Sensor:
+    up = None if sensor.fov_up is None else min(sensor.fov_up + 2 * _ASTRAY, _WIDEST)
+    return replace(sensor, fov=min(sensor.fov + 2 * _ASTRAY, _WIDEST), fov_up=up)

@@ -1,0 +1,1 @@
+"""What came, as records with the times it came, and the file that keeps them."""

@@ -1,0 +1,147 @@
+"""The recording of a check: everything that came, with the times it came, in a file that a kill leaves readable."""
+
+import errno
+import json
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from ...placement.errors import UserError
+from .records import DamagedError, Kind, Record, RecordReader
+
+FORMAT = "place-rings rig 1"
+_SYNC = 1.0  # s, between times at which the disk is waited for: what a loss of power may cost; a kill costs nothing
+_CHUNK = 1 << 20
+
+
+class Recording:
+    """Appends records to a new file; each is with the operating system when ``put`` returns.
+
+    A disk that is full, or anything else that keeps it from writing, ends the recording at the last whole record:
+    ``failure`` says why, ``on_failure`` is called once with that line, and what comes then is not kept.
+
+    Args:
+        path: of the file, which must not exist.
+        about: what is recorded, as JSON holds it.
+        on_failure: is given the line, from whatever thread wrote.
+
+    Raises:
+        UserError: if the file exists or cannot be made.
+    """
+
+    def __init__(self, path: Path, about: Mapping[str, Any], on_failure: Callable[[str], None] = lambda line: None) -> None:
+        self.path, self.failure, self._on_failure = path, "", on_failure
+        self._lock, self._size, self._ended = threading.Lock(), 0, threading.Event()
+        try:
+            self._file = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_APPEND, 0o644)
+        except OSError as error:
+            raise UserError(f"{path}: cannot be recorded to: {error.strerror}") from error
+        what = {"format": FORMAT, "wall": time.time(), **about}
+        self.put(Record(Kind.ABOUT, 0, time.monotonic(), json.dumps(what).encode()))
+        self._thread = threading.Thread(target=self._sync, name="recording", daemon=True)
+        self._thread.start()
+
+    def put(self, record: Record) -> None:
+        """Keep a record."""
+        data = record.pack()
+        with self._lock:
+            if self.failure or self._file < 0:
+                return
+            try:
+                left = data
+                while left:
+                    left = left[os.write(self._file, left) :]
+                self._size += len(data)
+                return
+            except OSError as error:
+                self._fail(error)
+        self._on_failure(self.failure)
+
+    def event(self, what: str, **more: Any) -> None:
+        """Keep what happened, now."""
+        self.put(Record(Kind.EVENT, 0, time.monotonic(), json.dumps({"what": what, **more}).encode()))
+
+    def close(self) -> None:
+        """Write an end, so that a reader knows that nothing is missing."""
+        self.put(Record(Kind.END, 0, time.monotonic()))
+        self._ended.set()
+        self._thread.join()
+        with self._lock:
+            if self._file >= 0:
+                os.close(self._file)
+                self._file = -1
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def _fail(self, error: OSError) -> None:
+        """Leave whole records alone, where the file can be cut at all: a reader passes over the rest anyway."""
+        self.failure = f"{self.path}: the recording ended: {error.strerror}"
+        with suppress(OSError):
+            os.ftruncate(self._file, self._size)
+
+    def _sync(self) -> None:
+        """Wait for the disk now and then, in a thread of its own: whoever puts records is not to wait."""
+        while True:
+            ended = self._ended.wait(_SYNC)
+            try:
+                os.fsync(self._file)
+            except OSError as error:
+                if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # a pipe or a device, which has nothing to wait for
+                    with self._lock:
+                        known = self.failure
+                        self._fail(error)
+                    if not known:
+                        self._on_failure(self.failure)
+                    return
+            if ended:
+                return
+
+
+class Recorded:
+    """A recording as it is read. about: what was recorded. ended: whether its end was found. damage: why it was read no
+    further, empty where all was read."""
+
+    def __init__(self, path: Path) -> None:
+        self._path, self.ended, self.damage = path, False, ""
+        first = next(self.records(), None)
+        try:
+            self.about: dict[str, Any] = json.loads(first.data) if first and first.kind == Kind.ABOUT else {}
+        except ValueError:
+            self.about = {}
+        if not isinstance(self.about, dict) or self.about.get("format") != FORMAT:
+            raise UserError(f"{path}: found no recording of a rig, allowed: a file that `place-rings check` recorded")
+        self.ended, self.damage = False, ""
+
+    def records(self) -> Iterator[Record]:
+        """Its records, up to the end or to the first damage.
+
+        Raises:
+            UserError: if it cannot be read.
+        """
+        reader = RecordReader()
+        try:
+            with self._path.open("rb") as file:
+                while True:
+                    data = file.read(_CHUNK)
+                    try:
+                        found = reader.feed(data)
+                    except DamagedError as error:
+                        self.damage = str(error)
+                        return
+                    self.ended = self.ended or any(record.kind == Kind.END for record in found)
+                    yield from found
+                    if not data and not found:
+                        break
+        except OSError as error:
+            raise UserError(f"{self._path}: cannot be read: {error.strerror}") from error
+        if reader.left:
+            self.damage = f"the last {reader.left} bytes are no whole record"

@@ -1,0 +1,131 @@
+"""The rings' serial ports, each read in a thread of its own, and opened again when it was gone."""
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Self
+
+from ..recording.records import Kind, Record
+from .health import SILENT, Event, Line, Port
+from .protocol import Counts, Frame
+
+_TICK = 0.02  # s, that a read waits
+_RETRY = 0.05  # s, between attempts to open a port
+
+
+class RingReader:
+    """Reads ring ``number`` at ``port``: hands on its frames, what happens to it, and all its bytes as they came.
+
+    Found: a port that is gone within 20 ms, silence and bytes that make no frame within ``SILENT`` s of the last frame, and
+    a port that is back within 50 ms of its appearance; plus what the machine takes to wake a thread.
+    """
+
+    def __init__(
+        self,
+        number: int,
+        port: Port,
+        on_frame: Callable[[int, Frame], None],
+        on_event: Callable[[Event], None],
+        record: Callable[[Record], None],
+    ) -> None:
+        self._number, self._port, self._on_frame, self._on_event, self._record = number, port, on_frame, on_event, record
+        self._line, self._last = Line(number, port, time.monotonic()), None
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"ring {number}", daemon=True)
+        self._thread.start()
+
+    _last: Frame | None
+
+    @property
+    def counts(self) -> Counts:
+        """What came over the line."""
+        return self._line.counts
+
+    def latest(self) -> Frame | None:
+        """The newest frame, if it is fresh."""
+        frame = self._last
+        return frame if frame and time.monotonic() - frame.time <= self._port.patience * SILENT else None
+
+    def end(self) -> None:
+        """Read no more, soon."""
+        self._ended.set()
+
+    def join(self) -> None:
+        """Wait until it reads no more."""
+        self._thread.join()
+
+    def _run(self) -> None:
+        import serial  # not before there is a ring to read
+
+        while not self._ended.is_set():
+            try:
+                with serial.Serial(self._port.name, self._port.baud, timeout=_TICK, exclusive=True) as port:
+                    self._line.opened(now := time.monotonic())
+                    self._record(Record(Kind.OPENED, self._number, now))
+                    while not self._ended.is_set():
+                        data = port.read(1)
+                        self._take(data + port.read(port.in_waiting) if data else b"", time.monotonic())
+            except (OSError, ValueError) as error:  # serial.SerialException is an OSError
+                for event in self._line.gone(time.monotonic(), str(error)):
+                    self._on_event(event)
+                self._ended.wait(_RETRY)
+
+    def _take(self, data: bytes, now: float) -> None:
+        if data:
+            self._record(Record(Kind.BYTES, self._number, now, data))
+        for found in self._line.take(data, now):
+            if isinstance(found, Frame):
+                self._last = found
+                self._on_frame(self._number, found)
+            else:
+                self._on_event(found)
+
+
+class Rings:
+    """All rings of a rig.
+
+    Args:
+        ports: of the rings, in the setup's order.
+        on_frame: is given a ring's number and each of its frames, from the ring's thread.
+        on_event: is given what happens to lines, from theirs.
+        record: is given all bytes as they come.
+    """
+
+    def __init__(
+        self,
+        ports: Sequence[Port],
+        on_frame: Callable[[int, Frame], None] = lambda ring, frame: None,
+        on_event: Callable[[Event], None] = lambda event: None,
+        record: Callable[[Record], None] = lambda record: None,
+    ) -> None:
+        self._readers = [RingReader(i, port, on_frame, on_event, record) for i, port in enumerate(ports)]
+
+    @property
+    def counts(self) -> list[Counts]:
+        """What came over each line."""
+        return [reader.counts for reader in self._readers]
+
+    def latest(self) -> list[Frame | None]:
+        """Each ring's newest frame; None where it is not fresh."""
+        return [reader.latest() for reader in self._readers]
+
+    def wait(self, seconds: float) -> bool:
+        """Whether every ring is heard within so many seconds."""
+        until = time.monotonic() + seconds
+        while (deaf := None in self.latest()) and time.monotonic() < until:
+            time.sleep(_TICK)
+        return not deaf
+
+    def close(self) -> None:
+        """Read no more."""
+        for reader in self._readers:
+            reader.end()
+        for reader in self._readers:
+            reader.join()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()

@@ -1,0 +1,57 @@
+"""The process in which ur-rtde receives the robot's state: what befalls the client befalls this process alone.
+
+Run: python -m place_rings.rig.robot.link_process HOST RATE     records on stdout, until stdin ends
+"""
+
+import os
+import select
+import signal
+import sys
+import time
+
+import numpy as np
+
+from ..recording.records import Kind, Record
+from .state import VARIABLES, State, complaint
+
+_POLL = 0.0005  # s
+_HOPELESS = 10  # s: a constructor that hangs cannot be reached from Python, so the kernel ends it, should nobody else
+
+
+def main() -> None:
+    """Forward each new state, once."""
+    host, rate = sys.argv[1], float(sys.argv[2])
+    out = os.dup(sys.stdout.fileno())
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # the client prints
+    signal.alarm(_HOPELESS)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the check's affair
+    try:
+        from rtde_receive import RTDEReceiveInterface
+
+        client = RTDEReceiveInterface(host, rate, list(VARIABLES))
+        signal.alarm(0)
+        last = float("nan")
+        while client.isConnected():
+            if select.select([sys.stdin], [], [], _POLL)[0]:
+                break  # nothing is ever said: the end
+            clock = client.getTimestamp()
+            if clock == last:
+                continue
+            q, speed = client.getActualQ(), client.getActualQd()
+            runtime, safety = client.getRuntimeState(), client.getSafetyStatusBits()
+            if client.getTimestamp() != clock:
+                continue  # of two packages
+            last, now = clock, time.monotonic()
+            state = State(now, clock, np.array(q), np.array(speed), runtime, safety)
+            os.write(out, Record(Kind.STATE, 0, now, state.pack()).pack())
+        else:
+            os.write(out, Record(Kind.CLOSED, 0, time.monotonic()).pack())
+    except BrokenPipeError:
+        pass
+    except Exception as error:  # of the client, whatever it raises
+        os.write(out, Record(Kind.NOTE, 0, time.monotonic(), complaint(error).encode()).pack())
+    os._exit(0)  # the client's threads may hang
+
+
+if __name__ == "__main__":
+    main()

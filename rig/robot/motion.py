@@ -1,0 +1,238 @@
+"""Moving the robot, slowly, between poses: checked before, watched on the way, stopped by anything that is wrong.
+
+This is no safety function. It is ordinary software on an ordinary computer: whoever is near the robot is protected by the
+robot's own safety functions and by nothing here.
+"""
+
+import math
+import os
+import select
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from jaxtyping import Float
+
+from ..recording.records import DamagedError, Kind, Record, RecordReader
+from .link import Link
+from .state import JOINTS, pack_move
+from .vetting import LinkFaultError
+
+MOST_SPEED, MOST_ACCELERATION = math.radians(60), math.radians(120)  # rad/s and rad/s², whatever is asked for
+_READY = 20.0  # s, for the controller to take the program
+_TOLD = 0.5  # s, for an answer: the process says at once that it moves
+_STILL = 1.0  # s, for the robot to stand still after it was told to
+_LOOK = 0.01  # s
+_STEP = math.radians(2)  # of the way that is checked
+_THERE, _STANDS = 2e-3, 2e-3  # rad of every joint; rad/s
+_PATIENCE = 2.0  # s, beyond what a motion takes by itself
+_DASHBOARD = 29999
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a motion may be. joints (6, 2): lowest and highest angle of each joint, rad. speed, acceleration: of the leading
+    joint, rad/s and rad/s²."""
+
+    joints: Float[np.ndarray, "6 2"]
+    speed: float = math.radians(15)
+    acceleration: float = math.radians(30)
+
+    def __post_init__(self) -> None:
+        for name, most in (("speed", MOST_SPEED), ("acceleration", MOST_ACCELERATION)):
+            if not 0 < getattr(self, name) <= most:
+                raise ValueError(f"{name}: found {getattr(self, name):g}, allowed: above 0 to {most:.3g} rad")
+
+
+class MoveRefusedError(Exception):
+    """The motion was not begun; the text says why."""
+
+
+class MoveStoppedError(Exception):
+    """The robot was stopped on its way; the text says why."""
+
+
+class Mover:
+    """Moves the robot at ``host``, through a process of its own that is ended with this object.
+
+    Args:
+        host: name or address.
+        link: which tells where the robot is. No state, no motion.
+        limits: of all motions.
+        fault_at: what is wrong with joint angles (6,) rad on the way, such as links that come near each other; None:
+            nothing. danger: what asks for a stop right now, such as a near reading; None: nothing. Asked a hundred times a
+            second. command: that starts the process, for tests.
+
+    Raises:
+        MoveRefusedError: if the robot cannot be controlled.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        link: Link,
+        limits: Limits,
+        fault_at: Callable[[Float[np.ndarray, " 6"]], str | None] = lambda q: None,
+        danger: Callable[[], str | None] = lambda: None,
+        command: tuple[str, ...] = (sys.executable, "-m", f"{__package__}.motion_process"),
+    ) -> None:
+        self._host, self._link, self._limits, self._fault_at, self._danger = host, link, limits, fault_at, danger
+        self._reader = RecordReader()
+        self._process = subprocess.Popen(
+            [*command, host], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=0
+        )
+        try:
+            self._expect("ready", _READY)
+        except BaseException as error:
+            self._process.kill()
+            self._shut()
+            if isinstance(error, _NoAnswerError):
+                raise MoveRefusedError(f"the robot at {host} cannot be controlled: {error}") from None
+            raise
+
+    def refusal(self, q: Float[np.ndarray, "*n"]) -> str | None:
+        """Why the robot may not go from where it is to joint angles ``q`` (6,) rad; None where it may."""
+        q = np.asarray(q, float)
+        if q.shape != (JOINTS,):
+            return f"found {q.size} joint angles, allowed: {JOINTS}"
+        if not np.isfinite(q).all():
+            return "found a joint angle that is not finite"
+        low, high = self._limits.joints.T
+        if len(over := np.flatnonzero((q < low) | (q > high))):
+            joint = int(over[0])
+            found, least, most = np.degrees([q[joint], low[joint], high[joint]])
+            return f"joint {joint}: found {found:.4g}°, allowed: {least:.4g}° to {most:.4g}°"
+        try:
+            start = self._link.latest().q
+        except LinkFaultError as fault:
+            return str(fault)
+        for share in np.linspace(0, 1, 2 + int(np.abs(q - start).max() / _STEP)):
+            if wrong := self._fault_at(start + share * (q - start)):
+                return f"after {100 * share:.0f} % of the way: {wrong}"
+        return self._danger()
+
+    def move(self, q: Float[np.ndarray, " 6"]) -> None:
+        """Go to joint angles ``q`` (6,) rad, all joints at once, and stand still there.
+
+        Whatever ends this early, Ctrl-C too, stops the robot first.
+
+        Raises:
+            MoveRefusedError: if the way is not allowed; nothing moves then.
+            MoveStoppedError: if the robot was stopped on the way.
+        """
+        if wrong := self.refusal(q):
+            raise MoveRefusedError(wrong)
+        q, speed, acceleration = np.asarray(q, float), self._limits.speed, self._limits.acceleration
+        way = float(np.abs(q - self._link.latest().q).max())
+        until = time.monotonic() + 1.5 * (way / speed + speed / acceleration) + _PATIENCE
+        try:
+            self._tell(Kind.MOVE, pack_move(q, speed, acceleration))
+            self._expect("moving", _TOLD)
+            while not self._there(q):
+                if wrong := self._danger():
+                    raise MoveStoppedError(wrong)
+                if time.monotonic() > until:
+                    raise MoveStoppedError("it did not arrive in time")
+                self._hear(_LOOK)
+        except BaseException as error:
+            self.stop()
+            if isinstance(error, LinkFaultError | _NoAnswerError):
+                raise MoveStoppedError(str(error)) from None
+            raise
+
+    def stop(self) -> bool:
+        """Stop the robot: whether it is seen to stand still.
+
+        Told to, it decelerates; where it is not seen to, the process that moves it is ended, upon which the robot's watchdog
+        ends its program, and its dashboard is told to as well.
+        """
+        with suppress(_NoAnswerError):
+            self._tell(Kind.STOP)
+            self._expect("stopping", _TOLD)
+            if self._stands(_STILL):
+                return True
+        self._process.kill()
+        with suppress(OSError), socket.create_connection((self._host, _DASHBOARD), timeout=_TOLD) as dashboard:
+            dashboard.sendall(b"stop\n")
+            dashboard.recv(1 << 10)
+        return self._stands(_STILL)
+
+    def close(self) -> None:
+        """Stop, and end the process."""
+        if self._process.poll() is None and self._process.stdin:
+            self._process.stdin.close()  # upon which it stops and ends
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(_STILL)
+        self._process.kill()
+        self._shut()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def _shut(self) -> None:
+        for pipe in (self._process.stdin, self._process.stdout):
+            if pipe:
+                pipe.close()
+        self._process.wait()
+
+    def _there(self, q: Float[np.ndarray, " 6"]) -> bool:
+        state = self._link.latest()
+        return bool(np.abs(state.q - q).max() < _THERE and np.abs(state.speed).max() < _STANDS)
+
+    def _stands(self, seconds: float) -> bool:
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            try:
+                if np.abs(self._link.latest().speed).max() < _STANDS:
+                    return True
+            except LinkFaultError:
+                return False
+            time.sleep(_LOOK)
+        return False
+
+    def _tell(self, kind: Kind, data: bytes = b"") -> None:
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(Record(kind, 0, time.monotonic(), data).pack())
+        except (OSError, ValueError):
+            raise _NoAnswerError("the client's process ended") from None
+
+    def _expect(self, word: str, seconds: float) -> None:
+        """Wait until it says ``word``."""
+        until = time.monotonic() + seconds
+        while (left := until - time.monotonic()) > 0:
+            if word in self._hear(left):
+                return
+        raise _NoAnswerError("no answer in time")
+
+    def _hear(self, seconds: float) -> list[str]:
+        """What it says, waited for at most so long; a complaint is raised."""
+        pipe = self._process.stdout
+        assert pipe is not None
+        if not select.select([pipe], [], [], seconds)[0]:
+            return []
+        if not (data := os.read(pipe.fileno(), 1 << 12)):
+            raise _NoAnswerError(f"the client's process ended by {self._process.wait()}")
+        try:
+            records = self._reader.feed(data)
+        except DamagedError as error:
+            raise _NoAnswerError(str(error)) from None
+        words = [record.data.decode(errors="replace") for record in records]
+        for record, text in zip(records, words, strict=True):
+            if record.kind == Kind.NOTE:
+                raise _NoAnswerError(text)
+        return words
+
+
+class _NoAnswerError(Exception):
+    """The process that moves the robot did not do what it was told to."""

@@ -1,0 +1,92 @@
+"""What a square beam returns: the nearest thing met by a fan of rays, drawn closer and closer about the nearest ray.
+
+The beam of a multi-zone sensor is a pyramid, and no closed form of ours has the nearest point of a capsule in it. A fan of
+33 by 33 rays, its border included, finds everything wider than the gap between two rays (2.4 cm at 1 m in a beam of 45
+degrees); finer fans about the nearest of them then settle the distance to a fraction of a millimetre.
+"""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.arrays import cross, dot
+from ...coverage.polyhedra import Polyhedron
+
+RAYS, FINER = 33, 9  # a side, of the first fan and of those about its nearest ray
+_ROUNDS = 4
+_AT_ONCE = 1 << 8  # beams
+
+
+def ray_to_capsule(origin: Any, direction: Any, start: Any, end: Any, radius: Any) -> Any:
+    """How far (...) along unit rays (..., 3) capsules begin, m: 0 inside, infinite where they are missed; all broadcast."""
+    found = np.full(np.broadcast_shapes(direction.shape, start.shape)[:-1], np.inf)
+    axis = end - start
+    length = np.sqrt(dot(axis, axis))
+    unit = axis / np.where(length > 0, length, 1.0)[..., None]
+    v = origin - start
+    with np.errstate(invalid="ignore", divide="ignore"):
+        along_v, along_d = dot(v, unit), dot(direction, unit)
+        a = 1 - along_d**2
+        b = dot(v, direction) - along_v * along_d
+        c = dot(v, v) - along_v**2 - radius**2
+        t = (-b - np.sqrt(b * b - a * c)) / a  # the cylinder
+        place = along_v + t * along_d
+        found = np.where((a > 1e-12) & (t >= 0) & (place >= 0) & (place <= length), t, found)
+        for centre in (start, end):
+            w = origin - centre
+            b = dot(w, direction)
+            t = -b - np.sqrt(b * b - dot(w, w) + radius**2)
+            found = np.where(t >= 0, np.minimum(t, found), found)
+    place = np.clip(along_v, 0.0, length)
+    w = v - place[..., None] * unit
+    return np.where(dot(w, w) <= radius**2, 0.0, found)
+
+
+def ray_to_polyhedron(origin: Any, direction: Any, body: Polyhedron) -> Any:
+    """The same (...) for a convex polyhedron."""
+    enter, leave = np.zeros(direction.shape[:-1]), np.full(direction.shape[:-1], np.inf)
+    for normal, offset in zip(body.normal, body.offset, strict=True):
+        height, slope = dot(origin, normal) - offset, dot(direction, normal)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = -height / slope
+        enter = np.where(slope < 0, np.maximum(enter, t), enter)
+        leave = np.where(slope > 0, np.minimum(leave, t), leave)
+        leave = np.where((slope == 0) & (height > 0), -np.inf, leave)
+    return np.where(enter <= leave, enter, np.inf)
+
+
+def nearest_in_square(
+    apex: Float[np.ndarray, "R 3"],
+    axis: Float[np.ndarray, "R 3"],
+    up: Float[np.ndarray, "R 3"],
+    half: Float[np.ndarray, " R"],
+    half_up: Float[np.ndarray, " R"],
+    range_m: Float[np.ndarray, " R"],
+    hit: Any,
+) -> Float[np.ndarray, " R"]:
+    """Distance (R,) m of what each of R square beams (see ``Pyramids``) meets first, infinite where nothing.
+
+    Args:
+        apex, axis, up, half, half_up, range_m: of the beams.
+        hit: of rows (B,), origins (B, 1, 3) and unit directions (B, N, 3): how far (B, N) m the thing is.
+    """
+    found = np.full(len(apex), np.inf)
+    for first in range(0, len(apex), _AT_ONCE):
+        some = np.arange(first, min(first + _AT_ONCE, len(apex)))
+        middle, wide, side = np.zeros((len(some), 2)), np.ones((len(some), 2)), RAYS
+        best = np.full(len(some), np.inf)
+        for _ in range(_ROUNDS):
+            grid = np.stack(np.meshgrid(*(np.linspace(-1, 1, side),) * 2), axis=-1).reshape(-1, 2)
+            at = np.clip(middle[:, None] + grid * wide[:, None], -1, 1)
+            x, y = at[..., 0] * np.tan(half[some])[:, None], at[..., 1] * np.tan(half_up[some])[:, None]
+            way = axis[some, None] + x[..., None] * cross(up, axis)[some, None] + y[..., None] * up[some, None]
+            longer = np.sqrt(dot(way, way))
+            distance = hit(some, apex[some, None], way / longer[..., None])
+            distance = np.where(distance <= range_m[some, None] * longer, distance, np.inf)
+            nearest = distance.argmin(axis=1)
+            best = np.minimum(best, distance[np.arange(len(some)), nearest])
+            middle, wide = at[np.arange(len(some)), nearest], wide * 2 / (side - 1)
+            side = FINER
+        found[some] = best
+    return found

@@ -1,0 +1,109 @@
+"""A simulated rig in the cell of a proposal: the robot's true geometry, rings with errors of mounting, a test rod.
+
+Run: python -m place_rings.rig.simulated_cell.cell FOLDER ADDRESS PROPOSAL SEED [RATE]     messages as JSON on stdin
+"""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.capsules import Capsules
+from ...coverage.rings import Setup
+from ...objectives.scene import Scene
+from ...placement.cell import obstacles_of
+from ...placement.convert import ring_models, scene_model
+from ...placement.loader import read_proposal, to_toml, write_text
+from ...placement.models import ObstacleModel
+from ...placement.proposals import ProposalFile
+from ..rod.rod import Rod
+from ..sensing.expected import beams_at
+from ..simulated.plain import Measured
+from ..simulated.process import SimulatedRig
+from ..simulated.serve import Rig, serve
+from .injected import injected
+from .world import World
+
+RATE = 25.0  # frames a second
+FILE = "world.toml"
+_HAND, _AWAY, _DEEP = 0.04, 0.14, 0.01  # m: a hand's radius, its middle from a sensor, its depth
+
+
+class Cell:
+    """What rings of a ``World`` see, of the robot, the cell and, where there is one, a rod or a hand."""
+
+    def __init__(self, world: World) -> None:
+        self._world, self._rod, self._hand = world, None, None
+        self.counts = tuple(r.count for r in world.mounted.rings)
+
+    _rod: Capsules | None
+    _hand: int | None
+
+    def see(self, q: Float[np.ndarray, " 6"]) -> Float[np.ndarray, " K"]:
+        """True distances, m, as wired: infinite without a target, nan of the dead."""
+        joints = np.asarray(q, float)[None]
+        return self._world.distances(joints, self._rod if self._hand is None else self._before(joints, self._hand))[0]
+
+    def measure(self, seen: Float[np.ndarray, " K"], rng: np.random.Generator) -> list[Measured]:
+        """The same through noise."""
+        distance, status = self._world.told(rng, seen)
+        ends = np.cumsum(self.counts)[:-1]
+        return list(zip(np.split(distance, ends), np.split(status, ends), strict=True))
+
+    def tell(self, message: dict[str, Any]) -> None:
+        """A rod with its middle at ``rod``, three m in the base frame, of ``radius`` and ``length`` m; None: taken away. Or
+        a hand before the seat ``hand``: its ring and its number there; None likewise."""
+        if "hand" in message:
+            at = message["hand"]
+            self._hand = None if at is None else int(np.cumsum([0, *self.counts])[at[0]] + at[1])
+            return
+        at = message["rod"]
+        rod = Rod(message.get("radius", Rod.radius), message.get("length", Rod.length))
+        self._rod = None if at is None else rod.at(np.array([at], float))
+
+    def _before(self, joints: Float[np.ndarray, "1 6"], seat: int) -> Capsules:
+        """A hand, as a ball, before a seat."""
+        beams = beams_at(self._world.scene, self._world.mounted, joints)
+        apex, axis = np.asarray(beams.apex[seat]), np.asarray(beams.axis[seat])
+        near, far = (apex + d * axis for d in (_AWAY, _AWAY + _DEEP))
+        return Capsules(near[None, None], far[None, None], np.array([_HAND]))
+
+
+def with_cell(scene: Scene) -> Scene:
+    """``scene`` with a floor, a table and a wall, where it has no obstacles of its own."""
+    if scene.obstacles:
+        return scene
+    return replace(scene, obstacles=obstacles_of([ObstacleModel(**keys) for keys in _CELL]))
+
+
+_CELL: tuple[dict[str, Any], ...] = (
+    {"name": "floor", "floor": -0.75},
+    {"name": "table", "centre": [0.9, 0.0, -0.2], "size": [0.6, 1.2, 0.05]},
+    {"name": "wall", "centre": [-1.3, 0.2, 0.25], "size": [0.1, 3.0, 2.0], "rpy_deg": [0.0, 0.0, 20.0]},
+)
+
+
+def simulated_rig(scene: Scene, setup: Setup, seed: int, folder: Path) -> SimulatedRig:
+    """A simulated rig of ``setup`` in ``scene``, with what the seed injects; its world's file is left in ``folder``."""
+    file = folder / FILE
+    write_text(file, to_toml(ProposalFile(rings=ring_models(setup, scene.sensor), scene=scene_model(scene))))
+    return SimulatedRig((("-m", __name__), (str(file), str(seed))))
+
+
+def main() -> None:
+    """Serve what the command line says. All is compiled before anyone can connect: that would hold up the controller."""
+    folder, address, file, seed = sys.argv[1:5]
+    setup, scene, _ = read_proposal(Path(file))
+    cell, q = Cell(injected(scene, setup, int(seed)).world(scene)), scene.poses[0].q
+    for rod in ([0.0, 0.0, 10.0], None):
+        cell.tell({"rod": rod})
+        cell.see(q)
+    rate = float(sys.argv[5]) if len(sys.argv) > 5 else RATE
+    serve(Rig(cell, np.array(q), Path(folder), address, rate, seed=int(seed)))
+
+
+if __name__ == "__main__":
+    main()

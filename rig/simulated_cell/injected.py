@@ -1,0 +1,86 @@
+"""What was done to a simulated rig: errors of mounting and faults, drawn by a seed, which a check must find."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ...coverage.rings import Setup
+from ...objectives.scene import Scene
+from ..mount.fit import RingFit
+from ..mount.model import LIMITS, free, moved
+from .world import DEAD, World
+
+_FEWEST = 4  # sensors of a ring in which an exchange, or an order in reverse, can be told from a turn
+
+
+@dataclass(frozen=True)
+class Injected:
+    """Errors (R, 4) by ``NAMES``. reversed_ring: wired in reverse or, where ``flipped``, mounted the other way round. pair:
+    two wires that are swapped, of ``swapped_in``. dead: a sensor that never answers, counted over all rings as wired. A ring
+    that is None: none is large enough. seat (K,): as ``World`` has it."""
+
+    setup: Setup
+    errors: Float[np.ndarray, "R 4"]
+    reversed_ring: int | None
+    flipped: bool
+    swapped_in: int | None
+    pair: tuple[int, ...]
+    dead: int
+    seat: Int[np.ndarray, " K"]
+
+    def world(self, scene: Scene) -> World:
+        """The rig with all that."""
+        rings = list(self.setup.rings)
+        if self.flipped and self.reversed_ring is not None:
+            rings[self.reversed_ring] = replace(rings[self.reversed_ring], tilt=-rings[self.reversed_ring].tilt)
+        mounted = Setup(tuple(moved(scene, r, e) for r, e in zip(rings, self.errors, strict=True)))
+        return World(scene, mounted, self.seat, self.errors[:, 3])
+
+    @property
+    def alive(self) -> Bool[np.ndarray, " K"]:
+        """Which seats' sensors answer."""
+        alive = np.ones(len(self.seat), bool)
+        alive[np.setdiff1d(np.arange(len(self.seat)), self.seat)] = False
+        return alive
+
+    def found(self, fits: Sequence[RingFit]) -> dict[str, bool]:
+        """Which faults were found, and that no others were."""
+        ring_of, first = self.setup.ring_of_sensor, np.cumsum([0, *(r.count for r in self.setup.rings)])
+        at = int(ring_of[self.dead])
+        orders = [(f.order.direction, f.order.flipped, f.order.shift) for f in fits]
+        wanted = [(1, False, 0)] * len(fits)
+        if self.reversed_ring is not None:
+            wanted[self.reversed_ring] = (-1, self.flipped, 0)
+        pairs = [(self.pair,) if i == self.swapped_in else () for i in range(len(fits))]
+        dead = [(int(self.dead - first[at]),) if i == at else () for i in range(len(fits))]
+        return {
+            "reversed ring": orders == wanted,
+            "swapped pair": [f.mixed for f in fits] == pairs,
+            "dead sensor": [f.dead for f in fits] == dead,
+        }
+
+
+def injected(scene: Scene, setup: Setup, seed: int) -> Injected:
+    """Errors and faults: each ring off by up to ``LIMITS``, one reversed, two sensors of one swapped, one sensor dead."""
+    rng, count = np.random.default_rng((seed, 7)), [r.count for r in setup.rings]
+    errors = rng.uniform(-1, 1, (len(count), 4)) * LIMITS
+    for i, ring in enumerate(setup.rings):
+        if len(free(scene, ring)) < 4:
+            errors[i, 0] = 0.0
+    large = [i for i, n in enumerate(count) if n >= _FEWEST]
+    which = [large[int(k)] for k in rng.integers(len(large), size=2)] if large else [None, None]
+    turned, swapped = which
+    flipped = bool(turned is not None and rng.random() < 0.5 and setup.rings[turned].tilt != 0)
+    pair: tuple[int, ...] = ()
+    seats = [np.arange(n) for n in count]
+    if turned is not None:
+        seats[turned] = -seats[turned] % count[turned]
+    if swapped is not None:
+        pair = tuple(sorted(int(k) for k in rng.choice(count[swapped], 2, replace=False)))
+        seats[swapped][list(pair)] = seats[swapped][list(pair[::-1])]
+    dead, first = int(rng.integers(sum(count))), np.cumsum([0, *count])
+    seat = np.concatenate([s + f for s, f in zip(seats, first, strict=False)])
+    seat[dead] = DEAD
+    return Injected(setup, errors, turned, flipped, swapped, pair, dead, seat)

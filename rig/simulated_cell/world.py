@@ -1,0 +1,71 @@
+"""A rig that is not there: what mounted rings would tell of a cell, through noise, with faults of wiring and of sensors."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...coverage.capsules import Capsules
+from ...coverage.rings import Setup
+from ...objectives.scene import Scene
+from ..sensing.expected import expected
+from ..sensing.noise import Noise
+from ..sensing.readings import FAILED, Readings
+
+DEAD = -1  # the seat of a sensor that never answers
+
+
+@dataclass(frozen=True)
+class World:
+    """A scene with rings as they are truly mounted.
+
+    seat (K,): which sensor of ``mounted``, counted over all rings, stands behind each place in the frames; ``DEAD``: none
+    answers there. None: each its own. offset (R,) m: what each ring's sensors tell too much. noise: of each reading. rate:
+    frames a second.
+    """
+
+    scene: Scene
+    mounted: Setup
+    seat: Int[np.ndarray, " K"] | None = None
+    offset: Float[np.ndarray, " R"] | None = None
+    noise: Noise = field(default_factory=Noise)
+    rate: float = 20.0
+
+    def distances(self, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None) -> Float[np.ndarray, "T K"]:
+        """What each place in the frames would tell without noise, m: infinite without a target, nan of the dead."""
+        ring, found = self.mounted.ring_of_sensor, expected(self.scene, self.mounted, joints, rod).distance
+        if self.offset is not None:
+            found = found + self.offset[ring]
+        if self.seat is not None:
+            found = np.where(self.seat == DEAD, np.nan, found[:, self.seat])
+        return found
+
+    def told(
+        self, rng: np.random.Generator, true: Float[np.ndarray, "*n"]
+    ) -> tuple[Float[np.ndarray, "*n"], Int[np.ndarray, "*n"]]:
+        """Readings (...) m of what places tell without noise, and their status."""
+        distance, status = self.noise.measured(rng, np.where(np.isnan(true), np.inf, true))
+        return distance, np.where(np.isnan(true), FAILED, status)
+
+    def readings(
+        self,
+        rng: np.random.Generator,
+        joints: Float[np.ndarray, "T J"],
+        frames: int,
+        rod: Capsules | None = None,
+        start: float = 0.0,
+    ) -> Readings:
+        """``frames`` frames of all rings at each of T stops, one stop after another, from ``start`` s on; ``rod`` as for
+        ``expected``."""
+        ring, count = self.mounted.ring_of_sensor, len(joints) * frames
+        place = np.concatenate([np.arange(r.count) for r in self.mounted.rings])
+        true = np.repeat(self.distances(joints, rod), frames, axis=0)
+        distance, status = self.told(rng, true)
+        return Readings(
+            np.repeat(start + np.arange(count) / self.rate, len(ring)),
+            np.repeat(np.repeat(joints, frames, axis=0), len(ring), axis=0),
+            np.tile(ring, count),
+            np.tile(place, count),
+            distance.ravel(),
+            status.ravel(),
+        )
