@@ -72,8 +72,12 @@ def check_live(
     ports: Sequence[PortModel],
     out: Path,
     as_json: bool,
-) -> None:
-    """Check ``setup`` on the robot at ``host`` and the rings at ``ports``; on a simulated rig where ``host`` is None."""
+) -> int:
+    """Check ``setup`` on the robot at ``host`` and the rings at ``ports``; on a simulated rig where ``host`` is None.
+
+    Returns:
+        the exit code of the verdict.
+    """
     console = Console(stderr=True)
     if host is None:
         scene = with_cell(scene)
@@ -119,14 +123,14 @@ def check_live(
     try:
         with console.status("judging"):
             judged = judge(checked, session.gathered, _wall(Recorded(file)))
-        tell(judged, [*write_files(checked, judged, folder), *files, file.name], folder, as_json)
+        return tell(judged, [*write_files(checked, judged, folder), *files, file.name], folder, as_json)
     except KeyboardInterrupt:
         print(f"place-rings: interrupted; {file} is whole, and check --replay judges it", file=sys.stderr)
         raise SystemExit(130) from None
 
 
-def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> None:
-    """The report of a recording, anew. ``subject``: what it must be of."""
+def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> int:
+    """The report of a recording, anew, and the exit code of its verdict. ``subject``: what it must be of."""
     recorded = Recorded(path)
     checked = Checked.of(_read_about(str(path), recorded.about.get("check")))
     if subject is not None and subject != checked.about.setup:
@@ -135,7 +139,7 @@ def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> N
     with Console(stderr=True).status("judging"):
         gathered = replay(recorded, checked.ports, checked.about.stale_s)
         judged = judge(checked, gathered, _wall(recorded), recorded.damage)
-    tell(judged, write_files(checked, judged, folder), folder, as_json)
+    return tell(judged, write_files(checked, judged, folder), folder, as_json)
 
 
 def _read_about(name: str, found: object) -> AboutFile:

@@ -39,12 +39,15 @@ def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Console) 
         raise UserError("--move: not confirmed, nothing was moved; allowed: yes")
 
 
-def tell(judged: Judged, files: Sequence[str], folder: Path, as_json: bool) -> None:
-    """Print the verdict and where the files are, or the result as JSON."""
+EXIT = {"as proposed": 0, "differs": 1, "unfinished": 3}  # 2: bad input
+
+
+def tell(judged: Judged, files: Sequence[str], folder: Path, as_json: bool) -> int:
+    """Print the verdict and where the files are, or the result as JSON; the exit code of the verdict."""
     r = judged.result
     if as_json:
         print(r.model_dump_json(indent=2))
-        return
+        return EXIT[r.verdict]
     console = Console(file=sys.stdout)
     lines = [f"{r.setup}: {r.verdict}", *(f"  {reason}" for reason in r.reasons)]
     lines += [f"  warning: {warning}" for warning in r.warnings]
@@ -61,3 +64,4 @@ def tell(judged: Judged, files: Sequence[str], folder: Path, as_json: bool) -> N
         lines.append(f"rod: seen in {found} of {c.named} by {c.trials} trials, predicted {c.predicted_percent:.1f} %")
     for line in [*lines, r.disclaimer, *(f"  {folder / name}" for name in files)]:
         console.print(line, highlight=False, soft_wrap=True, markup=False)
+    return EXIT[r.verdict]

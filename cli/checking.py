@@ -1,5 +1,6 @@
 """The command on a rig: check."""
 
+import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -73,8 +74,7 @@ def check(
     if robot_host is None and (ring or move):
         raise UserError(f"--{'ring' if ring else 'move'}: allowed: only with --robot-host")
     if replay is not None:
-        check_replay(subject, replay, out, as_json)
-        return
+        sys.exit(check_replay(subject, replay, out, as_json))
     if subject is None:
         raise UserError("check: found no proposal, allowed: a proposal's file or a name like n2_16_25")
     parts = part or PARTS
@@ -89,4 +89,4 @@ def check(
         ports = resolve_ports(setup, ring)
         check_ports(setup, ports)
     asked = Asked(parts, seconds, wave, stops, trials, rod, move, voxel, seed)
-    check_live(subject, setup, found, asked, robot_host, ports, out, as_json)
+    sys.exit(check_live(subject, setup, found, asked, robot_host, ports, out, as_json))

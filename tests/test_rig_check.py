@@ -208,7 +208,8 @@ def files_of(folder, *left_out):
 def test_a_replay_gives_the_same_files_every_time(taped, tmp_path, capsys):
     file, _ = taped
     for name in ("a", "b"):
-        call(["check", "--replay", str(file), "--out", str(tmp_path / name)])
+        with pytest.raises(SystemExit, match="1"):
+            call(["check", "--replay", str(file), "--out", str(tmp_path / name)])
     first = files_of(tmp_path / "a")
     assert first == files_of(tmp_path / "b")
     assert set(first) == {"check.html", "check.json", "stops.csv", "trials.csv", "built.toml"}
@@ -308,13 +309,14 @@ def test_end_to_end_on_the_simulated_rig_and_its_replay(tmp_path):
     words = ["check", str(tmp_path / "small.toml"), "--rig", "sim", "--stops", "12", "--trials", "8", "--voxel", "0.05"]
     run = [sys.executable, "-m", "place_rings.cli.entry"]
     live, again = tmp_path / "live", tmp_path / "again"
-    done = subprocess.run([*run, *words, "--out", str(live)], capture_output=True, text=True, check=True)
+    done = subprocess.run([*run, *words, "--out", str(live)], capture_output=True, text=True)
+    assert done.returncode == 1, done.stderr
     result = CheckResult.model_validate_json((live / "check.json").read_text())
     assert result.verdict == "differs", done.stdout
     assert result.mount.injected_found == dict.fromkeys(("reversed ring", "swapped pair", "dead sensor"), True)
     assert [(c.named, c.trials) for c in result.coverage] == [("V_S(0.25)", 4), ("V_S(0.2)", 4)]
     recording = str(live / "recording-1.rig")
-    subprocess.run([*run, "check", "--replay", recording, "--out", str(again)], capture_output=True, check=True)
+    assert subprocess.run([*run, "check", "--replay", recording, "--out", str(again)], capture_output=True).returncode == 1
     plans = ("recording-1.rig", "world.toml", "stops.toml", "trials-V_S-0.25.toml", "trials-V_S-0.2.toml", "trials.pdf")
     assert files_of(again) == files_of(live, *plans)
 
@@ -335,13 +337,14 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
 
     with simulated_rig(scene, SETUP, 0, tmp_path) as rig:
         looked = run(rig, "--part", "self", "--out", "looked")
-        assert looked.returncode == 0, looked.stderr
+        assert looked.returncode == 1, looked.stderr
         assert "never answer" in looked.stdout
         refused = run(rig, "--part", "mount", "--stops", "3", "--move", "--out", "refused", said="no\n")
         assert refused.returncode == 2
         assert "not confirmed, nothing was moved" in refused.stderr
         assert "no safety function" in refused.stderr
         left = run(rig, "--part", "mount", "--stops", "3", "--out", "left", said="s\ns\n")
+        assert left.returncode == 3
         assert "ended by who was asked" in left.stdout
         np.testing.assert_allclose(rig.do("state")["q"], SCENE.poses[0].q)
         asked = []
