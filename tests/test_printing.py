@@ -29,7 +29,7 @@ from place_rings.placement.loader import read_scene, to_toml
 from place_rings.placement.printing.checks import least_wall, overhang, read_stl, stl
 from place_rings.placement.printing.plan import UnbuildableError, plan_ring
 from place_rings.placement.printing.shapes import FACETS
-from place_rings.placement.printing.solids import collar
+from place_rings.placement.printing.solids import assemble, collar
 from place_rings.placement.printing.write import print_ring, write_rings
 
 from . import drawing
@@ -147,6 +147,16 @@ def test_a_ring_beside_its_link_keeps_all_checks_and_goes_around_it(count, tilt_
     assert all(check.holds for check in record.checks)
     for half, way in zip(made.halves, (1, -1), strict=True):  # laid on from its side
         assert all((half.translate((0, way * d, 0)) ^ made.link).volume() < 0.01 for d in (0, 5, 20, 60, 120))
+
+
+def test_a_steep_board_leaves_the_ears_of_the_bolts_their_walls():
+    robot = ROBOTS["iiwa14"]
+    scene = Scene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)
+    ring = Ring("upper_arm", 0.5, 15, math.radians(67.254), math.radians(20.074), 0.131, L4CD)
+    plan = plan_ring(scene, ring)
+    made = assemble(plan)
+    assert min(least_wall(half, seed) for half in made.halves for seed in range(2)) >= 1.2  # 0.35 mm beside a bolt's hole
+    assert plan_ring(scene, replace(ring, radius=0.15)).lug[0] == plan_ring(scene, replace(ring, radius=0.16)).lug[0]
 
 
 def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_count():

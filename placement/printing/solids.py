@@ -7,11 +7,10 @@ import numpy as np
 from manifold3d import Manifold
 
 from .bolts import bolt_holes, bolts, lugs
-from .plan import MM, Plan
+from .plan import FRONT, MM, Plan
 from .shapes import SMALL, box, tube, union
 
 _FAR = 500.0
-_FRONT = 6.0  # before a lens, that nothing of the ring may fill
 _THREAD = 8.0  # of a screw in the ring, at most
 _LEFT = 1.5  # of material around a screw's hole, and before the bore
 _OVER = 0.2  # by which what is cut away reaches beyond what it is cut from
@@ -78,7 +77,7 @@ def _pocket(plan: Plan, k: int) -> Manifold:
     x, half = -MM * board.lens[0], MM * board.width / 2
     seat, low, high = -plan.seat, MM * p.low, MM * p.high
     high += _OVER
-    room = box((x - half - clear, low, seat), (x + half + clear, high, _FRONT))
+    room = box((x - half - clear, low, seat), (x + half + clear, high, FRONT))
     ledge = 1.0
     relief = box((x - half + ledge, low + ledge, -MM * p.deep), (x + half - ledge, high, seat + 0.1))
     return (room + relief).transform(plan.frame(k))
@@ -129,7 +128,7 @@ def board(plan: Plan, k: int) -> Manifold:
     plate = box((x - w, y - h, -plan.seat), (x + w, y + h, front))
     for at in b.holes:
         u, v = _at(plan, *at)
-        plate -= Manifold.cylinder(_FRONT + plan.seat, MM * b.hole / 2, -1.0, SMALL).translate((u, v, -plan.seat - 1.0))
+        plate -= Manifold.cylinder(FRONT + plan.seat, MM * b.hole / 2, -1.0, SMALL).translate((u, v, -plan.seat - 1.0))
     if front < 0:
         plate += box((-_PACKAGE[0] / 2, -_PACKAGE[1] / 2, front - 0.1), (_PACKAGE[0] / 2, _PACKAGE[1] / 2, 0.0))
     return plate.transform(plan.frame(k))
