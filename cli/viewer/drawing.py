@@ -15,13 +15,14 @@ from ...coverage.solids import Cones
 from ...coverage.targets import Target, robot_curve
 from ...studies.shapes import RING_WIDTH, band, faces_within, lengths_within
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
-from .glance import SHOWN, TWICE, Glance
+from .glance import SHADOWED, SHOWN, TWICE, UNSEEN, Glance
 from .shapes import Surface, beams, bodies, chips, grid, loops, outline, skin
 from .surface import Skin
 
 Shown = Literal["off", "this ring", "this link", "all"]
 SHOWN_CONES: tuple[Shown, ...] = ("off", "this ring", "this link", "all")
 _FLOOR = grid(2.0, 0.5)
+_FEW = 0.15  # share of the points up to which those that are missed are drawn large; of more each is smaller
 _VEIL = 0.55  # opacity of one cone, shared by all
 
 
@@ -146,12 +147,16 @@ class Drawing:
         ``Glance.verdict``."""
         where = self.glance.points(choice.target, choice.pose, SHOWN)
         kind = self.glance.verdict(setup, choice.target, choice.pose, choice.occlusion).kind
+        wide = float(np.linalg.norm(np.ptp(self.box(choice), axis=0)))
+        shares = tuple(float(np.mean(kind == k.number)) for k in KINDS)
+        missed = shares[UNSEEN] + shares[SHADOWED]
+        many = dict.fromkeys((UNSEEN, SHADOWED), max(missed / _FEW, 1.0) ** -0.5)
         found: dict[str, Item] = {
-            f"points{k.number}": Dots(where[kind == k.number], k.colour, k.size)
-            for k in KINDS
-            if k.number in choice.kinds and (kind == k.number).any()
+            f"points{k.number}": Dots(where[kind == k.number], k.colour, wide * k.size * many.get(k.number, 1.0))
+            for k, share in zip(KINDS, shares, strict=True)
+            if k.number in choice.kinds and share > 0
         }
-        return found, tuple(float(np.mean(kind == k.number)) for k in KINDS)
+        return found, shares
 
     def box(self, choice: Choice) -> Float[np.ndarray, "2 3"]:
         """Lower and upper corner (2, 3) m of the target at the pose."""
