@@ -128,7 +128,7 @@ def test_controls_move_zeta_for_their_own_page_only(served):
     one.until(lambda: "Points of V_S(1.5)" in one.words, "the target did not change")
     assert {f"/setup0/{n}" for n in ("robot", "curve", "outline", "ring0", "ring1", "points0")} <= one.drawn
     one.set("Remove this ring", True)
-    one.until(lambda: "5 sensors on 1 rings" in one.words, "the ring stayed")
+    one.until(lambda: "5 sensors on 1 ring " in one.words, "the ring stayed")
     one.until(lambda: "/setup0/ring1" not in one.drawn, "the ring is still drawn")
     for client in (one, two):
         client.close()
@@ -145,6 +145,10 @@ def test_what_no_control_would_send_changes_nothing(served):
     client.set("Position", float("nan"))
     client.set("Save (start with --out FOLDER)", True)
     client.until(lambda: "--out FOLDER" in client.words, "nothing was said")
+    client.set("Picture of the view", True)
+    client.until(
+        lambda: "picture: found none that the browser sent" in client.words, "no picture came, and nothing was said"
+    )
     client.set("Position", 1e300)
     client.until(lambda: client.zeta("V_S(0.5)") != before, "a place beyond the end is the end")
     assert "<img" not in client.said

@@ -30,6 +30,7 @@ from .stage import Stage
 from .work import Found, prove, search_from, seen_under
 
 _OFTEN = 0.1  # s, between two words of a job
+_LONGEST = 30.0  # s, that a browser may take for a picture
 _MOST_TOLD = 3  # broken rules in words
 
 
@@ -189,7 +190,7 @@ class Page:
             for stage, (items, _) in zip(self._stages, drawn, strict=True):
                 stage.show(items)
         seconds = time.perf_counter() - began
-        self.controls.tell(setups, rows, seconds, drawn[active][1], choice)
+        self.controls.tell(setups, rows, seconds, drawn[active][1], choice, active)
         self.controls.follow(setups[active], choice.ring, active, drafts[active].most(choice.ring))
         broken = room.broken(setups[active], choice.occlusion)
         more = f" (and {len(broken) - _MOST_TOLD} more)" if len(broken) > _MOST_TOLD else ""
@@ -295,7 +296,11 @@ class Page:
         title = f"{self._names[self._active]}: {setups[self._active].sensors} sensors"
         camera = self._client.camera
         size = (camera.image_height or 800, camera.image_width or 1200)
-        data = picture(self._client.get_render(*size, transport_format="png", timeout=30.0), title, "   ".join(zetas))
+        try:
+            view = self._client.get_render(*size, transport_format="png", timeout=_LONGEST)
+        except (RuntimeError, TimeoutError) as error:
+            raise UserError("picture: found none that the browser sent, allowed: to try again") from error
+        data = picture(view, title, "   ".join(zetas))
         name = self.controls.name.value
         if self._room.out is not None:
             path = file_named(self._room.out, name, bool(self.controls.replace.value), ".png")
