@@ -203,9 +203,10 @@ def test_overhang_and_least_wall_of_a_table():
 
 
 def test_files_and_pictures_of_a_proposal(tmp_path):
-    setup = Setup((Ring("tool", 0.0, 3, -0.3, 0.0, 0.07, L4CD),))
-    result = write_rings(setup, Scene(), tmp_path)
-    names = {"ring0_tool_a.stl", "ring0_tool_b.stl", "ring0_tool.png", "assembled.png", "printing.json"}
+    ur10 = ROBOTS["ur10"]
+    named = replace(ur10, mounts=tuple(replace(m, link=r"$\frac$") if m.link == "tool" else m for m in ur10.mounts))
+    result = write_rings(Setup((Ring(r"$\frac$", 0.0, 3, -0.3, 0.0, 0.07, L4CD),)), Scene(robot=named), tmp_path)
+    names = {"ring0___frac__a.stl", "ring0___frac__b.stl", "ring0___frac_.png", "assembled.png", "printing.json"}
     assert {path.name for path in tmp_path.iterdir()} == names
     assert result.rings[0].flipped
     assert (tmp_path / "printing.json").read_text() == result.model_dump_json(indent=2) + "\n"
