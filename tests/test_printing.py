@@ -29,7 +29,7 @@ from place_rings.placement.loader import read_scene, to_toml
 from place_rings.placement.printing.checks import least_wall, overhang, read_stl, stl
 from place_rings.placement.printing.plan import UnbuildableError, plan_ring
 from place_rings.placement.printing.shapes import FACETS
-from place_rings.placement.printing.solids import assemble, collar
+from place_rings.placement.printing.solids import assemble, collar, thread
 from place_rings.placement.printing.write import print_ring, write_rings
 
 from . import drawing
@@ -157,6 +157,23 @@ def test_a_steep_board_leaves_the_ears_of_the_bolts_their_walls():
     made = assemble(plan)
     assert min(least_wall(half, seed) for half in made.halves for seed in range(2)) >= 1.2  # 0.35 mm beside a bolt's hole
     assert plan_ring(scene, replace(ring, radius=0.15)).lug[0] == plan_ring(scene, replace(ring, radius=0.16)).lug[0]
+
+
+@pytest.mark.parametrize("model", ["vl53l1x", "vl53l5cx"])
+@pytest.mark.parametrize("tilt_deg", [0, 20, 45, 70, 80])
+def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
+    """A steep board's screws go down, and were bored through the bottom or to less than a millimetre above it."""
+    ring = Ring("forearm", 0.5, 6, math.radians(tilt_deg), 0.0, 0.12, effective(Use(model)).sensor)
+    plan = plan_ring(Scene(), ring)
+    radius = 0.4 * 1000 * plan.pocket.board.hole
+    for x, y in plan.pocket.board.holes:
+        deep = thread(plan, 1000 * (y - plan.pocket.board.lens[1]))
+        end = plan.frame(0) @ (1000 * x, 1000 * y, -plan.seat - deep, 1)
+        assert 3 < deep <= 8
+        assert end[2] - radius * math.cos(plan.tilt) >= plan.low + 1.5 - 1e-6
+    if tilt_deg == 80:
+        made = assemble(plan)
+        assert min(least_wall(half) for half in made.halves) >= 1.2
 
 
 def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_count():

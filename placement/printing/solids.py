@@ -12,6 +12,7 @@ from .shapes import SMALL, box, tube, union
 
 _FAR = 500.0
 _THREAD = 8.0  # of a screw in the ring, at most
+_BORED = 0.4  # radius of a screw's thread, of the hole in the board
 _LEFT = 1.5  # of material around a screw's hole, and before the bore
 _OVER = 0.2  # by which what is cut away reaches beyond what it is cut from
 _PACKAGE = (4.9, 2.5)  # along the ring and up the board, of a sensor's package
@@ -92,8 +93,9 @@ def _at(plan: Plan, x: float, y: float) -> tuple[float, float]:
 def thread(plan: Plan, y: float) -> float:
     """How deep a screw may go behind a board's back at height ``y`` up the board, mm from the lens."""
     c, s = math.cos(plan.tilt), math.sin(plan.tilt)
-    room = (plan.radius - plan.seat * c - y * s - plan.inner + plan.wall - _LEFT) / max(c, 1e-9)
-    return min(_THREAD, room)
+    inwards = plan.radius - plan.seat * c - y * s - plan.inner + plan.wall - _LEFT
+    down = y * c - plan.seat * s - plan.low - _LEFT - _BORED * MM * plan.pocket.board.hole * c
+    return min(_THREAD, inwards / max(c, 1e-9), down / max(s, 1e-9))
 
 
 def _screws(plan: Plan, k: int) -> tuple[Manifold, Manifold]:
@@ -104,7 +106,7 @@ def _screws(plan: Plan, k: int) -> tuple[Manifold, Manifold]:
         deep, hole = thread(plan, y), MM * board.hole
         post = Manifold.cylinder(deep + _LEFT, hole / 2 + _LEFT, -1.0, SMALL).translate((x, y, -plan.seat - deep - _LEFT))
         posts.append(post.transform(plan.frame(k)))
-        bored = Manifold.cylinder(deep + 1.0, 0.4 * hole, -1.0, SMALL).translate((x, y, -plan.seat - deep))
+        bored = Manifold.cylinder(deep + 1.0, _BORED * hole, -1.0, SMALL).translate((x, y, -plan.seat - deep))
         holes.append(bored.transform(plan.frame(k)))
     return union(posts), union(holes)
 
