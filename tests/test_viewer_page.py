@@ -84,6 +84,12 @@ def test_search_count_save_and_picture(browser, tmp_path):
         until(lambda: reader.zeta("V_S(0.5)") > before + 1, "the search found nothing better")
         reader.press("Count exactly")
         reader.says("counted in", 5 * PATIENCE)
+        proved = reader.page.get_by_text("guaranteed")
+        assert proved.count() == 1
+        reader.press("Add a ring on this link")
+        until(lambda: proved.count() == 0, "a count is told of what was not counted")
+        reader.press("Remove this ring")
+        until(lambda: proved.count() == 1, "what was counted is not told any more")
         for name, said in (("../mine", "allowed: letters"), ("mine", "saved as mine.toml"), ("mine", "there already")):
             reader.enter("Name", name)
             reader.press("Save as a new proposal")

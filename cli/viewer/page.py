@@ -13,7 +13,8 @@ from typing import Any
 
 import viser
 
-from ...coverage.occlusion import OCCLUSIONS
+from ...coverage.occlusion import OCCLUSIONS, Occlusion
+from ...coverage.rings import Setup
 from ...coverage.targets import Target
 from ...placement.errors import UserError
 from ...placement.loader import write_bytes
@@ -44,6 +45,7 @@ class Page:
         self._lock, self._showing = threading.RLock(), threading.Lock()
         self._wanted, self._closed, self._told = False, False, 0.0
         self._job: Job | None = None
+        self._proof: tuple[Setup, Occlusion, str] | None = None  # of what, under which model, and what it says
         self._drafts = [Draft(room.scene, setup) for setup in room.setups.values()]
         self._active = 0
         first = room.scene.goals[0].target
@@ -192,13 +194,17 @@ class Page:
         seconds = time.perf_counter() - began
         self.controls.tell(setups, rows, seconds, drawn[active][1], choice, active)
         self.controls.follow(setups[active], choice.ring, active, drafts[active].most(choice.ring))
+        proof = self._proof
+        holds = proof is not None and proof[:2] == (setups[active], choice.occlusion)
+        self.controls.proofs.content = proof[2] if proof is not None and holds else ""
         broken = room.broken(setups[active], choice.occlusion)
         more = f" (and {len(broken) - _MOST_TOLD} more)" if len(broken) > _MOST_TOLD else ""
         self.controls.rules.content = words.note("; ".join(broken[:_MOST_TOLD]) + more, True)
         self._client.flush()
 
     def _note(self, text: str, bad: bool = False) -> None:
-        self.controls.said.content = words.note(text, bad)
+        if not self._closed:  # what a job has to say after that nobody reads
+            self.controls.said.content = words.note(text, bad)
 
     # Long work.
 
@@ -239,8 +245,12 @@ class Page:
 
         def work(job: Job) -> None:
             proofs = prove(scene, setup, self._room.targets, job.tell)
-            self.controls.proofs.content = words.proof_table(f"{self._names[i]}, {setup.sensors} sensors", proofs)
-            self._note(f"counted in {sum(p.counted.seconds + p.certified.seconds for p in proofs):.1f} s")
+            told = words.proof_table(f"{self._names[i]}, {setup.sensors} sensors", proofs)
+            self._proof = setup, scene.occlusion, told
+            self._show()
+            _, now, under = self._asked()
+            changed = "" if (now, under.occlusion) == (setup, scene.occlusion) else "; it has been changed since"
+            self._note(f"counted in {sum(p.counted.seconds + p.certified.seconds for p in proofs):.1f} s{changed}")
 
         self._begin(work)
 
