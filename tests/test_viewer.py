@@ -151,6 +151,9 @@ def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
     assert missed > 0.8  # and yet the robot and what is seen stand out
     assert missed * (sizes[KINDS[UNSEEN].colour] / wide) ** 2 == pytest.approx(0.15 * KINDS[UNSEEN].size ** 2)
     assert sizes[KINDS[UNSEEN].colour] == sizes[KINDS[SHADOWED].colour] < sizes[KINDS[ONCE].colour]
+    better = drawn.points(named_setup("n3_16_55"), choice, [SMALL])[0]  # side by side, points are equally large
+    assert {n: better[n].size for n in dots} == {n: dots[n].size for n in dots}
+    assert drawn.points(named_setup("n3_16_55"), choice)[0]["points0"].size > dots["points0"].size
     assert {name for name in before if name.startswith("cones")} == {"cones0", "cones1", "cones2"}
     assert not any(n.startswith("cones") for n in drawn.rings(SMALL, replace(choice, cones="off")))
     link = drawn.rings(SMALL, replace(choice, cones="this link", ring=1))

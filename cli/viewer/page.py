@@ -176,7 +176,7 @@ class Page:
         drawn = []
         for i, setup in enumerate(setups):
             mine = choice if i == active else replace(choice, ring=min(choice.ring, len(setup.rings) - 1))
-            dots, shares = room.drawing.points(setup, mine)
+            dots, shares = room.drawing.points(setup, mine, setups)
             drawn.append(({**room.drawing.backdrop(mine), **room.drawing.rings(setup, mine), **dots}, shares))
         rows = [
             words.Row(
