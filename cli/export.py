@@ -58,6 +58,10 @@ def export(
         urdf = Path(robot)
     placed = Placed(found, setup, pose, out, None if urdf is None else read_urdf(urdf), packages, points)
     files = {name: data for kind in dict.fromkeys(to) for name, data in FORMATS[kind](placed).items()}
+    read = [Path(path).resolve() for path in (subject, scene, robot, urdf) if path is not None]
+    for name in files:
+        if (out / name).resolve() in read:
+            raise UserError(f"--out: found {shown(str(out / name))}, which is read here, allowed: another folder")
     folder = output_folder(out)
     for name, data in files.items():
         write_bytes(folder / name, data)

@@ -1,6 +1,5 @@
 """The command report: a setup as a page to read, to print and to build from."""
 
-import shlex
 import sys
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -74,7 +73,6 @@ def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: i
     origin, folder, console = how_found(name), output_folder(out), Console(stderr=True)
     facts = gather(name, setup, scene, voxel, draws, seed, origin, console)
     versions = {package: version(package) for package in PACKAGES} | {"python": sys.version.split()[0]}
-    command = shlex.join(["place-rings", *sys.argv[1:]])
     with console.status("drawing"), TemporaryDirectory() as pictures:
         captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in facts.own]
         placement_picture(Path(pictures) / PICTURE, scene, setup, captions)
@@ -82,7 +80,7 @@ def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: i
             if shown := listed_spots(blind):
                 blind_picture(Path(pictures) / blind_name(n), scene, setup, blind, shown)
         created = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
-        text = html(page(facts, command, versions, created), Path(pictures), f"Placement report: {Path(name).name}")
+        text = html(page(facts, sys.argv[1:], versions, created), Path(pictures), f"Placement report: {Path(name).name}")
     write_text(folder / FILE, text)
     print(answer(facts).replace("**", ""))
     print(f"  {folder / FILE}")

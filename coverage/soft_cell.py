@@ -115,7 +115,7 @@ def _(seen: InCell) -> SoftBeams:
     hidden = seen.seen if isinstance(seen.seen, Hidden) else None
     cones: Any = hidden.cones if hidden else seen.seen
     dtype = cones.apex.dtype
-    obstacles = jax.tree.map(lambda a: jnp.asarray(a, dtype if a.dtype.kind == "f" else a.dtype), seen.obstacles)
+    obstacles = jax.tree.map(lambda a: jnp.asarray(a, dtype if a.dtype.kind == "f" else None), seen.obstacles)
     if hidden is None or hidden.occlusion != "blind":
         return CellBeams(soft_beams(seen.seen), obstacles)
     inner = HiddenBeams(hidden, obstacles)

@@ -23,11 +23,12 @@ _SAME = 0.5  # share of a piece that is unseen at another pose, too, from which 
 @dataclass(frozen=True)
 class Beside:
     """Where a piece lies beside the robot: gap, m, of its nearest voxel's centre from the robot's surface, negative inside;
-    the body that most of it is nearest to; way (3,): the mean, over the piece, of unit vectors from that body's axis, base
-    frame: as long as 1 where all of it lies one way, and short where it goes around."""
+    the body that most of it is nearest to, and the share of it that is; way (3,): the mean, over the piece, of unit vectors
+    from that body's axis, base frame: as long as 1 where all of it lies one way, and short where it goes around."""
 
     gap: float
     body: str
+    share: float
     way: Float[np.ndarray, " 3"]
 
 
@@ -92,10 +93,11 @@ def beside(verifier: Verifier, pose: int, found: Pieces, number: int) -> Beside 
     open_ = gap.min(axis=0) - within <= (gap.min(axis=0) + within).min()
     near = VoxelSet.of_cells(found.voxel, found.key[mine][open_], size[open_]).centres()
     least = gap_to_capsules(near, bodies.start, bodies.end, bodies.radius).min()
-    body = int(np.argmax(np.bincount(gap.argmin(axis=0), size, len(gap))))
+    by_body = np.bincount(gap.argmin(axis=0), size, len(gap))
+    body = int(np.argmax(by_body))
     off = from_segment(middle, bodies.start[body], bodies.end[body])
     off = off / np.maximum(np.linalg.norm(off, axis=1, keepdims=True), 1e-12)
-    return Beside(float(least), robot.bodies[body].name, size @ off / size.sum())
+    return Beside(float(least), robot.bodies[body].name, float(by_body[body] / size.sum()), size @ off / size.sum())
 
 
 def blind_spots(verifier: Verifier, setup: Setup, target: Target, poses: Sequence[int], most: int = MOST) -> Blind:

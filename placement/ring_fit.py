@@ -23,6 +23,7 @@ from .mount_models import ConeRow, SquareConeRow
 TOLERANCE_MM, TOLERANCE_DEG = 2.0, 1.0  # by which a sensor may be off its ring
 _UNIT = 1e-3  # by which an axis may be longer or shorter than 1
 _DIGITS = 9  # decimals of lengths
+_TURN = 1e-6  # rad, by which a phase may be short of a turn that it is read as none
 _TIE = 3  # decimals of a misfit, in tolerances: links that fit alike are told apart by the ring's radius
 
 
@@ -155,5 +156,5 @@ def _fit(
         angle = max(angle, np.arctan2(np.linalg.norm(np.cross(seen, across), axis=-1), cosine).max())
     if abs(tilt) >= math.pi / 2:
         angle = max(angle, math.pi / 2)  # looking inward is no ring
-    ring = Ring(mount.link, place, count, tilt, phase % (2 * math.pi), radius, sensor)
+    ring = Ring(mount.link, place, count, tilt, (phase + _TURN) % math.tau - _TURN, radius, sensor)
     return Fit(ring, 1000 * float(off), math.degrees(float(angle)))

@@ -14,6 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import Collection, PolyCollection
 from matplotlib.colors import to_rgb, to_rgba_array
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from PIL import Image
 
 from ..placement.errors import UserError
@@ -104,6 +105,8 @@ def write_png(path: Path, figure: Figure, finer: int = 1) -> None:
         UserError: if the file cannot be written; an old one stays as it was.
     """
     dpi = figure.dpi
+    for text in figure.findobj(Text):
+        text.set_parse_math(False)  # a dollar in a name is a dollar
     figure.set_dpi(finer * dpi)
     canvas, temporary = FigureCanvasAgg(figure), path.with_name(f".{path.name}.{os.getpid()}")
     canvas.draw()

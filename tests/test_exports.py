@@ -276,6 +276,17 @@ OWN = (
 )
 
 
+def test_what_is_read_is_never_written_over(run, tmp_path):
+    assert run("export", "n1_8_0", "--to", "json", "--out", "mine")[0] == 0
+    (tmp_path / "mine" / "robot.urdf").write_text(chain_text(ROBOTS["ur10"].chain, "mine"))
+    before = {path: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
+    for words in (["mine/sensors.json", "--to", "json"], ["n1_8_0", "--to", "urdf", "--urdf", "mine/robot.urdf"]):
+        code, out, err = run("export", *words, "--out", tmp_path / "mine")
+        assert (code, out) == (2, "")
+        assert "which is read here, allowed: another folder" in err
+    assert before == {path: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
+
+
 def own_urdf(folder, extra: str = "") -> None:
     """A user's URDF beside a folder of meshes, with a comment, a tag of somebody else's, and a mesh by a relative name."""
     (folder / "meshes").mkdir()

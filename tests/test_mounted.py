@@ -67,6 +67,11 @@ def test_a_setup_of_the_paper_comes_back_to_a_billionth():
         assert abs(math.remainder(after.phase, 2 * math.pi)) < 1e-8
 
 
+def test_a_phase_just_short_of_a_turn_is_no_turn():
+    text = listed(Setup((Ring("forearm", 0.4, 12, 0.3, -2e-8),)), Scene())
+    assert mounted_setup("list", text, Scene()).rings[0].phase == pytest.approx(-2e-8, abs=2e-8)
+
+
 @given(drawing.seeds)
 def test_a_measured_setup_comes_back_about_as_well_as_it_was_measured(seed):
     """Errors up to 0.5 mm of apexes and 0.3 degrees of axes stay within the tolerance and average out."""

@@ -30,7 +30,7 @@ from place_rings.placement.places import InfeasibleError
 from place_rings.placement.printing.checks import least_wall, overhang, read_stl, stl
 from place_rings.placement.printing.plan import UnbuildableError, plan_ring
 from place_rings.placement.printing.shapes import FACETS
-from place_rings.placement.printing.solids import collar
+from place_rings.placement.printing.solids import assemble, collar, thread
 from place_rings.placement.printing.write import print_ring, write_rings
 
 from . import drawing
@@ -150,6 +150,33 @@ def test_a_ring_beside_its_link_keeps_all_checks_and_goes_around_it(count, tilt_
         assert all((half.translate((0, way * d, 0)) ^ made.link).volume() < 0.01 for d in (0, 5, 20, 60, 120))
 
 
+def test_a_steep_board_leaves_the_ears_of_the_bolts_their_walls():
+    robot = ROBOTS["iiwa14"]
+    scene = Scene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)
+    ring = Ring("upper_arm", 0.5, 15, math.radians(67.254), math.radians(20.074), 0.131, L4CD)
+    plan = plan_ring(scene, ring)
+    made = assemble(plan)
+    assert min(least_wall(half, seed) for half in made.halves for seed in range(2)) >= 1.2  # 0.35 mm beside a bolt's hole
+    assert plan_ring(scene, replace(ring, radius=0.15)).lug[0] == plan_ring(scene, replace(ring, radius=0.16)).lug[0]
+
+
+@pytest.mark.parametrize("model", ["vl53l1x", "vl53l5cx"])
+@pytest.mark.parametrize("tilt_deg", [0, 20, 45, 70, 80])
+def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
+    """A steep board's screws go down, and were bored through the bottom or to less than a millimetre above it."""
+    ring = Ring("forearm", 0.5, 6, math.radians(tilt_deg), 0.0, 0.12, effective(Use(model)).sensor)
+    plan = plan_ring(Scene(), ring)
+    radius = 0.4 * 1000 * plan.pocket.board.hole
+    for x, y in plan.pocket.board.holes:
+        deep = thread(plan, 1000 * (y - plan.pocket.board.lens[1]))
+        end = plan.frame(0) @ (1000 * x, 1000 * y, -plan.seat - deep, 1)
+        assert 3 < deep <= 8
+        assert end[2] - radius * math.cos(plan.tilt) >= plan.low + 1.5 - 1e-6
+    if tilt_deg == 80:
+        made = assemble(plan)
+        assert min(least_wall(half) for half in made.halves) >= 1.2
+
+
 def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_count():
     scene, ring = Scene(), Ring("forearm", 0.5, 9, 0.4, 0.1, 0.064, effective(Use("vl53l5cx")).sensor)
     with pytest.raises(UnbuildableError, match=r"at most \d+ do") as refused:
@@ -194,9 +221,10 @@ def test_overhang_and_least_wall_of_a_table():
 
 
 def test_files_and_pictures_of_a_proposal(tmp_path):
-    setup = Setup((Ring("tool", 0.0, 3, -0.3, 0.0, 0.07, L4CD),))
-    result = write_rings(setup, Scene(), tmp_path)
-    names = {"ring0_tool_a.stl", "ring0_tool_b.stl", "ring0_tool.png", "assembled.png", "printing.json"}
+    ur10 = ROBOTS["ur10"]
+    named = replace(ur10, mounts=tuple(replace(m, link=r"$\frac$") if m.link == "tool" else m for m in ur10.mounts))
+    result = write_rings(Setup((Ring(r"$\frac$", 0.0, 3, -0.3, 0.0, 0.07, L4CD),)), Scene(robot=named), tmp_path)
+    names = {"ring0___frac__a.stl", "ring0___frac__b.stl", "ring0___frac_.png", "assembled.png", "printing.json"}
     assert {path.name for path in tmp_path.iterdir()} == names
     assert result.rings[0].flipped
     assert (tmp_path / "printing.json").read_text() == result.model_dump_json(indent=2) + "\n"

@@ -1,15 +1,19 @@
 """The report: what it says against what is counted, lengths against geometry, and a page that nothing leads out of."""
 
 import re
+import shlex
 import signal
 import sys
 from contextlib import suppress
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from place_rings.cli import main as command_line
 from place_rings.cli import place
 from place_rings.cli.reporting.blind_picture import coarse
@@ -32,6 +36,7 @@ from place_rings.objectives.scene import Pose, Scene
 from place_rings.placement.loader import how_found, resolve
 from place_rings.rig.rings.protocol import length
 from place_rings.studies.pages import code, escaped, html, table
+from place_rings.studies.sheet import write_png
 
 HOSTILE = "<img src=x onerror=alert(1)> ![p](http://192.0.2.1/a.png) [l](javascript:alert(1)) `c` | **b** \\"
 
@@ -130,16 +135,27 @@ def test_words_say_where_a_direction_points(seed):
 
 
 def test_words_say_where_a_piece_lies():
-    near = Beside(0.1, "wrist_1", np.array([0.0, -0.6, 0.6]))
+    near = Beside(0.1, "wrist_1", 0.4, np.array([0.0, -0.6, 0.6]))
     assert beside(near) == "above the wrist 1, towards −y"
-    assert beside(Beside(0.1, "base", np.array([0.1, 0.2, -0.1]))) == "around the base"
+    assert beside(Beside(0.1, "base", 0.9, np.array([0.1, 0.2, -0.1]))) == "around the base"
+    huge = Beside(0.1, "base", 0.4, np.array([0.1, 0.2, -0.1]))
+    assert beside(huge) == "around the robot, the largest part by the base"
     assert beside(None) == ""
+
+
+def test_a_dollar_in_a_name_is_a_dollar_in_a_picture(tmp_path):
+    figure = Figure(figsize=(1, 1))
+    figure.text(0, 0, r"$\frac$")
+    figure.legend(handles=[Patch(label=r"$\frac$")])
+    write_png(tmp_path / "name.png", figure)
+    assert (tmp_path / "name.png").is_file()
 
 
 def test_materials_add_up():
     known, nominal = effective(Use("tfmini-s")).sensor, Ring("forearm", 0.5, 7)
     setup = Setup((Ring("forearm", 0.2, 5, sensor=known), Ring("tool", 0.0, 6, sensor=known)))
     said = "\n".join(materials(setup))
+    assert escaped("<b>`a`</b>*") in "\n".join(materials(Setup((replace(nominal, link="<b>`a`</b>*"),))))
     assert f"at most {11 * SUPPLIES['tfmini-s'].power_w:.2f} W" in said
     assert f"{11 * 100:,} distances and {(length(5) + length(6)) * 100:,} bytes a second" in said
     assert "| 7 | A nominal sensor of 25° | 1.50 | not known | not known | not known | not known |" in "\n".join(
@@ -199,6 +215,7 @@ versions = {{ "{quoted}" = "{quoted}" }}
         patch.setattr(place, "PAPER_SETUPS", ("n1_4_0",))
         patch.setattr(place, "PAPER_TARGETS", ())
         words = ["report", str(file), "--voxel", "0.1", "--draws", "1", "--out", str(folder / "out")]
+        words += ["--target=V_S:0.4", "--occlusion", "ignore"]
         patch.setattr(sys, "argv", ["place-rings", *words])
         patch.setattr(signal, "signal", lambda *_: None)
         with suppress(SystemExit):
@@ -217,6 +234,13 @@ def test_the_report_stands_alone_whatever_its_texts_are(made):
     assert tags.count("img") == 2
     assert read.text.count(HOSTILE) >= 5
     assert how_found(str(file)).command == HOSTILE
+
+
+def test_the_report_says_how_to_count_again_what_was_asked(made):
+    read, file = made
+    line = next(line.strip() for line in read.text.splitlines() if "place-rings verify" in line)
+    wanted = ["--occlusion", "ignore", "--target", "V_S:0.4", "--rule", "certified"]
+    assert shlex.split(line) == ["place-rings", "verify", str(file), *wanted]
 
 
 def test_the_report_says_what_is_counted(made):

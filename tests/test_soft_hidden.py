@@ -62,6 +62,13 @@ def test_tends_to_the_exact_share(seed):
     assert float(estimate(InCell(on_device(cones), on_device(BOX)), p, width).zeta) == pytest.approx(share, abs=1e-6)
 
 
+def test_obstacles_go_into_a_search_of_32_bits_without_a_warning():
+    cones, bodies, points = drawn(1)
+    with jax.enable_x64(False):
+        seen = Hidden(*(jax.tree.map(jnp.float32, x) for x in (cones, bodies)), "blind")
+        assert 0 <= float(soft_zeta(InCell(seen, BOX), on_device(cloud(points, dtype=np.float32)), 0.01).zeta) <= 1
+
+
 def stops(cones, bodies, obstacles):
     """Where sensors are blinded, (K,) m, at most as the soft estimator has it."""
     found = beams(cones, Occluders(bodies, obstacles), "blind")

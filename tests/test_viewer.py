@@ -11,7 +11,7 @@ from place_rings.cli.viewer import words
 from place_rings.cli.viewer.colours import KINDS, rgb
 from place_rings.cli.viewer.draft import MOST_SENSORS, STEEPEST_DEG, Draft
 from place_rings.cli.viewer.drawing import Choice, Dots, Drawing, Edges, Mesh
-from place_rings.cli.viewer.glance import SHOWN, Glance
+from place_rings.cli.viewer.glance import ONCE, SHADOWED, SHOWN, UNSEEN, Glance
 from place_rings.cli.viewer.jobs import Job, StoppedError
 from place_rings.cli.viewer.room import Room, shown_targets
 from place_rings.cli.viewer.saving import file_named, save
@@ -146,6 +146,14 @@ def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
     assert before["cones1"].vertices is not after["cones1"].vertices
     assert sum(len(d.points) for d in dots.values() if isinstance(d, Dots)) == SHOWN
     assert sum(shares) == pytest.approx(1)
+    wide, sizes = np.linalg.norm(np.ptp(drawn.box(choice), axis=0)), {c: d.size for d in dots.values() for c in [d.colour]}
+    missed = sum(len(dots[f"points{n}"].points) / SHOWN for n in (UNSEEN, SHADOWED))
+    assert missed > 0.8  # and yet the robot and what is seen stand out
+    assert missed * (sizes[KINDS[UNSEEN].colour] / wide) ** 2 == pytest.approx(0.15 * KINDS[UNSEEN].size ** 2)
+    assert sizes[KINDS[UNSEEN].colour] == sizes[KINDS[SHADOWED].colour] < sizes[KINDS[ONCE].colour]
+    better = drawn.points(named_setup("n3_16_55"), choice, [SMALL])[0]  # side by side, points are equally large
+    assert {n: better[n].size for n in dots} == {n: dots[n].size for n in dots}
+    assert drawn.points(named_setup("n3_16_55"), choice)[0]["points0"].size > dots["points0"].size
     assert {name for name in before if name.startswith("cones")} == {"cones0", "cones1", "cones2"}
     assert not any(n.startswith("cones") for n in drawn.rings(SMALL, replace(choice, cones="off")))
     link = drawn.rings(SMALL, replace(choice, cones="this link", ring=1))

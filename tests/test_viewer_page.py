@@ -84,6 +84,12 @@ def test_search_count_save_and_picture(browser, tmp_path):
         until(lambda: reader.zeta("V_S(0.5)") > before + 1, "the search found nothing better")
         reader.press("Count exactly")
         reader.says("counted in", 5 * PATIENCE)
+        proved = reader.page.get_by_text("guaranteed")
+        assert proved.count() == 1
+        reader.press("Add a ring on this link")
+        until(lambda: proved.count() == 0, "a count is told of what was not counted")
+        reader.press("Remove this ring")
+        until(lambda: proved.count() == 1, "what was counted is not told any more")
         for name, said in (("../mine", "allowed: letters"), ("mine", "saved as mine.toml"), ("mine", "there already")):
             reader.enter("Name", name)
             reader.press("Save as a new proposal")
@@ -128,7 +134,7 @@ def test_controls_move_zeta_for_their_own_page_only(served):
     one.until(lambda: "Points of V_S(1.5)" in one.words, "the target did not change")
     assert {f"/setup0/{n}" for n in ("robot", "curve", "outline", "ring0", "ring1", "points0")} <= one.drawn
     one.set("Remove this ring", True)
-    one.until(lambda: "5 sensors on 1 rings" in one.words, "the ring stayed")
+    one.until(lambda: "5 sensors on 1 ring " in one.words, "the ring stayed")
     one.until(lambda: "/setup0/ring1" not in one.drawn, "the ring is still drawn")
     for client in (one, two):
         client.close()
@@ -145,6 +151,10 @@ def test_what_no_control_would_send_changes_nothing(served):
     client.set("Position", float("nan"))
     client.set("Save (start with --out FOLDER)", True)
     client.until(lambda: "--out FOLDER" in client.words, "nothing was said")
+    client.set("Picture of the view", True)
+    client.until(
+        lambda: "picture: found none that the browser sent" in client.words, "no picture came, and nothing was said"
+    )
     client.set("Position", 1e300)
     client.until(lambda: client.zeta("V_S(0.5)") != before, "a place beyond the end is the end")
     assert "<img" not in client.said

@@ -56,6 +56,8 @@ class Client:
             self.controls[message["uuid"]] = {"value": message.get("value"), **message["props"]}
         elif message["type"] == "RemoveSceneNodeMessage":
             self.drawn.discard(message["name"])
+        elif message["type"] == "GetRenderRequestMessage":  # a browser that cannot
+            self.send({"type": "GetRenderResponseMessage", "payload": b"", "render_uuid": message["render_uuid"]})
         elif "props" in message and "name" in message:
             self.drawn.add(message["name"])
 

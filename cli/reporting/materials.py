@@ -9,6 +9,7 @@ from ...coverage.supplies import SUPPLIES, Supply
 from ...placement.sensing import title
 from ...rig.rings.protocol import length
 from ...studies.pages import table
+from .words import plain
 
 UNKNOWN = "not known"
 
@@ -47,7 +48,7 @@ def materials(setup: Setup) -> list[str]:
         for s, n in kinds.items()
     ]
     heads = ("sensors", "kind", "range, m", "price", "power of one", "of all", "rate, Hz")
-    rings = [(str(i), r.link.replace("_", " "), f"{r.count}", *_data(r.count, r.sensor)) for i, r in enumerate(setup.rings)]
+    rings = [(str(i), plain(r.link), f"{r.count}", *_data(r.count, r.sensor)) for i, r in enumerate(setup.rings)]
     total = _total(setup)
     sources = {
         f"Power of the {MODELS[s.use.model].title}: {found.source}." for s in kinds if s.use and (found := _supply(s))

@@ -56,7 +56,7 @@ def mounting(scene: Scene, setup: Setup) -> list[str]:
         r, m = s.ring, scene.robot.mount(s.ring.link)
         place = f"{1000 * s.along:.0f} mm from {plain(s.joint)}" if m.length > 0 else f"fixed, {plain(s.joint)}"
         aside = f", its axis {1000 * s.aside:.0f} mm beside it" if s.aside > _SHORT else ""
-        phase = math.degrees(r.phase) % 360
+        phase = round(math.degrees(r.phase), 2) % 360
         rows.append(
             (
                 *(str(i), plain(r.link), place + aside, f"{r.position:.3f}" if m.length > 0 else "–"),

@@ -1,7 +1,7 @@
 """The report of a setup as Markdown."""
 
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,7 @@ from .words import beside, counted, listed, metres
 
 LEAST = 1e-4  # m³: smaller blind spots are not listed
 PICTURE = "placement.png"
+_ASKED = ("--target", "--radius", "--draws", "--seed", "--voxel", "--out")  # of report, or to be said again
 _UNDER = {
     "ignore": "the robot's body stands in nobody's way, as in the paper",
     "shadow": "the body throws shadows, as for sensors of many zones",
@@ -47,13 +48,13 @@ def listed_spots(blind: Blind) -> int:
     return sum(spot.volume >= LEAST for spot in blind.spots)
 
 
-def page(f: Facts, command: str, versions: Mapping[str, str], created: str) -> str:
-    """The whole report. ``command``, ``versions``, ``created``: by which, of what, and when it was made."""
+def page(f: Facts, words: Sequence[str], versions: Mapping[str, str], created: str) -> str:
+    """The whole report. ``words``, ``versions``, ``created``: of the command line, of what made it, and when."""
     parts = (_head(f, versions, created), _asked(f), _coverage(f), _blind(f), _robust(f))
     lines = [line for part in parts for line in part]
     lines += ["## Mounting", "", *mounting(f.scene, f.setup), *_faults(f)]
     lines += ["## Bill of materials", "", *materials(f.setup), *_effective(f)]
-    lines += [*_reproduce(f, command, versions), *_limits(f)]
+    lines += [*_reproduce(f, words, versions), *_limits(f)]
     return "\n".join(lines) + "\n"
 
 
@@ -201,7 +202,7 @@ def _effective(f: Facts) -> Iterator[str]:
         yield code("\n".join(told))
 
 
-def _reproduce(f: Facts, command: str, versions: Mapping[str, str]) -> Iterator[str]:
+def _reproduce(f: Facts, words: Sequence[str], versions: Mapping[str, str]) -> Iterator[str]:
     yield "## How to make this again\n"
     if f.found is not None:
         yield f"The placement was found {escaped(f.found.created)} with seed {f.found.seed} in"
@@ -210,12 +211,23 @@ def _reproduce(f: Facts, command: str, versions: Mapping[str, str]) -> Iterator[
         yield code(f.found.command)
     yield f"This report, with seed {f.seed} for its draws, by"
     yield f"{escaped(', '.join(f'{name} {number}' for name, number in versions.items()))}:\n"
-    yield code(command)
+    yield code(shlex.join(["place-rings", *words]))
     yield "Any of its ζ, to be counted again, or proved:\n"
     target = f.scene.goals[0].target
     radius = "" if target.radius is None else f":{target.radius:g}"
-    say = ["place-rings", "verify", f.name, "--target", f"{target.name}{radius}", "--rule", "certified"]
-    yield code(shlex.join(say))
+    say = ["place-rings", "verify", *_without(words[1:], _ASKED), "--target", f"{target.name}{radius}"]
+    yield code(shlex.join([*say, "--rule", "certified"]))
+
+
+def _without(words: Sequence[str], options: Collection[str]) -> Iterator[str]:
+    """The words of a command line less those options and their values."""
+    left = iter(words)
+    for word in left:
+        option, together, _ = word.partition("=")
+        if option not in options:
+            yield word
+        elif not together:
+            next(left, None)
 
 
 def _limits(f: Facts) -> Iterator[str]:

@@ -10,6 +10,7 @@ from ...objectives.blind import Beside
 from ...studies.pages import escaped
 
 _AROUND = 0.5  # length of a mean direction below which a piece lies on all sides
+_MOST = 0.7  # share of a piece that lies by one body, from which on no other is meant
 _NOTED = 0.35  # component of a unit vector from which on it is named
 
 
@@ -53,7 +54,7 @@ def beside(found: Beside | None) -> str:
         return ""
     body, length = plain(found.body), float(np.linalg.norm(found.way))
     if length < _AROUND:
-        return f"around the {body}"
+        return f"around the {body}" if found.share >= _MOST else f"around the robot, the largest part by the {body}"
     way = found.way / length
     level = "above" if way[2] >= _NOTED else "below" if way[2] <= -_NOTED else "beside"
     return f"{level} the {body}" + (f", towards {listed(side)}" if (side := sides(way)) else "")

@@ -87,13 +87,20 @@ class Controls:
         return self._rings.index(label)
 
     def tell(
-        self, setups: Sequence[Setup], rows: Sequence[words.Row], seconds: float, shares: Sequence[float], choice: Choice
+        self,
+        setups: Sequence[Setup],
+        rows: Sequence[words.Row],
+        seconds: float,
+        shares: Sequence[float],
+        choice: Choice,
+        active: int,
     ) -> None:
-        """Say what is shown: setups, ζ, the kinds' shares."""
+        """Say what is shown: setups, ζ, the kinds' shares of the ``active`` one's points."""
         scene, few = self._room.scene, self._room.glance.few
         poses = len(scene.poses)
         of = f" at {few} of {poses} poses" if few < poses else f", mean of {poses} poses" if poses > 1 else ""
-        at = f" at pose {choice.pose}" if poses > 1 else ""
+        at = f", {self._setups[active]}" if len(setups) > 1 else ""
+        at += f", at pose {choice.pose}" if poses > 1 else ""
         rings, sensors = [len(s.rings) for s in setups], [s.sensors for s in setups]
         self.heading.content = words.heading(self._names, scene.robot.name, sensors, rings)
         self.zeta.content = words.zeta_table(self._setups if len(setups) > 1 else self._names, rows, seconds, of)

@@ -1,5 +1,6 @@
 """What is drawn of a setup in a scene: named arrays with colours, which a browser shows and a test can read."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Literal
@@ -15,13 +16,14 @@ from ...coverage.solids import Cones
 from ...coverage.targets import Target, robot_curve
 from ...studies.shapes import RING_WIDTH, band, faces_within, lengths_within
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
-from .glance import SHOWN, TWICE, Glance
+from .glance import ONCE, SHADOWED, SHOWN, TWICE, UNSEEN, Glance
 from .shapes import Surface, beams, bodies, chips, grid, loops, outline, skin
 from .surface import Skin
 
 Shown = Literal["off", "this ring", "this link", "all"]
 SHOWN_CONES: tuple[Shown, ...] = ("off", "this ring", "this link", "all")
 _FLOOR = grid(2.0, 0.5)
+_FEW = 0.15  # share of the points up to which those that are missed are drawn large; of more each is smaller
 _VEIL = 0.55  # opacity of one cone, shared by all
 
 
@@ -141,17 +143,23 @@ class Drawing:
                 found[f"rims{i}"] = Edges(rims, colour, 1.0)
         return found
 
-    def points(self, setup: Setup, choice: Choice) -> tuple[dict[str, Item], tuple[float, ...]]:
-        """The target's points at the pose, kind by kind, and each kind's share of all of them. BodilessError as for
-        ``Glance.verdict``."""
+    def points(
+        self, setup: Setup, choice: Choice, beside: Sequence[Setup] = ()
+    ) -> tuple[dict[str, Item], tuple[float, ...]]:
+        """The target's points at the pose, kind by kind, and each kind's share of all of them; as large as those of the
+        setups ``beside``. BodilessError as for ``Glance.verdict``."""
         where = self.glance.points(choice.target, choice.pose, SHOWN)
-        kind = self.glance.verdict(setup, choice.target, choice.pose, choice.occlusion).kind
+        kind, *others = (self.glance.verdict(s, choice.target, choice.pose, choice.occlusion).kind for s in (setup, *beside))
+        wide = float(np.linalg.norm(np.ptp(self.box(choice), axis=0)))
+        shares = tuple(float(np.mean(kind == k.number)) for k in KINDS)
+        missed = max(float(np.mean(each < ONCE)) for each in (kind, *others))
+        many = dict.fromkeys((UNSEEN, SHADOWED), max(missed / _FEW, 1.0) ** -0.5)
         found: dict[str, Item] = {
-            f"points{k.number}": Dots(where[kind == k.number], k.colour, k.size)
-            for k in KINDS
-            if k.number in choice.kinds and (kind == k.number).any()
+            f"points{k.number}": Dots(where[kind == k.number], k.colour, wide * k.size * many.get(k.number, 1.0))
+            for k, share in zip(KINDS, shares, strict=True)
+            if k.number in choice.kinds and share > 0
         }
-        return found, tuple(float(np.mean(kind == k.number)) for k in KINDS)
+        return found, shares
 
     def box(self, choice: Choice) -> Float[np.ndarray, "2 3"]:
         """Lower and upper corner (2, 3) m of the target at the pose."""

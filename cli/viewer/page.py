@@ -13,7 +13,8 @@ from typing import Any
 
 import viser
 
-from ...coverage.occlusion import OCCLUSIONS
+from ...coverage.occlusion import OCCLUSIONS, Occlusion
+from ...coverage.rings import Setup
 from ...coverage.targets import Target
 from ...placement.errors import UserError
 from ...placement.loader import write_bytes
@@ -30,6 +31,7 @@ from .stage import Stage
 from .work import Found, prove, search_from, seen_under
 
 _OFTEN = 0.1  # s, between two words of a job
+_LONGEST = 30.0  # s, that a browser may take for a picture
 _MOST_TOLD = 3  # broken rules in words
 
 
@@ -43,6 +45,7 @@ class Page:
         self._lock, self._showing = threading.RLock(), threading.Lock()
         self._wanted, self._closed, self._told = False, False, 0.0
         self._job: Job | None = None
+        self._proof: tuple[Setup, Occlusion, str] | None = None  # of what, under which model, and what it says
         self._drafts = [Draft(room.scene, setup) for setup in room.setups.values()]
         self._active = 0
         first = room.scene.goals[0].target
@@ -173,7 +176,7 @@ class Page:
         drawn = []
         for i, setup in enumerate(setups):
             mine = choice if i == active else replace(choice, ring=min(choice.ring, len(setup.rings) - 1))
-            dots, shares = room.drawing.points(setup, mine)
+            dots, shares = room.drawing.points(setup, mine, setups)
             drawn.append(({**room.drawing.backdrop(mine), **room.drawing.rings(setup, mine), **dots}, shares))
         rows = [
             words.Row(
@@ -189,15 +192,19 @@ class Page:
             for stage, (items, _) in zip(self._stages, drawn, strict=True):
                 stage.show(items)
         seconds = time.perf_counter() - began
-        self.controls.tell(setups, rows, seconds, drawn[active][1], choice)
+        self.controls.tell(setups, rows, seconds, drawn[active][1], choice, active)
         self.controls.follow(setups[active], choice.ring, active, drafts[active].most(choice.ring))
+        proof = self._proof
+        holds = proof is not None and proof[:2] == (setups[active], choice.occlusion)
+        self.controls.proofs.content = proof[2] if proof is not None and holds else ""
         broken = room.broken(setups[active], choice.occlusion)
         more = f" (and {len(broken) - _MOST_TOLD} more)" if len(broken) > _MOST_TOLD else ""
         self.controls.rules.content = words.note("; ".join(broken[:_MOST_TOLD]) + more, True)
         self._client.flush()
 
     def _note(self, text: str, bad: bool = False) -> None:
-        self.controls.said.content = words.note(text, bad)
+        if not self._closed:  # what a job has to say after that nobody reads
+            self.controls.said.content = words.note(text, bad)
 
     # Long work.
 
@@ -238,8 +245,12 @@ class Page:
 
         def work(job: Job) -> None:
             proofs = prove(scene, setup, self._room.targets, job.tell)
-            self.controls.proofs.content = words.proof_table(f"{self._names[i]}, {setup.sensors} sensors", proofs)
-            self._note(f"counted in {sum(p.counted.seconds + p.certified.seconds for p in proofs):.1f} s")
+            told = words.proof_table(f"{self._names[i]}, {setup.sensors} sensors", proofs)
+            self._proof = setup, scene.occlusion, told
+            self._show()
+            _, now, under = self._asked()
+            changed = "" if (now, under.occlusion) == (setup, scene.occlusion) else "; it has been changed since"
+            self._note(f"counted in {sum(p.counted.seconds + p.certified.seconds for p in proofs):.1f} s{changed}")
 
         self._begin(work)
 
@@ -295,7 +306,11 @@ class Page:
         title = f"{self._names[self._active]}: {setups[self._active].sensors} sensors"
         camera = self._client.camera
         size = (camera.image_height or 800, camera.image_width or 1200)
-        data = picture(self._client.get_render(*size, transport_format="png", timeout=30.0), title, "   ".join(zetas))
+        try:
+            view = self._client.get_render(*size, transport_format="png", timeout=_LONGEST)
+        except (RuntimeError, TimeoutError) as error:
+            raise UserError("picture: found none that the browser sent, allowed: to try again") from error
+        data = picture(view, title, "   ".join(zetas))
         name = self.controls.name.value
         if self._room.out is not None:
             path = file_named(self._room.out, name, bool(self.controls.replace.value), ".png")

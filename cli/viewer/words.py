@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from html import escape
 
 from ...placement.result_convert import verify_result
+from ..reporting.words import counted
 from ..tables import percent
 from .colours import KINDS
 from .work import Proof
@@ -29,7 +30,10 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     side = ["left"] + ["right"] * (len(head) - 1)
     cell = "<{0} style='text-align:{1};padding:1px 6px;font-variant-numeric:tabular-nums'>{2}</{0}>"
     lines = ["".join(cell.format("th", s, escape(h)) for s, h in zip(side, head, strict=True))]
-    lines += ["".join(cell.format("td", s, escape(c)) for s, c in zip(side, row, strict=True)) for row in rows]
+    lines += [
+        "".join(cell.format("td", f"{s};white-space:nowrap", escape(c)) for s, c in zip(side, row, strict=True))
+        for row in rows
+    ]
     return f"<table style='font-size:13px;border-collapse:collapse'>{''.join(f'<tr>{x}</tr>' for x in lines)}</table>"
 
 
@@ -39,7 +43,10 @@ def _box(text: str) -> str:
 
 def heading(names: Sequence[str], robot: str, sensors: Sequence[int], rings: Sequence[int]) -> str:
     """What is shown, and the idea in a line."""
-    each = (f"<b>{escape(n)}</b>: {k} sensors on {r} rings" for n, k, r in zip(names, sensors, rings, strict=True))
+    each = (
+        f"<b>{escape(n)}</b>: {counted(k, 'sensor')} on {counted(r, 'ring')}"
+        for n, k, r in zip(names, sensors, rings, strict=True)
+    )
     return _box(f"{'<br>'.join(each)}<br>robot {escape(robot)}<br><span style='color:#555'>{IDEA}</span>")
 
 
@@ -54,11 +61,11 @@ def zeta_table(names: Sequence[str], rows: Sequence[Row], seconds: float, poses:
     return _box(_table(head, cells) + note)
 
 
-def legend(shares: Sequence[float], target: str, pose: str) -> str:
-    """The colours in words, with the share of the target's points that each has."""
+def legend(shares: Sequence[float], target: str, where: str) -> str:
+    """The colours in words, with the share of the target's points that each has; ``where``: setup and pose."""
     dot = "<span style='color:{0};font-size:16px'>&#9679;</span> {2:.1f} % {1}"
     lines = (dot.format(k.colour, escape(k.words), 100 * s) for k, s in zip(KINDS, shares, strict=True))
-    return _box(f"Points of {escape(target)}{escape(pose)}<br>" + "<br>".join(lines))
+    return _box(f"Points of {escape(target)}{escape(where)}<br>" + "<br>".join(lines))
 
 
 def proof_table(name: str, proofs: Sequence[Proof]) -> str:
@@ -66,9 +73,9 @@ def proof_table(name: str, proofs: Sequence[Proof]) -> str:
     rows = []
     for p in proofs:
         c, voxels = p.certified, p.counted
-        count = "" if voxels.covered_voxels is None else f"{voxels.covered_voxels:,} of {voxels.target_voxels:,}"
-        rows.append([str(c.target), f"{100 * voxels.zeta:.2f}", count, percent(verify_result("", c), "certified")])
-    return _box(escape(name) + _table(["ζ in %", "counted", "voxels of 1 cm", "guaranteed"], rows))
+        of = "" if voxels.target_voxels is None else f"{voxels.target_voxels:,}"
+        rows.append([str(c.target), f"{100 * voxels.zeta:.2f}", of, percent(verify_result("", c), "certified")])
+    return _box(escape(name) + _table(["ζ in %", "counted", "of cm³", "guaranteed"], rows))
 
 
 def note(text: str, bad: bool = False) -> str:

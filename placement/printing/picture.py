@@ -10,6 +10,7 @@ from manifold3d import Manifold
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from ..results import PrintedRing
 from .plan import Plan
@@ -49,6 +50,8 @@ def _dimension(
 
 def _png(figure: Figure) -> bytes:
     out = io.BytesIO()
+    for text in figure.findobj(Text):
+        text.set_parse_math(False)  # a dollar in a link's name is a dollar
     with matplotlib.rc_context({"svg.hashsalt": "place-rings"}):
         FigureCanvasAgg(figure).print_png(out, metadata={"Software": None})
     return out.getvalue()

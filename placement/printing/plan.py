@@ -18,6 +18,7 @@ from ...objectives.scene import Scene
 
 MM = 1000.0  # in a metre
 NUT_CLEARANCE = 0.15  # mm, on each side
+FRONT = 6.0  # mm before a lens, that nothing of the ring may fill
 _HEADS = {3: (5.5, 5.5, 2.4, 3.4), 4: (7.0, 7.0, 3.2, 4.5), 5: (8.5, 8.0, 4.7, 5.5)}  # head, nut: ISO 4762, 4032; ISO 273
 
 
@@ -139,7 +140,11 @@ def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> Pla
     top = MM * pocket.high * c - seat * s
     bolt = Bolt(*_HEADS[round(MM * printing.bolt)], MM * printing.bolt)
     collar, wall = bore + MM * printing.wall, MM * printing.wall
-    lug = top + seat * s + 0.5
+    across, reach = collar + bolt.head / 2, wall + bolt.nut_height + 0.3
+    ear = across + max(bolt.head, bolt.nut + 2 * NUT_CLEARANCE) / 2 + wall / 2
+    edge = MM * (ring.radius - pocket.high * s)  # where the upper edge of a pocket leaves the plane of its lens
+    under = (math.hypot(ear, reach) + float(np.linalg.norm(centre)) - edge) / max(c, 1e-9)  # in front of which no ear is
+    lug = top + (seat + min(max(under, 0.0), FRONT)) * s + 0.5  # above the pockets' room, which would thin the ears
     first = MM * inner_radius(around, printing)
     back = max(first, MM * float(pocket.floor(ring.radius, np.array([tilt]))[0] - printing.channel))
     R = np.eye(3)
@@ -159,9 +164,9 @@ def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> Pla
         low=MM * (pocket.low * c - pocket.deep * s) - wall,
         top=top,
         lug=(lug, lug + 2 * bolt.widest + wall),
-        across=collar + bolt.head / 2,
-        reach=wall + bolt.nut_height + 0.3,
-        ear=collar + bolt.head / 2 + max(bolt.head, bolt.nut + 2 * NUT_CLEARANCE) / 2 + wall / 2,
+        across=across,
+        reach=reach,
+        ear=ear,
         lean=0.0,
         groove=(back, back + MM * printing.channel),
         bolt=bolt,

@@ -7,12 +7,12 @@ import numpy as np
 from manifold3d import Manifold
 
 from .bolts import bolt_holes, bolts, lugs
-from .plan import MM, Plan
+from .plan import FRONT, MM, Plan
 from .shapes import SMALL, box, tube, union
 
 _FAR = 500.0
-_FRONT = 6.0  # before a lens, that nothing of the ring may fill
 _THREAD = 8.0  # of a screw in the ring, at most
+_BORED = 0.4  # radius of a screw's thread, of the hole in the board
 _LEFT = 1.5  # of material around a screw's hole, and before the bore
 _OVER = 0.2  # by which what is cut away reaches beyond what it is cut from
 _PACKAGE = (4.9, 2.5)  # along the ring and up the board, of a sensor's package
@@ -78,7 +78,7 @@ def _pocket(plan: Plan, k: int) -> Manifold:
     x, half = -MM * board.lens[0], MM * board.width / 2
     seat, low, high = -plan.seat, MM * p.low, MM * p.high
     high += _OVER
-    room = box((x - half - clear, low, seat), (x + half + clear, high, _FRONT))
+    room = box((x - half - clear, low, seat), (x + half + clear, high, FRONT))
     ledge = 1.0
     relief = box((x - half + ledge, low + ledge, -MM * p.deep), (x + half - ledge, high, seat + 0.1))
     return (room + relief).transform(plan.frame(k))
@@ -93,8 +93,9 @@ def _at(plan: Plan, x: float, y: float) -> tuple[float, float]:
 def thread(plan: Plan, y: float) -> float:
     """How deep a screw may go behind a board's back at height ``y`` up the board, mm from the lens."""
     c, s = math.cos(plan.tilt), math.sin(plan.tilt)
-    room = (plan.radius - plan.seat * c - y * s - plan.inner + plan.wall - _LEFT) / max(c, 1e-9)
-    return min(_THREAD, room)
+    inwards = plan.radius - plan.seat * c - y * s - plan.inner + plan.wall - _LEFT
+    down = y * c - plan.seat * s - plan.low - _LEFT - _BORED * MM * plan.pocket.board.hole * c
+    return min(_THREAD, inwards / max(c, 1e-9), down / max(s, 1e-9))
 
 
 def _screws(plan: Plan, k: int) -> tuple[Manifold, Manifold]:
@@ -105,7 +106,7 @@ def _screws(plan: Plan, k: int) -> tuple[Manifold, Manifold]:
         deep, hole = thread(plan, y), MM * board.hole
         post = Manifold.cylinder(deep + _LEFT, hole / 2 + _LEFT, -1.0, SMALL).translate((x, y, -plan.seat - deep - _LEFT))
         posts.append(post.transform(plan.frame(k)))
-        bored = Manifold.cylinder(deep + 1.0, 0.4 * hole, -1.0, SMALL).translate((x, y, -plan.seat - deep))
+        bored = Manifold.cylinder(deep + 1.0, _BORED * hole, -1.0, SMALL).translate((x, y, -plan.seat - deep))
         holes.append(bored.transform(plan.frame(k)))
     return union(posts), union(holes)
 
@@ -129,7 +130,7 @@ def board(plan: Plan, k: int) -> Manifold:
     plate = box((x - w, y - h, -plan.seat), (x + w, y + h, front))
     for at in b.holes:
         u, v = _at(plan, *at)
-        plate -= Manifold.cylinder(_FRONT + plan.seat, MM * b.hole / 2, -1.0, SMALL).translate((u, v, -plan.seat - 1.0))
+        plate -= Manifold.cylinder(FRONT + plan.seat, MM * b.hole / 2, -1.0, SMALL).translate((u, v, -plan.seat - 1.0))
     if front < 0:
         plate += box((-_PACKAGE[0] / 2, -_PACKAGE[1] / 2, front - 0.1), (_PACKAGE[0] / 2, _PACKAGE[1] / 2, 0.0))
     return plate.transform(plan.frame(k))
