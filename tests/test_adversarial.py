@@ -65,7 +65,7 @@ def test_count_interval_and_estimate_hold(name):
     found = voxels(target, voxel)
     assert len(found) == wanted.sum() > 100
     assert count(cones, voxel, within=found) == (wanted & dense(cones, centres, voxel, "centre")).sum()
-    p = np.random.default_rng(1).uniform(low, high, (400_000, 3))
+    p = np.random.default_rng(1).uniform(low, high, (150_000, 3))
     p = p[target(p) <= 0]
     share = float((cones(p) <= 0).mean())
     noise = math.sqrt(math.log(2e7) / (2 * len(p)))

@@ -51,7 +51,7 @@ def drawn_scene(seed, rule):
 
 
 @pytest.mark.parametrize("occlusion", MODELS)
-@pytest.mark.parametrize(("rule", "scenes"), [("centre", 12), ("touch", 5)])
+@pytest.mark.parametrize(("rule", "scenes"), [("centre", 8), ("touch", 3)])
 def test_count_is_the_dense_count(occlusion, rule, scenes):
     met = 0
     for seed in range(scenes):
@@ -98,14 +98,14 @@ def test_beams_are_what_lines_of_sight_leave(seed):
 @settings(max_examples=3)
 @given(drawing.seeds, st.sampled_from(MODELS))
 def test_the_interval_holds_the_share_of_many_points(seed, occlusion):
-    """Hoeffding: 1e5 points are off by more than 0.9 points once in 10^7."""
+    """Hoeffding: 5e4 points are off by more than 1.3 points once in 10^7."""
     solid, cones, occluders, _ = drawn_scene(seed, "touch")
     seen = beams(cones, occluders, occlusion, bracketed=True)
     low, high = solid.bounds()
-    p = np.random.default_rng(seed).uniform(low, high, (100_000, 3))
+    p = np.random.default_rng(seed).uniform(low, high, (50_000, 3))
     p = p[solid(p) <= 0]
     share, noise = float((seen(p) <= 0).mean()), math.sqrt(math.log(2e7) / (2 * len(p)))
-    wide, narrow = bracket(solid, seen, voxel=0.15), bracket(solid, seen, width=0.01)
+    wide, narrow = bracket(solid, seen, voxel=0.15), bracket(solid, seen, width=0.02)
     assert narrow.reached
     for b in (wide, narrow):
         assert b.low - noise <= share <= b.high + noise
@@ -137,12 +137,12 @@ def test_closed_forms():
         "blind": (1 - math.cos(half)) / 2 * (h - r) ** 3,
     }
     for occlusion, share in shares.items():
-        for width in (1e-2, 1e-4):
+        for width in (1e-2, 5e-4):
             b = bracket(around, beams(cone, ball, occlusion, bracketed=True), width)
             assert b.reached
             assert b.low <= share <= b.high, occlusion
     floor = Occluders(None, (half_space(-10.0), box((0, 0, 0.8), (4, 4, 0.2))))
-    table = bracket(around, beams(cone, floor, "shadow", bracketed=True), 1e-4)
+    table = bracket(around, beams(cone, floor, "shadow", bracketed=True), 5e-4)
     share = (math.pi / 3 * 0.7**3 * math.tan(half) ** 2) / volume
     assert table.low <= share <= table.high
 

@@ -30,13 +30,13 @@ def one_cone(apex, axis, half, range_m):
     return Cones(np.array([apex], float), np.array([axis], float), np.array([half]), np.array([float(range_m)]))
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(drawing.seeds)
 def test_holds_the_share_of_many_points(seed):
-    """Hoeffding: 2e5 points are off by more than 0.65 points once in 10^7."""
+    """Hoeffding: 1e5 points are off by more than 0.9 points once in 10^7."""
     solid, cones, _ = drawn_scene(seed, "touch")
     low, high = solid.bounds()
-    p = np.random.default_rng(seed).uniform(low, high, (200_000, 3)).astype(np.float64)
+    p = np.random.default_rng(seed).uniform(low, high, (100_000, 3)).astype(np.float64)
     p = p[solid(p) <= 0]
     share = float((cones(p) <= 0).mean())
     noise = math.sqrt(math.log(2e7) / (2 * len(p)))
@@ -46,8 +46,8 @@ def test_holds_the_share_of_many_points(seed):
     assert narrow.width <= 0.01
     for b in (wide, narrow):
         assert b.low - noise <= share <= b.high + noise
-        assert b.volume_low <= len(p) / 200_000 * box + noise * box
-        assert b.volume_high >= len(p) / 200_000 * box - noise * box
+        assert b.volume_low <= len(p) / 100_000 * box + noise * box
+        assert b.volume_high >= len(p) / 100_000 * box - noise * box
     assert max(wide.low, narrow.low) <= min(wide.high, narrow.high)
 
 
@@ -71,8 +71,8 @@ def test_holds_the_share_of_a_million_points(reference_pose):
     b = bracket(target, cones, width=1e-3)
     assert b.reached
     assert b.low - noise <= seen / inside <= b.high + noise
-    ball = voxels(target, 0.01)
-    assert count(cones, 0.01, within=ball) / len(ball) == pytest.approx((b.low + b.high) / 2, abs=2e-3)
+    ball = voxels(target, 0.015)
+    assert count(cones, 0.015, within=ball) / len(ball) == pytest.approx((b.low + b.high) / 2, abs=2e-3)
 
 
 def closed_forms():
@@ -200,10 +200,10 @@ def test_an_empty_target_is_refused():
 def test_sums_of_many_cells_hold_their_rounding():
     """Adding less than half a unit in the last place, over and over, changes nothing; the bounds allow for it."""
     tally, one = _Tally(), np.ones(1)
-    for volume in (1.0, *[2.0**-53] * 30_000):
+    for volume in (1.0, *[2.0**-53] * 8_000):
         tally.add(Share(one, one), Share(0 * one, 0 * one), volume, 0)
     b = tally.bracket(1, 1.0, 0.1)
-    assert b.volume_low <= 1 + 30_000 * 2.0**-53 <= b.volume_high
+    assert b.volume_low <= 1 + 8_000 * 2.0**-53 <= b.volume_high
 
 
 def test_the_mean_over_poses_holds_its_rounding(monkeypatch):

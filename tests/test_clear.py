@@ -84,7 +84,7 @@ def test_what_is_blocked_is_what_is_too_near():
     assert max(b for _, b, _ in found) == pytest.approx(0.4 + edge, abs=1e-3)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(drawing.seeds, st.booleans())
 def test_all_that_is_drawn_and_varied_is_clear_at_all_poses(seed, cluttered):
     rng = np.random.default_rng(seed)

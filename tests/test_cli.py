@@ -164,7 +164,7 @@ def test_robustness_prints_one_object(run):
 
 
 def test_a_search_for_redundancy_says_what_it_aimed_at(run, monkeypatch, tmp_path):
-    monkeypatch.setattr(searching, "Schedule", lambda: Schedule(3, (Stage(0.1, 256, 2, 1),), draws=3))
+    monkeypatch.setattr(searching, "usual", lambda *_: Schedule(3, (Stage(0.1, 256, 2, 1),), draws=3))
     code, out, _ = run("--target", "V_S", "--radius", "0.5", "--redundancy", "2", "--voxel", "0.1", "--out", "found")
     assert code == 0
     assert "seen by at least 2 sensors" in out
@@ -187,7 +187,7 @@ def test_cones_are_those_of_the_geometry(run, reference_pose):
 
 
 def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
-    monkeypatch.setattr(searching, "Schedule", lambda: Schedule(4, (Stage(0.1, 512, 4, 2),)))
+    monkeypatch.setattr(searching, "usual", lambda *_: Schedule(4, (Stage(0.1, 512, 4, 2),)))
     code, out, _ = run("--target", "V_S", "--radius", "0.5", "--voxel", "0.1", "--out", "found")
     assert code == 0
     for word in ("n3_16_55", "V_OT", "proposal.toml", "soft", "exact"):
@@ -203,7 +203,7 @@ def test_place_leaves_proposal_picture_and_result(run, monkeypatch, tmp_path):
 
 def test_an_interrupt_while_comparing_keeps_the_proposal(run, monkeypatch, tmp_path):
     assert comparable(Scene())  # imported before what it imports is replaced
-    monkeypatch.setattr(searching, "Schedule", lambda: Schedule(4, (Stage(0.1, 512, 4, 2),)))
+    monkeypatch.setattr(searching, "usual", lambda *_: Schedule(4, (Stage(0.1, 512, 4, 2),)))
     real, calls = Verifier.verify, []
 
     def interrupted(self, setup, target):

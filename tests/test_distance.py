@@ -178,7 +178,7 @@ def test_larger_balls_stay_farther_off(reference_pose):
 
 def test_figures_are_drawn(swing, reference_pose, tmp_path):
     setups = {name: named_setup(name) for name in ("n1_8_0", "n2_16_55")}
-    t, q = T[:20], swing[:20]
+    t, q = T[:8], swing[:8]
     results = {
         (name, mode, thing): [cell(UR10, setup, t, q, thing, seed, mode) for seed in range(2)]
         for name, setup in setups.items()

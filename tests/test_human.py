@@ -16,7 +16,7 @@ from place_rings.studies.walk import HAND, START, STATION, STATURE, WALK, walk
 from . import drawing
 
 SEEDS = st.integers(0, 10_000)
-FEW = settings(max_examples=8)
+FEW = settings(max_examples=4)
 EXPECTED = {  # shares of stature between the ends of the capsules' axes
     "thigh": human.THIGH,
     "shank": human.SHANK,

@@ -33,7 +33,7 @@ def dense(cones, group, wanted):
     return number, (inside & (number == 1)).sum(axis=1), (by_group & (by_group.sum(axis=0) == 1)).sum(axis=1)
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(drawing.seeds, st.integers(1, 12))
 def test_tally_is_the_dense_count(seed, most):
     cones, group, wanted = drawn(seed)
@@ -45,7 +45,7 @@ def test_tally_is_the_dense_count(seed, most):
     assert seen_by(cones, wanted, most) == found.at_least[-1]
 
 
-@settings(max_examples=8)
+@settings(max_examples=4)
 @given(drawing.seeds)
 def test_numbers_of_cones_add_up(seed):
     """Seen by one or more is the union's count; all multiplicities together are the single cones' counts."""
@@ -62,7 +62,7 @@ def test_numbers_of_cones_add_up(seed):
     assert np.all(found.alone_group >= sensors_of)
 
 
-@settings(max_examples=15)
+@settings(max_examples=7)
 @given(drawing.seeds)
 def test_what_a_cone_holds_alone_is_what_its_loss_takes(seed):
     """The loss of each cone and each group, counted anew without it."""
@@ -78,7 +78,7 @@ def test_what_a_cone_holds_alone_is_what_its_loss_takes(seed):
     assert [whole - lost for lost in found.alone_group] == [without(group == g) for g in range(group[-1] + 1)]
 
 
-@settings(max_examples=15)
+@settings(max_examples=7)
 @given(drawing.seeds)
 def test_twins_see_everything_twice(seed):
     """Every cone doubled: what one saw two see, and nothing hangs on one. Groups of pairs are as the cones were alone."""

@@ -49,10 +49,10 @@ def drawn_scene(seed, rule):
     return solid, sensor_cones(robot, drawing.setup(rng), q), voxel
 
 
-_MANY = [pytest.param(rule, range(40, 200), marks=pytest.mark.slow) for rule in ("centre", "touch")]
+_MANY = [pytest.param(rule, range(20, 200), marks=pytest.mark.slow) for rule in ("centre", "touch")]
 
 
-@pytest.mark.parametrize(("rule", "scenes"), [("centre", range(40)), ("touch", range(40)), *_MANY])
+@pytest.mark.parametrize(("rule", "scenes"), [("centre", range(20)), ("touch", range(20)), *_MANY])
 def test_count_is_the_dense_count(rule, scenes):
     for seed in scenes:
         solid, cones, voxel = drawn_scene(seed, rule)
@@ -67,7 +67,7 @@ def test_count_is_the_dense_count(rule, scenes):
         assert count(cones, voxel, rule, found) == (wanted & seen).sum(), f"seed {seed}"
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(drawing.seeds, st.sampled_from(["centre", "touch"]))
 def test_both_forms_of_zeta_agree(seed, rule):
     """Lambda(V and FOV) = Lambda(V) - Lambda(V - FOV), with sets made one by one and by a count within."""
@@ -80,7 +80,7 @@ def test_both_forms_of_zeta_agree(seed, rule):
     assert both == voxels(cones, voxel, rule, target)
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(drawing.seeds)
 def test_found_voxels_are_the_dense_ones(seed):
     solid, _, voxel = drawn_scene(seed, "centre")
@@ -89,7 +89,7 @@ def test_found_voxels_are_the_dense_ones(seed):
     assert set(map(tuple, mine.tolist())) == set(map(tuple, centres[solid(centres) <= 0].tolist()))
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(drawing.seeds, st.integers(1, 20))
 def test_moving_by_whole_voxels_moves_the_set(seed, steps):
     rng = np.random.default_rng(seed)
@@ -134,7 +134,7 @@ def test_voxels_beyond_the_lattice_are_refused():
         count(sphere([0.0, 0, 0], 1.0), 1e-7)
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(drawing.seeds, st.sampled_from(["centre", "touch"]), st.sampled_from([4, 16]))
 def test_regions_hold_every_voxel_once(seed, rule, most):
     """What is counted region by region is what is counted at once."""

@@ -75,7 +75,7 @@ def test_a_pyramid_is_one_lipschitz_and_its_sign_is_membership(seed):
 
 
 @given(SEED)
-@settings(max_examples=20)
+@settings(max_examples=10)
 def test_octree_of_beams_equals_the_dense_count_and_that_of_its_shapes(seed):
     solid, voxel = some(np.random.default_rng(seed)), 0.05
     low, high = (np.floor(b / voxel).astype(int) for b in solid.bounds())

@@ -155,7 +155,7 @@ def test_segments_against_a_minimiser(seed):
     assert point_to_segment(c, a, b) == pytest.approx(dense, abs=2e-3)
 
 
-@settings(max_examples=5)
+@settings(max_examples=3)
 @given(drawing.seeds)
 def test_bodies_move_with_their_links(seed):
     for name, robot in ROBOTS.items():

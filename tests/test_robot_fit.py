@@ -33,13 +33,13 @@ def turned(mesh, rng):
     return np.array(mesh.triangles) @ T[:3, :3].T + T[:3, 3], T
 
 
-def link(rng):
+def link(rng, sections=32):
     """A tube with a housing across at either end, as arms have: triangles in the frame whose z is the tube's axis."""
     radius = rng.uniform(0.03, 0.06)
     length = radius * rng.uniform(8, 12)
     house = 1.6 * radius
-    tube = trimesh.creation.cylinder(radius, length, sections=32)
-    ends = [trimesh.creation.cylinder(house, 3 * radius, sections=32) for _ in range(2)]
+    tube = trimesh.creation.cylinder(radius, length, sections=sections)
+    ends = [trimesh.creation.cylinder(house, 3 * radius, sections=sections) for _ in range(2)]
     for end, z in zip(ends, (-length / 2, length / 2), strict=True):
         end.apply_transform(trimesh.transformations.rotation_matrix(math.pi / 2, [1, 0, 0]))
         end.apply_translation([0, 0, z])
@@ -96,7 +96,7 @@ def test_volume_of_a_union():
     assert union_volume([a, a]) == pytest.approx(a.volume, rel=0.01)
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(drawing.seeds)
 def test_the_tube_of_a_link_is_found(seed):
     """Its axis, its radius, and its clear stretch between the housings, whose round sides leave it a little longer."""
@@ -228,7 +228,7 @@ def run(monkeypatch, *command):
 
 def test_from_a_urdf_to_a_scene(tmp_path, monkeypatch, capsys):
     """The command on an arm of two links with meshes: files, a picture, a mount on each link, and a scene that counts."""
-    mesh, radius, _ = link(np.random.default_rng(3))
+    mesh, radius, _ = link(np.random.default_rng(3), 16)
     mesh.apply_translation([0, 0, 0.25])
     mesh.export(tmp_path / "link.stl")
     body = "<collision><geometry><mesh filename='link.stl'/></geometry></collision>"

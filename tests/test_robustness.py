@@ -45,7 +45,7 @@ def drawn_setup(seed, sensors=4):
     return drawing.setup(np.random.default_rng(seed), sensors)
 
 
-@settings(max_examples=4)
+@settings(max_examples=2)
 @given(drawing.seeds)
 def test_redundancy_keeps_its_laws(verifier, seed):
     setup = drawn_setup(seed)

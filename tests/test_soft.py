@@ -13,13 +13,18 @@ from place_rings.coverage.solids import Cones, Difference, sphere
 
 from . import drawing
 
-estimate = jax.jit(soft_zeta)
+compiled = jax.jit(soft_zeta)
 of_many = jax.jit(jax.vmap(jax.vmap(lambda c, *p: soft_zeta(Cones(*c), *p), (None, 0, 0)), (0, None, None)))
 ALL = np.inf  # no cone is left out
 
 
 def on_device(tree):
     return jax.tree.map(jnp.asarray, tree)
+
+
+def estimate(cones, points, width, cut=CUT, slopes=True):
+    """With all arguments traced, so that one compilation serves all of one shape."""
+    return compiled(cones, points, width, cut, slopes)
 
 
 def drawn(seed, cones=12, points=300):
@@ -74,7 +79,7 @@ def test_cones_left_out_do_not_matter(seed, width):
         assert float(abs(a - b).max()) < 1e-5 / width
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(drawing.seeds)
 def test_many_setups_and_clouds_at_once_are_as_one_by_one(seed):
     """Under vmap the loops run as long as the longest needs, and blocks without points are passed over."""
@@ -90,7 +95,7 @@ def test_many_setups_and_clouds_at_once_are_as_one_by_one(seed):
             assert np.allclose(a[i, j], b, rtol=0, atol=1e-12 / float(width[j]))
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(drawing.seeds)
 def test_padding_and_slopes_leave_the_value(seed):
     cones, points = drawn(seed)
@@ -130,7 +135,7 @@ def test_gradients_are_finite_everywhere(dtype, width):
     assert all(bool(jnp.isfinite(part).all()) for part in jax.tree.leaves(soft))
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(drawing.seeds, st.sampled_from([0.1, 0.05, 0.02, 0.008]))
 def test_single_precision_is_enough_for_a_search(seed, width):
     """At all widths of the search: zeta to 1e-5, which is a tenth of a voxel's worth, slopes to 1e-3 of the steepest.
@@ -163,7 +168,7 @@ def test_memory_does_not_grow_with_pairs():
     assert compiled.memory_analysis().temp_size_in_bytes < 100e6
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(drawing.seeds, st.integers(1, 400), st.sampled_from([1, 7, 64]))
 def test_clouds_keep_every_point_once(seed, n, block):
     points = np.random.default_rng(seed).uniform(-1, 1, (n, 3))

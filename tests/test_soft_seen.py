@@ -40,7 +40,7 @@ def plain(p, least):
     return float(total.mean())
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(drawing.seeds, st.sampled_from([0.3, 0.1, 0.03]), st.sampled_from([2, 3]))
 def test_value_is_the_definition(seed, width, least):
     cones, points = drawn(seed, CONES, POINTS)
@@ -48,7 +48,7 @@ def test_value_is_the_definition(seed, width, least):
     assert float(estimate(cones, points, width, least).zeta) == pytest.approx(expected, abs=1e-12)
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(drawing.seeds, st.sampled_from([0.3, 0.1, 0.05]), st.sampled_from([2, 3]))
 def test_gradient_is_the_central_difference(seed, width, least):
     cones, points = drawn(seed, CONES, POINTS)
@@ -64,7 +64,7 @@ def test_gradient_is_the_central_difference(seed, width, least):
         assert slope == pytest.approx((up - down) / (2 * step), abs=1e-6)
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(drawing.seeds, st.sampled_from([2, 3]))
 def test_tends_to_the_share_of_points(seed, least):
     cones, points = drawn(seed, CONES, POINTS)
@@ -74,7 +74,7 @@ def test_tends_to_the_share_of_points(seed, least):
     assert float(estimate(cones, points, SHARP, least, CUT).zeta) == pytest.approx(exact, abs=on_surface + 1e-6)
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(drawing.seeds)
 def test_more_sensors_see_less_and_all_numbers_add_up(seed):
     """The sum over k of the chances of at least k is the expected number of cones."""
@@ -85,7 +85,7 @@ def test_more_sensors_see_less_and_all_numbers_add_up(seed):
     assert one + two == pytest.approx(expected, abs=1e-12)
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(drawing.seeds, st.sampled_from([0.05, 0.01]))
 def test_pieces_and_cones_left_out_do_not_matter(seed, width):
     """40 cones go through in several pieces; those that are far off are left out, with and without slopes."""

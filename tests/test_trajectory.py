@@ -37,7 +37,7 @@ def nearest(record, poses):
     return np.min([np.abs(record.q - p.q).max(axis=1) for p in poses], axis=0)
 
 
-@settings(max_examples=15)
+@settings(max_examples=7)
 @given(drawing.seeds, st.integers(1, 60), st.sampled_from([0.0, 1.0, 5.0]))
 def test_weights_sum_to_the_time_and_every_sample_is_near_its_pose(seed, most, speed_weight):
     record = motion(np.random.default_rng(seed))
@@ -86,7 +86,7 @@ def test_dwell_and_speed_weigh():
     assert ends[1.0] == pytest.approx((18 + 0.05 * moving) / (18 + moving), abs=0.02)
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(drawing.seeds, st.sampled_from([20.0, 37.0, 250.0]))
 def test_the_rate_and_the_direction_of_the_record_do_not_matter(seed, rate):
     """Poses of the same motion recorded at another rate, or backwards, lie as near to it, and what is averaged over them is
@@ -199,7 +199,7 @@ def test_what_is_no_record_is_one_line(tmp_path):
             read_record(tmp_path / name, UR10)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.binary(max_size=200))
 def test_no_bytes_do_worse_than_one_line(tmp_path_factory, data):
     path = tmp_path_factory.mktemp("r") / "r.csv"
