@@ -12,10 +12,10 @@ from rich.console import Console
 
 from ..coverage.rings import Setup
 from ..objectives.scene import Scene
-from ..placement.convert import ring_models, rounded, scene_model
 from ..placement.errors import UserError, explain
+from ..placement.files.convert import ring_models, rounded, scene_model
+from ..placement.files.proposals import ProposalFile
 from ..placement.loader import output_folder
-from ..placement.proposals import ProposalFile
 from ..rig.check_models import AboutFile, PortModel
 from ..rig.checked import Checked
 from ..rig.judge import judge

@@ -8,7 +8,7 @@ from cyclopts.validators import Number
 
 from ..placement.errors import UserError, shown
 from ..placement.loader import output_folder, resolve, write_bytes
-from ..placement.urdf import read_urdf
+from ..placement.robot.urdf import read_urdf
 from .app import RobotOption, SceneFileOption, Subject, app
 from .options import resolve_scene
 from .shared import NO_FRAMES, FrameOptions

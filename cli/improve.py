@@ -11,17 +11,17 @@ from ..coverage.rings import Setup
 from ..coverage.robots import Robot
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
-from ..placement import improve as improving
-from ..placement.beam import WORTH, Answer
-from ..placement.change_records import change_model, work_model
-from ..placement.changes import Change, Kind, turn
-from ..placement.convert import ring_models, scene_model
+from ..placement.files.convert import ring_models, scene_model
+from ..placement.files.proposals import ImproveResult, ProposalFile, StepModel
+from ..placement.files.result_convert import verify_result
+from ..placement.files.results import VerifyResult
+from ..placement.improving import improve as improving
+from ..placement.improving.beam import WORTH, Answer
+from ..placement.improving.changes import Change, Kind, turn
+from ..placement.improving.records import change_model, work_model
 from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.progress import Outcome
 from ..placement.progress import Progress as Told
-from ..placement.proposals import ImproveResult, ProposalFile, StepModel
-from ..placement.result_convert import verify_result
-from ..placement.results import VerifyResult
 from ..placement.search import SearchResult
 from .picture import comparison_picture
 from .place import check_scene, found_model

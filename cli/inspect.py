@@ -10,10 +10,10 @@ from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..objectives.side_by_side import by_occlusion
 from ..objectives.sight import unseeing
-from ..placement.mounted import sensor_list
-from ..placement.result_convert import verify_result
-from ..placement.sensing import sensor_records
-from ..placement.sighting import with_sight
+from ..placement.files.result_convert import verify_result
+from ..placement.files.sensing import sensor_records
+from ..placement.files.sighting import with_sight
+from ..placement.mounted.lists import sensor_list
 from .motion import record_line, worst_line
 from .options import Counting
 from .place import check_scene

@@ -5,7 +5,7 @@ import math
 import sys
 
 from ..objectives.scene import Scene
-from ..placement.results import VerifyResult
+from ..placement.files.results import VerifyResult
 from ..studies.task import pick_and_place
 from .tables import percent, target_label
 

@@ -16,14 +16,14 @@ from ..coverage.targets import Target
 from ..objectives.exact import VOXEL, Rule
 from ..objectives.scene import Goal, Pose, Rules, Scene
 from ..placement.candidates import Space
-from ..placement.convert import scene_model
 from ..placement.errors import UserError, explain, shown
+from ..placement.files.convert import scene_model
+from ..placement.files.models import SceneFile
+from ..placement.files.record import with_record
 from ..placement.layout import ring_layout
 from ..placement.loader import read_robot, read_scene
-from ..placement.models import SceneFile
-from ..placement.mounted_urdf import PATTERN, Asked
-from ..placement.record import with_record
-from ..placement.sensor_frames import Along
+from ..placement.mounted.frames import PATTERN, Asked
+from ..placement.mounted.sensor_frames import Along
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6

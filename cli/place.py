@@ -20,17 +20,17 @@ from ..objectives.side_by_side import by_occlusion
 from ..objectives.sight import unseeing
 from ..placement import search as searching
 from ..placement.candidates import Space
-from ..placement.convert import ring_models, scene_model
 from ..placement.errors import UserError
+from ..placement.files.convert import ring_models, scene_model
+from ..placement.files.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
+from ..placement.files.result_convert import tolerant_model, verify_result
+from ..placement.files.results import VerifyResult
+from ..placement.files.sensing import sensor_records
+from ..placement.files.sighting import with_sight
 from ..placement.finalists import MANY
 from ..placement.loader import made_folder, to_toml, write_text
 from ..placement.progress import Progress as Told
-from ..placement.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
 from ..placement.reach import fewest_sensors
-from ..placement.result_convert import tolerant_model, verify_result
-from ..placement.results import VerifyResult
-from ..placement.sensing import sensor_records
-from ..placement.sighting import with_sight
 from .motion import record_line, worst_line
 from .picture import placement_picture
 from .protective import protective_lines

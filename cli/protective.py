@@ -1,8 +1,8 @@
 """What commands say of V_P: the formula with its terms, where the robot's speed is from, and that it is no safety rating."""
 
 from ..coverage.rings import Setup
-from ..placement.results import SeparationModel, VerifyResult
-from ..placement.sensing import title
+from ..placement.files.results import SeparationModel, VerifyResult
+from ..placement.files.sensing import title
 
 DISCLAIMER = "An engineering aid: it confers no safety rating."
 

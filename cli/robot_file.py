@@ -13,12 +13,12 @@ from ..coverage.robot import Robot
 from ..coverage.robots import ROBOTS
 from ..objectives.scene import Rules, Scene
 from ..placement.errors import UserError, shown
+from ..placement.files.robot_convert import robot_file
 from ..placement.loader import output_folder, to_toml, write_text
-from ..placement.meshes import Meshes, Which
-from ..placement.robot_convert import robot_file
-from ..placement.robot_fit import Fit, fit_robot, outlines
-from ..placement.urdf import read_urdf
-from ..placement.urdf_chain import pick_chain
+from ..placement.robot.meshes import Meshes, Which
+from ..placement.robot.robot_fit import Fit, fit_robot, outlines
+from ..placement.robot.urdf import read_urdf
+from ..placement.robot.urdf_chain import pick_chain
 from .robot_picture import robot_picture
 
 _LIST = re.compile(r"\[\n[-+.\deE,\s]+\]")  # of numbers, over several lines

@@ -14,7 +14,7 @@ from ..coverage.capsules import robot_capsules
 from ..coverage.chain import forward
 from ..coverage.robot import BASE, Robot
 from ..coverage.targets import Shape, robot_curve
-from ..placement.robot_fit import FittedLink
+from ..placement.robot.robot_fit import FittedLink
 from ..studies.shapes import circle
 from ..studies.sheet import GREY, INK, Sheet, write_png
 

@@ -9,8 +9,8 @@ from ..objectives.exact import Verifier
 from ..objectives.redundancy import redundancy
 from ..objectives.scene import Scene
 from ..objectives.tolerance import tolerance
-from ..placement.result_convert import robustness_result
-from ..placement.results import LossModel, RobustnessResult
+from ..placement.files.result_convert import robustness_result
+from ..placement.files.results import LossModel, RobustnessResult
 from .aim_options import Robustness
 from .place import check_scene
 from .sighting import check_sight

@@ -17,11 +17,11 @@ from ..coverage.rings import Setup, sensor_optics
 from ..coverage.separation import separation, stopping_time
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
+from ..placement.files.record import check_limits, read_record
+from ..placement.files.result_convert import separation_model
+from ..placement.files.results import DirectionModel, SafetyResult, ShareModel
+from ..placement.files.sensing import sensor_records
 from ..placement.loader import output_folder, write_text
-from ..placement.record import check_limits, read_record
-from ..placement.result_convert import separation_model
-from ..placement.results import DirectionModel, SafetyResult, ShareModel
-from ..placement.sensing import sensor_records
 from ..studies import detection_page
 from ..studies.detection import Approaches, Timing, approach, floor_of, seeing_as_far, start_of, walker
 from ..studies.detection_figure import picture

@@ -10,8 +10,8 @@ from ..coverage.catalogue import MODELS, Model
 from ..coverage.effective import effective, size_of
 from ..coverage.sensors import Sensor, Use
 from ..placement.errors import UserError
-from ..placement.results import SensorRecord
-from ..placement.sensing import sensor_record
+from ..placement.files.results import SensorRecord
+from ..placement.files.sensing import sensor_record
 
 
 def resolve_sensor(

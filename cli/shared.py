@@ -11,8 +11,8 @@ from ..coverage.rings import Setup
 from ..coverage.sensors import Sensor
 from ..objectives.scene import Scene
 from ..placement.loader import resolve
-from ..placement.mounted_urdf import Asked
-from ..placement.sensor_frames import Along
+from ..placement.mounted.frames import Asked
+from ..placement.mounted.sensor_frames import Along
 from .app import Radius, RobotOption, SceneFileOption, Targets
 from .options import parse_goals, resolve_frames, resolve_scene, with_goals, with_motion, with_occlusion
 from .sensing import resolve_sensor

@@ -14,7 +14,7 @@ from ..objectives.scene import Scene
 from ..objectives.sight import check_bodies, check_mounting
 from ..objectives.standing import REAL
 from ..placement.errors import UserError
-from ..placement.results import UnseeingModel, VerifyResult
+from ..placement.files.results import UnseeingModel, VerifyResult
 from .tables import target_label
 
 ADVICE = (

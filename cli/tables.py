@@ -6,7 +6,7 @@ from rich.table import Table
 
 from ..coverage.rings import Setup
 from ..coverage.robots import Robot
-from ..placement.results import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult, WorstModel
+from ..placement.files.results import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult, WorstModel
 
 _WIDE = 3  # targets up to which the worst pose has columns of its own
 

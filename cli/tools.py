@@ -10,8 +10,8 @@ from cyclopts.validators import Number
 from ..coverage.robots import PAPER_ROBOTS
 from ..objectives.scene import Scene
 from ..placement.errors import UserError, shown
+from ..placement.files.proposals import MODELS
 from ..placement.loader import resolve
-from ..placement.proposals import MODELS
 from .app import Json, RobotOption, SceneFileOption, Subject, Targets, app
 from .options import (
     check_machines,

@@ -17,19 +17,19 @@ from ..coverage.rings import Setup, named_setup
 from ..coverage.robot import Robot
 from ..coverage.sensors import Sensor
 from ..objectives.scene import Scene
-from .cell import with_meshes
-from .convert import ring_models, scene_of, setup_of, thinning
 from .errors import UserError, explain, shown
-from .models import SceneFile
-from .mount_models import RingModel
-from .mounted import mounted_setup
-from .mounted_poses import setup_of_poses
-from .mounted_urdf import Asked, setup_of_urdf
-from .proposals import FoundModel, ProposalFile
-from .record import with_record
-from .robot_convert import robot_of
-from .robot_models import RobotFile
-from .urdf import read_urdf
+from .files.cell import with_meshes
+from .files.convert import ring_models, scene_of, setup_of, thinning
+from .files.models import SceneFile
+from .files.mount_models import RingModel
+from .files.proposals import FoundModel, ProposalFile
+from .files.record import with_record
+from .files.robot_convert import robot_of
+from .files.robot_models import RobotFile
+from .mounted.frames import Asked, setup_of_urdf
+from .mounted.lists import mounted_setup
+from .mounted.poses import setup_of_poses
+from .robot.urdf import read_urdf
 
 _LARGEST = 16 * 2**20  # bytes of a file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")

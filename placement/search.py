@@ -18,8 +18,8 @@ from ..objectives.scene import Scene
 from .apart import apart
 from .candidates import Space
 from .climb import Brake
-from .convert import rounded
 from .drawing import fitted, fresh, papers
+from .files.convert import rounded
 from .finalists import choose
 from .pool import Pool
 from .progress import Outcome, Progress, Statistics

@@ -4,10 +4,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from ..placement.kinds import Percent
-from ..placement.proposals import ProposalFile
-from ..placement.robot_convert import robot_of
-from ..placement.strict import StrictModel, refuse
+from ..placement.files.kinds import Percent
+from ..placement.files.proposals import ProposalFile
+from ..placement.files.robot_convert import robot_of
+from ..placement.files.strict import StrictModel, refuse
 from .plan_files import MountPlanFile, RodPlanFile
 
 DISCLAIMER = (

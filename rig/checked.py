@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from ..coverage.rings import Setup
 from ..objectives.scene import Scene
-from ..placement.convert import scene_of, setup_of
+from ..placement.files.convert import scene_of, setup_of
 from .check_models import AboutFile
 from .plan_files import mount_plan_of, rod_plan_of
 from .procedure import Plans

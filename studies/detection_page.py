@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..placement.results import SafetyResult
+from ..placement.files.results import SafetyResult
 from .detection import Approaches
 from .moments import STEP, Moments
 from .pages import table

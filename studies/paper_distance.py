@@ -10,8 +10,8 @@ from ..coverage.ranging import OCCLUSIONS
 from ..coverage.rings import named_setup
 from ..coverage.robots import ROBOTS
 from ..coverage.sensors import PAPER_SENSOR
-from ..placement.convert import setup_of
-from ..placement.mount_models import RingModel
+from ..placement.files.convert import setup_of
+from ..placement.files.mount_models import RingModel
 from .approach import Approach
 from .distance import THINGS, Series, Table, series, summary
 from .paper import SETUPS, task

@@ -8,7 +8,7 @@ import numpy as np
 from ..coverage.rings import RING_RADIUS, named_setup
 from ..coverage.sensors import PAPER_SENSOR
 from ..coverage.targets import Target
-from ..placement.convert import ring_models
+from ..placement.files.convert import ring_models
 from .paper import COUNTS, FAR, NEAR, Question, Row, question, scene
 from .works import Rings
 

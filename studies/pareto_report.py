@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..placement.convert import ring_models, scene_model
+from ..placement.files.convert import ring_models, scene_model
+from ..placement.files.proposals import ProposalFile
 from ..placement.loader import to_toml
-from ..placement.proposals import ProposalFile
 from .pages import csv_text, html, table
 from .pareto import Point, dominated, front, hypervolume, is_papers, setup_of_point
 from .plotting import COLOURS, INK, MARKERS, plain, save, sheet

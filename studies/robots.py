@@ -12,7 +12,7 @@ import numpy as np
 
 from ..coverage.occlusion import OCCLUSIONS
 from ..coverage.targets import Target
-from ..placement.convert import ring_models
+from ..placement.files.convert import ring_models
 from .store import Cell
 from .works import Rings, scene_from, setup_from
 

@@ -17,10 +17,10 @@ from ..objectives.exact import Rule, Verifier
 from ..objectives.scene import Scene
 from ..objectives.sight import unseeing
 from ..placement.candidates import Space
-from ..placement.convert import ring_models, scene_of, setup_of
+from ..placement.files.convert import ring_models, scene_of, setup_of
+from ..placement.files.models import SceneFile
+from ..placement.files.mount_models import RingModel
 from ..placement.layout import ring_layout
-from ..placement.models import SceneFile
-from ..placement.mount_models import RingModel
 from ..placement.progress import Outcome
 from ..placement.schedule import short as shorter
 from ..placement.search import search as searching

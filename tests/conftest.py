@@ -29,7 +29,7 @@ sys.modules[_checker.__name__] = _checker
 _STUDIES = (
     f"place_rings.studies.{name}" for name in ("human", "walk", "objects", "distance", "approach", "moments", "detection")
 )
-_PLACEMENT = (f"place_rings.placement.{name}" for name in ("search", "finalists", "subset", "record"))
+_PLACEMENT = (f"place_rings.placement.{name}" for name in ("search", "finalists", "subset", "files.record"))
 _RIG = (
     f"place_rings.rig.{name}"
     for name in (

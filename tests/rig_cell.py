@@ -4,8 +4,8 @@ import numpy as np
 from place_rings.coverage.rings import Ring, Setup
 from place_rings.coverage.sensors import Sensor
 from place_rings.objectives.scene import Scene
-from place_rings.placement.cell import obstacles_of
-from place_rings.placement.models import ObstacleModel
+from place_rings.placement.files.cell import obstacles_of
+from place_rings.placement.files.models import ObstacleModel
 
 FLOOR, TABLE, BOX = obstacles_of(
     [

@@ -24,13 +24,13 @@ from place_rings.objectives.space import segments
 from place_rings.objectives.standing import alone, meeting
 from place_rings.placement.apart import apart
 from place_rings.placement.candidates import Space
-from place_rings.placement.convert import rounded, scene_model, scene_of
 from place_rings.placement.drawing import fresh, vary
 from place_rings.placement.errors import UserError
+from place_rings.placement.files.convert import rounded, scene_model, scene_of
+from place_rings.placement.improving.rework import Rework
 from place_rings.placement.layout import ring_layout
 from place_rings.placement.loader import read_scene
 from place_rings.placement.places import InfeasibleError
-from place_rings.placement.rework import Rework
 
 from . import drawing
 

@@ -23,9 +23,9 @@ from place_rings.coverage.slots import sensor_cones
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Rules, Scene
 from place_rings.placement import search as searching
+from place_rings.placement.files.proposals import SearchFile
+from place_rings.placement.files.results import RobustnessResult, SafetyResult, VerifyResult
 from place_rings.placement.loader import read_proposal
-from place_rings.placement.proposals import SearchFile
-from place_rings.placement.results import RobustnessResult, SafetyResult, VerifyResult
 from place_rings.placement.schedule import Schedule, Stage
 
 REFUSED = {

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.catalogue import MODELS, model, side_of_diagonal
 from place_rings.coverage.effective import effective, size_of
 from place_rings.coverage.sensors import Use
-from place_rings.placement.convert import sensor_model, sensor_of
-from place_rings.placement.mount_models import SensorModel
+from place_rings.placement.files.convert import sensor_model, sensor_of
+from place_rings.placement.files.mount_models import SensorModel
 
 NAMES = st.sampled_from(sorted(MODELS))
 REFLECTANCE = st.none() | st.floats(0.01, 1.0)

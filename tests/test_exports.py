@@ -30,9 +30,9 @@ from place_rings.placement.errors import UserError
 from place_rings.placement.export.formats import FORMATS
 from place_rings.placement.export.placed import Placed
 from place_rings.placement.loader import resolve
-from place_rings.placement.mounted_urdf import Asked
-from place_rings.placement.sensor_frames import looking_along, looking_along_z, sensor_frames
-from place_rings.placement.urdf import read_urdf
+from place_rings.placement.mounted.frames import Asked
+from place_rings.placement.mounted.sensor_frames import looking_along, looking_along_z, sensor_frames
+from place_rings.placement.robot.urdf import read_urdf
 from place_rings.rig.sensing.fan import ray_to_capsule, ray_to_polyhedron
 
 from . import drawing

@@ -10,11 +10,11 @@ from place_rings.coverage.robots import ROBOTS
 from place_rings.coverage.targets import Shape, Target
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
 from place_rings.placement import loader
-from place_rings.placement.convert import ring_models, rounded, scene_model, scene_of
 from place_rings.placement.errors import UserError
+from place_rings.placement.files.convert import ring_models, rounded, scene_model, scene_of
+from place_rings.placement.files.models import SceneFile
+from place_rings.placement.files.proposals import ProposalFile
 from place_rings.placement.loader import read_proposal, read_scene, resolve, to_toml, write_text
-from place_rings.placement.models import SceneFile
-from place_rings.placement.proposals import ProposalFile
 
 from . import drawing
 

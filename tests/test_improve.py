@@ -7,16 +7,16 @@ from place_rings.coverage.rings import Ring, Setup, named_setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Goal, Limits, Rules, Scene
-from place_rings.placement import beam
-from place_rings.placement import improve as improving
-from place_rings.placement.beam import WORTH, Plan
-from place_rings.placement.changes import Kind
-from place_rings.placement.convert import rounded
-from place_rings.placement.improve import improve
+from place_rings.placement.files.convert import rounded
+from place_rings.placement.files.proposals import ImproveResult
+from place_rings.placement.files.results import VerifyResult
+from place_rings.placement.improving import beam
+from place_rings.placement.improving import improve as improving
+from place_rings.placement.improving.beam import WORTH, Plan
+from place_rings.placement.improving.changes import Kind
+from place_rings.placement.improving.improve import improve
 from place_rings.placement.loader import read_proposal
 from place_rings.placement.progress import Outcome
-from place_rings.placement.proposals import ImproveResult
-from place_rings.placement.results import VerifyResult
 from place_rings.placement.schedule import Stage
 
 from .test_rework import check_changes, check_rules

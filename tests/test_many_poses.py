@@ -14,9 +14,9 @@ from place_rings.objectives.scene import Goal, Pose, Scene
 from place_rings.placement import finalists
 from place_rings.placement.candidates import Space, stacked
 from place_rings.placement.drawing import fresh
+from place_rings.placement.files.result_convert import verify_result
 from place_rings.placement.layout import ring_layout
 from place_rings.placement.progress import Outcome
-from place_rings.placement.result_convert import verify_result
 from place_rings.placement.schedule import Schedule, Stage
 from place_rings.placement.search import search
 from place_rings.studies.task import pick_and_place

@@ -19,7 +19,7 @@ from place_rings.coverage.slots import sensor_cones
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.placement.errors import UserError
 from place_rings.placement.loader import resolve
-from place_rings.placement.mounted import COLUMNS, SQUARE_COLUMNS, mounted_setup
+from place_rings.placement.mounted.lists import COLUMNS, SQUARE_COLUMNS, mounted_setup
 
 from . import drawing
 

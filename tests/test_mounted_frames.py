@@ -12,7 +12,7 @@ from place_rings.placement.export.placed import Placed
 from place_rings.placement.export.tables import json as poses
 from place_rings.placement.export.urdf import urdf
 from place_rings.placement.loader import resolve
-from place_rings.placement.mounted_poses import setup_of_poses
+from place_rings.placement.mounted.poses import setup_of_poses
 
 SETUP = named_setup("n1_4_25")
 

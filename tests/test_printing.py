@@ -21,9 +21,9 @@ from place_rings.coverage.slots import sensor_cones
 from place_rings.coverage.surround import axes_of
 from place_rings.objectives.scene import Pose, Rules, Scene
 from place_rings.placement.candidates import Space
-from place_rings.placement.convert import scene_model, scene_of
 from place_rings.placement.drawing import fresh, vary
 from place_rings.placement.errors import UserError
+from place_rings.placement.files.convert import scene_model, scene_of
 from place_rings.placement.layout import ring_layout
 from place_rings.placement.loader import read_scene, to_toml
 from place_rings.placement.places import InfeasibleError

@@ -21,7 +21,7 @@ from place_rings.coverage.targets import Target, target_solid
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.separations import separations
 from place_rings.objectives.trajectory import Record, Thinning, thin
-from place_rings.placement.convert import scene_model, scene_of
+from place_rings.placement.files.convert import scene_model, scene_of
 
 SEED = st.integers(0, 2**32 - 1)
 

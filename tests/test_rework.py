@@ -11,12 +11,12 @@ from place_rings.coverage.rings import Ring, Setup, named_setup
 from place_rings.objectives.faults import faults
 from place_rings.objectives.scene import Limits, Rules, Scene
 from place_rings.placement.candidates import Space
-from place_rings.placement.changes import Kind, Touched, changes, work
-from place_rings.placement.convert import rounded
 from place_rings.placement.drawing import fresh
+from place_rings.placement.files.convert import rounded
+from place_rings.placement.improving.changes import Kind, Touched, changes, work
+from place_rings.placement.improving.rework import Rework
+from place_rings.placement.improving.touching import touched
 from place_rings.placement.places import InfeasibleError
-from place_rings.placement.rework import Rework
-from place_rings.placement.touching import touched
 
 from . import drawing
 from .test_space import drawn_scene

@@ -12,18 +12,14 @@ MAY = {
     "coverage": set(),
     "objectives": {"coverage"},
     "placement": {"coverage", "objectives"},
-    "placement/export": {  # of placement, as in all that follow: a room in a room may import files and rooms beside it
-        "errors",
-        "meshes",
-        "mounted",
-        "mounted_poses",
-        "printing",
-        "robot_convert",
-        "sensor_frames",
-        "urdf",
-        "urdf_robot",
-    },
-    "placement/printing": {"errors", "loader", "results"},
+    "placement/files": {
+        "errors"
+    },  # of placement, as in all that follow: a room in a room may import files and rooms beside it
+    "placement/robot": {"errors"},
+    "placement/mounted": {"errors", "files", "robot"},
+    "placement/improving": {"candidates", "climb", "files", "places", "progress", "schedule"},
+    "placement/export": {"errors", "files", "mounted", "printing", "robot"},
+    "placement/printing": {"errors", "files", "loader"},
     "studies": {"coverage", "objectives", "placement"},
     "rig": {"coverage", "objectives", "placement"},
     "rig/recording": set(),
@@ -47,8 +43,9 @@ MAY = {
         "sensing",
         "sighting",
         "tables",
+        "words",
     },
-    "cli/viewer": {"tables"},
+    "cli/viewer": {"tables", "words"},
 }
 CORE = {"coverage", "objectives"}
 NOT_IN_CORE = {"matplotlib", "serial", "rtde_control", "rtde_receive", "viser", "rich", "cyclopts", "tomllib", "pydantic"}

@@ -16,8 +16,8 @@ from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.objectives.side_by_side import by_occlusion
 from place_rings.objectives.sight import BodilessError, check_mounting, unseeing
 from place_rings.objectives.tolerance import tolerance
-from place_rings.placement.convert import scene_model, scene_of
 from place_rings.placement.errors import UserError
+from place_rings.placement.files.convert import scene_model, scene_of
 from place_rings.placement.loader import read_scene, to_toml
 
 FLAT = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]

@@ -11,8 +11,8 @@ from place_rings.coverage.rings import Ring, Setup, named_setup
 from place_rings.objectives.scene import Limits, Rules, Scene
 from place_rings.objectives.space import GRAIN, decode, segments
 from place_rings.placement.candidates import Candidate, Space
-from place_rings.placement.convert import rounded
 from place_rings.placement.drawing import fitted, fresh, papers, vary
+from place_rings.placement.files.convert import rounded
 from place_rings.placement.layout import ring_layout
 from place_rings.placement.places import InfeasibleError
 from place_rings.placement.unlike import features, unlike_first

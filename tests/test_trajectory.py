@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from place_rings.coverage.chain import forward
 from place_rings.coverage.robots import UR10
 from place_rings.objectives.trajectory import Record, Thinning, thin
-from place_rings.placement import record as reading
-from place_rings.placement.convert import scene_model, scene_of
 from place_rings.placement.errors import UserError
+from place_rings.placement.files import record as reading
+from place_rings.placement.files.convert import scene_model, scene_of
+from place_rings.placement.files.record import read_record
 from place_rings.placement.loader import read_proposal, read_scene
-from place_rings.placement.record import read_record
 from place_rings.placement.subset import FEW, POINTS, poses_at_once, representative, with_worst
 
 from . import drawing

@@ -16,10 +16,10 @@ from place_rings.coverage.chain import forward
 from place_rings.coverage.robots import ROBOTS
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
 from place_rings.placement.errors import UserError
-from place_rings.placement.meshes import Meshes
-from place_rings.placement.robot_fit import outlines
-from place_rings.placement.urdf import read_urdf
-from place_rings.placement.urdf_chain import pick_chain
+from place_rings.placement.robot.meshes import Meshes
+from place_rings.placement.robot.robot_fit import outlines
+from place_rings.placement.robot.urdf import read_urdf
+from place_rings.placement.robot.urdf_chain import pick_chain
 
 from . import drawing
 from .urdf_text import Peer, chain_text, drawn_chain, joint
@@ -150,7 +150,7 @@ def test_entities_are_never_expanded(folder):
     """A parser that expanded them would take gigabytes; this one is out at the document type, in a small process."""
     (folder / "laughs.urdf").write_text(LAUGHS + "]><robot name='&i;'/>")
     code = (
-        "import resource, sys\nfrom pathlib import Path\nfrom place_rings.placement.urdf import read_urdf\n"
+        "import resource, sys\nfrom pathlib import Path\nfrom place_rings.placement.robot.urdf import read_urdf\n"
         "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
         "try:\n    read_urdf(Path(sys.argv[1]))\nexcept Exception as error:\n    print(type(error).__name__)\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20_000)"

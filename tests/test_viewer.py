@@ -30,9 +30,9 @@ from place_rings.coverage.targets import Target
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Goal, Pose, Scene
 from place_rings.objectives.sight import setup_sight
-from place_rings.placement.convert import rounded
 from place_rings.placement.errors import UserError
 from place_rings.placement.exchange import Round
+from place_rings.placement.files.convert import rounded
 from place_rings.placement.loader import read_proposal
 from place_rings.placement.schedule import Schedule, Stage
 

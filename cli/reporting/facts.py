@@ -12,9 +12,9 @@ from ...objectives.blind import Blind, blind_spots
 from ...objectives.exact import Verifier
 from ...objectives.faults import faults
 from ...objectives.scene import Scene
+from ...placement.files.proposals import FoundModel
+from ...placement.files.results import RobustnessResult, VerifyResult
 from ...placement.finalists import MANY
-from ...placement.proposals import FoundModel
-from ...placement.results import RobustnessResult, VerifyResult
 from ...placement.subset import representative
 from ..aim_options import Robustness
 from ..place import compared, counted, papers

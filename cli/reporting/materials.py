@@ -6,7 +6,7 @@ from ...coverage.catalogue import MODELS
 from ...coverage.rings import Setup
 from ...coverage.sensors import Sensor
 from ...coverage.supplies import SUPPLIES, Supply
-from ...placement.sensing import title
+from ...placement.files.sensing import title
 from ...rig.rings.protocol import length
 from ...studies.pages import table
 from .words import plain

@@ -9,7 +9,7 @@ import numpy as np
 from ...coverage.occlusion import OCCLUSIONS, Occlusion
 from ...objectives.blind import Blind
 from ...objectives.scene import Scene
-from ...placement.sensing import sensor_records, title
+from ...placement.files.sensing import sensor_records, title
 from ...studies.detection_page import DISCLAIMER
 from ...studies.pages import code, escaped, table
 from ..motion import record_line
@@ -18,10 +18,11 @@ from ..robustness import lines, robustness_rows
 from ..sensing import sensor_lines
 from ..sighting import ADVICE, scene_lines, unseeing_lines
 from ..tables import target_label
+from ..words import counted, listed
 from .facts import Facts
 from .materials import materials
 from .mounting import mounting
-from .words import beside, counted, listed, metres
+from .words import beside, metres
 
 LEAST = 1e-4  # m³: smaller blind spots are not listed
 PICTURE = "placement.png"

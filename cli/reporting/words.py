@@ -1,13 +1,13 @@
-"""Directions, places and quantities in words."""
+"""Directions and places in words."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
 
 from ...objectives.blind import Beside
 from ...studies.pages import escaped
+from ..words import listed
 
 _AROUND = 0.5  # length of a mean direction below which a piece lies on all sides
 _MOST = 0.7  # share of a piece that lies by one body, from which on no other is meant
@@ -17,16 +17,6 @@ _NOTED = 0.35  # component of a unit vector from which on it is named
 def plain(name: str) -> str:
     """A name of a link or a body as people read it, safe in Markdown."""
     return escaped(name.replace("_", " "))
-
-
-def counted(number: int, thing: str) -> str:
-    """``1 ring``, ``5 rings``."""
-    return f"{number:,} {thing}{'s' * (number != 1)}"
-
-
-def listed(parts: Sequence[str]) -> str:
-    """``a``, ``a and b``, ``a, b and c``."""
-    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else list(parts))
 
 
 def sides(way: Float[np.ndarray, " 3"]) -> list[str]:

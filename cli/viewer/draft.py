@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from ...coverage.rings import Ring, Setup
 from ...objectives.scene import Scene
-from ...placement.convert import rounded
+from ...placement.files.convert import rounded
 
 MOST_RINGS, MOST_SENSORS = 50, 64  # of a setup that is changed by hand, and of one of its rings
 STEEPEST_DEG = 85.0

@@ -14,7 +14,7 @@ from ...objectives.clear import Clear
 from ...objectives.faults import faults
 from ...objectives.scene import Scene
 from ...objectives.sight import check_mounting
-from ...placement.convert import rounded
+from ...placement.files.convert import rounded
 from .drawing import Choice, Drawing
 from .glance import Glance
 from .surface import Skin

@@ -10,9 +10,9 @@ from jaxtyping import Float
 from ...coverage.chain import Chain, forward, joint_origins
 from ...coverage.robot import BASE, Robot
 from ...placement.errors import UserError, shown
-from ...placement.meshes import Meshes
-from ...placement.urdf import read_urdf
-from ...placement.urdf_chain import pick_chain
+from ...placement.robot.meshes import Meshes
+from ...placement.robot.urdf import read_urdf
+from ...placement.robot.urdf_chain import pick_chain
 from .shapes import Surface
 
 _SAME = 0.005  # m, between the joints of two chains that are one

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-from ...placement.result_convert import verify_result
-from ..reporting.words import counted
+from ...placement.files.result_convert import verify_result
 from ..tables import percent
+from ..words import counted
 from .colours import KINDS
 from .work import Proof
 

@@ -14,7 +14,7 @@ from ...objectives.exact import VOXEL, Verified, Verifier
 from ...objectives.faults import held
 from ...objectives.scene import Goal, Scene
 from ...placement.candidates import Space
-from ...placement.convert import rounded
+from ...placement.files.convert import rounded
 from ...placement.finalists import MANY
 from ...placement.progress import Progress
 from ...placement.schedule import Schedule

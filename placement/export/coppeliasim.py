@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.sensors import Sensor
-from ..mounted_poses import place, quaternion
-from ..urdf_robot import plain_names
+from ..mounted.poses import place, quaternion
+from ..robot.urdf_robot import plain_names
 from .placed import Placed
 
 _HEAD = """-- Proximity sensors of {robot}, for CoppeliaSim 4.3 and later: paste this into the Lua commander, or say there

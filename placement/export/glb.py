@@ -12,8 +12,8 @@ from ...coverage.points import sample
 from ...coverage.robot import BASE
 from ...coverage.slots import sensor_cones
 from ...objectives.sight import setup_sight
-from ..meshes import Meshes
-from ..urdf_robot import find_robot, plain_names
+from ..robot.meshes import Meshes
+from ..robot.urdf_robot import find_robot, plain_names
 from .placed import BASE_LINK, Placed
 
 _ROBOT, _SENSOR, _OBSTACLE = (0.72, 0.73, 0.75, 1.0), (0.1, 0.1, 0.12, 1.0), (0.79, 0.71, 0.55, 1.0)

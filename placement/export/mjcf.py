@@ -11,7 +11,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from ...coverage.robot import BASE
-from ..urdf_robot import plain_names
+from ..robot.urdf_robot import plain_names
 from .markup import document, words
 from .placed import BASE_LINK, Placed
 

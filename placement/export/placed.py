@@ -11,9 +11,9 @@ from ...coverage.capsules import Capsules, robot_capsules
 from ...coverage.chain import forward
 from ...coverage.rings import Setup
 from ...objectives.scene import Scene
-from ..sensor_frames import SensorFrame, sensor_frames
-from ..urdf import Urdf
-from ..urdf_robot import find_robot, moved_links, plain_names
+from ..mounted.sensor_frames import SensorFrame, sensor_frames
+from ..robot.urdf import Urdf
+from ..robot.urdf_robot import find_robot, moved_links, plain_names
 
 BASE_LINK, TCP_LINK = "base_link", "tcp"
 

@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 
 from ..errors import UserError, shown
-from ..mounted_poses import place, quaternion
-from ..sensor_frames import looking_along
-from ..urdf_robot import ROS_NAME
+from ..mounted.poses import place, quaternion
+from ..mounted.sensor_frames import looking_along
+from ..robot.urdf_robot import ROS_NAME
 from .placed import Placed
 
 _LAUNCH = """# ros2 launch ./static_transforms.launch.yaml

@@ -1,7 +1,7 @@
 """Tables of sensor poses: CSV as ``place-rings cones`` prints it, and JSON; both are read back into a setup."""
 
-from ..mounted import sensor_list
-from ..mounted_poses import poses_file
+from ..mounted.lists import sensor_list
+from ..mounted.poses import poses_file
 from .placed import Placed
 
 

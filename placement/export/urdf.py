@@ -9,8 +9,8 @@ from jaxtyping import Float
 
 from ...coverage.robot import BASE, Body, Robot
 from ..errors import UserError, shown
-from ..sensor_frames import SensorFrame, looking_along
-from ..urdf import LARGEST, Urdf, bounded_bytes, plain_xml
+from ..mounted.sensor_frames import SensorFrame, looking_along
+from ..robot.urdf import LARGEST, Urdf, bounded_bytes, plain_xml
 from .markup import document, origin, words
 from .placed import BASE_LINK, TCP_LINK, Placed
 

@@ -2,8 +2,8 @@
 
 import xml.etree.ElementTree as ET
 
-from ..sensor_frames import looking_along
-from ..urdf_robot import ROS_NAME
+from ..mounted.sensor_frames import looking_along
+from ..robot.urdf_robot import ROS_NAME
 from .markup import document, origin
 from .placed import Placed
 

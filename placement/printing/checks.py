@@ -9,7 +9,7 @@ import trimesh
 from jaxtyping import Float, Int
 from manifold3d import Manifold
 
-from ..results import PrintCheck
+from ..files.results import PrintCheck
 from .plan import MM, Plan
 from .shapes import union
 from .solids import Assembly

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from ..results import PrintedRing
+from ..files.results import PrintedRing
 from .plan import Plan
 from .shading import frame_of, looking, render
 from .shapes import union

@@ -7,8 +7,8 @@ from ...coverage.pockets import Printing
 from ...coverage.rings import Ring, Setup
 from ...objectives.scene import Scene
 from ..errors import UserError
+from ..files.results import PrintedRing, PrintResult
 from ..loader import output_folder, write_bytes
-from ..results import PrintedRing, PrintResult
 from .checks import check_ring, stl
 from .picture import assembled_picture, ring_picture
 from .plan import MM, Plan, UnbuildableError, plan_ring

@@ -16,10 +16,10 @@ from ...objectives.exact import Verifier
 from ...objectives.scene import Scene
 from ...objectives.sight import sight
 from ...objectives.tolerance import exact_zetas
-from ...placement.convert import ring_models, rounded, scene_model
+from ...placement.files.convert import ring_models, rounded, scene_model
+from ...placement.files.proposals import ProposalFile
+from ...placement.files.result_convert import verify_result
 from ...placement.loader import to_toml
-from ...placement.proposals import ProposalFile
-from ...placement.result_convert import verify_result
 from .fit import RingFit
 from .model import NAMES
 from .wiring import told

@@ -14,11 +14,11 @@ from jaxtyping import Float
 from ...coverage.capsules import Capsules
 from ...coverage.rings import Setup
 from ...objectives.scene import Scene
-from ...placement.cell import obstacles_of
-from ...placement.convert import ring_models, scene_model
+from ...placement.files.cell import obstacles_of
+from ...placement.files.convert import ring_models, scene_model
+from ...placement.files.models import ObstacleModel
+from ...placement.files.proposals import ProposalFile
 from ...placement.loader import read_proposal, to_toml, write_text
-from ...placement.models import ObstacleModel
-from ...placement.proposals import ProposalFile
 from ..rod.rod import Rod
 from ..sensing.expected import beams_at
 from ..simulated.plain import Measured

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..coverage.rings import Ring
+from ...coverage.rings import Ring
+from ..places import Rng
 from .changes import Touched
-from .places import Rng
 from .rework import Rework
 
 _WHERE = np.array([0.2, 0.2, 0.4, 0.2])  # odds: stays and tilts, moves and stays tilted, both, carried to another link

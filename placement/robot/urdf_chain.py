@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.chain import Chain
-from ..coverage.robot import BASE
-from .errors import UserError, shown
+from ...coverage.chain import Chain
+from ...coverage.robot import BASE
+from ..errors import UserError, shown
 from .urdf import Joint, Link, Urdf
 
 MOST_JOINTS = 20

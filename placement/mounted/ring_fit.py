@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.rings import Ring, Setup
-from ..coverage.robots import Mount
-from ..coverage.sensors import Sensor
-from ..coverage.slots import up_of
-from ..objectives.scene import Scene
-from .errors import UserError
-from .mount_models import ConeRow, SquareConeRow
+from ...coverage.rings import Ring, Setup
+from ...coverage.robots import Mount
+from ...coverage.sensors import Sensor
+from ...coverage.slots import up_of
+from ...objectives.scene import Scene
+from ..errors import UserError
+from ..files.mount_models import ConeRow, SquareConeRow
 
 TOLERANCE_MM, TOLERANCE_DEG = 2.0, 1.0  # by which a sensor may be off its ring
 _UNIT = 1e-3  # by which an axis may be longer or shorter than 1

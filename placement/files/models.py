@@ -17,14 +17,14 @@ from pydantic import (
     model_validator,
 )
 
-from ..coverage.occlusion import Occlusion
-from ..coverage.polyhedra import hull
-from ..coverage.rings import RING_RADIUS
-from ..coverage.robots import PAPER_ROBOTS, ROBOTS
-from ..coverage.separation import WALKING
-from ..coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
-from ..objectives.scene import REFERENCE_POSE_DEG
-from .errors import IN_LINE, NAMED
+from ...coverage.occlusion import Occlusion
+from ...coverage.polyhedra import hull
+from ...coverage.rings import RING_RADIUS
+from ...coverage.robots import PAPER_ROBOTS, ROBOTS
+from ...coverage.separation import WALKING
+from ...coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
+from ...objectives.scene import REFERENCE_POSE_DEG
+from ..errors import IN_LINE, NAMED
 from .kinds import Metres, Weight
 from .mount_models import MountModel, PrintingModel, RingModel, RulesModel, SensorModel
 from .robot_convert import robot_of

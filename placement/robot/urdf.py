@@ -13,8 +13,8 @@ from xml.parsers import expat
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.chain import transform
-from .errors import UserError, shown
+from ...coverage.chain import transform
+from ..errors import UserError, shown
 
 LARGEST = 16 * 2**20  # bytes of a URDF
 MOST_LINKS = 2000

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.chain import transform
-from ..coverage.polyhedra import box, half_space, hull
-from ..objectives.scene import Obstacle, Scene
-from .errors import UserError, shown
+from ...coverage.chain import transform
+from ...coverage.polyhedra import box, half_space, hull
+from ...objectives.scene import Obstacle, Scene
+from ..errors import UserError, shown
 from .models import ObstacleModel
 
 MESHES = ("stl", "ply", "off", "obj")

@@ -10,18 +10,18 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..coverage.cloud import Cloud
-from ..coverage.processors import processors
-from ..coverage.rings import Setup
-from ..coverage.soft import SHARP
-from ..objectives.coverage_objective import CoverageObjective, TargetPoints
-from ..objectives.exact import Verifier
-from .candidates import stacked
+from ...coverage.cloud import Cloud
+from ...coverage.processors import processors
+from ...coverage.rings import Setup
+from ...coverage.soft import SHARP
+from ...objectives.coverage_objective import CoverageObjective, TargetPoints
+from ...objectives.exact import Verifier
+from ..candidates import stacked
+from ..climb import Brake, climb
+from ..progress import Progress
+from ..schedule import Stage
 from .changes import Change, Touched, Work, changes, work
-from .climb import Brake, climb
-from .progress import Progress
 from .rework import Placed, Rework
-from .schedule import Stage
 from .touching import as_it_is, touched
 
 WORTH = 5e-4  # of zeta: a change that gains less is not worth the work, and values that gain less stay as they were

@@ -11,16 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..coverage.processors import processors
-from ..coverage.rings import Setup
-from ..objectives.coverage_objective import CoverageObjective, TargetPoints
-from ..objectives.exact import Verifier
-from ..objectives.faults import Fault, faults
-from ..objectives.scene import Scene
+from ...coverage.processors import processors
+from ...coverage.rings import Setup
+from ...objectives.coverage_objective import CoverageObjective, TargetPoints
+from ...objectives.exact import Verifier
+from ...objectives.faults import Fault, faults
+from ...objectives.scene import Scene
+from ..climb import Brake
+from ..progress import Outcome, Progress, Statistics
 from .beam import WORTH, Answer, Beam, Plan
 from .changes import Touched
-from .climb import Brake
-from .progress import Outcome, Progress, Statistics
 from .rework import Rework
 
 

@@ -11,13 +11,13 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.arrays import cross
-from ..coverage.chain import Chain, forward
-from ..coverage.rings import Setup, ring_values
-from ..coverage.robot import Robot
-from ..coverage.sensors import Sensor
-from ..coverage.slots import seats, slots, up_of
-from .mount_models import ConeRow, SquareConeRow
+from ...coverage.arrays import cross
+from ...coverage.chain import Chain, forward
+from ...coverage.rings import Setup, ring_values
+from ...coverage.robot import Robot
+from ...coverage.sensors import Sensor
+from ...coverage.slots import seats, slots, up_of
+from ..files.mount_models import ConeRow, SquareConeRow
 
 Along = Literal["x", "y", "z"]
 _TURNS = {"z": 0, "x": 1, "y": 2}

@@ -2,11 +2,11 @@
 
 import math
 
-from ..coverage.rings import Setup
-from ..coverage.sensors import Sensor
+from ...coverage.rings import Setup
+from ...coverage.sensors import Sensor
+from ..files.convert import DIGITS_DEG, ring_models
+from ..files.proposals import ChangeModel, WorkModel
 from .changes import Change, Work
-from .convert import DIGITS_DEG, ring_models
-from .proposals import ChangeModel, WorkModel
 
 _DIGITS_MM = 3  # decimals of a length in millimetres
 

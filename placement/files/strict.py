@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from .errors import shown
+from ..errors import shown
 
 
 class StrictModel(BaseModel):

@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.boards import Board
-from ..coverage.effective import effective
-from ..coverage.pockets import Printing
-from ..coverage.rings import RING_RADIUS, Ring, Setup
-from ..coverage.sensors import Sensor
-from ..coverage.separation import Safety
-from ..coverage.targets import Shape, Target
-from ..objectives.scene import Goal, Limits, Motion, Pose, Recorded, Rules, Scene
-from ..objectives.trajectory import Thinning
+from ...coverage.boards import Board
+from ...coverage.effective import effective
+from ...coverage.pockets import Printing
+from ...coverage.rings import RING_RADIUS, Ring, Setup
+from ...coverage.sensors import Sensor
+from ...coverage.separation import Safety
+from ...coverage.targets import Shape, Target
+from ...objectives.scene import Goal, Limits, Motion, Pose, Recorded, Rules, Scene
+from ...objectives.trajectory import Thinning
 from .cell import obstacle_models, obstacles_of
 from .models import (
     CurveModel,

@@ -1,8 +1,8 @@
 """Records of what occlusion takes: zeta under all models side by side, and the sensors that see nothing."""
 
-from ..coverage.occlusion import Occlusion
-from ..objectives.scene import Scene
-from ..objectives.sight import Unseeing
+from ...coverage.occlusion import Occlusion
+from ...objectives.scene import Scene
+from ...objectives.sight import Unseeing
 from .results import UnseeingModel, VerifyResult
 
 

@@ -10,13 +10,13 @@ from collections.abc import Sequence
 import numpy as np
 from pydantic import ValidationError
 
-from ..coverage.chain import forward
-from ..coverage.optics import Optics
-from ..coverage.rings import Setup
-from ..coverage.slots import any_square, sensor_cones
-from ..objectives.scene import Scene
-from .errors import UserError, explain, shown
-from .mount_models import ConeRow, SquareConeRow
+from ...coverage.chain import forward
+from ...coverage.optics import Optics
+from ...coverage.rings import Setup
+from ...coverage.slots import any_square, sensor_cones
+from ...objectives.scene import Scene
+from ..errors import UserError, explain, shown
+from ..files.mount_models import ConeRow, SquareConeRow
 from .ring_fit import fitted_setup
 
 COLUMNS, SQUARE_COLUMNS = tuple(ConeRow.model_fields), tuple(SquareConeRow.model_fields)

@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.mounting import MountingErrors
-from ..coverage.rings import Setup
-from ..coverage.separation import Safety, Terms
-from ..coverage.targets import Target
-from ..objectives.aim import Aim
-from ..objectives.exact import PoseZeta, Verified
-from ..objectives.redundancy import Loss, Redundancy
-from ..objectives.scene import Pose, Scene
-from ..objectives.separations import separations
-from ..objectives.tolerance import Tolerance
+from ...coverage.mounting import MountingErrors
+from ...coverage.rings import Setup
+from ...coverage.separation import Safety, Terms
+from ...coverage.targets import Target
+from ...objectives.aim import Aim
+from ...objectives.exact import PoseZeta, Verified
+from ...objectives.redundancy import Loss, Redundancy
+from ...objectives.scene import Pose, Scene
+from ...objectives.separations import separations
+from ...objectives.tolerance import Tolerance
 from .convert import degrees
 from .results import (
     ErrorsModel,

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.rings import Ring, Setup
-from ..coverage.slots import any_square, slots
-from ..objectives.clear import Clear
-from ..objectives.faults import commonest_tilt, faults, held
-from ..objectives.scene import Scene
-from ..objectives.space import Segment, Stretch, decode, encode, segments, stretch
+from ...coverage.rings import Ring, Setup
+from ...coverage.slots import any_square, slots
+from ...objectives.clear import Clear
+from ...objectives.faults import commonest_tilt, faults, held
+from ...objectives.scene import Scene
+from ...objectives.space import Segment, Stretch, decode, encode, segments, stretch
+from ..files.convert import rounded
 from .changes import Rings, Touched, turn
-from .convert import rounded
 
 Values = Float[np.ndarray, "3 R"]
 

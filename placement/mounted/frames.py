@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.rings import Setup
-from ..coverage.robot import BASE, Mount
-from ..objectives.scene import Scene
-from .errors import UserError, shown
+from ...coverage.rings import Setup
+from ...coverage.robot import BASE, Mount
+from ...objectives.scene import Scene
+from ..errors import UserError, shown
+from ..robot.urdf import Urdf
+from ..robot.urdf_robot import find_robot
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
 from .sensor_frames import Along, SensorFrame, looking_along_z, rows_of
-from .urdf import Urdf
-from .urdf_robot import find_robot
 
 PATTERN = "tof_.*"
 _LONGEST = 200  # characters of a pattern

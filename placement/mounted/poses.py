@@ -9,14 +9,14 @@ from jaxtyping import Float
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from ..coverage.chain import forward
-from ..coverage.rings import Setup
-from ..objectives.scene import Scene
-from .convert import degrees, sensor_model, sensor_of
-from .errors import UserError, explain, shown
-from .pose_models import RingPosesModel, SensorPoseModel, SensorPosesFile
+from ...coverage.chain import forward
+from ...coverage.rings import Setup
+from ...objectives.scene import Scene
+from ..errors import UserError, explain, shown
+from ..files.convert import degrees, sensor_model, sensor_of
+from ..files.pose_models import RingPosesModel, SensorPoseModel, SensorPosesFile
+from ..files.robot_models import TCP_FRAME
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
-from .robot_models import TCP_FRAME
 from .sensor_frames import SensorFrame, looking_along_z, rows_of, sensor_frames
 
 _DIGITS = 12

@@ -10,10 +10,10 @@ from typing import TextIO
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.robots import Robot
-from ..objectives.scene import Scene
-from ..objectives.trajectory import Record, Thinning, recorded, thin
-from .errors import UserError, shown
+from ...coverage.robots import Robot
+from ...objectives.scene import Scene
+from ...objectives.trajectory import Record, Thinning, recorded, thin
+from ..errors import UserError, shown
 
 TIMES = ("t", "time", "time_s", "timestamp")
 MOST_ROWS = 5_000_000

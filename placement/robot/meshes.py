@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Float
 
-from .errors import UserError, shown
+from ..errors import UserError, shown
 from .urdf import Shape, bounded_bytes, plain_xml
 from .urdf_chain import Carried
 
