@@ -150,6 +150,14 @@ def test_a_ring_beside_its_link_keeps_all_checks_and_goes_around_it(count, tilt_
         assert all((half.translate((0, way * d, 0)) ^ made.link).volume() < 0.01 for d in (0, 5, 20, 60, 120))
 
 
+def test_no_thin_ledge_is_left_where_an_ear_leaves_the_collar():
+    """Facets of the collar lie within its radius: an ear's foot that ended at the radius left 0.5 mm below the cables."""
+    robot = ROBOTS["iiwa14"]
+    scene = Scene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)
+    ring = Ring("forearm", 0.188, 4, math.radians(31.42932851904606), math.radians(18.958014003393565), 0.08, L4CD)
+    assert min(least_wall(half, seed) for half in assemble(plan_ring(scene, ring)).halves for seed in range(8)) >= 1.2
+
+
 def test_a_steep_board_leaves_the_ears_of_the_bolts_their_walls():
     robot = ROBOTS["iiwa14"]
     scene = Scene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)

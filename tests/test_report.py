@@ -215,7 +215,7 @@ versions = {{ "{quoted}" = "{quoted}" }}
         patch.setattr(place, "PAPER_SETUPS", ("n1_4_0",))
         patch.setattr(place, "PAPER_TARGETS", ())
         words = ["report", str(file), "--voxel", "0.1", "--draws", "1", "--out", str(folder / "out")]
-        words += ["--target=V_S:0.4", "--occlusion", "ignore"]
+        words += ["--seed=0", "--occlusion", "ignore"]
         patch.setattr(sys, "argv", ["place-rings", *words])
         patch.setattr(signal, "signal", lambda *_: None)
         with suppress(SystemExit):

@@ -8,12 +8,14 @@ from manifold3d import CrossSection, Manifold
 from .plan import NUT_CLEARANCE, Plan
 from .shapes import SMALL, union
 
+_ROOT = 0.5  # mm that an ear's slope goes on into the collar, whose facets lie within its radius
+
 
 def lugs(plan: Plan) -> Manifold:
     """The ears that the bolts draw together, carried at 45 degrees by the collar."""
     low, high = plan.lug
     end = plan.ear
-    out = end - plan.collar
+    foot = plan.collar - min(_ROOT, (plan.collar - plan.bore) / 2)
     some = []
     for sign in (-1.0, 1.0):
         ends = [
@@ -21,8 +23,8 @@ def lugs(plan: Plan) -> Manifold:
             (plan.bore, high),
             (end, high),
             (end, low),
-            (plan.collar, low - out),
-            (plan.bore, low - out),
+            (foot, low - (end - foot)),
+            (plan.bore, low - (end - foot)),
         ]
         outline = CrossSection.hull_points(np.array(ends))
         ear = outline.extrude(2 * plan.reach).rotate((90.0, 0.0, 0.0)).translate((0.0, plan.reach, 0.0))
