@@ -27,6 +27,7 @@ from .picture import comparison_picture
 from .place import check_scene, found_model
 from .sighting import check_sight
 from .tables import target_label
+from .words import counted
 
 _MOST_TOLD = 5  # broken rules
 
@@ -174,7 +175,7 @@ def _written(record: ImproveResult, found: improving.Improved, scene: Scene, fol
 
 
 def _changes(n: int) -> str:
-    return f"{n} change{'s' * (n > 1)}"
+    return counted(n, "change")
 
 
 def _show(record: ImproveResult, found: improving.Improved, scene: Scene, console: Console) -> None:

@@ -25,6 +25,7 @@ from ..objectives.scene import Scene
 from ..objectives.sight import sight
 from ..studies.shapes import DISC, RING_WIDTH, add_robot, body, convex_pieces, faces_within, lengths_within, rim_of
 from ..studies.sheet import GREY, GRID, INK, LINK_COLOURS, UNSEEN_COLOUR, Sheet, write_png
+from .words import counted
 
 # Caption, azimuth and elevation of the eye in degrees, and its distance in diagonals of the box.
 VIEWS = (("oblique view", -58.0, 22.0, 4.0), ("from above", -90.0, 89.99, 1000.0))
@@ -109,7 +110,7 @@ def placement_picture(path: Path, scene: Scene, setup: Setup, zeta_lines: Sequen
     """
     rings = Counter(ring.link for ring in setup.rings)
     parts = [*_where(scene), f"{setup.sensors} sensors"]
-    parts += [f"{n} ring{'s' * (n > 1)} on the {link.replace('_', ' ')}" for link, n in rings.items()]
+    parts += [f"{counted(n, 'ring')} on the {link.replace('_', ' ')}" for link, n in rings.items()]
     _draw(path, scene, [(setup, caption, *eye) for caption, *eye in VIEWS], "   ·   ".join(zeta_lines), parts, seed)
 
 

@@ -28,8 +28,6 @@ from .results import (
     WorstModel,
 )
 
-DIGITS_MM = 3  # decimals of a length in millimetres
-
 
 def verify_result(name: str, verified: Verified, scene: Scene | None = None) -> VerifyResult:
     """The record of a verified zeta, in percent, of the setup called ``name``; the ``scene`` tells more of the worst of its
