@@ -10,7 +10,7 @@ from ..placement.errors import UserError, shown
 from ..placement.loader import output_folder, resolve, write_bytes
 from ..placement.robot.urdf import read_urdf
 from .app import RobotOption, SceneFileOption, Subject, app
-from .options import resolve_scene
+from .options import resolve_scene, urdf_of
 from .shared import NO_FRAMES, FrameOptions
 
 
@@ -54,8 +54,7 @@ def export(
     setup, found = resolve(subject, resolve_scene(scene, robot), frames=mounted.resolve())
     if not 0 <= pose < len(found.poses):
         raise UserError(f"--pose: found {pose}, allowed: 0 to {len(found.poses) - 1}, the scene's poses")
-    if urdf is None and robot is not None and robot.lower().endswith(".urdf"):
-        urdf = Path(robot)
+    urdf = urdf or urdf_of(robot)
     placed = Placed(found, setup, pose, out, None if urdf is None else read_urdf(urdf), packages, points)
     files = {name: data for kind in dict.fromkeys(to) for name, data in FORMATS[kind](placed).items()}
     read = [Path(path).resolve() for path in (subject, scene, robot, urdf) if path is not None]

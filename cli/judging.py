@@ -29,6 +29,7 @@ from .options import (
     with_floors,
 )
 from .shared import (
+    AS_IT_IS,
     NO_FRAMES,
     NO_MOTION,
     NO_SENSOR,
@@ -37,7 +38,7 @@ from .shared import (
     MotionOptions,
     SceneOptions,
     SensorOptions,
-    resolve_subject,
+    SubjectOptions,
 )
 
 
@@ -46,10 +47,7 @@ def verify(
     subject: Subject,
     /,
     *,
-    place: SceneOptions = REFERENCE,
-    sensing: SensorOptions = NO_SENSOR,
-    motion: MotionOptions = NO_MOTION,
-    mounted: FrameOptions = NO_FRAMES,
+    given: SubjectOptions = AS_IT_IS,
     voxel: Annotated[
         float | None, Parameter(help="Side of a voxel, m: 0.01. With --rule certified: cells of this one size.")
     ] = None,
@@ -74,7 +72,7 @@ def verify(
     from .inspect import verify as run
 
     counting = resolve_counting(rule, voxel, width, memory)
-    run(subject, *resolve_subject(subject, place, sensing, motion, mounted), counting, as_json)
+    run(subject, *given.resolve(subject), counting, as_json)
 
 
 @app.command
@@ -104,7 +102,7 @@ def robustness(
     from .robustness import robustness as run
 
     asked = resolve_robustness(k, voxel, draws, seed, mounting_errors(position_error_mm, direction_error_deg, law))
-    run(subject, *resolve_subject(subject, place, mounted=mounted), asked, as_json)
+    run(subject, *SubjectOptions(place, mounted=mounted).resolve(subject), asked, as_json)
 
 
 @app.command
@@ -182,5 +180,5 @@ def improve(
     from .improve import improve as run
 
     cap = resolve_time(time)
-    setup, asked = resolve_subject(subject, place, mounted=mounted)
+    setup, asked = SubjectOptions(place, mounted=mounted).resolve(subject)
     run(subject, setup, with_floors(asked, at_least), changes, add_sensors, seed, cap, voxel, out, as_json)

@@ -22,8 +22,6 @@ from ..placement.files.models import SceneFile
 from ..placement.files.record import with_record
 from ..placement.layout import ring_layout
 from ..placement.loader import read_robot, read_scene
-from ..placement.mounted.frames import PATTERN, Asked
-from ..placement.mounted.sensor_frames import Along
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6
@@ -84,15 +82,20 @@ def resolve_scene(
     return with_goals(asked, goals) if asked is not None else None
 
 
+def urdf_of(robot: str | None) -> Path | None:
+    """The file of ``--robot``, if that is a URDF."""
+    return Path(robot) if robot is not None and robot.lower().endswith(".urdf") else None
+
+
 def given_robot(text: str) -> Robot:
     """The robot that ``--robot`` means: built in, of a robot's file (.toml), or of a URDF, to which bodies and mounts are
     then fitted; UserError for none of them."""
     if text.lower().endswith(".toml"):
         return read_robot(Path(text))
-    if text.lower().endswith(".urdf"):
+    if (urdf := urdf_of(text)) is not None:
         from .robot_file import import_urdf  # reading meshes takes a while to load
 
-        return import_urdf(Path(text)).robot
+        return import_urdf(urdf).robot
     try:
         return built_in(text)
     except ValueError as error:
@@ -228,11 +231,6 @@ def resolve_counting(rule: Rule, voxel: float | None, width: float | None, memor
     if width is None:
         width = WIDTH if voxel is None else 0.0
     return Counting(rule, voxel, None, width / 100)
-
-
-def resolve_frames(pattern: str | None, beam: Along | None) -> Asked | None:
-    """What ``--frames`` and ``--beam`` mean; None where nothing is asked."""
-    return None if pattern is None and beam is None else Asked(PATTERN if pattern is None else pattern, beam or "x")
 
 
 def check_machines(workers: int, scheduler: str | None) -> None:

@@ -20,17 +20,7 @@ from .app import (
     Voxel,
     app,
 )
-from .shared import (
-    NO_FRAMES,
-    NO_MOTION,
-    NO_SENSOR,
-    REFERENCE,
-    FrameOptions,
-    MotionOptions,
-    SceneOptions,
-    SensorOptions,
-    resolve_subject,
-)
+from .shared import AS_IT_IS, SubjectOptions
 
 FILE = "report.html"
 
@@ -40,10 +30,7 @@ def report(
     subject: Subject,
     /,
     *,
-    place: SceneOptions = REFERENCE,
-    sensing: SensorOptions = NO_SENSOR,
-    motion: MotionOptions = NO_MOTION,
-    mounted: FrameOptions = NO_FRAMES,
+    given: SubjectOptions = AS_IT_IS,
     draws: Annotated[int, Parameter(validator=Number(gte=1, lte=100_000), help="Mountings drawn for the tolerance.")] = 100,
     seed: Seed = 0,
     voxel: Voxel = 0.01,
@@ -53,7 +40,7 @@ def report(
 
     Example: place-rings report place-rings-out/proposal.toml --out place-rings-out
     """
-    setup, asked = resolve_subject(subject, place, sensing, motion, mounted)
+    setup, asked = given.resolve(subject)
     run(subject, setup, asked, voxel, draws, seed, out)
 
 

@@ -11,10 +11,10 @@ from ..coverage.rings import Setup
 from ..coverage.sensors import Sensor
 from ..objectives.scene import Scene
 from ..placement.loader import resolve
-from ..placement.mounted.frames import Asked
+from ..placement.mounted.frames import PATTERN, Asked
 from ..placement.mounted.sensor_frames import Along
 from .app import Radius, RobotOption, SceneFileOption, Targets
-from .options import parse_goals, resolve_frames, resolve_scene, with_goals, with_motion, with_occlusion
+from .options import parse_goals, resolve_scene, with_goals, with_motion, with_occlusion
 from .sensing import resolve_sensor
 
 
@@ -34,11 +34,6 @@ class SceneOptions:
     def given(self) -> Scene | None:
         """The scene that the options describe; None where they leave it to a proposal."""
         return resolve_scene(self.scene, self.robot, self.target, self.radius)
-
-    @property
-    def urdf(self) -> Path | None:
-        """The file of ``--robot``, if that is a URDF."""
-        return Path(self.robot) if self.robot is not None and self.robot.lower().endswith(".urdf") else None
 
     def applied(self, scene: Scene) -> Scene:
         """``scene`` with the targets and the occlusion that are asked for."""
@@ -98,19 +93,28 @@ class FrameOptions:
 
     def resolve(self) -> Asked | None:
         """What the two mean; None where nothing is asked."""
-        return resolve_frames(self.frames, self.beam)
+        if self == NO_FRAMES:
+            return None
+        return Asked(PATTERN if self.frames is None else self.frames, self.beam or "x")
 
 
 REFERENCE, NO_SENSOR, NO_MOTION, NO_FRAMES = SceneOptions(), SensorOptions(), MotionOptions(), FrameOptions()
 
 
-def resolve_subject(
-    subject: str,
-    place: SceneOptions,
-    sensing: SensorOptions = NO_SENSOR,
-    motion: MotionOptions = NO_MOTION,
-    mounted: FrameOptions = NO_FRAMES,
-) -> tuple[Setup, Scene]:
-    """The setup of a file or of a name, and the scene in which the options want it looked at."""
-    setup, scene = sensing.resolve(subject, place.given(), mounted.resolve())
-    return setup, motion.applied(place.applied(scene))
+@Parameter(name="*")
+@dataclass(frozen=True)
+class SubjectOptions:
+    """All that says how a setup is to be looked at."""
+
+    place: SceneOptions = REFERENCE
+    sensing: SensorOptions = NO_SENSOR
+    motion: MotionOptions = NO_MOTION
+    mounted: FrameOptions = NO_FRAMES
+
+    def resolve(self, subject: str) -> tuple[Setup, Scene]:
+        """The setup of a file or of a name, and the scene in which the options want it looked at."""
+        setup, scene = self.sensing.resolve(subject, self.place.given(), self.mounted.resolve())
+        return setup, self.motion.applied(self.place.applied(scene))
+
+
+AS_IT_IS = SubjectOptions()

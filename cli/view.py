@@ -16,17 +16,8 @@ from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import output_folder, resolve
 from .app import Subject, app
-from .shared import (
-    NO_FRAMES,
-    NO_MOTION,
-    NO_SENSOR,
-    REFERENCE,
-    FrameOptions,
-    MotionOptions,
-    SceneOptions,
-    SensorOptions,
-    resolve_subject,
-)
+from .options import urdf_of
+from .shared import AS_IT_IS, SubjectOptions
 
 _PATIENCE = 0.5  # s, for the server to take leave of its pages
 
@@ -37,10 +28,7 @@ def view(
     /,
     *,
     compare: Annotated[str | None, Parameter(help="Another proposal or name, beside the first and in its scene.")] = None,
-    place: SceneOptions = REFERENCE,
-    sensing: SensorOptions = NO_SENSOR,
-    motion: MotionOptions = NO_MOTION,
-    mounted: FrameOptions = NO_FRAMES,
+    given: SubjectOptions = AS_IT_IS,
     urdf: Annotated[Path | None, Parameter(help="Show the robot's surface as this URDF's meshes have it.")] = None,
     packages: Annotated[tuple[Path, ...], Parameter(negative=(), help="Folders with the meshes of --urdf.")] = (),
     out: Annotated[Path | None, Parameter(help="Folder in which the page may save proposals and pictures.")] = None,
@@ -54,11 +42,11 @@ def view(
 
     Example: place-rings view place-rings-out/proposal.toml --compare n3_16_55 --out mine
     """
-    setup, asked = resolve_subject(subject, place, sensing, motion, mounted)
+    setup, asked = given.resolve(subject)
     setups = {subject: setup}
     if compare is not None:
         setups[compare if compare != subject else f"{compare} (again)"] = resolve(compare, asked)[0]
-    urdf = urdf or place.urdf
+    urdf = urdf or urdf_of(given.place.robot)
     run(asked, setups, urdf, packages, out, host, port, browser)
 
 
