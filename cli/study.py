@@ -100,8 +100,12 @@ def study_pareto(
         points = pareto.measure(measure, keys, targets, budgets, seed)
     command = shlex.join(["place-rings", *sys.argv[1:]])
     names = (str(targets[0]), str(targets[1]))
-    for name, text in pareto_report.write(points, names, keys, folder, command).items():
+    files = pareto_report.write(points, names, keys, folder, command)
+    gone = pareto_report.leftovers(folder, files)
+    for name, text in files.items():
         write_text(folder / name, text)
+    for file in gone:
+        file.unlink(missing_ok=True)
     print(folder / "README.md")
 
 

@@ -1,6 +1,7 @@
 """What a study of fronts shows: a plot, a table, and each point as a proposal."""
 
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,9 @@ from .pages import csv_text, html, table
 from .pareto import Point, dominated, front, hypervolume, is_papers, setup_of_point
 from .plotting import COLOURS, INK, MARKERS, plain, save, sheet
 from .works import scene_from
+
+_POINTS = "points.csv"
+_POINT = re.compile(r"(?m)(?<=,)point_\d+_\d+\.toml$")
 
 
 def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None:
@@ -55,8 +59,15 @@ def write(
         | {"rings": len(p.rings), "on_front": p in kept, "file": _file(p, kept)}
         for p in points
     ]
-    files = {"points.csv": csv_text(lines), "README.md": text, "report.html": html(text, folder, "Fronts of two targets")}
+    files = {_POINTS: csv_text(lines), "README.md": text, "report.html": html(text, folder, "Fronts of two targets")}
     return files | {_file(p, kept): _proposal(p, names, where) for p in kept}
+
+
+def leftovers(folder: Path, files: Collection[str]) -> list[Path]:
+    """Proposals that the table of an older front in ``folder`` names and that are not among the new ``files``."""
+    older = folder / _POINTS
+    named = set(_POINT.findall(older.read_text(errors="replace"))) if older.is_file() else set()
+    return [folder / name for name in sorted(named - set(files))]
 
 
 def _file(p: Point, kept: Sequence[Point]) -> str:

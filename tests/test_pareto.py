@@ -91,3 +91,11 @@ def test_a_front_is_filled_where_its_gaps_are_wide():
     assert len(points) >= 19
     along = sorted((p.first, p.second) for p in points)
     assert max(math.dist(a, b) for a, b in pairwise(along)) < 20
+
+
+def test_points_that_an_older_front_named_and_a_new_one_has_no_longer_are_told(tmp_path):
+    assert pareto_report.leftovers(tmp_path, []) == []
+    older = "sensors,file\n24,point_24_00.toml\n80,point_80_17.toml\n80,../point_80_18.toml.bak\n"
+    (tmp_path / "points.csv").write_text(older)
+    gone = pareto_report.leftovers(tmp_path, ["point_24_00.toml", "README.md"])
+    assert gone == [tmp_path / "point_80_17.toml"]
