@@ -290,22 +290,26 @@ def test_a_proposal_is_saved_in_its_folder_only_and_never_over_an_old_one_unaske
 
 
 @pytest.mark.parametrize(
-    ("host", "origin", "may"),
+    ("hosts", "origins", "may"),
     [
-        ("127.0.0.1:80", "http://127.0.0.1:80", True),
-        ("localhost:80", "http://localhost:80", True),
-        ("[::1]:80", "http://[::1]:80", True),
-        ("arm.lab:80", "http://arm.lab:80", True),
-        ("127.0.0.1:80", None, True),
-        ("127.0.0.1:80", "http://evil.example", False),
-        ("127.0.0.1:80", "http://127.0.0.1:81", False),
-        ("127.0.0.1:80", "null", False),
-        ("evil.example:80", "http://evil.example:80", False),
-        (None, None, False),
+        (["127.0.0.1:80"], ["http://127.0.0.1:80"], True),
+        (["localhost:80"], ["http://localhost:80"], True),
+        (["[::1]:80"], ["http://[::1]:80"], True),
+        (["arm.lab:80"], ["http://arm.lab:80"], True),
+        (["127.0.0.1:80"], [], True),
+        (["127.0.0.1:80"], ["http://evil.example"], False),
+        (["127.0.0.1:80"], ["http://127.0.0.1:81"], False),
+        (["127.0.0.1:80"], ["null"], False),
+        (["evil.example:80"], ["http://evil.example:80"], False),
+        (["127.0.0.1:80", "evil.example:80"], ["http://127.0.0.1:80"], False),
+        (["127.0.0.1:80"], ["http://127.0.0.1:80", "http://evil.example"], False),
+        (["[::1"], [], False),
+        (["127.0.0.1:80"], ["http://[::1"], False),
+        ([], [], False),
     ],
 )
-def test_only_the_viewers_own_page_is_served(host, origin, may):
-    assert own(host, origin, "arm.lab") is may
+def test_only_the_viewers_own_page_is_served(hosts, origins, may):
+    assert own(hosts, origins, "arm.lab") is may
 
 
 def test_a_scene_with_one_target_shows_the_papers_beside_it():

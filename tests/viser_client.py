@@ -1,6 +1,7 @@
 """A page without a browser: speaks the viewer's websocket as viser's own page does, and reads its controls."""
 
 import re
+import socket
 import time
 from html import unescape
 
@@ -20,14 +21,13 @@ class Client:
     """One connection, which keeps the page's controls: their properties by their uuids, values among them. ``drawn`` are the
     names of what stands in the scene."""
 
-    def __init__(self, port: int, origin: str | None = None, host: str | None = None) -> None:
-        headers = {"Host": host} if host else None
-        address = origin or f"http://127.0.0.1:{port}"
+    def __init__(self, port: int, origin: str | None = None, host: str = "127.0.0.1") -> None:
+        """``host``: by what name the page asked for this machine."""
         self._socket = connect(
-            f"ws://127.0.0.1:{port}",
+            f"ws://{host}:{port}",
+            sock=socket.create_connection(("127.0.0.1", port)),
             subprotocols=[f"viser-v{viser.__version__}"],
-            origin=address,
-            additional_headers=headers,
+            origin=origin or f"http://{host}:{port}",
             max_size=None,
             compression=None,
         )

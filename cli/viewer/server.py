@@ -6,6 +6,7 @@ import ipaddress
 import os
 import socket
 import threading
+from collections.abc import Sequence
 from urllib.parse import urlsplit
 
 import viser
@@ -20,12 +21,17 @@ LOOPBACK = "127.0.0.1"
 FOV = 0.7  # rad, of the first look
 
 
-def own(host: str | None, origin: str | None, given: str) -> bool:
+def own(hosts: Sequence[str], origins: Sequence[str], given: str) -> bool:
     """May a connection with these headers ``Host`` and ``Origin`` be served? Only one of the viewer's own page, which was
     asked for by a number, as localhost, or as the host ``given``: else any page of the web could reach the viewer through
     its reader's browser, by another name for this machine."""
-    asked = urlsplit(f"//{host or ''}")
-    if origin is not None and urlsplit(origin).netloc != asked.netloc:
+    if len(hosts) != 1 or len(origins) > 1:
+        return False
+    try:
+        asked = urlsplit(f"//{hosts[0]}")
+        if any(urlsplit(origin).netloc != asked.netloc for origin in origins):
+            return False
+    except ValueError:
         return False
     try:
         ipaddress.ip_address(asked.hostname or "")
@@ -95,7 +101,7 @@ class Server:
         if connection is None or connection.request is None:
             return
         headers = connection.request.headers
-        if not own(headers.get("Host"), headers.get("Origin"), self._host):
+        if not own(headers.get_all("Host"), headers.get_all("Origin"), self._host):
             return  # a foreign page gets nothing to see or to press
         page = Page(client, self.room)
         with self._lock:
