@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from place_rings.coverage.beams import Occluders, beams
 from place_rings.coverage.capsules import robot_capsules
 from place_rings.coverage.chain import forward
+from place_rings.coverage.occluders import Occluders, beams
 from place_rings.coverage.points import sample
 from place_rings.coverage.rings import named_setup
 from place_rings.coverage.slots import sensor_cones

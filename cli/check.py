@@ -15,7 +15,7 @@ from ..objectives.scene import Scene
 from ..placement.errors import UserError, explain
 from ..placement.files.convert import ring_models, rounded, scene_model
 from ..placement.files.proposals import ProposalFile
-from ..placement.loader import output_folder
+from ..placement.writing import output_folder
 from ..rig.check_models import AboutFile, PortModel
 from ..rig.checked import Checked
 from ..rig.judge import judge

@@ -7,8 +7,9 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from ..placement.errors import UserError, shown
-from ..placement.loader import output_folder, resolve, write_bytes
+from ..placement.loader import resolve
 from ..placement.robot.urdf import read_urdf
+from ..placement.writing import output_folder, write_bytes
 from .app import RobotOption, SceneFileOption, Subject, app
 from .options import resolve_scene, urdf_of
 from .shared import NO_FRAMES, FrameOptions

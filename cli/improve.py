@@ -19,10 +19,10 @@ from ..placement.improving import improve as improving
 from ..placement.improving.beam import WORTH, Answer
 from ..placement.improving.changes import Change, Kind, turn
 from ..placement.improving.records import change_model, work_model
-from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.progress import Outcome
 from ..placement.progress import Progress as Told
 from ..placement.search import SearchResult
+from ..placement.writing import output_folder, to_toml, write_text
 from .picture import comparison_picture
 from .place import check_scene, found_model
 from .sighting import check_sight

@@ -23,8 +23,9 @@ from ..coverage.slots import sensor_cones
 from ..coverage.solids import Cones, Solid
 from ..objectives.scene import Scene
 from ..objectives.sight import sight
+from ..studies.plotting import GREY, GRID, INK
 from ..studies.shapes import DISC, RING_WIDTH, add_robot, body, convex_pieces, faces_within, lengths_within, rim_of
-from ..studies.sheet import GREY, GRID, INK, LINK_COLOURS, UNSEEN_COLOUR, Sheet, write_png
+from ..studies.sheet import LINK_COLOURS, UNSEEN_COLOUR, Sheet, write_png
 from .words import counted
 
 # Caption, azimuth and elevation of the eye in degrees, and its distance in diagonals of the box.

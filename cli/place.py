@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
+from pydantic import ValidationError
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -20,17 +21,18 @@ from ..objectives.side_by_side import by_occlusion
 from ..objectives.sight import unseeing
 from ..placement import search as searching
 from ..placement.candidates import Space
-from ..placement.errors import UserError
+from ..placement.errors import UserError, explain
 from ..placement.files.convert import ring_models, scene_model
+from ..placement.files.models import SceneFile
 from ..placement.files.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
 from ..placement.files.result_convert import tolerant_model, verify_result
 from ..placement.files.results import VerifyResult
 from ..placement.files.sensing import sensor_records
 from ..placement.files.sighting import with_sight
 from ..placement.finalists import MANY
-from ..placement.loader import made_folder, to_toml, write_text
 from ..placement.progress import Progress as Told
 from ..placement.reach import fewest_sensors
+from ..placement.writing import made_folder, to_toml, write_text
 from .motion import record_line, worst_line
 from .picture import placement_picture
 from .protective import protective_lines
@@ -46,7 +48,11 @@ PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
 
 
 def check_scene(scene: Scene, voxel: float) -> None:
-    """Refuse what cannot be counted before anything is tried: UserError in one line."""
+    """Refuse what cannot be counted or written before anything is tried: UserError in one line."""
+    try:
+        scene_model(scene)
+    except ValidationError as error:
+        raise explain("the scene", error, SceneFile) from error
     for goal in scene.goals:
         try:
             separations(scene, goal.target)

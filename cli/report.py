@@ -13,7 +13,8 @@ from rich.console import Console
 
 from ..coverage.rings import Setup
 from ..objectives.scene import Scene
-from ..placement.loader import how_found, output_folder, write_text
+from ..placement.loader import how_found
+from ..placement.writing import output_folder, write_text
 from .app import (
     Seed,
     Subject,

@@ -14,11 +14,11 @@ from ..coverage.robots import ROBOTS
 from ..objectives.scene import Rules, Scene
 from ..placement.errors import UserError, shown
 from ..placement.files.robot_convert import robot_file
-from ..placement.loader import output_folder, to_toml, write_text
 from ..placement.robot.meshes import Meshes, Which
 from ..placement.robot.robot_fit import Fit, fit_robot, outlines
 from ..placement.robot.urdf import read_urdf
 from ..placement.robot.urdf_chain import pick_chain
+from ..placement.writing import output_folder, to_toml, write_text
 from .robot_picture import robot_picture
 
 _LIST = re.compile(r"\[\n[-+.\deE,\s]+\]")  # of numbers, over several lines

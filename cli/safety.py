@@ -21,7 +21,7 @@ from ..placement.files.record import check_limits, read_record
 from ..placement.files.result_convert import separation_model
 from ..placement.files.results import DirectionModel, SafetyResult, ShareModel
 from ..placement.files.sensing import sensor_records
-from ..placement.loader import output_folder, write_text
+from ..placement.writing import output_folder, write_text
 from ..studies import detection_page
 from ..studies.detection import Approaches, Timing, approach, floor_of, seeing_as_far, start_of, walker
 from ..studies.detection_figure import picture

@@ -12,7 +12,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from ..coverage.targets import Target
-from ..placement.loader import output_folder, scene_keys, write_text
+from ..placement.loader import scene_keys
+from ..placement.writing import output_folder, write_text
 from ..studies import (
     bound,
     bound_report,

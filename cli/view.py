@@ -14,7 +14,8 @@ from rich.console import Console
 from ..coverage.points import EmptySolidError
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
-from ..placement.loader import output_folder, resolve
+from ..placement.loader import resolve
+from ..placement.writing import output_folder
 from .app import Subject, app
 from .options import urdf_of
 from .shared import AS_IT_IS, SubjectOptions

@@ -14,9 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from .beams import Occluders
 from .blinding import Beam, capsule_in_beam, polyhedron_in_beam
 from .capsules import segment_to_segment
+from .occluders import Occluders
 from .robot import Mount
 from .sensors import Sensor
 

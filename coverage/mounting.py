@@ -77,25 +77,6 @@ def draw_errors(rings: int, sensors: int, errors: MountingErrors, draws: int, se
     return Misplaced(errors.position * ring[..., 0], errors.direction * ring[..., 1:], errors.direction * seat)
 
 
-def misplaced_axes(
-    slots: Slots,
-    position: Float[Array, " R"],
-    tilt: Float[Array, " R"],
-    phase: Float[Array, " R"],
-    frames: Float[Array, "P F 4 4"],
-    errors: Misplaced,
-) -> tuple[Float[Array, "D P K 3"], Float[Array, "D P K 3"]]:
-    """Apexes m and unit axes of all sensors in the base frame, for each drawn mounting and each pose.
-
-    Args:
-        slots, position, tilt, phase: see ``slot_axes``; differentiable by the last three where these are JAX arrays.
-        frames: T_base_frame of P poses.
-        errors: the drawn errors, NumPy.
-    """
-    apex, axis = seen_from(slots, misplaced(slots, seats(slots, position, tilt, phase), errors), frames, up=False)
-    return apex, axis
-
-
 def misplaced(slots: Slots, meant: Seats, errors: Misplaced) -> Seats:
     """Where sensors really sit that are ``meant`` to sit there: all (D, K, 3), for each drawn mounting."""
     apex, look, centre, along, radial = (v[None] for v in meant)

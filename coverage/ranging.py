@@ -8,7 +8,7 @@ out where the cone's implicit function says that the block's enclosing ball lies
 slabs of one size, so that the compiled functions serve every number of poses, sensors and balls.
 """
 
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -20,8 +20,6 @@ from .capsules import Capsules, gap_to_capsules, segment_to_segment
 from .polyhedra import Polyhedron, crossed, polyhedra
 from .solids import cone
 
-Occlusion = Literal["ignore", "shadow"]
-OCCLUSIONS: tuple[Occlusion, ...] = get_args(Occlusion)
 BLOCK = 16  # neighbouring balls that are sought together
 _ROWS, _HITS = 1 << 12, 1 << 13  # rows and pairs worked on at once: some megabytes
 _TRIPLES = 1 << 20  # of a pose, a sensor and a block, sorted out at once: some hundred megabytes

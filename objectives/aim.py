@@ -8,7 +8,7 @@ import numpy as np
 
 from ..coverage.mounting import Misplaced, MountingErrors, draw_errors
 from ..coverage.rings import Setup
-from .exact import Verifier
+from .exact import Verifier, weighted_mean
 from .redundancy import redundancy
 from .scene import Scene
 from .tolerance import exact_zetas, mounted_cones, nominal_cones
@@ -75,6 +75,7 @@ def judge(verifier: Verifier, setup: Setup, aim: Aim) -> tuple[float, float]:
         ValueError: for an empty target; where the aim is not zeta itself, for a rule other than ``centre``, or where the
             scene asks for the worst pose; where it is what a loss leaves, for a floor.
         TooFineError: if the count would take days.
+        BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
     """
     if aim.plain:
         return verifier.judge(setup)
@@ -83,12 +84,12 @@ def judge(verifier: Verifier, setup: Setup, aim: Aim) -> tuple[float, float]:
     if aim.losing:
         lost = "without_ring" if aim.losing == "ring" else "without_sensor"
         each = [getattr(redundancy(verifier, setup, goal.target, 1), lost) for goal in goals]
-        return 0.0, max(float((np.stack(each) * weights[:, None]).sum(axis=0).min()), 0.0)
+        return 0.0, min(max(float((np.stack(each) * weights[:, None]).sum(axis=0).min()), 0.0), 1.0)
     drawn = aim.drawn(len(setup.rings), setup.sensors)
     cones = nominal_cones(verifier, setup) if drawn is None else mounted_cones(verifier, setup, drawn)
     means = [float(exact_zetas(verifier, goal.target, cones, aim.seen).mean()) for goal in goals]
     short = math.fsum(max(goal.at_least - mean, 0.0) for goal, mean in zip(goals, means, strict=True))
-    return short, math.fsum(float(w) * mean for w, mean in zip(weights, means, strict=True))
+    return short, weighted_mean(weights, means)
 
 
 def check_aim(scene: Scene, aim: Aim) -> None:

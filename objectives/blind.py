@@ -71,6 +71,7 @@ def uncovered(verifier: Verifier, setup: Setup, target: Target, pose: int) -> Vo
     Raises:
         ValueError: for an empty target, or a rule other than ``centre``.
         TooFineError: if the count would take days.
+        BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
     """
     voxel, found = verifier.centre_voxel, VoxelSet.empty(verifier.centre_voxel)
     seen = setup_sight(verifier.scene, setup, verifier.scene.poses[pose].q)

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from ..coverage.capsules import robot_capsules
 from ..coverage.chain import forward
 from ..coverage.clearance import blocked, capsule_gap, plane_gap
+from ..coverage.polyhedra import NOWHERE
 from ..coverage.surround import axes_of
 from .scene import Scene
 
@@ -134,7 +135,7 @@ class Clear:
             names = [robot.bodies[i].name for i in which]
         most = max((len(o.body.offset) for o in self.scene.obstacles), default=1)
         count = len(self.scene.obstacles) * len(T)
-        normal, offset = np.zeros((count, most, 3)), np.full((count, most), 1e9)
+        normal, offset = np.zeros((count, most, 3)), np.full((count, most), NOWHERE)
         for i, obstacle in enumerate(self.scene.obstacles):
             n, here = obstacle.body.normal, slice(i * len(T), (i + 1) * len(T))
             normal[here, : len(n)] = np.einsum("paj,mj->pma", turn, n)

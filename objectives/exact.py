@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -27,6 +27,11 @@ RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
 _MOST = 1e10  # voxels on the surface of a target: more would take days
 _SIDES = 24  # voxels on the surface of a target inside a region, for each voxel on one of its faces
 _BYTES = 100  # for each voxel on the surface of a target: its key, its interval and the sorting of both
+
+
+def weighted_mean(weights: Iterable[float], shares: Iterable[float]) -> float:
+    """The mean of shares in [0, 1] by weights that sum to 1 but for rounding, which takes it nowhere beyond 1."""
+    return min(math.fsum(float(w) * float(share) for w, share in zip(weights, shares, strict=True)), 1.0)
 
 
 class TooFineError(ValueError):
@@ -185,7 +190,7 @@ class Verifier:
     def centre_voxel(self) -> float:
         """Side of the voxels, m, for what counts by the rule ``centre`` alone; ValueError under another rule."""
         if self.rule != "centre" or self.voxel is None:
-            raise ValueError(f"found rule {self.rule}, allowed for redundancy and tolerance: centre")
+            raise ValueError(f"found rule {self.rule}, allowed here: centre")
         return self.voxel
 
     @property
@@ -223,7 +228,8 @@ class Verifier:
         """
         start = time.perf_counter()
         poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))
-        zeta, low, high = (math.fsum(p.weight * getattr(p, key) for p in poses) for key in ("zeta", "low", "high"))
+        weights = [p.weight for p in poses]
+        zeta, low, high = (weighted_mean(weights, [getattr(p, key) for p in poses]) for key in ("zeta", "low", "high"))
         if self.rule == "certified":
             rounding = (len(poses) + 4) * 2.0**-52  # of weights that sum to 1, and of the mean
             low, high = low * (1 - rounding), min(high * (1 + rounding), 1.0)
@@ -232,7 +238,7 @@ class Verifier:
     def judge(self, setup: Setup) -> tuple[float, float]:
         """By how much zeta falls short of the goals' floors, all together, and its weighted mean over the goals, of all
         poses or of the worst one, as the scene asks: both in [0, 1]. A setup is better than another if it falls less short,
-        or else if its mean is higher."""
+        or else if its mean is higher. Raises as ``verify`` does."""
         return self.judged([self.verify(setup, goal.target) for goal in self.scene.goals])
 
     def judged(self, each: Sequence[Verified]) -> tuple[float, float]:
@@ -240,8 +246,6 @@ class Verifier:
         goals, weights = self.scene.goals, [float(w) for w in self.scene.goal_weights]
         short = math.fsum(max(goal.at_least - v.zeta, 0.0) for goal, v in zip(goals, each, strict=True))
         if self.scene.over_poses == "mean":
-            return short, math.fsum(w * v.zeta for w, v in zip(weights, each, strict=True))
+            return short, weighted_mean(weights, [v.zeta for v in each])
         at_poses = zip(*(v.poses for v in each), strict=True)
-        return short, min(
-            math.fsum(w * p.zeta for w, p in zip(weights, goal_by_goal, strict=True)) for goal_by_goal in at_poses
-        )
+        return short, min(weighted_mean(weights, [p.zeta for p in goal_by_goal]) for goal_by_goal in at_poses)

@@ -1,6 +1,5 @@
 """Redundancy of a setup: how much of a target several sensors see, and what stays seen when a sensor or a ring fails."""
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from jaxtyping import Float, Int
 from ..coverage.multiplicity import Tally, tally
 from ..coverage.rings import Setup
 from ..coverage.targets import Target
-from .exact import Verifier
+from .exact import Verifier, weighted_mean
 from .sight import setup_sight
 
 MOST = 3  # sensors that are told apart where nobody says how many
@@ -43,7 +42,7 @@ class Redundancy:
 
     def _mean(self, voxels: Callable[[Tally], np.ndarray]) -> np.ndarray:
         each = np.stack([voxels(t) for t in self.tallies]) / self.target_voxels[:, None]
-        return np.array([math.fsum(column) for column in (each * self.weights[:, None]).T])
+        return np.array([weighted_mean(self.weights, column) for column in each.T])
 
     @cached_property
     def zetas(self) -> Float[np.ndarray, " N"]:
@@ -88,6 +87,7 @@ def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOS
     Raises:
         ValueError: for an empty target, a rule other than ``centre``, or ``most`` below 1.
         TooFineError: if the count would take days.
+        BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
     """
     began, scene, ring, voxel = time.perf_counter(), verifier.scene, setup.ring_of_sensor, verifier.centre_voxel
     voxels, tallies = [], []

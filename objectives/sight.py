@@ -6,9 +6,10 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.arrays import cross
-from ..coverage.beams import INSIDE, Beams, Occluders, beams
+from ..coverage.beams import Beams
 from ..coverage.capsules import point_to_segment, robot_capsules
 from ..coverage.chain import forward
+from ..coverage.occluders import INSIDE, Occluders, beams
 from ..coverage.occlusion import Occlusion
 from ..coverage.optics import Optics
 from ..coverage.rings import Setup, ring_values

@@ -1,6 +1,5 @@
 """Where rings may go: the free segments of every link, and how values in a box become places that keep every rule."""
 
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -50,14 +49,20 @@ def _common(stretches: Sequence[tuple[float, float]], others: Sequence[tuple[flo
 
 
 def _apart(stretches: list[tuple[float, float]], gap: float) -> list[tuple[float, float]]:
-    """Neighbouring stretches moved apart to ``gap``, half from either, so that their rings keep the spacing."""
-    found = [list(s) for s in sorted(stretches)]
-    for left, right in itertools.pairwise(found):
-        lack = gap - (right[0] - left[1])
-        if lack > 0:
-            left[1] -= lack / 2
-            right[0] += lack / 2
-    return [(low, high) for low, high in found if low <= high]
+    """Neighbouring stretches moved apart to ``gap``, half from either, so that their rings keep the spacing; where one has
+    less than that, the longer one stays whole and the other goes."""
+    found: list[tuple[float, float]] = []
+    for low, high in sorted(stretches):
+        while found and (lack := gap - (low - found[-1][1])) > 0:
+            left, right = found.pop()
+            if min(right - left, high - low) >= lack / 2:
+                found.append((left, right - lack / 2))
+                low += lack / 2
+                break
+            if right - left >= high - low:
+                low, high = left, right
+        found.append((low, high))
+    return found
 
 
 def segments(scene: Scene, clear: Mapping[str, Sequence[tuple[float, float]]] | None = None) -> list[Segment]:

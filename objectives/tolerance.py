@@ -17,7 +17,7 @@ from ..coverage.octree import count
 from ..coverage.rings import Setup
 from ..coverage.solids import Parts
 from ..coverage.targets import Target
-from .exact import Verifier
+from .exact import Verifier, weighted_mean
 from .sight import setup_sight, sight
 
 DRAWS = 100  # mountings where nobody says how many
@@ -75,6 +75,7 @@ def exact_zetas(
     Raises:
         ValueError: for an empty target, or a rule other than ``centre``.
         TooFineError: if the count would take days.
+        BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
     """
     voxel, each = verifier.centre_voxel, []
     for pose in range(len(verifier.scene.poses)):
@@ -89,8 +90,7 @@ def exact_zetas(
                     covered[i] += seen_by(one, wanted, seen, region)
                 tell()
         each.append(covered / total)
-    weighted = np.stack(each) * verifier.scene.pose_weights[:, None]
-    return np.array([math.fsum(column) for column in weighted.T])
+    return np.array([weighted_mean(verifier.scene.pose_weights, shares) for shares in np.stack(each).T])
 
 
 def mounted_cones(verifier: Verifier, setup: Setup, drawn: Misplaced) -> Callable[[int], list[Parts]]:
@@ -124,6 +124,7 @@ def tolerance(
     Raises:
         ValueError: for an empty target, a rule other than ``centre``, or no draws.
         TooFineError: if the count would take days.
+        BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
     """
     if draws < 1:
         raise ValueError(f"found {draws} draws, allowed: 1 and more")

@@ -14,8 +14,8 @@ from ..coverage.robots import Robot
 from .scene import Pose, Recorded
 
 REDUCED_SPEED = 0.25  # m/s, at the TCP: ISO 10218-1's limit of reduced speed
-_CELL = 0.01  # s, in which time is looked at
-_CELLS = (1_000, 200_000)  # fewest and most of them
+CELL = 0.01  # s, in which time is looked at
+CELLS = (1_000, 200_000)  # fewest and most of them
 _CHUNK = 1 << 16  # of samples in memory at once
 _RATE_DIGITS = 6  # decimals of a joint's speed, rad/s
 
@@ -117,7 +117,7 @@ def thin(record: Record, robot: Robot, how: Thinning | None = None) -> Thinned:
         raise ValueError(f"found {len(record.time_s)} samples, allowed: 2 and more")
     how = how or Thinning()
     total = float(record.time_s[-1] - record.time_s[0])
-    edges = np.linspace(record.time_s[0], record.time_s[-1], int(np.clip(math.ceil(total / _CELL), *_CELLS)) + 1)
+    edges = np.linspace(record.time_s[0], record.time_s[-1], int(np.clip(math.ceil(total / CELL), *CELLS)) + 1)
     middle = (edges[:-1] + edges[1:]) / 2
     q, step = _at(record, middle), np.diff(edges)
     at_edges = _at(record, edges)

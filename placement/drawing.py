@@ -53,7 +53,7 @@ def _largest_first(space: Space) -> tuple[list[int], list[int]]:
     """Segments and counts of the fewest rings that hold all sensors, where what fits differs from link to link."""
     segment: list[int] = []
     most: list[int] = []
-    while sum(most) < space.free and (free := space.room(segment)):
+    while sum(most) < space.free and len(most) < space.places and (free := space.room(segment)):
         caps = [space.most_on(space.segments[i].link) for i in free]
         segment.append(free[int(np.argmax(caps))])
         most.append(max(caps))

@@ -10,7 +10,8 @@ from pydantic import Field, model_validator
 from ..coverage.targets import Target
 from ..placement.files.kinds import Metres, Percent
 from ..placement.files.strict import StrictModel, refuse
-from ..placement.loader import read_model, to_toml, write_text
+from ..placement.loader import read_model
+from ..placement.writing import to_toml, write_text
 from .mount.plan import MountPlan
 from .rod.plan import RodPlan, Stratum
 from .rod.rod import Detection, Rod

@@ -18,6 +18,7 @@ from ..coverage.robots import Robot
 from ..coverage.slots import sensor_cones
 from ..coverage.solids import Cones
 from .approach import Approach
+from .detection import turned
 from .human import PEDESTAL
 from .plotting import COLOURS, GREY, INK, plain, save, sheet
 
@@ -39,21 +40,21 @@ def _beam(cones: Cones, i: int) -> Float[np.ndarray, "P 3"]:
     return np.vstack([cones.apex[i], cones.apex[i] + cones.range_m[i] * axis + circle])
 
 
-def _about_z(points: Any, angle: float) -> Any:
-    """``points`` (..., 3) turned about z by ``angle`` rad."""
-    c, s = np.cos(angle), np.sin(angle)
-    return points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
 def beam_outline(cones: Cones, i: int, turn: float, flat: list[int]) -> Float[np.ndarray, "P 2"]:
     """The outline of cone ``i`` on two axes, after everything is turned about z by ``turn`` rad."""
-    return _outline(_about_z(_beam(cones, i), turn)[:, flat])
+    return _outline(turned(_beam(cones, i), turn)[:, flat])
 
 
 def robot_outlines(bodies: Capsules, at: int, turn: float, flat: list[int]) -> list[Any]:
     """The outlines of the robot's bodies of pose ``at``, likewise."""
-    ends = zip(_about_z(bodies.start[at], turn), _about_z(bodies.end[at], turn), bodies.radius, strict=True)
-    return [_outline(np.vstack([p[flat] + r * _DISC for p in (a, b)])) for a, b, r in ends]
+    start, end = (turned(np.asarray(ends)[at], turn) for ends in (bodies.start, bodies.end))
+    return capsule_outlines(start, end, bodies.radius, flat)
+
+
+def capsule_outlines(start: Any, end: Any, radius: Any, flat: list[int]) -> list[Any]:
+    """The outlines of capsules, ends (N, 3) m and radii (N,) m, on two axes."""
+    each = zip(start, end, radius, strict=True)
+    return [_outline(np.vstack([p[flat] + r * _DISC for p in (a, b)])) for a, b, r in each]
 
 
 def _view(ax: Axes, cones: Cones, bodies: Capsules, approaches: list[Approach], plane: tuple[int, int]) -> None:
@@ -62,10 +63,7 @@ def _view(ax: Axes, cones: Cones, bodies: Capsules, approaches: list[Approach], 
     beams = [_outline(_beam(cones, i)[:, flat]) for i in range(len(cones))]
     ax.add_collection(PolyCollection(beams, facecolor=_BEAM, alpha=0.07, lw=0))
     ax.add_collection(PolyCollection(beams, facecolor="none", edgecolor=_BEAM, alpha=0.35, lw=0.4))
-    links = [
-        _outline(np.vstack([p[flat] + r * _DISC for p in ends]))
-        for *ends, r in zip(bodies.start, bodies.end, bodies.radius, strict=True)
-    ]
+    links = capsule_outlines(*bodies, flat)
     ax.add_collection(PolyCollection(links, facecolor=_ROBOT, edgecolor=INK, lw=0.7, zorder=3))
     for k, found in enumerate(approaches):
         line = _along(found.path)[:, flat]

@@ -19,7 +19,6 @@ POINTS = 1500
 SECONDS = 240.0  # on the wall, for each programme
 COUNTS = (8, 16, 24)
 GRID = {"positions": 7, "tilts": 11, "counts": COUNTS, "phases": 2}
-_EQUAL = 5e-7  # of all points: the integer programme's tolerance
 
 Measure = Callable[[str, list[Cell]], list[Any]]
 

@@ -105,7 +105,7 @@ def _clearances(rows: Any, fixed: Any) -> Any:
     return jnp.stack([gap.min(axis=(1, 2)), (gap - asked[:, None]).min(axis=(1, 2))], axis=1)
 
 
-def turned(points: Float[np.ndarray, "T S 3"], angle: float) -> Float[np.ndarray, "T S 3"]:
+def turned(points: Float[np.ndarray, "*any 3"], angle: float) -> Float[np.ndarray, "*any 3"]:
     """Points turned about the base's axis, z, by ``angle`` rad."""
     c, s = math.cos(angle), math.sin(angle)
     return points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])

@@ -8,12 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from scipy.spatial import ConvexHull
 
 from ..coverage.rings import Setup
 from ..coverage.robots import Robot
 from ..coverage.slots import sensor_cones
-from .approach_figure import beam_outline, robot_outlines
+from .approach_figure import beam_outline, capsule_outlines, robot_outlines
 from .detection import Approaches, turned
 from .human import Bones
 from .moments import STEP, Moments
@@ -24,7 +23,6 @@ _GOOD, _BAD, _PERSON, _ASKED = COLOURS[2], COLOURS[1], "#3d4650", COLOURS[4]
 _ROBOT, _BEAM, _NEAR = "#9aa4ae", COLOURS[5], "#fbe6bf"
 _LEAST_VIEW = 2.8  # m, either way of the base
 _GHOSTS = 0.5  # s, from one drawn person to the next
-_DISC = np.stack([f(np.linspace(0, 2 * np.pi, 24, endpoint=False)) for f in (np.cos, np.sin)], axis=1)
 
 
 def last_reported(found: Approaches) -> list[int]:
@@ -101,11 +99,6 @@ def _distances(ax: Axes, found: Approaches) -> None:
     ax.legend(frameon=False, fontsize=9, loc="upper left")
 
 
-def _hulls(start: Any, end: Any, radius: Any, flat: list[int]) -> list[Any]:
-    points = [np.vstack([p[flat] + r * _DISC for p in (a, b)]) for a, b, r in zip(start, end, radius, strict=True)]
-    return [p[ConvexHull(p).vertices] for p in points]
-
-
 def _approach(
     top: Axes, side: Axes, robot: Robot, setup: Setup, m: Moments, found: Approaches, k: int, body: Bones, floor: float
 ) -> None:
@@ -118,8 +111,8 @@ def _approach(
     reported = found.report[k]
     ghost = max(int(_GHOSTS / STEP), 1)
     for ax, flat, robot_turn, person_turn in views:
-        seen = [turned(p[None], robot_turn)[0] for p in (m.start[at], m.end[at])]
-        near = _hulls(seen[0], seen[1], m.radius + m.asked[at], flat)
+        seen = [turned(p, robot_turn) for p in (m.start[at], m.end[at])]
+        near = capsule_outlines(seen[0], seen[1], m.radius + m.asked[at], flat)
         ax.add_collection(PolyCollection(near, facecolor=_NEAR, edgecolor=_NEAR, lw=0.5, zorder=0.5))
         beams = [beam_outline(cones, i, robot_turn, flat) for i in range(len(cones))]
         ax.add_collection(PolyCollection(beams, facecolor=_BEAM, alpha=0.16, lw=0, zorder=1))
@@ -127,13 +120,13 @@ def _approach(
         links = robot_outlines(m.bodies, at, robot_turn, flat)
         ax.add_collection(PolyCollection(links, facecolor=_ROBOT, edgecolor=INK, lw=0.7, zorder=3))
         for back in range(step, -1, -ghost):
-            a, b = (turned(p[back][None], person_turn)[0] for p in (body.start, body.end))
+            a, b = (turned(p[back], person_turn) for p in (body.start, body.end))
             shade = 0.75 if back == step else 0.75 * max(0.12, 0.45 - 0.12 * (step - back) / ghost)
             colour = _PERSON if back == step else _BAD
-            person = PolyCollection(_hulls(a, b, body.radius, flat), facecolor=colour, alpha=shade, lw=0, zorder=4)
+            person = PolyCollection(capsule_outlines(a, b, body.radius, flat), facecolor=colour, alpha=shade, lw=0, zorder=4)
             ax.add_collection(person)
         ax.set_aspect("equal")
-    way = turned(np.stack([body.start[:, 6], body.start[:, 6]], axis=1)[:, 0][None], azimuth)[0]
+    way = turned(body.start[:, 6], azimuth)
     top.plot(*way[: step + 1, :2].T, color=_BAD, lw=2.6, zorder=3.5, solid_capstyle="round")
     side.axhline(floor, color=INK, lw=1.2, zorder=2)
     side.axhspan(floor - 0.25, floor, color="#e4e7ea", lw=0, zorder=2)

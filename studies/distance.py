@@ -24,7 +24,7 @@ from scipy import stats
 from ..coverage.arrays import dot, root
 from ..coverage.capsules import Capsules, gap_to_capsules, robot_capsules
 from ..coverage.chain import forward
-from ..coverage.ranging import OCCLUSIONS, least_gap, readings, slabs
+from ..coverage.ranging import least_gap, readings, slabs
 from ..coverage.rings import Setup, sensor_optics
 from ..coverage.robots import Robot
 from ..coverage.slots import sensor_axes
@@ -35,6 +35,7 @@ from .walk import walk
 NEAR, FAR = 0.5, 1.1  # m
 WINDOW = 0.3  # s, over which a closing speed is taken
 THINGS = ("human", *SHAPES)
+MODES = ("ignore", "shadow")  # what the robot's own body does to what is read
 _CIRCLES, _ON_CIRCLE = (0.55, 1.0), 8  # samples of a beam's cross-section: shares of the half angle, points on each
 
 Table = dict[str, float | None]
@@ -136,8 +137,8 @@ def series(
     Raises:
         ValueError: if thing or mode is unknown or the robot has no bodies.
     """
-    if mode not in OCCLUSIONS:
-        raise ValueError(f"unknown mode {mode!r}; known: {', '.join(OCCLUSIONS)}")
+    if mode not in MODES:
+        raise ValueError(f"unknown mode {mode!r}; known: {', '.join(MODES)}")
     frames = forward(robot.chain, q)
     bodies = robot_capsules(robot, frames)
     centre, radius = thing_balls(thing, seed, time_s, bodies)

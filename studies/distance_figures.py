@@ -9,13 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ..coverage.ranging import OCCLUSIONS
-from .distance import FAR, NEAR, THINGS, Series, Table, summary
+from .distance import FAR, MODES, NEAR, THINGS, Series, Table, summary
 from .plotting import COLOURS, GREY, INK, MARKERS, plain, save, sheet
 
 Results = Mapping[tuple[str, str, str], Sequence[Table]]  # by setup, mode and thing: one table for each seed
 MODE_NAMES = {"ignore": "robot hides nothing", "shadow": "robot hides what is behind it"}
-_MODE_COLOURS = dict(zip(OCCLUSIONS, (COLOURS[0], COLOURS[1]), strict=True))
+_MODE_COLOURS = dict(zip(MODES, (COLOURS[0], COLOURS[1]), strict=True))
 _FONT = 10.0
 
 
@@ -41,7 +40,7 @@ def _rows(ax: Axes, names: Sequence[str], labelled: bool) -> None:
 def _bars(ax: Axes, results: Results, key: str, thing: str, x: str, title: str, labelled: bool) -> None:
     """Bars of both modes with intervals, setup by setup."""
     names = _setups(results)
-    for k, mode in enumerate(OCCLUSIONS):
+    for k, mode in enumerate(MODES):
         mean, half = _column(results, key, mode, thing)
         at = np.arange(len(names)) + 0.38 * (k - 0.5)
         ax.barh(at, mean, 0.36, color=_MODE_COLOURS[mode])
@@ -53,7 +52,7 @@ def _bars(ax: Axes, results: Results, key: str, thing: str, x: str, title: str, 
 
 
 def _mode_legend(figure: Any, extra: Sequence[Any] = ()) -> None:
-    handles = [Patch(color=_MODE_COLOURS[mode], label=MODE_NAMES[mode]) for mode in OCCLUSIONS]
+    handles = [Patch(color=_MODE_COLOURS[mode], label=MODE_NAMES[mode]) for mode in MODES]
     interval = Line2D([], [], color=INK, lw=1, marker="|", ms=6, label="95 % interval over seeded paths")
     figure.legend(handles=[*handles, interval, *extra], loc="outside upper center", ncols=4, frameon=False, fontsize=_FONT)
 

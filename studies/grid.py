@@ -15,7 +15,7 @@ from ..coverage.targets import Target
 from ..objectives.scene import Scene
 from .maxcover import Choice, greedy, grouped, relaxed, solved
 
-_CLOSE = 1e-9  # of a link
+_CLOSE = 1e-9  # m
 
 
 @dataclass(frozen=True)

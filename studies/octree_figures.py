@@ -15,8 +15,9 @@ from ..coverage.sensors import PAPER_SENSOR
 from ..coverage.solids import Cones
 from ..objectives.scene import Scene
 from .octree_view import EYE, SHELL_COLOUR, View, draw_both, draw_cones, draw_discs, draw_left, paler, sheet_of
+from .plotting import GREY, INK
 from .shapes import circle, cone
-from .sheet import GREY, INK, UNSEEN_COLOUR, Sheet, write_png
+from .sheet import UNSEEN_COLOUR, Sheet, write_png
 from .voxel_picture import add_axes, add_bar, add_skin, normals, skin
 
 CONE_VOXELS = (0.2, 0.1, 0.05, 0.025)  # m

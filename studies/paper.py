@@ -25,6 +25,7 @@ RADII = (0.5, 0.7, 0.9, 1.1, 1.5)  # m, of the shell
 SHELLS = tuple(Target("V_S", r) for r in RADII)
 NEAR, FAR = SHELLS[0], SHELLS[-1]
 TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), NEAR, FAR)
+PUBLISHED = {str(NEAR): 96.73, str(FAR): 69.80}  # percent, of n3_16_55
 COUNTS: tuple[tuple[Rule, float], ...] = (("centre", 0.01), ("touch", 0.1))
 BUDGETS = {48: 1, 80: 2, 112: 3}  # sensors, and rings on each link, of 16 sensors each, that make them
 GOALS = {"near": (NEAR,), "far": (FAR,), "both": (NEAR, FAR)}

@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.ranging import OCCLUSIONS
 from ..coverage.rings import named_setup
 from ..coverage.robots import ROBOTS
 from ..coverage.sensors import PAPER_SENSOR
 from ..placement.files.convert import setup_of
 from ..placement.files.mount_models import RingModel
 from .approach import Approach
-from .distance import THINGS, Series, Table, series, summary
+from .distance import MODES, THINGS, Series, Table, series, summary
 from .paper import SETUPS, task
 from .paper_statements import Statement, Verdict
 from .store import Cell
@@ -37,7 +36,7 @@ def distances(searched: Mapping[str, Rings], seed: int = 0) -> dict[tuple[Key, i
     for name, setup in setups.items():
         for thing in THINGS:
             for path in range(seed, seed + PATHS):
-                for mode in OCCLUSIONS:
+                for mode in MODES:
                     arguments = {"robot": "ur10", "setup": setup, "thing": thing, "seed": path, "mode": mode}
                     timing = {"rate": RATE, "duration": DURATION}
                     found[(name, mode, thing), path] = Cell("minimum distance", arguments | timing)
@@ -106,7 +105,7 @@ def gain(
 def statement(results: Results) -> Statement:
     """Does the error fall as sensors and rings grow?"""
     parts, sure, falls = [], [], []
-    for mode in OCCLUSIONS:
+    for mode in MODES:
         steps = [gain(results, a, b, mode) for a, b in pairwise(GROWTH)]
         sure += [mean + half < 0 for mean, half in steps]
         falls += [mean < 0 for mean, _ in steps]

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from .paper import BUDGETS, COUNTS, FAR, GOALS, NEAR, RADII, SETUPS, TARGETS, THETAS, Row
+from .paper import BUDGETS, COUNTS, FAR, GOALS, NEAR, PUBLISHED, RADII, SETUPS, TARGETS, THETAS, Row
 from .paper_open import AS_CHOSEN
 from .paper_open import SETUPS as OPEN_SETUPS
 from .plotting import COLOURS, GREY, INK, MARKERS, plain, save, sheet
 
 _EIGHTY = tuple(f"{goal} 80" for goal in GOALS)
 COUNT_NAMES = {"centre": "unbiased (centre, 1 cm)", "touch": "touched voxels of 10 cm"}
-PUBLISHED = {("n3_16_55", str(NEAR)): 96.73, ("n3_16_55", str(FAR)): 69.80}
 
 
 def value(rows: Iterable[Row], **keys: object) -> float:
@@ -36,8 +35,8 @@ def configurations(rows: Sequence[Row], file: Path) -> None:
             height = [value(rows, chain="ur10", setup=n, target=target, rule=rule) for n in names]
             x = np.arange(len(names)) + 0.16 * (k - 2) + 0.25 * (np.arange(len(names)) >= len(SETUPS))
             ax.bar(x, height, 0.15, color=COLOURS[k], label=target)
-        for (name, target), said in PUBLISHED.items():
-            place = names.index(name) + 0.16 * ([str(t) for t in TARGETS].index(target) - 2)
+        for target, said in PUBLISHED.items():
+            place = names.index("n3_16_55") + 0.16 * ([str(t) for t in TARGETS].index(target) - 2)
             label = "published" if target == str(NEAR) else ""
             ax.plot([place - 0.09, place + 0.09], [said, said], color=INK, lw=2, label=label)
         ax.axvline(len(SETUPS) - 0.375, color=GREY, lw=0.8, ls=(0, (4, 3)))

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..placement.files.convert import ring_models, scene_model
 from ..placement.files.proposals import ProposalFile
-from ..placement.loader import to_toml
+from ..placement.writing import to_toml
 from .pages import csv_text, html, table
 from .pareto import Point, dominated, front, hypervolume, is_papers, setup_of_point
 from .plotting import COLOURS, INK, MARKERS, plain, save, sheet

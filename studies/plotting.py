@@ -1,10 +1,13 @@
 """How the plots of studies look: colours, sizes, axes."""
 
+import io
 from pathlib import Path
 
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
+from ..placement.writing import write_bytes
 
 INK, GREY, GRID = "#23272b", "#666d75", "#d9dde1"
 # Okabe and Ito's colours, told apart by every kind of colour vision.
@@ -30,5 +33,7 @@ def plain(ax: Axes, title: str = "", x: str = "", y: str = "") -> None:
 
 
 def save(figure: Figure, file: Path) -> None:
-    """Write the figure as PNG."""
-    figure.savefig(file, dpi=120)
+    """Write the figure as PNG: the old file or the new, never half; UserError if it cannot be written."""
+    data = io.BytesIO()
+    figure.savefig(data, dpi=120, format="png")
+    write_bytes(file, data.getvalue())

@@ -7,7 +7,7 @@ from ..coverage.occlusion import OCCLUSIONS
 from ..placement.files.convert import scene_model
 from ..placement.files.mount_models import RingModel
 from ..placement.files.proposals import ProposalFile
-from ..placement.loader import to_toml
+from ..placement.writing import to_toml
 from .pages import csv_text, html, table
 from .robots import PROCESSORS, SEARCHES, SECONDS, SENSORS, TARGET, VOXEL, Row, pose_deg, where
 from .robots_figure import picture

@@ -4,7 +4,7 @@ matplotlib's 3D axes do not sort by depth across artists. So every view is paint
 camera projects them, and one collection draws them all.
 """
 
-import os
+import io
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +17,11 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
 
-from ..placement.errors import UserError
+from ..placement.writing import write_bytes
 
 # Okabe and Ito's colours, told apart by every kind of colour vision: cool ones see, the hot one is unseen.
 LINK_COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#F0E442")
 UNSEEN_COLOUR = "#D55E00"
-INK, GREY, GRID = "#23272b", "#666d75", "#d9dde1"
 CLEAR = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -96,7 +95,7 @@ class Sheet:
 
 
 def write_png(path: Path, figure: Figure, finer: int = 1) -> None:
-    """Write the figure as a PNG beside ``path`` and rename it: the old file or the new, never half.
+    """Write the figure as a PNG: the old file or the new, never half.
 
     Args:
         finer: pixels a side that are drawn for one in the file, which is their mean.
@@ -108,17 +107,10 @@ def write_png(path: Path, figure: Figure, finer: int = 1) -> None:
     for text in figure.findobj(Text):
         text.set_parse_math(False)  # a dollar in a name is a dollar
     figure.set_dpi(finer * dpi)
-    canvas, temporary = FigureCanvasAgg(figure), path.with_name(f".{path.name}.{os.getpid()}")
+    canvas, data = FigureCanvasAgg(figure), io.BytesIO()
     canvas.draw()
     image = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3]).reduce(finer)
     figure.set_dpi(dpi)
     pixels = np.asarray(image) // 5 * 5  # 52 steps of a channel, half the file; white stays white
-    try:
-        with temporary.open("wb", buffering=0) as file:
-            Image.fromarray(pixels).save(file, "png", optimize=True)
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be written: {error.strerror}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+    Image.fromarray(pixels).save(data, "png", optimize=True)
+    write_bytes(path, data.getvalue())

@@ -118,11 +118,3 @@ def _above(robot: Robot, spot: Float[np.ndarray, " 2"]) -> Float[np.ndarray, " J
 def fastest(robot: Robot, motion: Motion) -> int:
     """The sample at which the TCP is fastest."""
     return int(np.argmax(motion.tcp_speed(robot)))
-
-
-def fastest_swing(robot: Robot, motion: Motion, poses: int) -> Float[np.ndarray, "P J"]:
-    """Joint angles (P, J) rad at equal steps of time along the swing in which the TCP is fastest, ends included."""
-    top = fastest(robot, motion)
-    still = np.flatnonzero(~motion.swing)
-    first, last = still[still < top].max(), still[still > top].min()
-    return motion.q[np.round(np.linspace(first, last - 1, poses)).astype(int)]

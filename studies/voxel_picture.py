@@ -15,7 +15,8 @@ from jaxtyping import Bool, Float, Int
 
 from ..coverage.solids import Solid
 from ..coverage.voxelset import OFFSET, VoxelSet, encode
-from .sheet import CLEAR, GREY, INK, Sheet
+from .plotting import GREY, INK
+from .sheet import CLEAR, Sheet
 
 # Corners of the faces that look along +x, +y and +z, in voxels from the lowest corner, in turn around the face.
 _FACE = np.array(

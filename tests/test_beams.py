@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.beams import Beams, Occluders, beams
+from place_rings.coverage.beams import Beams
 from place_rings.coverage.capsules import Capsules, robot_capsules, segment_to_segment
 from place_rings.coverage.certified import bracket
 from place_rings.coverage.chain import forward
 from place_rings.coverage.multiplicity import seen_by, tally
+from place_rings.coverage.occluders import Occluders, beams
 from place_rings.coverage.octree import count, voxels
 from place_rings.coverage.polyhedra import box, half_space, hull, polyhedra
 from place_rings.coverage.rings import named_setup

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.beams import Occluders, beams
 from place_rings.coverage.capsules import Capsules, point_to_segment, robot_capsules
 from place_rings.coverage.chain import forward
 from place_rings.coverage.effective import effective
+from place_rings.coverage.occluders import Occluders, beams
 from place_rings.coverage.polyhedra import box, half_space
 from place_rings.coverage.rings import Ring, Setup, named_setup
 from place_rings.coverage.robots import UR10

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.capsules import gap_to_capsules, robot_capsules
 from place_rings.coverage.chain import forward
-from place_rings.coverage.ranging import OCCLUSIONS, readings
+from place_rings.coverage.ranging import readings
 from place_rings.coverage.rings import Ring, Setup, named_setup, sensor_optics
 from place_rings.coverage.robots import UR10
 from place_rings.coverage.sensors import Sensor
@@ -16,7 +16,7 @@ from place_rings.coverage.slots import sensor_axes, sensor_cones
 from place_rings.studies import approach_figure, distance_figures
 from place_rings.studies import distance as study
 from place_rings.studies.approach import unseen_approaches
-from place_rings.studies.distance import beliefs, cell, measures, repeated, series, summary
+from place_rings.studies.distance import MODES, beliefs, cell, measures, repeated, series, summary
 
 from . import drawing
 
@@ -182,7 +182,7 @@ def test_figures_are_drawn(swing, reference_pose, tmp_path):
     results = {
         (name, mode, thing): [cell(UR10, setup, t, q, thing, seed, mode) for seed in range(2)]
         for name, setup in setups.items()
-        for mode in OCCLUSIONS
+        for mode in MODES
         for thing in study.THINGS
     }
     distance_figures.errors(results, tmp_path / "errors.png")

@@ -9,12 +9,13 @@ from place_rings.coverage.rings import Ring, Setup, named_setup
 from place_rings.coverage.robots import ROBOTS
 from place_rings.coverage.targets import Shape, Target
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
-from place_rings.placement import loader
+from place_rings.placement import writing
 from place_rings.placement.errors import UserError
 from place_rings.placement.files.convert import ring_models, rounded, scene_model, scene_of
 from place_rings.placement.files.models import SceneFile
 from place_rings.placement.files.proposals import ProposalFile
-from place_rings.placement.loader import read_proposal, read_scene, resolve, to_toml, write_text
+from place_rings.placement.loader import read_proposal, read_scene, resolve
+from place_rings.placement.writing import to_toml, write_text
 
 from . import drawing
 
@@ -134,7 +135,7 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
     def full(_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(loader.os, "fsync", full)
+    monkeypatch.setattr(writing.os, "fsync", full)
     with pytest.raises(UserError, match="No space left"):
         write_text(path, "new")
     assert path.read_text() == "old"

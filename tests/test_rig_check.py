@@ -15,7 +15,8 @@ from place_rings.objectives.scene import Goal
 from place_rings.placement.errors import UserError
 from place_rings.placement.files.convert import ring_models, scene_model
 from place_rings.placement.files.proposals import ProposalFile
-from place_rings.placement.loader import read_proposal, to_toml
+from place_rings.placement.loader import read_proposal
+from place_rings.placement.writing import to_toml
 from place_rings.rig.check_models import AboutFile, CheckResult, PortModel
 from place_rings.rig.checked import Checked
 from place_rings.rig.judge import judge

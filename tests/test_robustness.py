@@ -10,11 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.chain import forward
-from place_rings.coverage.mounting import MountingErrors, draw_errors, misplaced_axes, misplaced_cones
+from place_rings.coverage.mounting import MountingErrors, draw_errors, misplaced, misplaced_cones
 from place_rings.coverage.octree import count
 from place_rings.coverage.rings import Setup, named_setup, ring_values
 from place_rings.coverage.robots import UR10
-from place_rings.coverage.slots import sensor_axes, sensor_cones, slots
+from place_rings.coverage.sensors import Sensor
+from place_rings.coverage.slots import seats, seen_from, sensor_axes, sensor_cones, slots
 from place_rings.coverage.targets import Target
 from place_rings.objectives.aim import Aim, judge
 from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
@@ -119,6 +120,21 @@ def test_errors_are_common_seeded_and_within_their_limits(seed, law):
     fewer = draw_errors(2, 5, errors, 50, seed)
     assert np.array_equal(fewer.turn, many.turn[:, :2])
     assert np.array_equal(fewer.seat, many.seat[:, :5])
+
+
+def test_shares_of_what_is_seen_whole_are_no_more_than_one():
+    """Weights that sum to one but for rounding."""
+    goals = tuple(Goal(Target("V_S", r), w) for r, w in ((0.2, 0.1), (0.25, 0.2), (0.3, 2.2)))
+    scene = Scene(goals=goals, sensor=Sensor(math.radians(175), 1.5))
+    verifier, setup = Verifier(scene, 0.05), named_setup("n3_24_55", scene.sensor)
+    assert math.fsum(float(w) for w in scene.goal_weights) > 1
+    assert verifier.judge(setup) == (0.0, 1.0)
+    assert judge(verifier, setup, Aim(seen=2)) == (0.0, 1.0)
+    assert redundancy(verifier, setup, goals[0].target).zeta == verifier.verify(setup, goals[0].target).zeta == 1.0
+
+
+def misplaced_axes(here, position, tilt, phase, frames, errors):
+    return seen_from(here, misplaced(here, seats(here, position, tilt, phase), errors), frames, up=False)
 
 
 @settings(max_examples=25)

@@ -18,7 +18,8 @@ from place_rings.objectives.sight import BodilessError, check_mounting, unseeing
 from place_rings.objectives.tolerance import tolerance
 from place_rings.placement.errors import UserError
 from place_rings.placement.files.convert import scene_model, scene_of
-from place_rings.placement.loader import read_scene, to_toml
+from place_rings.placement.loader import read_scene
+from place_rings.placement.writing import to_toml
 
 FLAT = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
 NEAR = Target("V_S", 0.5)
@@ -107,6 +108,22 @@ centre = [0, 1, 0]
     for a, b in zip(scene.obstacles, again.obstacles, strict=True):
         assert np.allclose(a.body(points), b.body(points), atol=1e-6)
     assert scene_model(scene_of(model)) == model
+
+
+def test_parts_of_a_mesh_with_a_long_name_or_moved_from_afar_are_written(tmp_path):
+    far = [trimesh.creation.box((0.2, 0.1, 0.1)), trimesh.creation.box((0.1, 0.1, 0.1))]
+    for part, x in zip(far, (60, 61), strict=True):
+        part.apply_translation((x, 0, 0))
+    trimesh.util.concatenate(far).export(tmp_path / "far.stl")
+    cell = '[[obstacles]]\nname = "%s"\nfile = "far.stl"\ncentre = [%g, 0, 0]\n'
+    path = tmp_path / "scene.toml"
+    path.write_text(cell % ("x" * 100, -60))
+    scene = read_scene(path)
+    assert [o.name for o in scene.obstacles] == ["x" * 93 + f" part {n}" for n in (0, 1)]
+    assert len(scene_model(scene).obstacles) == 2
+    path.write_text(cell % ("x", 60))
+    with pytest.raises(UserError, match=r"obstacles\[0\].file: part 0 of \"far.stl\" lies beyond 100 m"):
+        read_scene(path)
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
-from place_rings.coverage.beams import Occluders, beams
 from place_rings.coverage.capsules import Capsules
 from place_rings.coverage.cloud import cloud
+from place_rings.coverage.occluders import Occluders, beams
 from place_rings.coverage.polyhedra import box, hull
 from place_rings.coverage.soft import SHARP, soft_zeta
 from place_rings.coverage.soft_cell import InCell

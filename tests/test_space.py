@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from place_rings.coverage.boards import VL53L1X
 from place_rings.coverage.rings import Ring, Setup, named_setup
+from place_rings.coverage.sensors import Sensor
 from place_rings.objectives.scene import Limits, Rules, Scene
 from place_rings.objectives.space import GRAIN, decode, segments
 from place_rings.placement.candidates import Candidate, Space
@@ -19,6 +21,7 @@ from place_rings.placement.unlike import features, unlike_first
 
 from . import drawing
 
+RNG = np.random.default_rng(0)
 LINKS = ("upper_arm", "forearm", "tool")
 
 
@@ -92,6 +95,35 @@ def test_all_that_is_drawn_and_varied_keeps_the_rules(sensors, seed):
         ends = replace(c, values=np.where(rng.uniform(size=c.values.shape) < 0.5, low, high))
         check(space, space.setup(ends), sensors)
         c = vary(space, c, rng)
+
+
+def test_of_two_places_too_near_for_two_rings_one_is_left():
+    limits = {"forearm": Limits(position=(0.3, 0.7), keep_out=((0.35, 0.65),))}
+    scene = Scene(limits=limits, rules=Rules(spacing=0.3))
+    there = [(s.low, s.high, s.room) for s in segments(scene) if s.link == "forearm"]
+    assert there == [(pytest.approx(0.3), pytest.approx(0.35), 1)]
+    assert Space(scene, ring_layout(scene, 1, 8)).places == 3
+    wide = replace(scene, limits={"forearm": Limits(keep_out=((0.4, 0.5),))})
+    left, right = (s for s in segments(wide) if s.link == "forearm")
+    assert right.low - left.high >= left.gap - 1e-12
+    assert (left.low, right.high) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(("least", "upper_arm"), [(3, 0.06), (9, 0.06), (10, 0.06), (9, 0.08)])
+def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(least, upper_arm):
+    """Boards leave the upper arm room for larger rings than the other links, of which there is one each."""
+    limits = {"upper_arm": Limits(radius=upper_arm), "forearm": Limits(radius=0.045), "tool": Limits(radius=0.045)}
+    rules = Rules(sensors=(least, 24), rings_per_link=1)
+    scene = Scene(sensor=Sensor(board=VL53L1X), limits=limits, rules=rules, radius_stated=True)
+    first = Space(scene, sensors=least)
+    assert len({*first.largest()}) > 1
+    for sensors in range(1, sum(first.largest()) + 2):
+        if sensors in first.totals:
+            space = Space(scene, sensors=sensors)
+            assert space.setup(fresh(space, RNG)).sensors == sensors
+        else:
+            with pytest.raises(InfeasibleError, match=f"^rules: {sensors} sensors"):
+                Space(scene, sensors=sensors)
 
 
 @given(drawing.seeds, st.integers(10, 90))

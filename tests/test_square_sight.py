@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.beams import Occluders, beams
 from place_rings.coverage.capsules import Capsules, segment_to_segment
 from place_rings.coverage.certified import bracket
 from place_rings.coverage.cloud import cloud
 from place_rings.coverage.effective import effective
 from place_rings.coverage.multiplicity import tally
+from place_rings.coverage.occluders import Occluders, beams
 from place_rings.coverage.octree import count, voxels
 from place_rings.coverage.polyhedra import box, half_space, hull
 from place_rings.coverage.rings import Ring, Setup, named_setup

@@ -10,11 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.chain import forward
 from place_rings.coverage.robots import UR10
+from place_rings.objectives.scene import Scene
 from place_rings.objectives.trajectory import Record, Thinning, thin
 from place_rings.placement.errors import UserError
 from place_rings.placement.files import record as reading
 from place_rings.placement.files.convert import scene_model, scene_of
-from place_rings.placement.files.record import read_record
+from place_rings.placement.files.record import read_record, with_record
 from place_rings.placement.loader import read_proposal, read_scene
 from place_rings.placement.subset import FEW, POINTS, poses_at_once, representative, with_worst
 
@@ -160,7 +161,7 @@ BAD_RECORDS = {
     f"{HEADER}\n0,{STILL}\n1,{STILL}\n1,{STILL}": "line 4, column t: found 1.0, allowed: above 1, the time before it",
     f"{HEADER}\n0,{STILL}\n-1,{STILL}": "line 3, column t: found -1.0, allowed: above 0",
     f"{HEADER}\n0,{STILL}\n1,0,0,13,0,0,0": "line 3, column q2: found 13.0, allowed: -12.566 to 12.566 rad; or say that",
-    f"{HEADER}\n0,{STILL}\n1e7,{STILL}": "found 1e+07 s from first to last, allowed: up to 1e+06",
+    f"{HEADER}\n0,{STILL}\n1e7,{STILL}": "found 1e+07 s from first to last, allowed: 0.001 to 1e+06",
     f"{HEADER}\n" + "0" * 70_000: "line 2: found more than 65536 characters",
     f'{HEADER}\n0,{STILL}\n1,"0\n2,0': "line",
     "t\0\n": "line 1",
@@ -197,6 +198,20 @@ def test_what_is_no_record_is_one_line(tmp_path):
     for name in ("absent.csv", ".", "bytes.csv", "a\0b"):
         with pytest.raises(UserError):
             read_record(tmp_path / name, UR10)
+
+
+def test_an_angle_cut_at_half_a_turn_is_one_line_and_the_same_made_whole_is_read(tmp_path):
+    t = np.arange(0.0, 4.0, 0.008)
+    whole = np.linspace(2.0, 4.5, len(t))
+    q = np.stack([np.zeros_like(t)] * 5 + [whole], axis=1)
+    cut = q.copy()
+    cut[:, 5] = (whole + math.pi) % (2 * math.pi) - math.pi
+    write(tmp_path / "cut.csv", Record(t, cut), HEADER.split(","))
+    with pytest.raises(UserError, match=r"cut.csv: wrist_3 at .* s: found a jump of -359.* degrees in 0.008 s, allowed"):
+        with_record(Scene(), tmp_path / "cut.csv")
+    write(tmp_path / "whole.csv", Record(t, q), HEADER.split(","))
+    scene = with_record(Scene(), tmp_path / "whole.csv")
+    assert len(scene_model(scene).poses) == len(scene.poses) > 1
 
 
 @settings(max_examples=30, deadline=None)

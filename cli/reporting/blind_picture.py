@@ -13,9 +13,9 @@ from ...coverage.rings import Setup
 from ...coverage.voxelset import OFFSET, VoxelSet, decode
 from ...objectives.blind import Blind
 from ...objectives.scene import Scene
-from ...studies.plotting import COLOURS
+from ...studies.plotting import COLOURS, GREY, INK
 from ...studies.shapes import add_robot, body, faces_within
-from ...studies.sheet import GREY, INK, Sheet, write_png
+from ...studies.sheet import Sheet, write_png
 from ...studies.voxel_picture import add_skin, skin, voxel_set
 from ..picture import VIEWS, draw_room
 

@@ -17,7 +17,7 @@ from ...coverage.occlusion import OCCLUSIONS, Occlusion
 from ...coverage.rings import Setup
 from ...coverage.targets import Target
 from ...placement.errors import UserError
-from ...placement.loader import write_bytes
+from ...placement.writing import write_bytes
 from . import words
 from .colours import KINDS
 from .controls import Controls

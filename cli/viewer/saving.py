@@ -11,7 +11,7 @@ from ...placement.errors import UserError, shown
 from ...placement.files.convert import ring_models, scene_model
 from ...placement.files.proposals import ProposalFile
 from ...placement.files.result_convert import verify_result
-from ...placement.loader import to_toml, write_text
+from ...placement.writing import to_toml, write_text
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _HEADING = """A placement of sensor rings, saved from place-rings view. Edit it freely, then check it again:

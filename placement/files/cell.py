@@ -12,6 +12,7 @@ from ...coverage.chain import transform
 from ...coverage.polyhedra import box, half_space, hull
 from ...objectives.scene import Obstacle, Scene
 from ..errors import UserError, shown
+from .kinds import FARTHEST, LONGEST_NAME
 from .models import ObstacleModel
 
 MESHES = ("stl", "ply", "off", "obj")
@@ -83,8 +84,8 @@ def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obst
     for n, piece in enumerate(pieces):
         corners = np.asarray(piece.vertices, float) * model.scale
         try:
-            if not np.isfinite(corners).all() or np.abs(corners).max() > 100:
-                raise ValueError("corners lie beyond 100 m; see scale")
+            if not np.isfinite(corners).all() or np.abs(corners).max() > FARTHEST:
+                raise ValueError(f"corners lie beyond {FARTHEST:g} m; see scale")
             body = hull(corners)
         except ValueError as error:
             raise UserError(f"{key}: part {n} of {shown(model.file)}: {error}; allowed: solid parts") from error
@@ -92,7 +93,10 @@ def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obst
             raise UserError(f"{key}: part {n} has {len(body.offset)} faces, allowed: {_FACES}; simplify the mesh")
         corners = np.unique(body.edges.reshape(-1, 3), axis=0) @ T[:3, :3].T + T[:3, 3]
         corners = np.round(corners, _DIGITS)
-        name = (model.name or path.stem) + (f" part {n}" if len(pieces) > 1 else "")
+        if np.abs(corners).max() > FARTHEST:
+            raise UserError(f"{key}: part {n} of {shown(model.file)} lies beyond {FARTHEST:g} m; allowed: nearer")
+        part = f" part {n}" if len(pieces) > 1 else ""
+        name = (model.name or path.stem)[: LONGEST_NAME - len(part)] + part
         keys = {"name": name, "points": corners.tolist()}
         found.append(Obstacle(name, hull(corners), keys, hulled=not bool(piece.is_convex)))
     return found

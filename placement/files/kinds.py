@@ -6,6 +6,10 @@ from pydantic import AfterValidator, Field
 
 from .strict import fault
 
+MOST_DEG_S = 3600  # of a joint
+FARTHEST = 100.0  # m, that anything lies from the base
+LONGEST_NAME = 100  # characters, of an obstacle
+
 Weight = Annotated[float, Field(gt=0, le=1e6, description="relative weight")]
 Metres = Annotated[float, Field(gt=0, le=100, description="metres")]
 Percent = Annotated[float, Field(ge=0, le=100, description="percent")]

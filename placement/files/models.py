@@ -25,7 +25,7 @@ from ...coverage.separation import WALKING
 from ...coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
 from ...objectives.scene import REFERENCE_POSE_DEG
 from ..errors import IN_LINE, NAMED
-from .kinds import Metres, Weight
+from .kinds import FARTHEST, LONGEST_NAME, MOST_DEG_S, Metres, Weight
 from .mount_models import MountModel, PrintingModel, RingModel, RulesModel, SensorModel
 from .robot_convert import robot_of
 from .robot_models import RobotFile
@@ -36,7 +36,7 @@ class PoseModel(StrictModel):
     q_deg: list[Annotated[float, Field(ge=-720, le=720, description="degrees")]] = Field(min_length=1, max_length=20)
     weight: Weight = 1.0
     time_s: float | None = Field(default=None, description="seconds, when a record was there")
-    rate_deg_s: list[Annotated[float, Field(ge=-3600, le=3600, description="degrees a second")]] | None = Field(
+    rate_deg_s: list[Annotated[float, Field(ge=-MOST_DEG_S, le=MOST_DEG_S, description="degrees a second")]] | None = Field(
         default=None, description="speeds of the joints, for V_P"
     )
 
@@ -109,7 +109,7 @@ class CurveModel(StrictModel):
     tcp_range: Metres = TCP_RANGE
 
 
-_Coordinate = Annotated[float, Field(ge=-100, le=100, description="metres, base frame")]
+_Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="metres, base frame")]
 _Three = Field(min_length=3, max_length=3)
 _Angle = Annotated[float, Field(ge=-360, le=360, description="degrees")]
 
@@ -118,14 +118,14 @@ class ObstacleModel(StrictModel):
     """Something that stands in the cell: a box (size), a mesh (file), the hull of points, or the floor, all below a height.
     ``centre`` and ``rpy_deg`` (about x, y, z of the base frame, in this order) place all but the floor."""
 
-    name: str = Field(default="", max_length=100)
+    name: str = Field(default="", max_length=LONGEST_NAME)
     centre: Annotated[list[_Coordinate], _Three] = [0.0, 0.0, 0.0]
     rpy_deg: Annotated[list[_Angle], _Three] = [0.0, 0.0, 0.0]
     size: Annotated[list[Metres], _Three] | None = None
     file: str | None = Field(default=None, min_length=1, max_length=1000, description="beside the scene or below its folder")
     scale: float = Field(default=1.0, gt=0, le=1000, description="metres of a unit of the mesh")
     points: list[Annotated[list[_Coordinate], _Three]] | None = Field(default=None, min_length=4, max_length=20_000)
-    floor: float | None = Field(default=None, ge=-100, le=100, description="metres, its height")
+    floor: float | None = Field(default=None, ge=-FARTHEST, le=FARTHEST, description="metres, its height")
 
     @model_validator(mode="after")
     def _of_one_kind(self) -> Self:

@@ -12,12 +12,13 @@ from jaxtyping import Float
 
 from ...coverage.robots import Robot
 from ...objectives.scene import Scene
-from ...objectives.trajectory import Record, Thinning, recorded, thin
+from ...objectives.trajectory import CELL, CELLS, Record, Thinning, recorded, thin
 from ..errors import UserError, shown
+from .kinds import MOST_DEG_S
 
 TIMES = ("t", "time", "time_s", "timestamp")
 MOST_ROWS = 5_000_000
-_MOST_SECONDS = 1e6
+_LEAST_SECONDS, _MOST_SECONDS = 1e-3, 1e6
 _LONGEST = 1 << 16  # characters of a line
 _TURNS = 2  # either way: what joints of arms reach
 _CHUNK = 1 << 15  # rows that are checked at once
@@ -52,6 +53,7 @@ def with_record(scene: Scene, path: Path, how: Thinning | None = None, degrees: 
     """``scene`` with the poses of a recorded motion in place of its own; UserError if the file does not serve."""
     how = how or Thinning()
     record = read_record(path, scene.robot, degrees)
+    _check_rates(path, scene.robot, record)
     thinned = thin(record, scene.robot, how)
     check_limits(path, scene.robot, [(pose.time_s or 0.0, pose.q) for pose in thinned.poses])
     return replace(scene, poses=thinned.poses, recorded=recorded(path.name, record, thinned, how))
@@ -67,6 +69,22 @@ def check_limits(path: Path, robot: Robot, moments: Iterable[tuple[float, Float[
             raise UserError(
                 f"{path}: {joint} at {time_s:g} s: found {angle:.6g} degrees,"
                 f" allowed: {low:.6g} to {high:.6g}, its limits on {robot.name}"
+            )
+
+
+def _check_rates(path: Path, robot: Robot, record: Record) -> None:
+    """Refuse (UserError) a joint that jumps, as one does whose angle is cut at half a turn."""
+    total = float(record.time_s[-1] - record.time_s[0])
+    step = np.maximum(np.diff(record.time_s), min(CELL, total / CELLS[0]))
+    for joint, name in enumerate(robot.chain.joints):
+        rate = np.degrees(np.abs(np.diff(record.q[:, joint])) / step)
+        if rate.max() > MOST_DEG_S:
+            row = int(rate.argmax())
+            jump = np.degrees(np.diff(record.q[row : row + 2, joint])[0])
+            raise UserError(
+                f"{path}: {name} at {record.time_s[row + 1]:g} s: found a jump of {jump:.6g} degrees in"
+                f" {record.time_s[row + 1] - record.time_s[row]:.3g} s, allowed: {MOST_DEG_S} degrees a second at most;"
+                " angles cut at half a turn have to be made whole again"
             )
 
 
@@ -200,8 +218,9 @@ class _Reader:
             raise UserError(f"{self.name}: found {count} rows of data, allowed: 2 and more")
         table = np.concatenate(chunks)
         seconds = float(table[-1, 0] - table[0, 0])
-        if seconds > _MOST_SECONDS:
-            raise UserError(f"{self.name}: found {seconds:g} s from first to last, allowed: up to {_MOST_SECONDS:g}")
+        if not _LEAST_SECONDS <= seconds <= _MOST_SECONDS:
+            allowed = f"{_LEAST_SECONDS:g} to {_MOST_SECONDS:g}"
+            raise UserError(f"{self.name}: found {seconds:g} s from first to last, allowed: {allowed}")
         q = np.ascontiguousarray(table[:, 1:])
         return Record(table[:, 0].copy(), np.radians(q) if self.degrees else q)
 

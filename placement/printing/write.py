@@ -1,14 +1,12 @@
 """The files of printed rings: two halves of each as STL, pictures, and what was measured."""
 
 import math
-from pathlib import Path
 
 from ...coverage.pockets import Printing
 from ...coverage.rings import Ring, Setup
 from ...objectives.scene import Scene
 from ..errors import UserError
 from ..files.results import PrintedRing, PrintResult
-from ..loader import output_folder, write_bytes
 from .checks import check_ring, stl
 from .picture import assembled_picture, ring_picture
 from .plan import MM, Plan, UnbuildableError, plan_ring
@@ -84,16 +82,3 @@ def ring_files(setup: Setup, scene: Scene, printing: Printing | None = None) -> 
     result = PrintResult(rings=records, assembled="assembled.png")
     data["printing.json"] = (result.model_dump_json(indent=2) + "\n").encode()
     return result, data
-
-
-def write_rings(setup: Setup, scene: Scene, folder: Path, printing: Printing | None = None) -> PrintResult:
-    """Write the files of ``ring_files`` into ``folder``, all of which are made before any is written.
-
-    Raises:
-        UserError: as ``ring_files`` does, or if a file cannot be written.
-    """
-    result, data = ring_files(setup, scene, printing)
-    output_folder(folder)
-    for name, content in data.items():
-        write_bytes(folder / name, content)
-    return result

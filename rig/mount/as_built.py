@@ -19,7 +19,7 @@ from ...objectives.tolerance import exact_zetas
 from ...placement.files.convert import ring_models, rounded, scene_model
 from ...placement.files.proposals import ProposalFile
 from ...placement.files.result_convert import verify_result
-from ...placement.loader import to_toml
+from ...placement.writing import to_toml
 from .fit import RingFit
 from .model import NAMES
 from .wiring import told

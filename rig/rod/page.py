@@ -20,7 +20,7 @@ from ...coverage.capsules import robot_capsules
 from ...coverage.chain import forward
 from ...coverage.polyhedra import Polyhedron
 from ...objectives.scene import Scene
-from ...placement.loader import write_bytes
+from ...placement.writing import write_bytes
 from .plan import RodPlan
 
 _A4 = (8.27, 11.69)  # inches

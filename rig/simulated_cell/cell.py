@@ -18,7 +18,8 @@ from ...placement.files.cell import obstacles_of
 from ...placement.files.convert import ring_models, scene_model
 from ...placement.files.models import ObstacleModel
 from ...placement.files.proposals import ProposalFile
-from ...placement.loader import read_proposal, to_toml, write_text
+from ...placement.loader import read_proposal
+from ...placement.writing import to_toml, write_text
 from ..rod.rod import Rod
 from ..sensing.expected import beams_at
 from ..simulated.plain import Measured
