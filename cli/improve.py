@@ -1,6 +1,7 @@
 """The command that betters what is mounted: run, tell step by step what to do, write what was found."""
 
 import math
+from contextlib import nullcontext
 from pathlib import Path
 
 from rich.console import Console
@@ -22,7 +23,7 @@ from ..placement.improving.records import change_model, work_model
 from ..placement.progress import Outcome
 from ..placement.progress import Progress as Told
 from ..placement.search import SearchResult
-from ..placement.writing import output_folder, to_toml, write_text
+from ..placement.writing import made_folder, to_toml, write_text
 from .picture import comparison_picture
 from .place import check_scene, found_model
 from .sighting import check_sight
@@ -95,14 +96,27 @@ def improve(
     console, log = Console(), Console(stderr=True)
     check_scene(scene, voxel)
     check_sight(scene, setup)
-    folder = output_folder(out) if out else None
-    found = find(scene, setup, most, add_sensors, seed, time_cap, voxel, log)
+    with made_folder(out) if out else nullcontext() as folder:
+        found = find(scene, setup, most, add_sensors, seed, time_cap, voxel, log)
+        record = _record(found, scene, name, most, add_sensors, seed, voxel, log)
+        if folder:
+            record = _written(record, found, scene, folder)
+    if as_json:
+        print(record.model_dump_json(indent=2))
+        return
+    _show(record, found, scene, console)
+
+
+def _record(
+    found: improving.Improved, scene: Scene, name: str, most: int, add_sensors: int, seed: int, voxel: float, log: Console
+) -> ImproveResult:
+    """What was found as a file holds it, each answer counted goal by goal; the rules that are broken are told."""
     if found.broken:
         some, more = [f.text for f in found.broken[:_MOST_TOLD]], len(found.broken) - _MOST_TOLD
         rest = f"; and {more} more" if more > 0 else ""
         log.print(f"Taken as it is, though it breaks rules: {'; '.join(some)}{rest}.", soft_wrap=True, highlight=False)
     zetas = _verified(name, scene, [found.mounted, *found.steps], voxel, log)
-    record = ImproveResult(
+    return ImproveResult(
         setup=name,
         scene=scene_model(scene),
         most_changes=most,
@@ -117,12 +131,6 @@ def improve(
         broken=[f.text for f in found.broken],
         steps=[_step(a, found, scene, z) for a, z in zip(found.steps, zetas[1:], strict=True)],
     )
-    if folder:
-        record = _written(record, found, scene, folder)
-    if as_json:
-        print(record.model_dump_json(indent=2))
-        return
-    _show(record, found, scene, console)
 
 
 def _verified(name: str, scene: Scene, answers: list[Answer], voxel: float, log: Console) -> list[list[VerifyResult]]:

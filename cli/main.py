@@ -36,7 +36,7 @@ from .shared import NO_MOTION, NO_SENSOR, REFERENCE, MotionOptions, SceneOptions
 def place(
     *,
     where: SceneOptions = REFERENCE,
-    rings_per_link: Count = 2,
+    rings_per_link: Count | None = None,
     sensors_per_ring: Count | None = None,
     sensors: Annotated[
         int | None, Parameter(validator=Number(gte=1, lte=2000), help="Spend so many sensors on any rings.")
@@ -82,7 +82,7 @@ def place(
     Parameters
     ----------
     rings_per_link
-        Rings on each link with a length; the tool carries one more.
+        Rings on each link with a length, 2; the tool carries one more.
     sensors_per_ring
         Sensors on each ring; 16, or what a scene's rules allow next to it.
     """
@@ -95,7 +95,7 @@ def place(
     share = resolve_reach(reach, sensors)
     aim = resolve_aim(asked, redundancy, losing, tolerant, position_error_mm, direction_error_deg)
     try:
-        space = None if share else resolve_space(asked, rings_per_link, sensors_per_ring, sensors)
+        space = resolve_space(asked, rings_per_link, sensors_per_ring, sensors, free=share is not None)
         run(asked, space, share, seed, cap, voxel, out, as_json, aim)
     except InfeasibleError as error:
         raise UserError(f"{where.scene}: {error}" if where.scene else str(error)) from error

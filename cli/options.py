@@ -26,6 +26,7 @@ from ..placement.loader import read_robot, read_scene
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6
 LEAST_MEMORY = 0.01  # GB
+RINGS_PER_LINK = 2
 SENSORS_PER_RING = 16  # where neither the command nor a scene's rule says more
 WIDTH = 0.1  # points, of a guaranteed interval where none is asked for
 
@@ -41,19 +42,20 @@ def positive(option: str, text: str) -> float:
     return value
 
 
-def parse_goal(text: str, radius: float | None) -> Goal:
-    """NAME[:RADIUS][=WEIGHT] as a goal, for instance ``V_S:0.5=0.6``; ``radius`` is that of a V_S without its own."""
+def parse_goal(text: str, radius: float | None, option: str = "--target") -> Goal:
+    """NAME[:RADIUS][=WEIGHT] as a goal, for instance ``V_S:0.5=0.6``; ``radius`` is that of a V_S without its own, and
+    ``option`` is blamed."""
     match = _TARGET.fullmatch(text)
     if match is None:
-        raise UserError(f"--target: found {shown(text)}, allowed: NAME[:RADIUS][=WEIGHT], like V_S:0.5=0.6")
-    weight = positive(f"--target {text}, weight", match["weight"]) if match["weight"] else 1.0
-    own = positive(f"--target {text}, radius", match["radius"]) if match["radius"] else None
+        raise UserError(f"{option}: found {shown(text)}, allowed: NAME[:RADIUS][=WEIGHT], like V_S:0.5=0.6")
+    weight = positive(f"{option} {text}, weight", match["weight"]) if match["weight"] else 1.0
+    own = positive(f"{option} {text}, radius", match["radius"]) if match["radius"] else None
     if own is None and match["name"] == "V_S":
         own = radius
     try:
         return Goal(Target(match["name"], own), weight)
     except ValueError as error:
-        raise UserError(f"--target: found {shown(text)}, but {error}") from error
+        raise UserError(f"{option}: found {shown(text)}, but {error}") from error
 
 
 def parse_goals(targets: Sequence[str], radius: float | None) -> tuple[Goal, ...]:
@@ -117,13 +119,13 @@ def _on_robot(path: Path | None, scene: Scene | None, robot: Robot) -> Scene:
     return moved
 
 
-def with_goals(scene: Scene, goals: tuple[Goal, ...]) -> Scene:
-    """``scene`` with these goals in place of its own, if there are any."""
+def with_goals(scene: Scene, goals: tuple[Goal, ...], option: str = "--radius") -> Scene:
+    """``scene`` with these goals in place of its own, if there are any; ``option`` is blamed."""
     for goal in goals:
         inner = scene.shape.robot_radius
         if goal.target.radius is not None and goal.target.radius <= inner:
             raise UserError(
-                f"--radius: found {goal.target.radius:g}, allowed: above {inner:g}, the radius of the robot's own V_R"
+                f"{option}: found {goal.target.radius:g}, allowed: above {inner:g}, the radius of the robot's own V_R"
             )
     return replace(scene, goals=goals) if goals else scene
 
@@ -139,7 +141,7 @@ def with_occlusion(scene: Scene, occlusion: Occlusion | None) -> Scene:
 
 def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
     """``scene`` with floors NAME[:RADIUS]=PERCENT for its targets; one that is no target of it becomes one of weight 0."""
-    goals = list(scene.goals)
+    goals, floored = list(scene.goals), list[Target]()
     for text in floors:
         match = _TARGET.fullmatch(text)
         if match is None or not match["weight"]:
@@ -147,8 +149,15 @@ def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
         percent = positive(f"--at-least {text}, percent", match["weight"])
         if percent > 100:
             raise UserError(f"--at-least: found {percent:g}, allowed: percent, above 0 and at most 100")
-        target = parse_goal(text.rpartition("=")[0], None).target
-        with_goals(scene, (Goal(target),))
+        if match["name"] == "V_S" and not match["radius"]:
+            raise UserError(
+                f"--at-least: found {shown(text)}, allowed: a V_S with its radius, like V_S:0.5={match['weight']}"
+            )
+        target = parse_goal(text.rpartition("=")[0], None, "--at-least").target
+        with_goals(scene, (Goal(target),), f"--at-least {text}, radius")
+        if target in floored:
+            raise UserError(f"--at-least: found {shown(text)} beside another floor for {target}, allowed: one")
+        floored.append(target)
         place = next((i for i, g in enumerate(goals) if g.target == target), None)
         if place is None:
             goals.append(Goal(target, 0.0, percent / 100))
@@ -159,12 +168,12 @@ def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
 
 def with_motion(scene: Scene, trajectory: Path | None, degrees: bool, worst: bool = False) -> Scene:
     """``scene`` with the poses of a recorded motion in place of its own, where one is given; ``worst``: the worst pose is to
-    be made large. UserError for a record that does not serve."""
+    be made large, which one pose is itself. UserError for a record that does not serve."""
     if degrees and trajectory is None:
         raise UserError("--degrees: found alone, allowed: only with --trajectory")
     if trajectory is not None:
         scene = with_record(scene, trajectory, degrees=degrees)
-    return replace(scene, over_poses="worst") if worst else scene
+    return replace(scene, over_poses="worst") if worst and len(scene.poses) > 1 else scene
 
 
 def resolve_time(seconds: float | None) -> float:
@@ -174,11 +183,14 @@ def resolve_time(seconds: float | None) -> float:
     return math.inf if seconds is None else seconds
 
 
-def resolve_pair(targets: Sequence[str]) -> tuple[Target, Target]:
-    """The two targets of a front: the near and the far shell where none are given."""
+def resolve_pair(targets: Sequence[str], scene: Scene) -> tuple[Target, Target]:
+    """The two targets of a front in ``scene``: the near and the far shell where none are given."""
     goals = parse_goals(targets, None) or (Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.5)))
+    if weighted := [text for text in targets if "=" in text]:
+        raise UserError(f"--target: found {shown(weighted[0])}, allowed: no weight, as a front has all of them")
     if len(goals) != 2 or goals[0].target == goals[1].target:
         raise UserError(f"--target: found {len(goals)} target(s), allowed: two different ones")
+    with_goals(scene, goals)
     return goals[0].target, goals[1].target
 
 
@@ -193,16 +205,33 @@ def resolve_reach(reach: float | None, sensors: int | None) -> float | None:
     return reach / 100
 
 
-def resolve_space(scene: Scene, rings_per_link: int, sensors_per_ring: int | None, sensors: int | None) -> Space:
-    """The setups that a search may choose from; InfeasibleError where the rules leave none, UserError where the rings asked
-    for have more sensors than a scene's rule allows, or fewer."""
-    if sensors is not None:
-        return Space(scene, sensors=sensors)
+def resolve_space(
+    scene: Scene, rings_per_link: int | None, sensors_per_ring: int | None, sensors: int | None, free: bool = False
+) -> Space | None:
+    """The setups that a search may choose from; None where also the number of sensors is ``free``.
+
+    Raises:
+        InfeasibleError: where the rules leave none.
+        UserError: where the rings asked for have more sensors than a scene's rule allows, or fewer, or are asked for beside
+            free ones.
+    """
+    if sensors is not None or free:
+        for option, rule, given in (
+            ("--rings-per-link", "rings_per_link", rings_per_link),
+            ("--sensors-per-ring", "sensors_per_ring", sensors_per_ring),
+        ):
+            if given is not None:
+                beside = "--reach" if free else f"--sensors {sensors}"
+                raise UserError(
+                    f"{option}: found {given} with {beside}, allowed: one of the two; rings are free there, within"
+                    f" rules.{rule} of a scene"
+                )
+        return None if free else Space(scene, sensors=sensors)
     least, most = scene.rules.sensors
     asked = min(max(SENSORS_PER_RING, least), most) if sensors_per_ring is None else sensors_per_ring
     if not least <= asked <= most and (least, most) != Rules().sensors:
         raise UserError(f"--sensors-per-ring: found {asked}, allowed: {least} to {most}, the scene's rules.sensors_per_ring")
-    return Space(scene, ring_layout(scene, rings_per_link, asked))
+    return Space(scene, ring_layout(scene, rings_per_link or RINGS_PER_LINK, asked))
 
 
 @dataclass(frozen=True)

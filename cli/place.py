@@ -202,31 +202,31 @@ def place(
             result = find(scene, space, seed, time_cap, verifier, log, aim)
         else:
             result, reached = find_fewest(scene, reach or 0.0, seed, time_cap, voxel, log, aim)
-    comparison = compare(scene, result.setup, result.verified, verifier, log)
-    asked = asked_values(scene, result.setup, result.exact, voxel, log, aim)
-    goals = {(g.target.name, g.target.radius) for g in scene.goals}
-    mine = [r for r in comparison if r.setup == "proposal" and (r.target, r.radius) in goals]
-    files = {key: folder / name for key, name in _FILES.items()}
-    proposal = ProposalFile(
-        rings=ring_models(result.setup, scene.sensor),
-        scene=scene_model(scene),
-        zeta=mine if len(scene.poses) <= MANY else [r.model_copy(update={"poses": []}) for r in mine],
-        found=found_model(result, seed, aim),
-    )
-    captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
-    placement_picture(files["picture"], scene, result.setup, captions or ["interrupted before it was verified"])
-    record = SearchFile(
-        proposal=proposal,
-        soft_minus_exact_percent=100 * (result.soft - result.exact),
-        comparison=comparison,
-        asked_percent=asked,
-        files={key: str(path) for key, path in files.items()},
-        reach=reached,
-        short_percent=100 * result.short,
-        sensors=sensor_records(result.setup),
-    )
-    write_text(files["result"], record.model_dump_json(indent=2) + "\n")
-    write_text(files["proposal"], to_toml(proposal, _HEADING))
+        comparison = compare(scene, result.setup, result.verified, verifier, log)
+        asked = asked_values(scene, result.setup, result.exact, voxel, log, aim)
+        goals = {(g.target.name, g.target.radius) for g in scene.goals}
+        mine = [r for r in comparison if r.setup == "proposal" and (r.target, r.radius) in goals]
+        files = {key: folder / name for key, name in _FILES.items()}
+        proposal = ProposalFile(
+            rings=ring_models(result.setup, scene.sensor),
+            scene=scene_model(scene),
+            zeta=mine if len(scene.poses) <= MANY else [r.model_copy(update={"poses": []}) for r in mine],
+            found=found_model(result, seed, aim),
+        )
+        captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
+        placement_picture(files["picture"], scene, result.setup, captions or ["interrupted before it was verified"])
+        record = SearchFile(
+            proposal=proposal,
+            soft_minus_exact_percent=100 * (result.soft - result.exact),
+            comparison=comparison,
+            asked_percent=asked,
+            files={key: str(path) for key, path in files.items()},
+            reach=reached,
+            short_percent=100 * result.short,
+            sensors=sensor_records(result.setup),
+        )
+        write_text(files["result"], record.model_dump_json(indent=2) + "\n")
+        write_text(files["proposal"], to_toml(proposal, _HEADING))
     if as_json:
         print(record.model_dump_json(indent=2))
         return

@@ -12,8 +12,11 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from ..coverage.targets import Target
-from ..placement.loader import scene_keys
-from ..placement.writing import output_folder, write_text
+from ..objectives.scene import Scene
+from ..placement.candidates import Space
+from ..placement.files.convert import scene_model
+from ..placement.places import InfeasibleError
+from ..placement.writing import made_folder, output_folder, write_text
 from ..studies import (
     bound,
     bound_report,
@@ -32,6 +35,7 @@ from ..studies.store import Cell, Store
 from ..studies.works import MEASURING, WORKS
 from .pipes import gone_is_an_error
 
+_SENSORS, _PAPERS = 80, (24, 48, 80, 112)  # of the front with most points, and of the others
 Measure = Callable[[str, list[Cell]], list[Any]]
 
 
@@ -84,20 +88,29 @@ def study_convergence(out: Path, workers: int = 1, scheduler: str | None = None)
     print(folder / "README.md")
 
 
+def _feasible(scene: Scene, sensors: int) -> bool:
+    try:
+        Space(scene, sensors=sensors)
+    except InfeasibleError:
+        return False
+    return True
+
+
 def study_pareto(
     out: Path,
     seed: int,
     targets: tuple[Target, Target],
-    sensors: int,
-    scene: Path | None,
+    sensors: int | None,
+    scene: Scene,
     workers: int = 1,
     scheduler: str | None = None,
 ) -> None:
-    """Search, draw and write the front of two targets, with fewer points for the paper's numbers of sensors."""
-    folder = output_folder(out)
-    keys = scene_keys(scene) if scene else {}
-    budgets = dict.fromkeys((24, 48, 80, 112), pareto.FEWER) | {sensors: pareto.POINTS}
-    with _measuring(folder, workers, scheduler) as measure:
+    """Search, draw and write the front of two targets, with fewer points for those of the paper's numbers of sensors that
+    the scene's rules allow; InfeasibleError where they do not allow ``sensors``."""
+    keys, wanted = scene_model(scene).model_dump(mode="json", exclude_defaults=True), sensors or _SENSORS
+    Space(scene, sensors=wanted)
+    budgets = {n: pareto.FEWER for n in _PAPERS if _feasible(scene, n)} | {wanted: pareto.POINTS}
+    with made_folder(out) as folder, _measuring(folder, workers, scheduler) as measure:
         points = pareto.measure(measure, keys, targets, budgets, seed)
     command = shlex.join(["place-rings", *sys.argv[1:]])
     names = (str(targets[0]), str(targets[1]))

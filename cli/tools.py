@@ -11,7 +11,7 @@ from ..coverage.robots import PAPER_ROBOTS
 from ..objectives.scene import Scene
 from ..placement.errors import UserError, shown
 from ..placement.files.proposals import MODELS
-from ..placement.loader import resolve
+from ..placement.loader import read_scene, resolve
 from .app import Json, RobotOption, SceneFileOption, Subject, Targets, app
 from .options import (
     check_machines,
@@ -65,7 +65,12 @@ def study(
     /,
     *,
     target: Targets = (),
-    sensors: Annotated[int, Parameter(validator=Number(gte=1, lte=2000), help="pareto: sensors of the front.")] = 80,
+    sensors: Annotated[
+        int | None,
+        Parameter(
+            validator=Number(gte=1, lte=2000), help="pareto: of the front with most points, 80; 24, 48, 80, 112 go along."
+        ),
+    ] = None,
     scene: SceneFileOption = None,
     out: Annotated[Path | None, Parameter(help="Folder for data, pictures and page: results/NAME.")] = None,
     seed: Annotated[int, Parameter(validator=Number(gte=0), help="Of searches and paths; same seed, same figures.")] = 0,
@@ -90,14 +95,16 @@ def study(
 
     Example: place-rings study paper --workers 16
 
-    Example: place-rings study pareto --sensors 80 --target V_S:0.5 --target V_S:1.5
+    Example: place-rings study pareto --sensors 64 --target V_S:0.5 --target V_OT
     """
     from .study import study_bound, study_convergence, study_paper, study_pareto, study_robots
 
     check_machines(workers, scheduler)
     folder = out or Path("results") / name
-    if name != "pareto" and (target or scene):
-        raise UserError(f"study {name}: found --target or --scene, allowed: only with pareto")
+    if name != "pareto" and (target or scene or sensors):
+        raise UserError(f"study {name}: found --target, --scene or --sensors, allowed: only with pareto")
+    if name == "convergence" and seed:
+        raise UserError(f"--seed: found {seed} with study convergence, allowed: none, as nothing is drawn there")
     if name == "bound":
         study_bound(folder, seed, workers, scheduler)
     elif name == "convergence":
@@ -107,7 +114,8 @@ def study(
     elif name == "robots":
         study_robots(folder, seed, workers, scheduler)
     else:
-        study_pareto(folder, seed, resolve_pair(target), sensors, scene, workers, scheduler)
+        where = read_scene(scene) if scene else Scene()
+        study_pareto(folder, seed, resolve_pair(target, where), sensors, where, workers, scheduler)
 
 
 @app.command

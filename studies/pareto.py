@@ -167,10 +167,10 @@ def _counted(
 
 
 def _papers(run: Measure, where: dict[str, Any], targets: tuple[Target, Target]) -> list[Point]:
-    """The paper's setups at the same scene."""
+    """The paper's setups at the same scene; none where its robot lacks one of their links."""
     scene = scene_from(where)
     setups = []
-    for name in SETUPS:
+    for name in SETUPS if {ring.link for ring in named_setup(SETUPS[0]).rings} <= set(scene.robot.links) else ():
         setup = named_setup(name, scene.sensor, scene.ring_radius)
         rings = [m.model_dump(exclude_none=True) for m in ring_models(setup, scene.sensor)]
         setups.append((setup.sensors, name, rings))

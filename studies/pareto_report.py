@@ -87,7 +87,6 @@ def _page(points: Sequence[Point], kept: Sequence[Point], names: tuple[str, str]
     yield "another with as many sensors. The numbers are in `points.csv`; each point of a front is a proposal beside it.\n"
     yield f"![fronts of {names[0]} against {names[1]}](front.png)\n"
     papers = [p for p in points if is_papers(p)]
-    yield "The paper's setups, and the point of a front with no more sensors that is better for both by most:\n"
     rows = []
     for p in papers:
         fewer = [o for o in kept if o.sensors <= p.sensors]
@@ -95,7 +94,9 @@ def _page(points: Sequence[Point], kept: Sequence[Point], names: tuple[str, str]
         sign = "yes" if dominated(p, kept) else "no"
         both = (f"{q.first:.1f}, {q.second:.1f}" for q in (p, better))
         rows.append([p.name, f"{p.sensors}", next(both), sign, f"{better.sensors}", next(both)])
-    yield table(("setup", "sensors", ", ".join(names), "dominated", "by sensors", ", ".join(names)), rows)
+    if rows:
+        yield "The paper's setups, and the point of a front with no more sensors that is better for both by most:\n"
+        yield table(("setup", "sensors", ", ".join(names), "dominated", "by sensors", ", ".join(names)), rows)
     yield "Area under each front, as a share of the square:\n"
     budgets = sorted({p.sensors for p in kept})
     areas = [hypervolume([(p.first, p.second) for p in kept if p.sensors == n]) for n in budgets]

@@ -10,12 +10,14 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from place_rings.cli.entry import never_lost
-from place_rings.cli.options import resolve_space
+from place_rings.cli.options import resolve_space, with_motion
 from place_rings.cli.place import comparable
 from place_rings.coverage.rings import named_setup
 from place_rings.coverage.robots import UR10
@@ -23,10 +25,14 @@ from place_rings.coverage.slots import sensor_cones
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Rules, Scene
 from place_rings.placement import search as searching
+from place_rings.placement.errors import UserError
+from place_rings.placement.files.convert import scene_model
 from place_rings.placement.files.proposals import SearchFile
 from place_rings.placement.files.results import RobustnessResult, SafetyResult, VerifyResult
-from place_rings.placement.loader import read_proposal
+from place_rings.placement.loader import read_proposal, read_scene
 from place_rings.placement.schedule import Schedule, Stage
+from place_rings.studies import pareto
+from place_rings.studies.works import scene_from
 
 REFUSED = {
     "unknown target": ["--target", "V_X"],
@@ -76,7 +82,76 @@ REFUSED = {
     "errors without use": ["--direction-error-deg", "1"],
     "loss and floor": ["--target", "V_S:0.5", "--at-least", "V_S:1.5=40", "--losing", "ring"],
     "loss and redundancy": ["--losing", "ring", "--redundancy", "2"],
+    "rings beside free ones": ["--sensors", "12", "--rings-per-link", "3"],
+    "sizes of rings beside free ones": ["--reach", "50", "--sensors-per-ring", "8"],
+    "a front of another study": ["study", "bound", "--sensors", "40"],
+    "a seed where nothing is drawn": ["study", "convergence", "--seed", "3"],
+    "a front of one target": ["study", "pareto", "--target", "V_O", "--target", "V_O"],
+    "a front with a weight": ["study", "pareto", "--target", "V_S:0.5=0.6", "--target", "V_O"],
+    "a front of what lies inside V_R": ["study", "pareto", "--target", "V_S:0.1", "--target", "V_O"],
+    "a front in no scene": ["study", "pareto", "--scene", "absent.toml"],
 }
+FLOORS = {
+    "V_Q=50": 'found "V_Q", but unknown target',
+    "V_S:0.1=50": "V_S:0.1=50, radius: found 0.1, allowed: above 0.15",
+    "V_S=50": 'found "V_S=50", allowed: a V_S with its radius, like V_S:0.5=50',
+    "V_O=101": "found 101, allowed: percent",
+    "V_O": 'found "V_O", allowed: NAME[:RADIUS]=PERCENT',
+}
+
+
+@pytest.mark.parametrize(("floor", "words"), FLOORS.items())
+def test_a_bad_floor_is_blamed_by_its_own_option(run, floor, words):
+    code, _, err = run("--at-least", floor)
+    assert code == 2
+    assert err.startswith("place-rings: --at-least")
+    assert words in err
+
+
+def test_two_floors_for_one_target_are_refused(run):
+    code, _, err = run("--at-least", "V_S:1.5=60", "--at-least", "V_S:1.5=40")
+    assert (code, err) == (
+        2,
+        'place-rings: --at-least: found "V_S:1.5=40" beside another floor for V_S(1.5), allowed: one\n',
+    )
+
+
+def test_the_worst_of_one_pose_is_its_mean():
+    assert with_motion(Scene(), None, False, worst=True) == Scene()
+    two = replace(Scene(), poses=(*Scene().poses, *Scene().poses))
+    assert with_motion(two, None, False, worst=True).over_poses == "worst"
+
+
+@pytest.fixture
+def measured(monkeypatch):
+    """What the study of fronts is asked to measure: its scene's keys and its numbers of sensors."""
+    asked = []
+
+    def measure(run, where, targets, budgets, seed):
+        asked.append((where, budgets))
+        raise UserError("enough")
+
+    monkeypatch.setattr(pareto, "measure", measure)
+    return asked
+
+
+def test_a_front_is_of_the_scene_with_its_motion_and_its_meshes(run, tmp_path, measured):
+    trimesh.creation.box((0.2, 0.1, 0.1)).apply_translation((0.9, 0, 0)).export(tmp_path / "box.stl")
+    rows = "".join(f"{t},{0.1 * t},-0.8,1,-1.8,-1.6,0\n" for t in range(9))
+    (tmp_path / "task.csv").write_text("t,q0,q1,q2,q3,q4,q5\n" + rows)
+    (tmp_path / "cell.toml").write_text(
+        'trajectory = { file = "task.csv", poses = 6 }\n[[obstacles]]\nfile = "box.stl"\n'
+        '[[fixed]]\nlink = "tool"\nposition = 0.0\ncount = 30\n'
+    )
+    code, _, err = run("study", "pareto", "--scene", "cell.toml", "--sensors", "64")
+    assert (code, err.strip()) == (2, "place-rings: enough")
+    ((where, budgets),) = measured
+    assert scene_model(scene_from(where)) == scene_model(read_scene(tmp_path / "cell.toml"))
+    assert len(where["poses"]) == 6
+    assert list(budgets) == [48, 80, 112, 64]  # 24 are fewer than the fixed ring has
+    code, _, err = run("study", "pareto", "--scene", "cell.toml", "--sensors", "24")
+    assert code == 2
+    assert "24 sensors are fewer than the 30 of the fixed rings" in err
 
 
 @pytest.mark.parametrize("args", REFUSED.values(), ids=REFUSED.keys())
