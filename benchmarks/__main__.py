@@ -48,6 +48,9 @@ def main() -> None:
         module = importlib.import_module(name)
         title = (module.__doc__ or name).splitlines()[0].rstrip(".")
         lines = module.report(options) if options else module.report()
+        command = f"`python benchmarks {name}`"
+        if not any(command in line for line in lines):
+            lines = [f"{command}.", "", *lines]
         old = FILE.read_text() if FILE.exists() else ""  # now: another benchmark may have ended meanwhile
         sections = dict(re.findall(r"^<!-- (\w+) -->\n(.*?)(?=^<!-- |\Z)", old, re.MULTILINE | re.DOTALL))
         sections[name] = "\n".join([f"## {title}", "", *lines, "", surroundings(PACKAGES), "", ""])

@@ -66,6 +66,8 @@ def report() -> list[str]:
     points = sample(scene.solid(scene.goals[0].target, 0), POINTS, 0).astype(float)
     kinds = {"capsules": capsule_meshes(occluders), "links": link_meshes(frames)}
     lines = [
+        "Pairs are of a sensor and a point in its cone.",
+        "",
         "| setup | ζ ignored | ζ shadow, functions | ζ, rays at capsules | pairs that agree | ζ, rays at true links "
         "| pairs that agree | functions, s | rays at capsules, s |",
         "| --- " * 9 + "|",

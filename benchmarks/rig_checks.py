@@ -102,6 +102,12 @@ def rod(
     return check_rod(plan, SETUP, before, trials), true
 
 
+def _trials(found: list[dict[str, Any]]) -> str:
+    """What the rod's trials found, of those that were predicted seen and unseen."""
+    (hit, missed), (extra, none) = np.sum([r["table"] for r in found], axis=0).tolist()
+    return f"Of {hit + missed} trials predicted seen {hit} were, of {extra + none} predicted unseen {none}."
+
+
 def report(options: Sequence[str] = ()) -> list[str]:
     """The runs' tables. ``--runs=N``: so many."""
     runs = int(next((o.partition("=")[2] for o in options if o.startswith("--runs=")), RUNS))
@@ -172,8 +178,7 @@ def _tables(found: list[dict[str, Any]], plan: MountPlan) -> list[str]:
         "",
         f"The measured share's interval is {np.median(width):.1f} points wide (median); it holds what was predicted of the"
         f" proposal, which is off by up to {max(off_by):.1f} points, in {100 * np.mean(agree):.0f} % of the runs. What is"
-        f" predicted of the setup as built is off by {max(built):.2f} points at most. Trials: "
-        f"{np.sum([r['table'] for r in found], axis=0).tolist()} by predicted (seen, unseen) and found (seen, unseen).",
+        f" predicted of the setup as built is off by {max(built):.2f} points at most. {_trials(found)}",
         "",
         f"A run takes {took:.1f} s of a processor (median), nothing of it in real time:"
         " the readings come from what the simulated rig's processes ask, too.",

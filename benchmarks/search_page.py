@@ -12,12 +12,12 @@ from place_rings.studies.plotting import COLOURS, GREY, plain, save, sheet
 MINE, ANY = "ours", "ours, any rings"
 SLACK = 0.3  # points below the best peer's last value: the level to be reached
 WANTED = 5.0  # times as soon as the best peer
-WALL, WORK, HELD = range(3)  # of a curve's points: seconds, processor seconds over processors, percent of unseen points
+WALL, WORK, HELD = range(3)  # of a curve's points: seconds, processor seconds over processors, percent of held-out points
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run: its curve is made of (wall s, work s, percent of unseen points, percent of its own points)."""
+    """One run: its curve is made of (wall s, work s, percent of held-out points, percent of its own points)."""
 
     scene: str
     sensors: int
@@ -27,7 +27,7 @@ class Run:
     curve: list[list[float]]
 
     def best(self, seconds: float, clock: int) -> float:
-        """Best percent of unseen points until then; 0 before the first answer."""
+        """Best percent of held-out points until then; 0 before the first answer."""
         return max((p[HELD] for p in self.curve if p[clock] <= seconds), default=0.0)
 
     def reached(self, level: float, clock: int) -> float:
@@ -103,8 +103,8 @@ def tables(found: list[Match], seconds: float) -> list[str]:
     ]
     heads = ("scene", "sensors", "level, %", "ours, s", "best peer, s", "ours is sooner by", f"{ANY}, s")
     return [
-        f"Percent of unseen points after {seconds:g} s, medians over the seeds (how many, in brackets); ahead: ours less",
-        "the best peer, on the same layout.",
+        f"Held-out points covered after {seconds:g} s, percent, medians over the seeds (how many, in brackets); ahead: ours",
+        "less the best peer, on the same layout.",
         "",
         table(("scene", "sensors", *methods, "ahead"), ends),
         f"Seconds to {SLACK:g} points below the best peer's last value:",
@@ -147,7 +147,7 @@ def picture(runs: list[Run], seconds: float, clock: int, file: Path) -> None:
             steps = r.steps(clock)
             x, y = zip(*steps, (seconds, steps[-1][1]), strict=True)
             ax.step(x, y, where="post", color=colours[r.method], lw=1.8 if r.method == MINE else 1, alpha=0.85)
-        plain(ax, f"{scene}, {sensors} sensors", "seconds of work", "unseen points, %" if k % _IN_A_ROW == 0 else "")
+        plain(ax, f"{scene}, {sensors} sensors", "seconds of work", "held-out covered, %" if k % _IN_A_ROW == 0 else "")
         ax.set_xscale("log")
         ax.set_xlim(_FIRST, seconds)
         ax.xaxis.set_major_formatter("{x:g}")
@@ -165,7 +165,7 @@ def pages(runs: list[Run], folder: Path, seconds: float, clock: int) -> list[str
     """Write curves and picture into a folder and describe them."""
     records = [
         {"scene": r.scene, "sensors": r.sensors, "seed": r.seed, "method": r.method, "evaluations": r.evaluations}
-        | dict(zip(("wall_s", "work_s", "unseen_percent", "own_percent"), point, strict=True))
+        | dict(zip(("wall_s", "work_s", "held_out_percent", "own_percent"), point, strict=True))
         for r in runs
         for point in r.curve
     ]
@@ -174,4 +174,5 @@ def pages(runs: list[Run], folder: Path, seconds: float, clock: int) -> list[str
     (folder / "curves.csv").write_text(csv_text(records))
     picture(runs, seconds, clock, folder / "searches.png")
     found = matches(runs, seconds, clock)
-    return tables(found, seconds) if found else ["No scene has runs of ours and of a peer yet."]
+    shown = ["![Held-out points covered against seconds of work, method by method](searches/searches.png)", ""]
+    return [*shown, *tables(found, seconds)] if found else ["No scene has runs of ours and of a peer yet."]

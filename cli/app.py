@@ -20,11 +20,11 @@ Examples: ``place-rings --target V_S --radius 0.5`` near the robot,
 
 Targets = Annotated[
     tuple[str, ...],
-    Parameter(name="--target", negative=(), help="V_O, V_T, V_OT, V_S; with radius and weight: V_S:0.5=0.6. Repeatable."),
+    Parameter(name="--target", negative=(), help="V_O, V_T, V_OT, V_S, V_P; radius, weight: V_S:0.5=0.6. Repeatable."),
 ]
 Radius = Annotated[float | None, Parameter(help="Radius of a --target V_S that has none of its own, m.")]
 SceneFileOption = Annotated[Path | None, Parameter(name="--scene", help="Another scene than the reference scene (TOML).")]
-RobotOption = Annotated[str | None, Parameter(help="A built-in robot: ur10, ur5e, panda, … (see robots).")]
+RobotOption = Annotated[str | None, Parameter(help="A built-in robot (see robots), a robot's file (.toml), or a .urdf.")]
 Voxel = Annotated[float, Parameter(help="Side of a voxel, m.")]
 Json = Annotated[bool, Parameter(name="--json", negative=(), help="Print one JSON object for scripts.")]
 Subject = Annotated[

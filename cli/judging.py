@@ -164,7 +164,10 @@ def improve(
     seed: Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")] = 0,
     time: Annotated[float | None, Parameter(help="Cap on the search, s; it ends by its own plan otherwise.")] = None,
     voxel: Voxel = 0.01,
-    out: Annotated[Path | None, Parameter(help="Folder for a proposal of each step, a picture and improve.json.")] = None,
+    out: Annotated[
+        Path | None,
+        Parameter(help="Folder for a proposal of each step, a picture and improve.json; nothing is written without."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Find the best single change to what is mounted, the best two, and so on: what each gains, and the work it is.

@@ -85,14 +85,14 @@ def _page(f: Findings, statements: Sequence[Statement], cones: Sequence[dict[str
     yield "# The paper, reproduced\n"
     yield f"`{command}` measured and drew all of this; the numbers are in the CSV files beside it. The paper is Kumar"
     yield "and Sahin, *Sensing Volume Coverage of Robot Workspace using On-Robot Time-of-Flight Sensor Arrays*"
-    yield "(IEEE SMC 2019).\n"
+    yield "(IEEE SMC 2019). The pose is that of the highest TCP speed in its task, not README's: figures differ a little.\n"
     yield "## What it says, and what is found here\n"
     yield "Every statement on coverage is put to four readings: both UR10 chains, counted without bias and by touched voxels"
     yield "of 10 cm; ✗ marks a reading in which it does not hold. It agrees when it holds in all four, differs when"
     yield "in none.\n"
-    yield table(
-        ("published", "verdict", "here", "why"), ([s.said, f"**{s.verdict.value}**", s.found, s.why] for s in statements)
-    )
+    whys = ["As above." if s.why in [o.why for o in statements[:i]] else s.why for i, s in enumerate(statements)]
+    rows = ([s.said, f"**{s.verdict.value}**", s.found, why] for s, why in zip(statements, whys, strict=True))
+    yield table(("published", "verdict", "here", "why"), rows)
     yield "## One cone, and octrees\n"
     yield "![one cone in voxels](cone.png)\n"
     yield "The count at one place, and its mean over 100 places on the lattice, in m³:\n"

@@ -53,12 +53,12 @@ def picture(rows: Sequence[Row], file: Path) -> None:
         ax.set(xlim=(middle - 0.55 * wide, middle + 0.55 * wide), ylim=(low - 0.01, low + 1.02 * high + _UNDER))
         ax.plot([middle - 0.1, middle + 0.1], [low, low], color=GREY, lw=2, solid_capstyle="butt")
         ax.annotate("20 cm", (middle + 0.12, low), va="center", fontsize=8, color=GREY)
-    figure.legend(handles=_keys(), loc="outside lower center", ncols=3, frameon=False, fontsize=10)
+    figure.legend(handles=_keys(), loc="outside lower center", ncols=4, frameon=False, fontsize=10)
     save(figure, file)
 
 
 def _keys() -> list[Line2D]:
-    """A model and a link by turns, which a legend of three columns sets one under the other."""
+    """A model and a link by turns, which a legend of so many columns sets one under the other."""
     models = [
         Line2D([], [], ls="", marker=marker, mfc=face, mec=edge, ms=8, label=f"seen under {model}")
         for model, (marker, face, edge) in _LOOKS.items()
@@ -67,7 +67,8 @@ def _keys() -> list[Line2D]:
         Line2D([], [], color=colour, lw=5, label=f"ring on the {link}, searched under {SHOWN}")
         for link, colour in zip(("upper arm", "forearm", "tool"), LINK_COLOURS, strict=False)
     ]
-    return [key for pair in zip(models, links, strict=True) for key in pair]
+    best = Line2D([], [], color=COLOURS[0], lw=0.8, ls=(0, (4, 3)), label=f"best found under {SHOWN}")
+    return [*(key for pair in zip(models, links, strict=True) for key in pair), best]
 
 
 def _paint(ax: Axes, name: str, row: Row) -> Any:

@@ -79,7 +79,7 @@ def test_a_peer_stays_in_bounds_and_gets_better_only(parts, scene, question, wat
         assert limits.tilt[0] - 1e-6 <= ring.tilt <= limits.tilt[1] + 1e-6
 
 
-def test_unseen_points_are_judged_as_the_question_judges(parts, scene, question):
+def test_held_out_points_are_judged_as_the_question_judges(parts, scene, question):
     """Two independent samples by two ways from a setup to its cones: 400 and 20 000 points, so some points apart."""
     task = parts[0]
     question.watch = task.Watch(60.0)

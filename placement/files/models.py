@@ -103,10 +103,12 @@ class TargetModel(StrictModel):
 
 
 class CurveModel(StrictModel):
+    """The pose curve, and the volumes about it."""
+
     blend: float = Field(default=0.5, gt=0, le=1, description="share of a segment that its two bends take")
     points_per_bend: int = Field(default=20, ge=2, le=1000, description="interpolation points")
-    robot_radius: Metres = ROBOT_RADIUS
-    tcp_range: Metres = TCP_RANGE
+    robot_radius: Annotated[Metres, Field(description="metres, of V_R, the robot's own volume")] = ROBOT_RADIUS
+    tcp_range: Annotated[Metres, Field(description="metres, radius of V_T")] = TCP_RANGE
 
 
 _Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="metres, base frame")]
@@ -121,10 +123,12 @@ class ObstacleModel(StrictModel):
     name: str = Field(default="", max_length=LONGEST_NAME)
     centre: Annotated[list[_Coordinate], _Three] = [0.0, 0.0, 0.0]
     rpy_deg: Annotated[list[_Angle], _Three] = [0.0, 0.0, 0.0]
-    size: Annotated[list[Metres], _Three] | None = None
+    size: Annotated[list[Metres], _Three] | None = Field(default=None, description="metres, of a box")
     file: str | None = Field(default=None, min_length=1, max_length=1000, description="beside the scene or below its folder")
     scale: float = Field(default=1.0, gt=0, le=1000, description="metres of a unit of the mesh")
-    points: list[Annotated[list[_Coordinate], _Three]] | None = Field(default=None, min_length=4, max_length=20_000)
+    points: list[Annotated[list[_Coordinate], _Three]] | None = Field(
+        default=None, min_length=4, max_length=20_000, description="metres, of which it is the hull"
+    )
     floor: float | None = Field(default=None, ge=-FARTHEST, le=FARTHEST, description="metres, its height")
 
     @model_validator(mode="after")
@@ -161,7 +165,7 @@ class SceneFile(StrictModel):
     poses: list[PoseModel] = Field(default=[PoseModel(q_deg=list(REFERENCE_POSE_DEG))], min_length=1, max_length=10_000)
     trajectory: TrajectoryModel | None = Field(default=None, description="in place of poses")
     recorded: RecordedModel | None = None
-    over_poses: Literal["mean", "worst"] = "mean"
+    over_poses: Literal["mean", "worst"] = Field(default="mean", description="what counts of several poses")
     targets: list[TargetModel] = Field(default=[TargetModel(name="V_S", radius=0.5)], min_length=1, max_length=100)
     safety: SafetyModel = SafetyModel()
     motion: MotionModel = MotionModel()

@@ -141,7 +141,9 @@ class RulesModel(StrictModel):
     spacing: float = Field(default=0.03, ge=0, le=10, description="metres, between two rings on a link")
     from_joints: float = Field(default=0.0, ge=0, le=10, description="metres, from a link's ends")
     sensors_per_ring: Annotated[
-        list[Annotated[int, Field(ge=1, le=1000)]], Field(min_length=2, max_length=2), AfterValidator(ascending)
+        list[Annotated[int, Field(ge=1, le=1000)]],
+        Field(min_length=2, max_length=2, description="least and most"),
+        AfterValidator(ascending),
     ] = [3, 24]
     rings_per_link: int = Field(default=8, ge=1, le=200, description="rings, at most")
     shared_tilt: bool = Field(default=False, description="all rings have one tilt, up to its sign")

@@ -18,20 +18,20 @@ class FoundModel(StrictModel):
     """How a proposal was found: for which number of sensors that see a point, which loss, and which errors of
     mounting."""
 
-    outcome: str
+    outcome: str = Field(description="how the search ended")
     seed: int
-    soft_percent: float
-    exact_percent: Percent
-    width: float
-    starts: int
-    evaluations: int
-    seconds: float
-    command: str
-    created: str
-    versions: dict[str, str]
+    soft_percent: float = Field(description="percent, the search's own estimate of what was asked for")
+    exact_percent: Percent = Field(description="percent, the same counted")
+    width: float = Field(description="metres, of the sigmoid of soft_percent")
+    starts: int = Field(description="that were tried")
+    evaluations: int = Field(description="of the soft estimate")
+    seconds: float = Field(description="on the wall")
+    command: str = Field(description="that made the file")
+    created: str = Field(description="when, UTC")
+    versions: dict[str, str] = Field(description="of the packages that matter")
     redundancy: int = Field(default=1, ge=1, description="sensors")
-    losing: Literal["ring", "sensor"] | None = None
-    tolerant: ErrorsModel | None = None
+    losing: Literal["ring", "sensor"] | None = Field(default=None, description="what is lost")
+    tolerant: ErrorsModel | None = Field(default=None, description="errors that were kept in mind")
 
 
 class ProposalFile(StrictModel):

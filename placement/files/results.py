@@ -100,30 +100,36 @@ class SeparationModel(StrictModel):
     stopping_s: float
 
 
+_LOW = Field(description="percent, of the guaranteed interval; by another rule zeta itself")
+_HIGH = Field(description="percent, likewise")
+
+
 class VerifyResult(StrictModel):
     """What ``verify --json`` prints for each target: the mean over the poses, the worst of several, each, and the sensors
     of the catalogue that the setup has. A proposal of many poses leaves each out."""
 
-    setup: str
+    setup: str = Field(description="name or file")
     target: str
-    radius: float | None = None
+    radius: float | None = Field(default=None, description="metres, of V_S")
     rule: Literal["centre", "touch", "certified"]
-    voxel: Metres | None = None
-    zeta_percent: Percent
-    low_percent: Percent
-    high_percent: Percent
-    target_voxels: int | None = None
-    covered_voxels: int | None = None
-    proof: ProofModel | None = None
-    worst: WorstModel | None = None
-    occlusion: Occlusion = "ignore"
+    voxel: Metres | None = Field(
+        default=None, description="metres, side of a voxel; certified: of the smallest cell asked for"
+    )
+    zeta_percent: Percent = Field(description="percent, mean over the poses")
+    low_percent: Percent = _LOW
+    high_percent: Percent = _HIGH
+    target_voxels: int | None = Field(default=None, description="of all poses; none when certified")
+    covered_voxels: int | None = Field(default=None, description="of these, seen")
+    proof: ProofModel | None = Field(default=None, description="when certified")
+    worst: WorstModel | None = Field(default=None, description="of several poses")
+    occlusion: Occlusion = Field(default="ignore", description="the model under which it was counted")
     mounting: list[str] = Field(default=[], description="what a real mount would not allow")
     by_occlusion_percent: dict[Occlusion, Percent] = Field(default={}, description="zeta under each model")
-    unseeing: list[UnseeingModel] = Field(default=[])
-    poses: list[PoseZetaModel] = Field(default=[])
-    sensors: list[SensorRecord] = Field(default=[])
-    separation: SeparationModel | None = None
-    seconds: float = Field(ge=0)
+    unseeing: list[UnseeingModel] = Field(default=[], description="sensors that see next to nothing")
+    poses: list[PoseZetaModel] = Field(default=[], description="each by itself")
+    sensors: list[SensorRecord] = Field(default=[], description="of the catalogue")
+    separation: SeparationModel | None = Field(default=None, description="of V_P")
+    seconds: float = Field(ge=0, description="that the count took")
 
 
 class ErrorsModel(StrictModel):
