@@ -83,10 +83,10 @@ def check(
     rod = resolve_rod(rod_mm)
     setup, given = resolve(subject, resolve_scene(scene, None))
     found = with_goals(given, parse_goals(target, radius))
-    check_installed()
     ports = list[PortModel]()
     if robot_host is not None:
         ports = resolve_ports(setup, ring)
         check_ports(setup, ports)
+    check_installed()
     asked = Asked(parts, seconds, wave, stops, trials, rod, move, voxel, seed)
     sys.exit(check_live(subject, setup, found, asked, robot_host, ports, out, as_json))
