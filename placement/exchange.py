@@ -16,22 +16,17 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..coverage.azimuth import Around, around, rings_see
-from ..coverage.chain import forward
-from ..coverage.lookout import Lookout, lookout
+from ..coverage.azimuth import Around, rings_see
 from ..coverage.rings import Ring
-from ..objectives.coverage_objective import TargetPoints, worth
-from ..objectives.sight import occluders
+from ..objectives.coverage_objective import worth
 from ..objectives.space import Stretch, decode
 from .candidates import Candidate, Space
 from .climb import Brake
 from .drawing import fresh, vary
+from .fields import Field, Fields
 from .places import Rng
 
 _AT_ONCE = 1 << 16  # tests: their arrays stay in cache
-_FEWEST = 8  # points of a goal at a pose
-_LOOKED_AT = 8192  # points, where something stands in the way
-_BLINDED = 16  # poses up to which sensors are blinded, not shadowed
 
 
 @dataclass(frozen=True)
@@ -50,64 +45,7 @@ class Round:
 
 
 _SPREADS = (0.3, 1.0)  # of the places near a ring, in parts of a round's scale
-_STREAM = 3  # of random numbers, beside those of the search
-
-
-@dataclass(frozen=True)
-class Field:
-    """Points of all goals at all poses: the part (N, G) each has in each goal's zeta, where they are about each link's
-    mount, and what stands in the way of each link's sensors."""
-
-    part: Float[np.ndarray, "N G"]
-    around: dict[str, Around]
-    past: dict[str, Lookout]
-
-
-class Fields:
-    """A scene's points about its mounts, of which fields take the first."""
-
-    def __init__(self, space: Space, points: TargetPoints) -> None:
-        scene, each = space.scene, points.points[: len(points.points) // points.mountings]
-        self._terms = points.terms[: len(each)]
-        goal, pose = (np.array(column) for column in zip(*self._terms, strict=True))
-        self._parts = scene.pose_weights[pose][:, None] * (goal[:, None] == np.arange(len(scene.goals)))
-        frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
-        self._most, self._past = len(each[0]), dict[str, Lookout]()
-        if scene.occlusion != "ignore" or scene.obstacles:
-            self._most = min(self._most, max(_LOOKED_AT // len(each), _FEWEST))
-            each = [some[: self._most] for some in each]
-            self._past = _lookouts(space, frames, each, [p for _, p in self._terms])
-        self._each = [
-            {m.link: around(m, frames[p, m.frame], some) for m in scene.robot.mounts}
-            for (_, p), some in zip(self._terms, each, strict=True)
-        ]
-        self.all = self.first(self._most * len(self._terms))
-
-    def first(self, count: int) -> Field:
-        """Of all terms together about ``count`` points: the first of each."""
-        n = min(max(count // len(self._terms), _FEWEST), self._most)
-        part = np.repeat(self._parts / n, n, axis=0).astype(np.float32)
-        parts = {link: [each[link] for each in self._each] for link in self._each[0]}
-        found = {x: Around(*(np.concatenate([a[:n] for a in c]) for c in zip(*p, strict=True))) for x, p in parts.items()}
-        number = (np.arange(len(self._terms))[:, None] * self._most + np.arange(n)).ravel()
-        return Field(part, {link: points._replace(number=number) for link, points in found.items()}, self._past)
-
-    def share(self, space: Space, c: Candidate) -> float:
-        """What a candidate is worth on all points: the weighted share that it sees, less for floors that it misses."""
-        here = Exchange(space, c, np.random.default_rng(0))
-        here.look(self.all)
-        return here.value
-
-
-def _lookouts(space: Space, frames: Any, points: list[Any], pose: list[int]) -> dict[str, Lookout]:
-    """What stands in the way of each link's sensors."""
-    scene, found = space.scene, {}
-    way = [occluders(scene, p.q) for p in scene.poses]
-    for link in {s.link for s in space.segments} | {r.link for r in space.fixed}:
-        mount, sensor = scene.robot.mount(link), space.ring(link, 1).sensor
-        blinded = scene.occlusion == "blind" and not sensor.zoned and len(way) <= _BLINDED
-        found[link] = lookout(mount, space.radii[link], sensor, frames[:, mount.frame], way, points, pose, blinded)
-    return found
+_STREAM, _AHEAD = 3, 4  # of random numbers, beside those of the search
 
 
 class Exchange:
@@ -221,6 +159,13 @@ class Exchange:
             self.move(r.near, r.scale, r.anywhere)
 
 
+def share_of(space: Space, fields: Fields, c: Candidate) -> float:
+    """What a candidate is worth on all points: the weighted share that it sees, less for floors that it misses."""
+    here = Exchange(space, c, np.random.default_rng(0))
+    here.look(fields.all)
+    return here.value
+
+
 def _with(c: Candidate, i: int, segment: int, values: Any, sign: float) -> Candidate:
     """``c`` with other values of ring ``i``."""
     each, which, signs = c.values.copy(), c.segment.copy(), c.sign.copy()
@@ -237,6 +182,7 @@ def exchange(
     tell: Callable[[int, float, Candidate], None],
     known: Sequence[Candidate],
     rounds: Sequence[Round],
+    ahead: Round | None = None,
 ) -> list[Candidate]:
     """Candidates that came furthest, the best first.
 
@@ -249,21 +195,33 @@ def exchange(
         tell: is given the round, how much of it is over, and the best so far from time to time, in this thread.
         known: starts beside the drawn ones.
         rounds: how it goes.
+        ahead: what the best of the first round go through once by themselves, so that a good answer is there soon; nothing
+            comes of it but where the exchange ends early.
     """
     drawn = [np.random.default_rng((seed, _STREAM, k)) for k in range(max(rounds[0].keep, len(known)))]
     starts = [*known, *(fresh(space, rng) for rng in drawn[len(known) :])]
-    pool = [Exchange(space, c, rng) for c, rng in zip(starts, drawn, strict=True)]
+    pool, scouts = [Exchange(space, c, rng) for c, rng in zip(starts, drawn, strict=True)], list[Exchange]()
+
+    def run(number: int, r: Round, some: list[Exchange]) -> None:
+        list(threads.map(Exchange.look, some, repeat(fields.first(r.points))))
+        for i in range(r.sweeps):
+            list(threads.map(Exchange.sweep, some, repeat(r)))
+            tell(number, (i + 1) / r.sweeps if some is pool else 1.0, max(some, key=lambda e: e.value).candidate)
+            if brake.on():
+                break
+
     try:
         for number, r in enumerate(rounds):
             pool = sorted(pool, key=lambda e: -e.value)[: r.keep if number else None]
-            list(threads.map(Exchange.look, pool, repeat(fields.first(r.points))))
-            for i in range(r.sweeps):
-                list(threads.map(Exchange.sweep, pool, repeat(r)))
-                tell(number, (i + 1) / r.sweeps, max(pool, key=lambda e: e.value).candidate)
-                if brake.on():
-                    break
+            run(number, r, pool)
+            if number == 0 and ahead and not brake.on():
+                best = sorted(pool, key=lambda e: -e.value)[: ahead.keep]
+                scouts = [Exchange(space, e.candidate, np.random.default_rng((seed, _AHEAD, k))) for k, e in enumerate(best)]
+                run(number, ahead, scouts)
             if brake.on():
                 break
     except KeyboardInterrupt:
         brake.pulled.set()
+    if brake.on():
+        pool = [*pool, *scouts]
     return [e.candidate for e in sorted(pool, key=lambda e: -e.value)]

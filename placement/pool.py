@@ -17,7 +17,8 @@ from ..objectives.scene import Scene
 from .candidates import Candidate, Space, stacked
 from .climb import Brake, climb
 from .drawing import fresh, vary
-from .exchange import Fields, exchange
+from .exchange import exchange, share_of
+from .fields import Fields
 from .progress import Progress
 from .schedule import FINALISTS, Schedule, Stage, exchange_sees, exchange_sees_all
 from .subset import poses_at_once, representative, with_worst
@@ -78,7 +79,7 @@ class Pool:
         """The soft value of a candidate on all points; where nothing climbed, its share of the exchange's, for which nothing
         is compiled."""
         if self._quick and not self.evaluations:
-            return self._quick.share(self.space, c)
+            return share_of(self.space, self._quick, c)
         return float(self.objective.soft(*arrays_of(self.space, [c]), self.width, self.widest)[0][0])
 
     @cached_property
@@ -99,7 +100,9 @@ class Pool:
         if rounds := self.schedule.rounds:
             fields = self.fields or Fields(self.space, self.points)
             self._quick = fields if exchange_sees(self.scene, self.space, self._aim) else None
-            found = exchange(self.space, fields, self.seed, self.brake, self.threads, tell, self.some, rounds)
+            found = exchange(
+                self.space, fields, self.seed, self.brake, self.threads, tell, self.some, rounds, self.schedule.ahead
+            )
             most = self.schedule.starts
             self.some = found[:most] if self.fields else [*found[: most // 2], *self._known]
 
@@ -143,7 +146,7 @@ class Pool:
         low, high = (np.concatenate([edge[:, : space.places], values[:, space.places :]], axis=1) for edge in box)
         found = climb(self.objective, setup, (low, high), values, stage.width, stage.steps, clouds, self.brake, poses)
         there = replace(c, values=found.values[:, : space.places])
-        share = self._soft([there], SHARP, clouds, poses)[0] if self.fields is None else self.fields.share(space, there)
+        share = self._soft([there], SHARP, clouds, poses)[0] if self.fields is None else share_of(space, self.fields, there)
         return there, float(share), found.evaluations
 
     def _watch(self, jobs: Iterable[Future[tuple[Candidate, float, int]]]) -> None:
@@ -171,7 +174,7 @@ class Pool:
     def _worth(self, some: list[Candidate]) -> Any:
         """Shares of all points that candidates see."""
         if self.fields:
-            return [self.fields.share(self.space, c) for c in some]
+            return [share_of(self.space, self.fields, c) for c in some]
         return self._scores(some, SHARP, self.widest, self._judging)
 
     def _looked_at(self, count: int, some: list[Candidate], clouds: Cloud) -> Any:

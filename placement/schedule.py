@@ -36,13 +36,16 @@ FREE = (
     Round(16384, 2, 10, 24, 0.03, 4, 12),
     Round(32768, 2, 4, 24, 0.015, 2, 4),
 )
+AHEAD = Round(8192, 2, 4, 24, 0.06, 8, 1)
+AHEAD_FREE = Round(8192, 2, 4, 16, 0.06, 8, 16)
 
 
 @dataclass(frozen=True)
 class Schedule:
     """How a search goes: so many starts, of which the ``rounds`` of an exchange give half; these stages; then the exact
-    count of the finalists. Variants are the best unlike ones among so many ``draws``, starts among that many at most. The
-    best starts are sharpened before anything is varied: a good answer is there soon."""
+    count of the finalists. Variants are the best unlike ones among so many ``draws``, starts among that many at most. A good
+    answer is there soon: the best of the first round go through one of their own, ``ahead`` of the others, and the best
+    starts are sharpened before anything is varied."""
 
     starts: int = 16
     stages: tuple[Stage, ...] = (
@@ -54,6 +57,7 @@ class Schedule:
     )
     draws: int = 512
     rounds: tuple[Round, ...] = ()
+    ahead: Round | None = None
 
 
 _FROM_GOOD = (
@@ -75,7 +79,8 @@ def usual(scene: Scene, space: Space, aim: Aim) -> Schedule:
     which only refine what it finds where it goes by all that counts, or nearly so."""
     rounds = FIXED if space.layout else FREE
     if exchange_sees(scene, space, aim):
-        return Schedule(FINALISTS if exchange_sees_all(scene, space, aim) else 2 * FINALISTS, _REFINE, rounds=rounds)
+        starts = FINALISTS if exchange_sees_all(scene, space, aim) else 2 * FINALISTS
+        return Schedule(starts, _REFINE, rounds=rounds, ahead=AHEAD if space.layout else AHEAD_FREE)
     return Schedule(rounds=rounds)
 
 

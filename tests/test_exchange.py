@@ -1,5 +1,6 @@
 """The exchange's quick looks against cones one by one, and against the rules and the points as others see them."""
 
+import itertools
 import math
 import threading
 from concurrent.futures import ThreadPoolExecutor
@@ -23,7 +24,8 @@ from place_rings.objectives.space import decode
 from place_rings.placement.candidates import Space
 from place_rings.placement.climb import Brake
 from place_rings.placement.drawing import fresh, papers
-from place_rings.placement.exchange import Exchange, Fields, Round, exchange
+from place_rings.placement.exchange import Exchange, Round, exchange, share_of
+from place_rings.placement.fields import Fields
 from place_rings.placement.layout import ring_layout
 
 Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
@@ -83,7 +85,7 @@ def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sens
         assert not faults(scene, space.setup(here.candidate).rings)
         assert space.setup(here.candidate).sensors == space.sensors
     assert here.value > (0.1 if scene is not FLOOR else -5)
-    assert fields.share(space, here.candidate) == pytest.approx(
+    assert share_of(space, fields, here.candidate) == pytest.approx(
         _share(scene, space.setup(here.candidate), points, 128), abs=0.005
     )
 
@@ -118,12 +120,12 @@ def _share(scene, setup, points, count):
     return float(np.dot(scene.goal_weights, zeta)) - 300 * sum(s * s for s in short)
 
 
-def _exchanged(seed, brake=None, tell=lambda *_: None):
+def _exchanged(seed, brake=None, tell=lambda *_: None, ahead=None):
     space = _space(TWO)
     rounds = (Round(256, 5, 2, 6, 0.2, 4, 1), Round(512, 2, 2, 6, 0.1, 2, 1))
     fields = Fields(space, TargetPoints(TWO, 256, 0))
     with ThreadPoolExecutor(2) as threads:
-        found = exchange(space, fields, seed, brake or Brake(math.inf), threads, tell, papers(space), rounds)
+        found = exchange(space, fields, seed, brake or Brake(math.inf), threads, tell, papers(space), rounds, ahead)
     return found, fields, space
 
 
@@ -132,7 +134,22 @@ def test_an_exchange_is_the_same_for_the_same_seed_and_beats_what_it_started_fro
     assert len(first) == 2
     assert all(np.array_equal(a.values, b.values) for a, b in zip(first, again, strict=True))
     assert not np.array_equal(first[0].values, other[0].values)
-    assert fields.share(space, first[0]) > max(fields.share(space, c) for c in papers(space))
+    assert share_of(space, fields, first[0]) > max(share_of(space, fields, c) for c in papers(space))
+
+
+def test_the_best_of_the_first_round_go_ahead_and_change_nothing_but_what_is_told_and_what_an_early_end_gives():
+    ahead, told, tells = Round(512, 2, 3, 12, 0.05, 4, 1), [], []
+    plain, *_ = _exchanged(0, tell=lambda *what: told.append(what[:2]))
+    scouted, fields, space = _exchanged(0, tell=lambda *what: tells.append(what), ahead=ahead)
+    for a, b in zip(plain, scouted, strict=True):
+        assert all(np.array_equal(getattr(a, key), getattr(b, key)) for key in ("segment", "count", "values", "sign"))
+    assert [t[:2] for t in tells] == [*told[:2], *[(0, 1.0)] * 3, *told[2:]]
+    worth = [share_of(space, fields, c) for *_, c in tells[:5]]
+    assert worth[4] > worth[1]
+    brake = Brake(math.inf)
+    calls = itertools.count()
+    early, *_ = _exchanged(0, brake, lambda *_: brake.pulled.set() if next(calls) == 4 else None, ahead)
+    assert any(np.array_equal(c.values, tells[4][2].values) for c in early)
 
 
 @pytest.mark.parametrize("sweeps", [1, 2, 3])
