@@ -182,7 +182,7 @@ def exchange(
     tell: Callable[[int, float, Candidate], None],
     known: Sequence[Candidate],
     rounds: Sequence[Round],
-    ahead: Round | None = None,
+    ahead: Sequence[Round] = (),
 ) -> list[Candidate]:
     """Candidates that came furthest, the best first.
 
@@ -195,7 +195,7 @@ def exchange(
         tell: is given the round, how much of it is over, and the best so far from time to time, in this thread.
         known: starts beside the drawn ones.
         rounds: how it goes.
-        ahead: what the best of the first round go through once by themselves, so that a good answer is there soon; nothing
+        ahead: rounds that the best of the first one go through by themselves, so that a good answer is there soon; nothing
             comes of it but where the exchange ends early.
     """
     drawn = [np.random.default_rng((seed, _STREAM, k)) for k in range(max(rounds[0].keep, len(known)))]
@@ -215,9 +215,11 @@ def exchange(
             pool = sorted(pool, key=lambda e: -e.value)[: r.keep if number else None]
             run(number, r, pool)
             if number == 0 and ahead and not brake.on():
-                best = sorted(pool, key=lambda e: -e.value)[: ahead.keep]
+                best = sorted(pool, key=lambda e: -e.value)[: ahead[0].keep]
                 scouts = [Exchange(space, e.candidate, np.random.default_rng((seed, _AHEAD, k))) for k, e in enumerate(best)]
-                run(number, ahead, scouts)
+                for one in ahead:
+                    scouts = sorted(scouts, key=lambda e: -e.value)[: one.keep]
+                    run(number, one, scouts)
             if brake.on():
                 break
     except KeyboardInterrupt:

@@ -36,15 +36,15 @@ FREE = (
     Round(16384, 2, 10, 24, 0.03, 4, 12),
     Round(32768, 2, 4, 24, 0.015, 2, 4),
 )
-AHEAD = Round(8192, 2, 4, 24, 0.06, 8, 1)
-AHEAD_FREE = Round(8192, 2, 4, 16, 0.06, 8, 16)
+AHEAD = (Round(8192, 3, 2, 24, 0.12, 12, 1), Round(16384, 2, 2, 24, 0.05, 6, 1))
+AHEAD_FREE = (Round(8192, 2, 4, 16, 0.06, 8, 16),)
 
 
 @dataclass(frozen=True)
 class Schedule:
     """How a search goes: so many starts, of which the ``rounds`` of an exchange give half; these stages; then the exact
     count of the finalists. Variants are the best unlike ones among so many ``draws``, starts among that many at most. A good
-    answer is there soon: the best of the first round go through one of their own, ``ahead`` of the others, and the best
+    answer is there soon: the best of the first round go through rounds of their own, ``ahead`` of the others, and the best
     starts are sharpened before anything is varied."""
 
     starts: int = 16
@@ -57,7 +57,7 @@ class Schedule:
     )
     draws: int = 512
     rounds: tuple[Round, ...] = ()
-    ahead: Round | None = None
+    ahead: tuple[Round, ...] = ()
 
 
 _FROM_GOOD = (
