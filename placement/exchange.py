@@ -220,6 +220,8 @@ def exchange(
                 for one in ahead:
                     scouts = sorted(scouts, key=lambda e: -e.value)[: one.keep]
                     run(number, one, scouts)
+                    if brake.on():
+                        break
             if brake.on():
                 break
     except KeyboardInterrupt:

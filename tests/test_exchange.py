@@ -138,7 +138,7 @@ def test_an_exchange_is_the_same_for_the_same_seed_and_beats_what_it_started_fro
 
 
 def test_the_best_of_the_first_round_go_ahead_and_change_nothing_but_what_is_told_and_what_an_early_end_gives():
-    ahead, told, tells = (Round(256, 3, 1, 12, 0.1, 4, 1), Round(512, 2, 2, 12, 0.05, 4, 1)), [], []
+    ahead, told, tells = (Round(512, 3, 1, 12, 0.1, 4, 1), Round(512, 2, 2, 12, 0.05, 4, 1)), [], []
     plain, *_ = _exchanged(0, tell=lambda *what: told.append(what[:2]))
     scouted, fields, space = _exchanged(0, tell=lambda *what: tells.append(what), ahead=ahead)
     for a, b in zip(plain, scouted, strict=True):
