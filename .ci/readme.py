@@ -24,6 +24,9 @@ _COMMANDS = (
     "export",
     "view",
     "report",
+    "safety",
+    "robots",
+    "sensors",
 )
 FOUND_SLACK = 0.5  # points: a search may end a little elsewhere on another processor
 

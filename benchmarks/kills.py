@@ -94,12 +94,13 @@ class Disturbed:
     def strike_workers(self, kills: int) -> None:
         """Start the driver, end workers of its own as it goes, and let it finish."""
         driver = self.start()
-        for _ in range(kills):
+        while self.damage.kills < kills and driver.poll() is None:
             self.await_moment(driver, first=False)
-            with suppress(psutil.NoSuchProcess):
+            with suppress(psutil.NoSuchProcess):  # one that has ended, as its driver has or another took its place
                 workers = [p for p in psutil.Process(driver.pid).children() if "spawn_main" in " ".join(p.cmdline())]
-                workers[self.rng.integers(len(workers))].kill()
-                self.damage.kills += 1
+                if workers:
+                    workers[self.rng.integers(len(workers))].kill()
+                    self.damage.kills += 1
         if driver.wait(10 * _PATIENCE):
             self.errors.seek(0)
             raise SystemExit(f"the driver ended by {driver.returncode}: {self.errors.read()}")
