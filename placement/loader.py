@@ -118,11 +118,6 @@ def _scene(path: Path, file: SceneFile, key: str = "") -> Scene:
     return with_record(scene, record, thinning(asked), asked.unit == "deg")
 
 
-def scene_keys(path: Path) -> dict[str, Any]:
-    """The keys of a scene's file that differ from the reference scene's, as JSON has them; UserError as for a scene."""
-    return read_model(path, SceneFile).model_dump(mode="json", exclude_defaults=True)
-
-
 def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:
     """``scene`` with another sensor, if one is given: its fixed rings that had the scene's have it too."""
     if sensor is None:

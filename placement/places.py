@@ -172,18 +172,18 @@ def _check_budget(space: Places, each: list[int], held: int) -> None:
         raise InfeasibleError(f"{space.sensors} sensors are fewer than the {held} of the fixed rings")
     if 0 < space.free < least:
         raise InfeasibleError(f"{space.free} sensors are fewer than the least of one ring, {least}")
-    if space.free > sum(each) and len(each) == _MOST_RINGS:
-        raise InfeasibleError(
-            f"{space.free} sensors do not fit: a search takes {_MOST_RINGS} free rings at most,"
-            f" here of {each[0]} sensors at most"
-        )
     if space.free > sum(each):
+        if len(each) == _MOST_RINGS:
+            raise InfeasibleError(
+                f"{space.free} sensors do not fit: a search takes {_MOST_RINGS} free rings at most,"
+                f" here of {each[0]} sensors at most"
+            )
         sizes = sorted({*each, *([] if each else [most])})
         size = f"{sizes[0]}" if len(sizes) == 1 else f"{sizes[0]} to {sizes[-1]}, as boards fit"
         raise InfeasibleError(
             f"{space.free} sensors do not fit: there is room for {len(each)} rings of at most {size}{space.barred()}"
         )
-    if space.free and not any(n * least <= space.free <= sum(each[:n]) for n in range(1, space.places + 1)):
+    if space.free and space.sensors not in space.totals:
         size = f"{least} to {most}" if len(set(each)) < 2 else f"{least} to {each[0]}, as boards fit"
         raise InfeasibleError(f"{space.free} sensors are no sum of rings of {size}")
 
