@@ -30,7 +30,7 @@ def main() -> None:
         kept += not recording.failure
 
     recording.put = count  # type: ignore[method-assign]
-    with Session(address, [Port(name, 16) for name in ports], recording, stale=1.0) as session:
+    with Session(address, [Port(name, 16) for name in ports], recording, patience=12.0) as session:
         session.link.wait()
         print("ready", flush=True)
         while not session.trouble:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
+from jaxtyping import Float
 from pydantic import ValidationError
 from rich.console import Console
 
@@ -28,6 +30,7 @@ from ..rig.poses.routes import SLACK, Clearance
 from ..rig.procedure import Part, Plans, run
 from ..rig.recording.recording import Recorded, Recording
 from ..rig.rings.health import BAUD
+from ..rig.robot.link import START
 from ..rig.robot.motion import MoveRefusedError
 from ..rig.robot.state import JOINTS
 from ..rig.robot.vetting import STALE, LinkFaultError
@@ -36,13 +39,14 @@ from ..rig.rod.plan import plan_rod
 from ..rig.rod.rod import Rod
 from ..rig.simulated.process import SimulatedRig, SimulationError
 from ..rig.simulated_cell.cell import simulated_rig, with_cell
+from .check_before import EXEMPT, confirm, require_known_cell, require_near_stop, show_near_stops
 from .check_page import write_files
-from .check_talk import confirm, tell
+from .check_talk import tell
 from .check_view import View
-from .pipes import gone_is_an_error
+from .pipes import ended_by_signals, gone_is_an_error
 from .rig_options import ring_names
 
-_SIMULATED_STALE, _PATIENCE = 2.0, 8.0  # s, and times: a simulated rig shares its machine
+_REAL, _SIMULATED = 1.0, 40.0  # patience: a real rig's limits of time hold, a simulated one shares its machine
 _FIRST = 3.0  # s, for the rings to be heard
 _LAST = 1e11  # s since 1970, that a time can be
 
@@ -50,7 +54,7 @@ _LAST = 1e11  # s since 1970, that a time can be
 @dataclass(frozen=True)
 class Asked:
     """What is to be done: parts, s of the self check, whether a hand is passed over the sensors, stops, trials, the rod,
-    whether the robot may be moved, side of a voxel m, seed."""
+    whether the robot may be moved, also where most sensors keep no near stop, side of a voxel m, seed."""
 
     parts: tuple[Part, ...]
     seconds: float
@@ -59,6 +63,7 @@ class Asked:
     trials: int
     rod: Rod
     move: bool
+    reduced_near_stop: bool
     voxel: float
     seed: int
 
@@ -78,24 +83,28 @@ def check_live(
     Returns:
         the exit code of the verdict.
     """
-    console = Console(stderr=True)
+    console, patience = Console(stderr=True), _SIMULATED if host is None else _REAL
     if host is None:
         scene = with_cell(scene)
+        console.print(EXEMPT, highlight=False, soft_wrap=True, markup=False)
     if len(scene.robot.chain) != JOINTS:
         raise UserError(f"check: found robot {scene.robot.name}, allowed: one of {JOINTS} joints, as ur-rtde knows no other")
     setup, moved = rounded(setup, scene.sensor), asked.move or host is None
+    if asked.move and {"mount", "coverage"} & set(asked.parts):
+        require_known_cell(scene)
     with console.status("planning"):
         plans = _plans(setup, scene, asked, moved)
     folder = output_folder(out)
     files = _write_plans(scene, plans, folder)
     with ExitStack() as stack:
         stack.enter_context(gone_is_an_error())
+        stack.enter_context(ended_by_signals())
         rig = None
         if host is None:
             with console.status("starting the simulated rig"):
                 rig = stack.enter_context(_started(scene, setup, asked.seed, folder))
             ports = [
-                PortModel(name=rig.ring(i), count=r.count, baud=BAUD, patience=_PATIENCE) for i, r in enumerate(setup.rings)
+                PortModel(name=rig.ring(i), count=r.count, baud=BAUD, patience=_SIMULATED) for i, r in enumerate(setup.rings)
             ]
         about = AboutFile(
             setup=name,
@@ -103,7 +112,7 @@ def check_live(
             seed=asked.seed,
             injected=rig is not None,
             moved=moved,
-            stale_s=STALE if rig is None else _SIMULATED_STALE,
+            stale_s=STALE * patience,
             voxel=asked.voxel,
             ports=list(ports),
             seconds=plans.seconds,
@@ -115,9 +124,9 @@ def check_live(
         checked = Checked.of(_read_about("about", about.model_dump(mode="json")))
         file = _free(folder)
         recording = Recording(file, {"check": about.model_dump(mode="json")})
-        session = Session(host or _of(rig).address, checked.ports, recording, stale=about.stale_s)
+        session = Session(host or _of(rig).address, checked.ports, recording, patience=patience)
         try:
-            _work(session, checked, rig, moved, host, console)
+            _work(session, checked, rig, asked, host, console)
         finally:
             session.close()
     try:
@@ -202,33 +211,51 @@ def _write_plans(scene: Scene, plans: Plans, folder: Path) -> list[str]:
 
 
 def _work(
-    session: Session, checked: Checked, rig: SimulatedRig | None, moved: bool, host: str | None, console: Console
+    session: Session, checked: Checked, rig: SimulatedRig | None, asked: Asked, host: str | None, console: Console
 ) -> None:
     """Do what is planned; UserError where it cannot begin."""
-    scene, setup, plans = checked.scene, checked.setup, checked.plans
+    setup, plans = checked.setup, checked.plans
     try:
-        start = session.link.wait().q
+        start = session.link.wait((START + 1) * session.patience).q
     except LinkFaultError as fault:
-        raise UserError(f"--robot-host {host or session.link}: {fault}") from fault
-    session.rings.wait(_FIRST)
+        raise UserError(f"--robot-host {host or 'sim'}: {fault}") from fault
+    session.rings.wait(_FIRST * session.patience)
     ranges = [r.sensor.range_m for r in setup.rings]
+    moves = checked.about.moved and bool(plans.parts)
     with ExitStack() as stack:
-        robot: MovedRobot | GuidedRobot
         view = View(session, ring_names(setup), ranges, console)
-        if moved and len(plans.poses):
-            if wrong := Clearance(scene, setup).fault(start, SLACK):
-                raise UserError(f"--move: the robot stands where nothing may begin: {wrong}; bring it to a clear pose")
-            itinerary = Itinerary(scene, setup, start, plans.poses, checked.about.seed)
-            if rig is None:
-                confirm(scene, plans, itinerary, console)
-            try:
-                robot = MovedRobot(host or _of(rig).address, scene if rig is None else hurried(scene), session, itinerary)
-            except MoveRefusedError as error:
-                raise UserError(f"--move: {error}") from error
+        robot: MovedRobot | GuidedRobot = GuidedRobot(session, view.ask)
+        if moves:
+            robot = _moved_robot(session, checked, rig, asked, host, start, console)
             stack.callback(robot.close)
-        else:
-            robot = GuidedRobot(session, view.ask)
         rod = plans.rods[0].rod if plans.rods else Rod()
-        helper = Helper(view.ask, ring_names(setup), moved) if rig is None else SimulatedHelper(rig, setup, rod)
+        helper = Helper(view.ask, ring_names(setup), moves) if rig is None else SimulatedHelper(rig, setup, rod)
         stack.enter_context(view)
         run(session, plans, Crew(robot, helper, view.show))
+
+
+def _moved_robot(
+    session: Session,
+    checked: Checked,
+    rig: SimulatedRig | None,
+    asked: Asked,
+    host: str | None,
+    start: Float[np.ndarray, " J"],
+    console: Console,
+) -> MovedRobot:
+    """The robot, ready to be moved, once a person has said yes; UserError where it may not be."""
+    scene, setup = checked.scene if rig is None else hurried(checked.scene), checked.setup
+    if wrong := Clearance(scene, setup).fault(start, SLACK):
+        raise UserError(f"--move: the robot stands where nothing may begin: {wrong}; bring it to a clear pose")
+    with console.status("planning the route"):
+        itinerary = Itinerary(scene, setup, start, checked.plans.parts, checked.about.seed)
+        stops = itinerary.near_stops()
+    if rig is None:
+        show_near_stops(stops, setup, scene, console)
+        require_near_stop(stops, scene, asked.reduced_near_stop)
+        confirm(scene, checked.plans, itinerary, console)
+    session.say("near stop", share=stops.share, waived=asked.reduced_near_stop and stops.share < scene.motion.near_share)
+    try:
+        return MovedRobot(host or _of(rig).address, scene, session, itinerary, session.patience)
+    except MoveRefusedError as error:
+        raise UserError(f"--move: {error}") from error

@@ -1,43 +1,12 @@
-"""What a check says in a terminal: what will move, and what was found."""
+"""What a check says in a terminal when it is over."""
 
-import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 
-from ..objectives.scene import Scene
-from ..placement.errors import UserError
-from ..rig.check_models import DISCLAIMER
 from ..rig.judge import Judged
-from ..rig.operators import Itinerary
-from ..rig.procedure import Plans
-
-
-def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Console) -> None:
-    """Say what will move, and ask."""
-    reached = len(itinerary.order(plans.poses))
-    speed, acceleration = math.degrees(scene.motion.speed), math.degrees(scene.motion.acceleration)
-    alarm = np.concatenate(itinerary.limits)
-    lines = [
-        f"The robot will move to {reached} of {len(plans.poses)} poses, its leading joint at up to {speed:g}°/s and"
-        f" {acceleration:g}°/s². It stops on a fault of a link, on Ctrl-C, and on a reading nearer than"
-        f" {1000 * scene.motion.near:.0f} mm; {np.count_nonzero(alarm < scene.motion.near)} of {len(alarm)} sensors may see"
-        f" the robot itself nearer than that, and stop it later, {np.count_nonzero(alarm == 0)} of them never.",
-        DISCLAIMER,
-        "Keep out of its reach, and a hand on its emergency stop.",
-    ]
-    for line in lines:
-        console.print(line, highlight=False, soft_wrap=True)
-    try:
-        answer = console.input("Type yes to let it move > ").strip()
-    except EOFError:
-        answer = ""
-    if answer != "yes":
-        raise UserError("--move: not confirmed, nothing was moved; allowed: yes")
-
 
 EXIT = {"as proposed": 0, "differs": 1, "unfinished": 3}  # 2: bad input
 

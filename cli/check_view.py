@@ -1,6 +1,7 @@
 """What a terminal shows while a check runs: each ring's distances and health, the robot, how far it is."""
 
 import time
+from contextlib import suppress
 
 import numpy as np
 from rich.console import Console, Group
@@ -53,21 +54,23 @@ class View:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._live.stop()
+        with suppress(OSError):  # the terminal may be gone
+            self._live.stop()
 
     def show(self, part: Part, done: int, of: int) -> None:
         """So many steps of a part are done; told in a line where there is no terminal to draw on."""
         if not self._console.is_terminal and part != self._said:
-            self._console.print(f"{_WORDS[part]} …", highlight=False)
+            with suppress(OSError):
+                self._console.print(f"{_WORDS[part]} …", highlight=False)
         self._part, self._done, self._of, self._said = _WORDS[part], done, of, part
 
     def ask(self, words: str) -> bool:
         """Tell a person what to do, and wait: Enter, it is done; s, it is left out; q or the end of input: no more."""
-        self._live.stop()
         try:
+            self._live.stop()
             prompt = Text(f"{words}\n  Enter: done, s: leave it out, q: end the check > ")
             answer = self._console.input(prompt).strip().lower()
-        except EOFError:
+        except (EOFError, OSError):
             answer = "q"
         if self._console.is_terminal:
             self._live.start()

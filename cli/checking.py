@@ -34,6 +34,10 @@ def check(
     move: Annotated[
         bool, Parameter(negative=(), help="Let the real robot be moved, slowly, once you said yes; else you move it.")
     ] = False,
+    allow_reduced_near_stop: Annotated[
+        bool,
+        Parameter(negative=(), help="Move although fewer sensors than near_share keep the whole near stop."),
+    ] = False,
     scene: SceneFileOption = None,
     target: Targets = (),
     radius: Radius = None,
@@ -73,6 +77,8 @@ def check(
         raise UserError("check: allowed: one of --rig sim, --robot-host HOST, --replay FILE")
     if robot_host is None and (ring or move):
         raise UserError(f"--{'ring' if ring else 'move'}: allowed: only with --robot-host")
+    if allow_reduced_near_stop and not move:
+        raise UserError("--allow-reduced-near-stop: allowed: only with --move")
     if replay is not None:
         sys.exit(check_replay(subject, replay, out, as_json))
     if subject is None:
@@ -88,5 +94,5 @@ def check(
         ports = resolve_ports(setup, ring)
         check_ports(setup, ports)
     check_installed()
-    asked = Asked(parts, seconds, wave, stops, trials, rod, move, voxel, seed)
+    asked = Asked(parts, seconds, wave, stops, trials, rod, move, allow_reduced_near_stop, voxel, seed)
     sys.exit(check_live(subject, setup, found, asked, robot_host, ports, out, as_json))

@@ -1,8 +1,9 @@
-"""Processes that are talked to and may be gone: an error to handle, not the end of the command."""
+"""Signals of the operating system that a check turns into errors, so that it ends in order."""
 
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any, NoReturn
 
 
 @contextmanager
@@ -14,3 +15,20 @@ def gone_is_an_error() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGPIPE, before)
+
+
+@contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """Let SIGTERM and SIGHUP end what runs as Ctrl-C does, where nobody has decided otherwise (as ``nohup`` does)."""
+    heeded = [n for n in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(n) is signal.SIG_DFL]
+    for number in heeded:
+        signal.signal(number, _end)
+    try:
+        yield
+    finally:
+        for number in heeded:
+            signal.signal(number, signal.SIG_DFL)
+
+
+def _end(number: int, frame: Any) -> NoReturn:
+    raise KeyboardInterrupt(f"ended by {signal.Signals(number).name}")

@@ -110,14 +110,28 @@ class Obstacle:
 
 @dataclass(frozen=True)
 class Motion:
-    """How a real robot may be moved for a check: speed and acceleration of the leading joint, rad/s and rad/s²; near: m, a
-    reading nearer than which stops it; own and cell: m that its bodies keep from each other and from obstacles."""
+    """How a real robot may be moved for a check, and what stops it."""
 
     speed: float = math.radians(15)
+    """rad/s, of the leading joint."""
     acceleration: float = math.radians(30)
+    """rad/s², likewise."""
     near: float = 0.15
+    """m; a nearer reading stops the robot."""
     own: float = 0.04
+    """m, that its bodies keep from each other."""
     cell: float = 0.1
+    """m, that its bodies keep from obstacles."""
+    near_share: float = 0.5
+    """Least share of the sensors, along the route, that must keep the whole of ``near``."""
+    failed_share: float = 0.25
+    """Share of a ring's sensors that may report failure."""
+    frozen_frames: int = 8
+    """Consecutive frames in which a ring's distances may stay as they are while the robot moves."""
+    cell_complete: bool = False
+    """Whether everything the robot can reach stands in the scene."""
+    rings_as_proposed: bool = False
+    """Whether every ring is known to be wired and mounted the right way round."""
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,10 @@ def warnings_of(gathered: Gathered, damage: str) -> list[str]:
     found = [f"ring {e.ring}: {e.what}{': ' + e.detail if e.detail else ''}" for e in events_of(gathered)]
     found = [f for f, e in zip(found, events_of(gathered), strict=True) if e.what not in {w.value for w in _WORTH}]
     link = link_of(gathered).ended
+    waived = [said for _, said in gathered.said if said.get("what") == "near stop" and said.get("waived") is True]
+    shares = [said["share"] for said in waived if isinstance(said.get("share"), float)]
     return [
+        *(f"moved with {100 * share:.0f} % of the sensors keeping the whole near stop, as was allowed" for share in shares),
         *([f"the robot's link ended: {link}"] if link else []),
         *([f"the recording is not whole: {damage}"] if damage else []),
         *dict.fromkeys(found),

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,13 @@ from jaxtyping import Float
 
 from ..coverage.rings import Setup
 from ..objectives.scene import Scene
-from .listening.danger import danger
 from .listening.session import Session
+from .listening.stop_conditions import StopConditions, StopRules
 from .poses.clear import drawn
-from .poses.routes import Clearance, Roadmap, alarms, straight
+from .poses.near_stops import STEP, NearStops, near_stops
+from .poses.routes import Clearance, Roadmap, straight
 from .procedure import EndedError, Part
+from .rings.health import SILENT
 from .robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
 from .robot.state import State
 from .robot.vetting import LinkFaultError
@@ -23,7 +26,6 @@ from .sensing.readings import WITHIN
 from .simulated.process import SimulatedRig, SimulationError
 
 _BETWEEN = 60  # poses between, over which ways may go
-_COARSE = np.radians(12.0)  # of a way, where what the sensors see of the robot is asked
 _LOOK, _SETTLE = 0.1, 0.3  # s; an arm that has arrived still swings
 _STILL = 0.01  # rad/s
 _LEAVE = "; step out of the robot's reach: it may move next"
@@ -39,21 +41,26 @@ class Itinerary:
     Args:
         scene, setup: robot, cell, limits, and the rings as proposed.
         start: (J,) rad, where the robot is.
-        poses: (P, J) rad, where it is to stand.
+        parts: of the check, in order: the poses (P, J) rad at which the robot is to stand.
         seed: of the poses between.
     """
 
     def __init__(
-        self, scene: Scene, setup: Setup, start: Float[np.ndarray, " J"], poses: Float[np.ndarray, "P J"], seed: int
+        self,
+        scene: Scene,
+        setup: Setup,
+        start: Float[np.ndarray, " J"],
+        parts: Sequence[Float[np.ndarray, "P J"]],
+        seed: int,
     ) -> None:
-        self.clearance = Clearance(scene, setup)
+        self.clearance, self._scene, self._setup = Clearance(scene, setup), scene, setup
         between = drawn(scene, _BETWEEN, seed, self.clearance.of)
-        self.map = Roadmap(np.concatenate([start[None], poses, between]), self.clearance.of)
+        self.map = Roadmap(np.concatenate([start[None], *parts, between]), self.clearance.of)
         self.at = 0
-        ways = [(a, n) for a in range(1 + len(poses)) for b in range(1 + len(poses)) for n in self.map.way(a, b) or ()]
-        legs = [straight(self.map.nodes[a], self.map.nodes[b], _COARSE) for a, b in set(ways)]
-        limit = alarms(scene, setup, np.concatenate([start[None], *legs]))
-        self.limits = np.split(limit, np.cumsum([r.count for r in setup.rings])[:-1])
+        self.reached = [self.order(joints) for joints in parts]
+        nodes = [self.node(joints[i]) for joints, order in zip(parts, self.reached, strict=True) for i in order]
+        stays = pairwise([0, *nodes])
+        self.legs = [leg for a, b in stays for leg in pairwise([a, *(self.map.way(a, b) or ())])]
 
     def node(self, q: Float[np.ndarray, " J"]) -> int:
         """The node at a pose."""
@@ -68,20 +75,37 @@ class Itinerary:
         """Nodes on the way there."""
         return self.map.way(self.at, self.node(q)) or []
 
+    def near_stops(self, *legs: tuple[int, int]) -> NearStops:
+        """The near stops along ways between nodes; along the whole route where none are given."""
+        ways = [straight(self.map.nodes[a], self.map.nodes[b], STEP) for a, b in legs or self.legs]
+        start = self.map.nodes[self.at]
+        return near_stops(self._scene, self._setup, np.concatenate([start[None], *ways]))
+
 
 class MovedRobot:
-    """A robot that is moved along an itinerary, and stopped by what ``danger`` says."""
+    """A robot that is moved along an itinerary, and stopped by what the stop conditions say.
 
-    def __init__(self, host: str, scene: Scene, session: Session, itinerary: Itinerary) -> None:
+    Args:
+        host: of the robot.
+        scene: with its limits.
+        session: robot and rings.
+        itinerary: with the ways.
+        patience: factor of all limits of time; 1 for a real robot.
+    """
+
+    def __init__(self, host: str, scene: Scene, session: Session, itinerary: Itinerary, patience: float = 1.0) -> None:
         limits, motion = scene.robot.limits, scene.motion
         joints = np.tile([-2 * np.pi, 2 * np.pi], (len(scene.robot.chain), 1)) if limits is None else limits
-        self._itinerary = itinerary
+        self._itinerary, self._counts = itinerary, session.rings.sizes
+        self._within = STEP + motion.speed * SILENT * patience  # a reading may be as old as the way takes that long
+        self._stops = itinerary.near_stops((itinerary.at, itinerary.at))
         self._mover = Mover(
             host,
             session.link,
             Limits(joints, motion.speed, motion.acceleration),
             itinerary.clearance.fault,
-            lambda: danger(session, itinerary.limits),
+            StopConditions(session, self._near, StopRules(motion.failed_share, motion.frozen_frames)),
+            patience,
         )
 
     def order(self, joints: Float[np.ndarray, "P J"]) -> Sequence[int]:
@@ -89,6 +113,7 @@ class MovedRobot:
 
     def stand(self, q: Float[np.ndarray, " J"], words: str) -> bool:
         for node in self._itinerary.next(q):
+            self._stops = self._itinerary.near_stops((self._itinerary.at, node))
             try:
                 self._mover.move(self._itinerary.map.nodes[node])
             except (MoveRefusedError, MoveStoppedError, LinkFaultError) as error:
@@ -96,6 +121,10 @@ class MovedRobot:
             self._itinerary.at = node
         time.sleep(_SETTLE)
         return True
+
+    def _near(self, q: Float[np.ndarray, " J"]) -> list[Float[np.ndarray, " n"]]:
+        """The near stops that hold at ``q`` (J,) rad, ring by ring."""
+        return np.split(self._stops.near(q, self._within), np.cumsum(self._counts)[:-1])
 
     def close(self) -> None:
         """Stop, and let go of it."""

@@ -62,10 +62,9 @@ class Plans:
     wave: bool = False
 
     @property
-    def poses(self) -> Float[np.ndarray, "P J"]:
-        """All poses at which the robot is to stand, (P, J) rad."""
-        each = [plan.joints for plan in (self.mount, *self.rods[:1]) if plan is not None]
-        return np.concatenate(each) if each else np.zeros((0, 6))
+    def parts(self) -> list[Float[np.ndarray, "P J"]]:
+        """The poses at which the robot is to stand, (P, J) rad, for each part that has some, in order."""
+        return [plan.joints for plan in (self.mount, *self.rods[:1]) if plan is not None]
 
 
 class Span(NamedTuple):
@@ -92,7 +91,8 @@ def spans(said: Iterable[tuple[float, dict[str, Any]]]) -> list[Span]:
 
 
 def run(session: Session, plans: Plans, operator: Operator) -> str:
-    """Do all that is planned; why it ended early, empty where it did not. Ctrl-C ends it like anything else."""
+    """Do all that is planned; why it ended early, empty where it did not. Ctrl-C ends it like anything else, and so does
+    another signal that is raised as a KeyboardInterrupt, by its text."""
     why = ""
     try:
         if plans.seconds is not None:
@@ -105,8 +105,8 @@ def run(session: Session, plans: Plans, operator: Operator) -> str:
             _rod(session, plans.rods, operator)
     except EndedError as error:
         why = str(error)
-    except KeyboardInterrupt:
-        why = "interrupted"
+    except KeyboardInterrupt as error:
+        why = str(error) or "interrupted"
     session.say("ended", why=why)
     return why
 
@@ -164,7 +164,8 @@ def _rod(session: Session, plans: Sequence[RodPlan], operator: Operator) -> None
 def _read(session: Session, frames: int, step: str, number: int) -> None:
     """Wait for so many frames of every ring that is heard, the first begun after now left out."""
     session.say("begin", step=step, number=int(number))
-    first, until = [c.frames for c in session.rings.counts], time.monotonic() + (frames + 1) / _SLOWEST + _PATIENCE
+    first, most = [c.frames for c in session.rings.counts], (frames + 1) / _SLOWEST + _PATIENCE
+    until = time.monotonic() + most * session.patience
     while time.monotonic() < until:
         _check(session)
         if all(c.frames - f > frames for c, f in zip(session.rings.counts, first, strict=True)):

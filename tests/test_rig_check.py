@@ -1,17 +1,22 @@
 """The check as a whole: from a recording made by hand, and end to end on the simulated rig, live and replayed."""
 
+import io
 import json
+import re
 import signal
 import subprocess
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from place_rings.cli import check as command
+from place_rings.cli.check_before import require_near_stop, show_near_stops
 from place_rings.cli.main import app
 from place_rings.coverage.targets import Target
-from place_rings.objectives.scene import Goal
+from place_rings.objectives.scene import Goal, Motion
 from place_rings.placement.errors import UserError
 from place_rings.placement.files.convert import ring_models, scene_model
 from place_rings.placement.files.proposals import ProposalFile
@@ -23,15 +28,17 @@ from place_rings.rig.judge import judge
 from place_rings.rig.listening.gathering import replay
 from place_rings.rig.mount.plan import planned
 from place_rings.rig.plan_files import mount_plan_model, rod_plan_model
+from place_rings.rig.poses.near_stops import by_ring, near_stops
 from place_rings.rig.procedure import spans
 from place_rings.rig.recording.recording import Recorded, Recording
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.rig.rings.protocol import encode
-from place_rings.rig.robot import motion
 from place_rings.rig.robot.state import State
+from place_rings.rig.robot.vetting import STALE
 from place_rings.rig.rod.plan import places, plan_rod
 from place_rings.rig.rod.rod import Rod
 from place_rings.rig.simulated_cell.cell import Cell, simulated_rig
+from rich.console import Console
 
 from .rig_cell import SCENE as CELL
 from .rig_cell import SETUP
@@ -251,6 +258,7 @@ PROPOSAL = to_toml(ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=sc
             ["--robot-host", "h", "--ring", "0=gone", "--ring", "tool=gone"],
             '--ring forearm: found no "gone", allowed: a port',
         ),
+        (["--robot-host", "h", "--allow-reduced-near-stop"], "--allow-reduced-near-stop: allowed: only with --move"),
         (["--rig", "sim", "--rod-mm", "370x70"], "allowed: THICKNESSxLENGTH"),
         (["--rig", "sim", "--part", "mount", "--wave"], "--wave: allowed: only with --part self"),
         (["--rig", "sim", "--target", "V_S", "--radius", "0.1"], "--radius: found 0.1, allowed: above 0.15"),
@@ -265,6 +273,108 @@ def test_bad_input_is_one_line(tmp_path, monkeypatch, words, text):
         call(["check", *([] if "small.toml" in words else ["small.toml"]), *words])
     assert text in str(error.value)
     assert files_of(tmp_path) == before
+
+
+def proposal(motion, obstacles=SCENE.obstacles):
+    """A proposal in a scene with such a motion and cell, as TOML."""
+    scene = replace(SCENE, motion=motion, obstacles=obstacles)
+    return to_toml(ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=scene_model(scene)))
+
+
+@pytest.mark.parametrize("part", ["mount", "coverage"])
+@pytest.mark.parametrize(
+    ("motion", "obstacles", "lacks"),
+    [
+        (Motion(), SCENE.obstacles[1:], ("floor = ", "cell_complete = true")),
+        (Motion(cell_complete=True), SCENE.obstacles[1:], ("floor = ",)),
+        (Motion(), SCENE.obstacles, ("cell_complete = true",)),
+    ],
+)
+def test_a_real_robot_is_not_moved_in_a_cell_that_is_not_known(tmp_path, monkeypatch, part, motion, obstacles, lacks):
+    pytest.importorskip("rtde_control")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "small.toml").write_text(proposal(motion, obstacles))
+    (tmp_path / "port").touch()
+    before = files_of(tmp_path)
+    rings = ["--ring", "forearm=port", "--ring", "tool=port"]
+    with pytest.raises(UserError) as error:
+        call(["check", "small.toml", "--robot-host", "h", *rings, "--move", "--part", part])
+    found = str(error.value)
+    assert found.startswith("--move: the cell is not known; add to the scene: ")
+    assert [word in found for word in ("floor = ", "cell_complete = true")] == [
+        word in lacks for word in ("floor = ", "cell_complete = true")
+    ]
+    assert files_of(tmp_path) == before
+
+
+def test_a_simulated_rig_needs_no_statement_and_says_so(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("rtde_control")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "small.toml").write_text(proposal(Motion(), ()))
+
+    def started(*_):
+        raise UserError("enough")
+
+    monkeypatch.setattr(command, "_started", started)
+    with pytest.raises(UserError, match="enough"):
+        call(["check", "small.toml", "--rig", "sim", "--part", "self"])
+    assert "A real robot does not." in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("key", ["near_m", "cell_m", "self_m", "speed_deg_s"])
+def test_a_distance_of_nothing_is_refused(tmp_path, monkeypatch, key):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(f"[motion]\n{key} = 0.0\n")
+    with pytest.raises(UserError, match=rf"scene.toml: motion.{key}: found 0.0, allowed: a number above 0"):
+        call(["check", "n2_16_25", "--rig", "sim", "--scene", "scene.toml"])
+
+
+def test_too_few_sensors_with_a_near_stop_are_refused_unless_waived():
+    joints = np.random.default_rng(0).uniform(-2, 2, (6, 6))
+    stops = near_stops(SCENE, SETUP, joints)
+    strict, lax = (replace(SCENE, motion=Motion(near_share=share)) for share in (stops.share + 0.01, stops.share))
+    with pytest.raises(UserError, match=r"--move: .*near_share.*rings_as_proposed = true.*--allow-reduced-near-stop"):
+        require_near_stop(stops, strict, False)
+    require_near_stop(stops, strict, True)
+    require_near_stop(stops, lax, False)
+    console = Console(record=True, width=140, file=io.StringIO())
+    show_near_stops(stops, SETUP, SCENE, console)
+    text, rings = console.export_text(), by_ring(stops, SETUP, [b.name for b in SCENE.robot.bodies])
+    for name, ring in zip(("forearm", "tool"), rings, strict=True):
+        row = next(line for line in text.splitlines() if line.strip(" │┃|").startswith(name))
+        cells = [c.strip() for c in re.split(r"[│┃]", row.strip(" │┃"))]
+        assert [int(c) for c in cells[1:6]] == [
+            *(ring.sensors, ring.always_full, ring.sometimes_less, ring.sometimes_none),
+            round(100 * ring.share),
+        ]
+        assert all(body in cells[6] for body, _ in ring.why)
+
+
+@pytest.mark.parametrize(("host", "patience"), [("h", 1.0), (None, 40.0)])
+def test_the_limits_of_a_real_rig_never_relax_and_those_of_a_simulated_one_do_together(
+    tmp_path, monkeypatch, host, patience
+):
+    pytest.importorskip("rtde_control")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "small.toml").write_text(proposal(Motion()))
+    (tmp_path / "port").touch()
+    told = {}
+
+    def session(address, ports, recording, **more):
+        told.update(more, stale=recording.path, ports=[p.patience for p in ports])
+        recording.close()
+        raise UserError("enough")
+
+    rig = SimpleNamespace(address="a", ring=lambda i: "port")
+    monkeypatch.setattr(command, "Session", session)
+    monkeypatch.setattr(command, "_started", lambda *_: nullcontext(rig))
+    rings = ["--ring", "forearm=port", "--ring", "tool=port"]
+    words = ["--robot-host", host, *rings] if host else ["--rig", "sim"]
+    with pytest.raises(UserError, match="enough"):
+        call(["check", "small.toml", *words, "--part", "self"])
+    assert told["patience"] == patience
+    assert told["ports"] == [patience] * 2
+    assert Recorded(told["stale"]).about["check"]["stale_s"] == pytest.approx(STALE * patience)
 
 
 def test_what_is_missing_is_said_before_anything_is_done(tmp_path, monkeypatch):
@@ -326,7 +436,8 @@ def test_end_to_end_on_the_simulated_rig_and_its_replay(tmp_path):
 def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_path, monkeypatch):
     """As on a real rig, with the limits and the questions of one, and on the move more patience than a real one has."""
     pytest.importorskip("rtde_control")
-    scene = replace(SCENE, motion=replace(SCENE.motion, speed=np.radians(60), acceleration=np.radians(120)))
+    motion = Motion(np.radians(60), np.radians(120), cell_complete=True, rings_as_proposed=True)
+    scene = replace(SCENE, motion=motion)
     model = ProposalFile(rings=ring_models(SETUP, scene.sensor), scene=scene_model(scene))
     (tmp_path / "small.toml").write_text(to_toml(model))
 
@@ -344,16 +455,17 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
         assert refused.returncode == 2
         assert "not confirmed, nothing was moved" in refused.stderr
         assert "no safety function" in refused.stderr
+        for word in ("Near stop along the route", "always full", "sometimes none", "forearm", "tool"):
+            assert word in refused.stderr
         left = run(rig, "--part", "mount", "--stops", "3", "--out", "left", said="s\ns\n")
         assert left.returncode == 3
         assert "ended by who was asked" in left.stdout
         np.testing.assert_allclose(rig.do("state")["q"], SCENE.poses[0].q)
         asked = []
-        monkeypatch.setattr(command, "STALE", 2.0)
-        monkeypatch.setattr(motion, "_TOLD", 20.0)
+        monkeypatch.setattr(command, "_REAL", 25.0)
         monkeypatch.setattr("builtins.input", lambda *_: asked.append(1) or "yes")
         ports = [PortModel(name=rig.ring(i), count=r.count, baud=460800, patience=8.0) for i, r in enumerate(SETUP.rings)]
-        wanted = command.Asked(("mount",), 1.0, False, 3, 2, Rod(), True, 0.1, 0)
+        wanted = command.Asked(("mount",), 1.0, False, 3, 2, Rod(), True, False, 0.1, 0)
         command.check_live("small.toml", SETUP, scene, wanted, rig.address, ports, tmp_path / "moved", False)
         assert asked == [1]
         assert np.abs(np.subtract(rig.do("state")["q"], SCENE.poses[0].q)).max() > 0.1

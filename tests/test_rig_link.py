@@ -17,6 +17,7 @@ from place_rings.rig.simulated.process import SimulatedRig, command
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 WAKE = 0.5  # s that a thread may take to wake on a busy machine, where times are measured
 PATIENT = 1.0  # s, that states may be apart where they are not
+PATIENCE = PATIENT / STALE
 joint = st.integers(0, 5)
 
 
@@ -108,6 +109,8 @@ def test_a_delay_that_creeps_in_ends_it_before_it_is_too_long():
 def test_a_safety_stop_ends_it(bits):
     assert taken([*good(), state(10, safety=bits)]) == (10, Ended.STOPPED)
     assert taken([*good(), state(10, safety=2)]) == (11, None)
+    vetting, stopped = Vetting(through_stops=True), state(0, safety=bits)
+    assert vetting.take(Record(Kind.STATE, 0, stopped.time, stopped.pack())).safety == bits
 
 
 @given(st.binary(max_size=200))
@@ -164,7 +167,7 @@ say(0, 10)
 )
 def test_whatever_the_process_does_is_a_fault(code, why):
     faults = []
-    with Link("nowhere", command=child(code), on_fault=faults.append, stale=PATIENT) as link:
+    with Link("nowhere", command=child(code), on_fault=faults.append, patience=PATIENCE) as link:
         link.wait()
         while link.fault is None:
             time.sleep(0.005)
@@ -176,7 +179,7 @@ def test_whatever_the_process_does_is_a_fault(code, why):
 
 
 def test_a_state_that_grew_old_is_not_given_even_before_its_fault_is_found():
-    with Link("nowhere", command=child("say(10, 900)"), stale=PATIENT) as link:
+    with Link("nowhere", command=child("say(10, 900)"), patience=PATIENCE) as link:
         link.wait()
         with link._changed:  # the link's thread is held up
             time.sleep(PATIENT + 0.02)

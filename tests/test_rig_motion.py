@@ -13,13 +13,13 @@ from place_rings.rig.recording.recording import Recorded, Recording
 from place_rings.rig.rings.health import Port
 from place_rings.rig.robot.link import Link
 from place_rings.rig.robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
-from place_rings.rig.robot.vetting import Ended, LinkFaultError
+from place_rings.rig.robot.vetting import STALE, Ended, LinkFaultError
 from place_rings.rig.simulated.process import SimulatedRig, command
 
 pytest.importorskip("rtde_control")
 pytestmark = pytest.mark.slow  # processes that wait for each other, each with a patience of its own
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
-BUSY = 0.5  # s, that a busy machine may keep processes waiting
+PATIENCE = 6.0  # a busy machine keeps processes waiting
 LIMITS = Limits(np.radians([[-200.0, 200.0]] * 6), np.radians(30), np.radians(60))
 
 
@@ -29,14 +29,14 @@ def rig(rings=1, sensors=4, rate=15.0):
 
 @pytest.fixture(scope="module")
 def robot():
-    with rig() as simulated, Link(simulated.address, stale=BUSY) as link:
+    with rig() as simulated, Link(simulated.address, patience=PATIENCE) as link:
         link.wait()
         yield simulated, link
 
 
 @pytest.fixture(scope="module")
 def mover(robot):
-    with Mover(robot[0].address, robot[1], LIMITS) as found:
+    with Mover(robot[0].address, robot[1], LIMITS, patience=PATIENCE) as found:
         yield found
 
 
@@ -99,9 +99,9 @@ def test_a_killed_client_stops_it_by_the_robots_watchdog(robot, mover):
 def test_a_session_is_gathered_recorded_and_replayed_and_ends_by_its_fault(tmp_path):
     with rig(rings=2) as simulated:
         ports = [Port(simulated.ring(i), 4) for i in range(2)]
-        with Session(simulated.address, ports, Recording(tmp_path / "file", {"rings": 2}), stale=BUSY) as session:
+        with Session(simulated.address, ports, Recording(tmp_path / "file", {"rings": 2}), patience=PATIENCE) as session:
             session.link.wait()
-            with Mover(simulated.address, session.link, LIMITS) as mover:
+            with Mover(simulated.address, session.link, LIMITS, patience=PATIENCE) as mover:
                 mover.move(HOME + 0.05)
                 session.say("rod", place=[0.1, 0.2, 0.3])
                 timer = later(lambda: simulated.do("close"))
@@ -112,7 +112,7 @@ def test_a_session_is_gathered_recorded_and_replayed_and_ends_by_its_fault(tmp_p
             with pytest.raises(LinkFaultError):
                 session.link.latest()
     gathered, recorded = session.gathered, Recorded(tmp_path / "file")
-    found = replay(recorded, ports, BUSY)
+    found = replay(recorded, ports, STALE * PATIENCE)
     assert recorded.ended
     assert gathered.fault.why == found.fault.why == Ended.CLOSED
     assert [s for _, s in found.said] == [s for _, s in gathered.said]

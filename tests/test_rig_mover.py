@@ -1,17 +1,23 @@
 """What a mover allows, asks for and tells, with a link and a process that do what the test says."""
 
+import os
+import subprocess
 import sys
+import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
-from place_rings.rig.robot import motion
-from place_rings.rig.robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
-from place_rings.rig.robot.state import State
+from place_rings.rig.recording.records import Kind, Record, RecordReader
+from place_rings.rig.robot.motion import UNSEEN, Limits, Mover, MoveRefusedError, MoveStoppedError
+from place_rings.rig.robot.motion_process import SIGN
+from place_rings.rig.robot.state import State, pack_move
 from place_rings.rig.robot.vetting import Ended, LinkFaultError
 
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 LIMITS = Limits(np.radians([[-200.0, 200.0]] * 6), np.radians(30), np.radians(60))
+PATIENCE = 40.0  # nothing here measures a time
 CHILD = """
 import os, sys, time
 from pathlib import Path
@@ -21,9 +27,10 @@ tell("ready")
 reader, log = RecordReader(), Path(sys.argv[1])
 while data := os.read(0, 4096):
     for record in reader.feed(data):
-        with log.open("a") as file: file.write(record.kind.name + chr(10))
+        if record.kind != Kind.ALIVE:
+            with log.open("a") as file: file.write(record.kind.name + chr(10))
         if record.kind == Kind.MOVE and log.with_name("dies").exists(): os._exit(3)
-        tell("moving" if record.kind == Kind.MOVE else "stopping")
+        tell({Kind.MOVE: "moving", Kind.STOP: "stopping"}.get(record.kind, "alive"))
 """
 
 
@@ -40,14 +47,14 @@ class Told:
 
 
 @pytest.fixture
-def rig(tmp_path, monkeypatch):
-    monkeypatch.setattr(motion, "_TOLD", 20.0)  # s: nothing here measures a time
+def rig(tmp_path):
     link, asked = Told(), []
     log = tmp_path / "log"
     log.touch()
 
     def make(**more):
-        asked.append(Mover("127.0.8.1", link, LIMITS, command=(sys.executable, "-c", CHILD, str(log)), **more))
+        words = (sys.executable, "-c", CHILD, str(log))
+        asked.append(Mover("127.0.8.1", link, LIMITS, patience=PATIENCE, command=words, **more))
         return asked[-1]
 
     yield link, make, log
@@ -63,8 +70,9 @@ def test_it_waits_until_the_robot_is_there(rig):
     link, make, log = rig
     goal = HOME + 0.1
     link.path = [HOME, HOME, HOME, HOME + 0.05, goal]
-    make().move(goal)
-    assert told(log) == ["MOVE"]
+    with make() as mover:
+        mover.move(goal)
+    assert told(log) == ["MOVE", "REST"]
     assert len(link.path) == 1
 
 
@@ -132,3 +140,110 @@ def test_limits_are_low(speed):
     with pytest.raises(ValueError, match="speed: found"):
         Limits(LIMITS.joints, speed)
     assert Limits(LIMITS.joints).speed <= np.radians(20)
+
+
+SILENT = """
+import os, sys, time
+from place_rings.rig.recording.records import Kind, Record
+tell = lambda word: os.write(1, Record(Kind.DONE, 0, 0.0, word.encode()).pack())
+tell("ready")
+os.read(0, 4096)
+tell("moving")
+os.read(0, 4096)
+time.sleep(60)
+"""
+
+
+def test_a_process_that_says_nothing_any_more_and_a_robot_that_is_not_seen_to_stand_are_told():
+    link = Told()
+    link.latest = lambda: State(0.0, 0.0, HOME, np.full(6, 0.3))  # it moves, whatever it is told
+    words = (sys.executable, "-c", SILENT)
+    with Mover("127.0.8.1", link, LIMITS, command=words) as mover, pytest.raises(MoveStoppedError) as stopped:
+        mover.move(HOME + 1)
+    assert "the process that moves it gave no sign of life" in str(stopped.value)
+    assert str(stopped.value).endswith(UNSEEN)
+
+
+def test_a_check_that_was_held_up_itself_says_so(rig):
+    _, make, _ = rig
+    with make(danger=lambda: time.sleep(0.3)) as mover:
+        mover._patience = 1.0
+        with pytest.raises(MoveStoppedError, match="this program was held up for"):
+            mover.move(HOME + 1)
+
+
+CLIENT = """
+import sys, time, types
+from place_rings.rig.robot import motion_process
+
+class RTDEControlInterface:
+    def __init__(self, host): self.program = True
+    def setWatchdog(self, hz): return True
+    def isConnected(self): return {connected}
+    def kickWatchdog(self): {kick}
+    def moveJ(self, *words): {move}
+    def stopJ(self, *words): {stop}
+    def stopScript(self): pass
+
+sys.modules["rtde_control"] = types.SimpleNamespace(RTDEControlInterface=RTDEControlInterface)
+sys.argv = ["", "host", "{patience}"]
+motion_process.main()
+"""
+HANGS, WELL = "time.sleep(600)", "return True"
+
+
+@contextmanager
+def serving(patience=0.2, **deeds):
+    """The process that moves a robot, through a client that does what is said."""
+    code = CLIENT.format(patience=patience, **({"connected": "True", "kick": WELL, "move": WELL, "stop": WELL} | deeds))
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe, bufsize=0) as process:
+        yield process
+        process.kill()
+
+
+def heard(process):
+    """All that it says until it ends."""
+    return [r.data.decode() for r in RecordReader().feed(process.stdout.read())]
+
+
+MOVE = Record(Kind.MOVE, 0, 0.0, pack_move(HOME, 0.1, 0.1)).pack()
+
+
+@pytest.mark.parametrize("deeds", [{"stop": HANGS}, {"kick": HANGS}, {"move": HANGS}, {"stop": "raise OSError('gone')"}])
+def test_it_ends_once_the_check_is_gone_whatever_the_controller_does(deeds):
+    with serving(**deeds) as process:
+        process.stdin.write(MOVE)
+        process.stdin.close()
+        process.stdin = None
+        assert process.wait(60) is not None
+
+
+def test_it_stops_the_robot_where_the_check_is_silent_during_a_motion_and_only_then():
+    with serving(patience=1.0, stop="self.stopped = True; return True") as process:
+        time.sleep(3 * SIGN)  # at rest nothing is expected
+        process.stdin.write(MOVE)
+        reader, said = RecordReader(), []
+        while not any("gave no sign of life" in word for word in said):
+            said += [r.data.decode() for r in reader.feed(os.read(process.stdout.fileno(), 4096))]
+        assert said[:2] == ["ready", "moving"]
+        process.stdin.close()
+        process.stdin = None
+        assert process.wait(60) == 0
+
+
+@pytest.mark.parametrize(
+    ("deeds", "said"),
+    [
+        ({"connected": "False"}, "the robot's side closed the connection"),
+        ({"kick": "return False"}, "the robot ended its program: stopped at its pendant"),
+        ({"kick": "time.sleep(0.1); return False"}, "the robot's watchdog ended its program: this computer gave no sign"),
+        ({"move": "return False"}, "the robot refused to move"),
+    ],
+)
+def test_what_ends_a_motion_is_named(deeds, said):
+    with serving(**deeds) as process:
+        process.stdin.write(MOVE)
+        process.stdin.close()
+        process.stdin = None
+        assert any(word.startswith(said) for word in heard(process))

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.rig.listening.danger import near
 from place_rings.rig.recording.records import Kind
 from place_rings.rig.rings.health import LATE, SILENT, Event, Happened, Line, Port
 from place_rings.rig.rings.ports import Rings
-from place_rings.rig.rings.protocol import Frame, Status, encode
+from place_rings.rig.rings.protocol import Frame, encode
 from place_rings.rig.simulated.ports import SimulatedRing
 
 COUNT = 4
@@ -164,23 +163,3 @@ def test_a_spoiled_line_is_told(tmp_path, field):
     device.unplug()
     assert all(np.array_equal(f.distance, true) for _, f in watch.frames)
     assert [f.sequence for _, f in watch.frames] == sorted({f.sequence for _, f in watch.frames})
-
-
-@given(
-    st.lists(
-        st.lists(st.tuples(st.floats(0, 3), st.integers(0, 3)), min_size=1, max_size=5) | st.none(), min_size=1, max_size=4
-    ),
-    st.floats(0.01, 2),
-    st.sets(st.tuples(st.integers(0, 3), st.integers(0, 4)), max_size=6),
-)
-def test_a_near_reading_or_a_ring_that_is_not_heard_is_danger(rings, least, passed_over):
-    frames = [r and Frame(0.0, 0.0, 0, np.array([d for d, _ in r]), np.array([s for _, s in r])) for r in rings]
-    wrong = [i for i, r in enumerate(rings) if r is None] + [
-        i
-        for i, r in enumerate(rings)
-        for j, (d, s) in enumerate(r or [])
-        if d < least and s in (Status.VALID, Status.WEAK) and (i, j) not in passed_over
-    ]
-    said = near(frames, least, passed_over)
-    assert (said is None) == (not wrong)
-    assert said is None or said.startswith(f"ring {min(wrong)}")

@@ -5,10 +5,14 @@ from dataclasses import replace
 import numpy as np
 from place_rings.coverage.rings import Ring, Setup
 from place_rings.objectives.scene import Motion
+from place_rings.placement.files.cell import obstacles_of
 from place_rings.placement.files.convert import scene_model, scene_of
+from place_rings.placement.files.models import ObstacleModel
 from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.plan import planned
-from place_rings.rig.poses.routes import SLACK, Clearance, Roadmap, alarms, straight
+from place_rings.rig.poses.clear import clear, gaps, least_gaps
+from place_rings.rig.poses.near_stops import NOBODY, by_ring, near_stops
+from place_rings.rig.poses.routes import SLACK, Clearance, Roadmap, straight
 from place_rings.rig.sensing.expected import ROBOT, expected
 from place_rings.rig.sensing.readings import at_stops
 from place_rings.rig.simulated_cell.injected import injected
@@ -46,7 +50,7 @@ def test_what_is_not_clear_is_said():
     assert clearance.fault(folded) is not None
     assert "joint 0" in clearance.fault(HOME + np.radians([1000, 0, 0, 0, 0, 0]))
     wide = Clearance(replace(SCENE, motion=Motion(near=1.0)), SETUP)
-    assert "a sensor nearer to the cell than 1030 mm" in wide.fault(HOME)
+    assert "a sensor nearer to the cell than 1050 mm" in wide.fault(HOME)
     some = np.random.default_rng(0).uniform(-2, 2, (40, 6))
     assert [clearance.fault(q, SLACK) is None for q in some] == clearance.of(some).tolist()
     assert all(clearance.fault(q) is None for q in some[clearance.of(some)])
@@ -55,11 +59,56 @@ def test_what_is_not_clear_is_said():
 def test_no_sensor_stops_the_robot_by_seeing_it():
     rng = np.random.default_rng(0)
     joints = rng.uniform(-2, 2, (6, 6))
-    limit = alarms(SCENE, SETUP, joints)
+    stops = near_stops(SCENE, SETUP, joints)
     seen = expected(SCENE, SETUP, joints)
-    assert np.all(np.where(seen.what == ROBOT, seen.distance, np.inf).min(axis=0) > limit)
+    own = np.where(seen.what == ROBOT, seen.distance, np.inf)
+    assert np.all(own > stops.least)
+    np.testing.assert_array_equal(stops.body == NOBODY, stops.least == SCENE.motion.near)
     alone = Setup((Ring("tool", 0.0, 4, 0.0, 0.0, 0.5),))
-    np.testing.assert_allclose(alarms(SCENE, alone, HOME[None]), SCENE.motion.near)
+    np.testing.assert_allclose(near_stops(SCENE, alone, HOME[None]).least, SCENE.motion.near)
+
+
+def test_rings_that_are_as_proposed_keep_more_of_the_near_stop():
+    joints = np.random.default_rng(1).uniform(-2, 2, (12, 6))
+    known = replace(SCENE, motion=Motion(rings_as_proposed=True))
+    least, more = (near_stops(scene, SETUP, joints) for scene in (SCENE, known))
+    assert np.all(more.least >= least.least)
+    assert more.share > least.share
+    seen = expected(known, SETUP, joints)
+    assert np.all(np.where(seen.what == ROBOT, seen.distance, np.inf) > more.least)
+
+
+def test_near_stops_hold_about_a_pose_and_are_counted_ring_by_ring():
+    joints = np.random.default_rng(2).uniform(-2, 2, (9, 6))
+    stops = near_stops(SCENE, SETUP, joints)
+    for i, q in enumerate(joints):
+        np.testing.assert_array_equal(stops.near(q, 0.0), stops.least[i])
+        np.testing.assert_array_equal(stops.near(q, 100.0), stops.least.min(axis=0))
+    names = [b.name for b in SCENE.robot.bodies]
+    rings = by_ring(stops, SETUP, names)
+    assert [r.sensors for r in rings] == [r.count for r in SETUP.rings]
+    assert all(r.always_full + r.sometimes_less + r.sometimes_none == r.sensors for r in rings)
+    assert all(sum(n for _, n in r.why) == r.sensors - r.always_full for r in rings)
+    assert all(name in names for r in rings for name, _ in r.why)
+    total = sum(r.share * r.sensors for r in rings) / SETUP.sensors
+    np.testing.assert_allclose(total, stops.share)
+    assert sum(r.sometimes_none for r in rings) == np.count_nonzero(stops.least.min(axis=0) == 0)
+
+
+def test_a_body_near_an_obstacle_at_the_scenes_own_pose_may_come_no_nearer():
+    """A wrist 5 cm above a bench at the scene's own pose: that near it may be, but not sink into it."""
+    motion = SCENE.motion
+    height = gaps(replace(SCENE, obstacles=obstacles_of([ObstacleModel(floor=-5.0)])), HOME[None])[1].min(axis=0)[2:].min()
+    bench = replace(SCENE, obstacles=obstacles_of([ObstacleModel(floor=float(height) - 5.0 - 0.05)]))
+    near = gaps(bench, HOME[None])[1][0]
+    assert (near < motion.cell).any()
+    least = least_gaps(bench, motion.own, motion.cell)[1]
+    np.testing.assert_allclose(least, np.minimum(near, motion.cell), atol=2e-6)
+    assert clear(bench, HOME[None], motion.cell, motion.own)[0]
+    lower = HOME + np.radians([0, 12, 0, 0, 0, 0])
+    assert (gaps(bench, lower[None])[1][0] < least).any()
+    assert not clear(bench, lower[None], motion.cell, motion.own)[0]
+    assert "allowed: " in Clearance(bench, SETUP).fault(lower)
 
 
 def test_what_was_injected_is_found_by_the_same_seed():
@@ -75,6 +124,6 @@ def test_what_was_injected_is_found_by_the_same_seed():
 
 
 def test_limits_of_motion_stand_in_a_scene():
-    scene = replace(SCENE, motion=Motion(0.5, 1.0, 0.2, 0.05, 0.3))
+    scene = replace(SCENE, motion=Motion(0.5, 1.0, 0.2, 0.05, 0.3, 0.7, 0.4, 12, True, True))
     back = scene_of(scene_model(scene)).motion
     np.testing.assert_allclose(list(vars(back).values()), list(vars(scene.motion).values()))

@@ -152,10 +152,14 @@ def _rate(pose: PoseModel) -> Any:
     return None if pose.rate_deg_s is None else np.radians(pose.rate_deg_s)
 
 
+_MOTION = ("near_share", "failed_share", "frozen_frames", "cell_complete", "rings_as_proposed")
+
+
 def motion_of(model: MotionModel) -> Motion:
     """How a real robot may be moved."""
     speed, acceleration = math.radians(model.speed_deg_s), math.radians(model.acceleration_deg_s2)
-    return Motion(speed, acceleration, model.near_m, model.self_m, model.cell_m)
+    same = {key: getattr(model, key) for key in _MOTION}
+    return Motion(speed, acceleration, model.near_m, model.self_m, model.cell_m, **same)
 
 
 def motion_model(motion: Motion) -> MotionModel:
@@ -166,6 +170,7 @@ def motion_model(motion: Motion) -> MotionModel:
         near_m=motion.near,
         self_m=motion.own,
         cell_m=motion.cell,
+        **{key: getattr(motion, key) for key in _MOTION},
     )
 
 

@@ -16,7 +16,7 @@ from ..recording.records import Kind
 from ..rings.health import Event, Line, Port
 from ..rings.protocol import Counts, Frame
 from ..robot.state import State
-from ..robot.vetting import STALE, LinkFaultError, Vetting, between
+from ..robot.vetting import GAP, STALE, LinkFaultError, Vetting, between
 
 _LONGEST = 0.05  # s between what a ring's clock says and its arrival: beyond, the arrival is taken
 
@@ -24,7 +24,9 @@ _LONGEST = 0.05  # s between what a ring's clock says and its arrival: beyond, t
 @dataclass
 class Gathered:
     """states: of the robot, all good. frames: (ring, frame) of each ring in its order. events: of rings' lines. fault: of
-    the link, with what it was. said: what was kept beside, as a check wrote it. counts: of each ring's line, at the end."""
+    the link, with what it was. said: what was kept beside, as a check wrote it. counts: of each ring's line, at the end.
+    patience: factor of how far states may be apart between which joints are interpolated, and of delays that are believed;
+    1 for a real rig."""
 
     states: list[State] = field(default_factory=list)
     frames: list[tuple[int, Frame]] = field(default_factory=list)
@@ -32,6 +34,7 @@ class Gathered:
     fault: LinkFaultError | None = None
     said: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
     counts: list[Counts] = field(default_factory=list)
+    patience: float = 1.0
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def take(self, found: Frame | Event | State, ring: int = 0) -> None:
@@ -65,8 +68,8 @@ class Gathered:
         """
         some = [(ring, frame) for ring, frame in self.frames if since <= frame.time < until]
         some.sort(key=lambda pair: (pair[1].time, pair[0]))  # threads took turns by chance
-        times = _times(some, self.clocks(rings))
-        joints = between(self.states, times)
+        times = _times(some, self.clocks(rings), _LONGEST * self.patience)
+        joints = between(self.states, times, GAP * self.patience)
         sure = np.isfinite(joints).all(axis=1)
         kept = [pair for pair, good in zip(some, sure, strict=True) if good]
         count = np.array([len(frame.distance) for _, frame in kept], int)
@@ -76,8 +79,9 @@ class Gathered:
         return np.repeat(times[sure], count), np.repeat(joints[sure], count, axis=0), ring, sensor, distance, status
 
 
-def _times(some: Sequence[tuple[int, Frame]], clocks: Sequence[Alignment | None]) -> Float[np.ndarray, " n"]:
-    """When the frames of rings were measured, s of the host's monotonic clock."""
+def _times(some: Sequence[tuple[int, Frame]], clocks: Sequence[Alignment | None], longest: float) -> Float[np.ndarray, " n"]:
+    """When the frames of rings were measured, s of the host's monotonic clock; their arrivals where these are ``longest`` s
+    and more beyond what the rings' clocks say."""
     ring = np.array([number for number, _ in some], int)
     arrival, clock = np.array([(f.time, f.clock) for _, f in some], float).reshape(-1, 2).T
     times = arrival.copy()
@@ -85,7 +89,7 @@ def _times(some: Sequence[tuple[int, Frame]], clocks: Sequence[Alignment | None]
         if alignment:
             here = (ring == number) & np.isfinite(clock)
             host = alignment.host(clock[here])
-            sure = np.abs(host - arrival[here]) <= _LONGEST + 4 * alignment.jitter  # else the ring had restarted
+            sure = np.abs(host - arrival[here]) <= longest + 4 * alignment.jitter  # else the ring had restarted
             times[here] = np.where(sure, host, arrival[here])
     return times
 
@@ -95,7 +99,7 @@ def replay(recorded: Recorded, ports: Sequence[Port], stale: float = STALE) -> G
 
     Events are those that were found then, as what nobody sent leaves no bytes. A record that cannot be read is passed over.
     """
-    found, vetting, lines = Gathered(), Vetting(stale), dict[int, Line]()
+    found, vetting, lines = Gathered(patience=stale / STALE), Vetting(stale), dict[int, Line]()
     for record in recorded.records():
         match record.kind:
             case Kind.STATE | Kind.NOTE | Kind.CLOSED if found.fault is None:

@@ -13,7 +13,7 @@ from ..rings.health import Event, Port
 from ..rings.ports import Rings
 from ..rings.protocol import Frame
 from ..robot.link import RATE, START, Link
-from ..robot.vetting import STALE, LinkFaultError
+from ..robot.vetting import LinkFaultError
 from .gathering import Gathered
 
 
@@ -25,7 +25,8 @@ class Session:
         ports: of its rings, in the setup's order.
         recording: keeps everything; closed with the session.
         on_event: is given what happens to a ring's line, from that line's thread.
-        rate, start, stale: of the link.
+        rate, start: of the link.
+        patience: factor of all limits of time; 1 for a real rig.
     """
 
     def __init__(
@@ -36,14 +37,15 @@ class Session:
         on_event: Callable[[Event], None] = lambda event: None,
         rate: float = RATE,
         start: float = START,
-        stale: float = STALE,
+        patience: float = 1.0,
     ) -> None:
-        self.gathered, self._recording, self._on_event, self._count = Gathered(), recording, on_event, len(ports)
+        self.patience = patience
+        self.gathered, self._recording, self._on_event = Gathered(patience=patience), recording, on_event
         with ExitStack() as stack:
             if recording:
                 stack.enter_context(recording)
             self.link = stack.enter_context(
-                Link(host, rate, self.gathered.take, self._record, self._fault, start=start, stale=stale)
+                Link(host, rate, self.gathered.take, self._record, self._fault, start=start, patience=patience)
             )
             self.rings = stack.enter_context(Rings(ports, self._frame, self._event, self._record))
             self._stack = stack.pop_all()

@@ -15,6 +15,7 @@ CELL, OWN = 0.1, 0.04  # m, clearance of the robot's bodies: rings stand out of 
 _ALONG = 9  # points of a body's axis against the cell
 _TURN = np.pi  # rad either way of 0 that poses are drawn from, where limits leave more
 _TRIES = 100
+_ROUNDING = 1e-6  # m
 
 
 def gaps(scene: Scene, joints: Float[np.ndarray, "P J"]) -> tuple[Float[np.ndarray, "P A"], Float[np.ndarray, "P B"]]:
@@ -41,24 +42,32 @@ def from_cell(scene: Scene, bodies: Capsules) -> Float[np.ndarray, "P B"]:
 def clear(
     scene: Scene, joints: Float[np.ndarray, "P J"], cell: float = CELL, own: float = OWN, slack: float = 0.0
 ) -> Bool[np.ndarray, " P"]:
-    """Which poses keep the joints' limits, ``cell`` m from every obstacle and ``own`` m between bodies. Two that are nearer
-    than that at the scene's own poses belong together, as neighbours do, and are not asked; the others ``slack`` m more."""
+    """Which poses keep the joints' limits, and the distances of ``least_gaps``."""
     limits = scene.robot.limits
     good: Any = np.ones(len(joints), bool)
     if limits is not None:
         good = ((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=1)
     if not scene.robot.bodies:
         return good
-    for found, which, least in zip(gaps(scene, joints), asked(scene, own, cell), (own, cell), strict=True):
-        good = good & (found >= least + slack)[:, which].all(axis=1)
+    for found, least in zip(gaps(scene, joints), least_gaps(scene, own, cell, slack), strict=True):
+        good = good & (found >= least).all(axis=1)
     return good
 
 
-def asked(scene: Scene, own: float, cell: float) -> tuple[Bool[np.ndarray, " A"], Bool[np.ndarray, " B"]]:
-    """Which pairs of ``gaps`` are farther apart than ``own`` and ``cell`` m at all of the scene's own poses."""
-    known = gaps(scene, np.array([p.q for p in scene.poses]))
-    own_, cell_ = ((gap >= least).all(axis=0) for gap, least in zip(known, (own, cell), strict=True))
-    return np.asarray(own_), np.asarray(cell_)
+def least_gaps(
+    scene: Scene, own: float, cell: float, slack: float = 0.0
+) -> tuple[Float[np.ndarray, " A"], Float[np.ndarray, " B"]]:
+    """What the pairs of ``gaps`` must keep, m: ``own`` and ``cell``, and ``slack`` more.
+
+    Two bodies that are nearer than ``own`` at one of the scene's own poses belong together, as neighbours do, and need
+    keep nothing. A body that is nearer than ``cell`` to an obstacle at one of them, as a base is to its floor, may come
+    as near as it is there, and no nearer.
+    """
+    bodies, obstacles = (known.min(axis=0) for known in gaps(scene, np.array([p.q for p in scene.poses])))
+    return (
+        np.where(bodies >= own, own + slack, -np.inf),
+        np.where(obstacles >= cell, cell + slack, obstacles - _ROUNDING),
+    )
 
 
 Good = Callable[[Float[np.ndarray, "P J"]], Bool[np.ndarray, " P"]]

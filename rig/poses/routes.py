@@ -6,27 +6,22 @@ ways between them, all joints at once, on which every pose is clear too.
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.sparse.csgraph import shortest_path
 
-from ...coverage.capsules import robot_capsules
-from ...coverage.chain import forward
 from ...coverage.rings import Setup
-from ...coverage.sensors import Sensor
 from ...objectives.scene import Scene
-from ..sensing.expected import beams_at, to_capsules
-from .clear import Good, asked, clear, gaps
+from ..sensing.expected import beams_at
+from .clear import Good, clear, gaps, least_gaps
+from .near_stops import MARGIN
 
 STEP = np.radians(2.0)  # of a way, that is looked at
 SLACK = 0.01  # m, that is planned with beyond what must be
-_MARGIN = 0.03  # m, by which a sensor that is mounted a little wrong, and scatters, may tell too little
 _NEIGHBOURS = 10  # of a node, to which straight ways are looked at
 _AT_ONCE = 2000  # poses
-_ASTRAY = np.radians(8.0)  # by which a sensor may look elsewhere than proposed
-_WIDEST = np.radians(170.0)
 
 
 @dataclass(frozen=True)
@@ -45,7 +40,7 @@ class Clearance:
     def _some(self, joints: Float[np.ndarray, "P J"], slack: float) -> Bool[np.ndarray, " P"]:
         good = np.array(clear(self.scene, joints, self.scene.motion.cell, self.scene.motion.own, slack))
         if good.any() and self.scene.obstacles:
-            good[good] = self._sensors(joints[good]) >= self.scene.motion.near + _MARGIN + slack
+            good[good] = self._sensors(joints[good]) >= self.scene.motion.near + MARGIN + slack
         return good
 
     def _sensors(self, joints: Float[np.ndarray, "P J"]) -> Float[np.ndarray, " P"]:
@@ -59,18 +54,19 @@ class Clearance:
         if self._some(q[None], slack)[0]:
             return None
         names, obstacles, motion = [b.name for b in self.scene.robot.bodies], self.scene.obstacles, self.scene.motion
-        own, cell = gaps(self.scene, q[None])
-        pairs = list(itertools.combinations(names, 2))
-        stands = [(o.name, name) for name in names for o in obstacles]
         if self.scene.robot.beyond(q) is not None:
             return f"joint {self.scene.robot.beyond(q)} beyond its limits"
-        which = asked(self.scene, motion.own, motion.cell)
-        for gap, told, words, least in ((cell[0], which[1], stands, motion.cell), (own[0], which[0], pairs, motion.own)):
-            found = np.where(told, gap, np.inf)
-            if len(found) and found.min() < least + slack:
-                there, here = words[int(found.argmin())]
-                return f"{here} {1000 * max(found.min(), 0.0):.0f} mm from {there}, allowed: {1000 * (least + slack):.0f} mm"
-        return f"a sensor nearer to the cell than {1000 * (motion.near + _MARGIN + slack):.0f} mm"
+        own, cell = gaps(self.scene, q[None])
+        own_least, cell_least = least_gaps(self.scene, motion.own, motion.cell, slack)
+        pairs = list(itertools.combinations(names, 2))
+        stands = [(o.name, name) for name in names for o in obstacles]
+        for gap, words, least in ((cell[0], stands, cell_least), (own[0], pairs, own_least)):
+            short = np.where(np.isfinite(least), least - gap, -np.inf)
+            if len(short) and short.max() > 0:
+                worst = int(short.argmax())
+                there, here = words[worst]
+                return f"{here} {1000 * max(gap[worst], 0.0):.0f} mm from {there}, allowed: {1000 * least[worst]:.0f} mm"
+        return f"a sensor nearer to the cell than {1000 * (motion.near + MARGIN + slack):.0f} mm"
 
 
 def straight(a: Float[np.ndarray, " J"], b: Float[np.ndarray, " J"], step: float = STEP) -> Float[np.ndarray, "P J"]:
@@ -111,30 +107,3 @@ class Roadmap:
             found.append(min(left, key=lambda n: self._far[found[-1] if found else start, n]))
             left.remove(found[-1])
         return found
-
-
-def alarms(scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> Float[np.ndarray, " K"]:
-    """Nearer than what (K,) m a reading of each wire stops the robot on its way along P poses: than what the scene says, or,
-    of a sensor that may return the robot itself, than that; 0 where it may stand within the robot. That sensors may look a
-    little elsewhere than proposed, and that a ring may be wired or mounted the other way round, is counted in."""
-    if not scene.robot.bodies:
-        return np.full(setup.sensors, scene.motion.near)
-    wide = tuple(replace(r, sensor=_wider(r.sensor)) for r in setup.rings)
-    turned = tuple(replace(r, tilt=-r.tilt) for r in wide)
-    bodies = robot_capsules(scene.robot, forward(scene.robot.chain, joints))
-    found, most = np.full(setup.sensors, np.inf), scene.motion.near + _MARGIN
-    for rings in (wide, turned):
-        beams = beams_at(scene, Setup(rings), joints)
-        of = np.repeat(np.arange(len(joints)), setup.sensors)
-        distance = to_capsules(beams, of, bodies, np.full(len(beams), most))
-        found = np.minimum(found, distance.reshape(len(joints), -1).min(axis=0))
-    first = np.cumsum([0, *(r.count for r in setup.rings)])
-    for i, ring in enumerate(setup.rings):  # whichever way it is wired
-        k = first[i] + np.arange(ring.count)
-        found[k] = np.minimum(found[k], found[first[i] + -np.arange(ring.count) % ring.count])
-    return np.clip(found - _MARGIN, 0.0, scene.motion.near)
-
-
-def _wider(sensor: Sensor) -> Sensor:
-    up = None if sensor.fov_up is None else min(sensor.fov_up + 2 * _ASTRAY, _WIDEST)
-    return replace(sensor, fov=min(sensor.fov + 2 * _ASTRAY, _WIDEST), fov_up=up)

@@ -26,6 +26,8 @@ class Kind(IntEnum):
     OPENED = 10  # a ring's port
     HAPPENED = 11  # JSON: ``health.Event``
     END = 12  # of a recording
+    ALIVE = 13  # a sign of life
+    REST = 14  # the motion is over
 
 
 class DamagedError(Exception):

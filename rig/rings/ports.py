@@ -67,6 +67,7 @@ class RingReader:
                         data = port.read(1)
                         self._take(data + port.read(port.in_waiting) if data else b"", time.monotonic())
             except (OSError, ValueError) as error:  # serial.SerialException is an OSError
+                self._last = None
                 for event in self._line.gone(time.monotonic(), str(error)):
                     self._on_event(event)
                 self._ended.wait(_RETRY)
@@ -83,7 +84,7 @@ class RingReader:
 
 
 class Rings:
-    """All rings of a rig.
+    """All rings of a rig. sizes: sensors of each.
 
     Args:
         ports: of the rings, in the setup's order.
@@ -99,6 +100,7 @@ class Rings:
         on_event: Callable[[Event], None] = lambda event: None,
         record: Callable[[Record], None] = lambda record: None,
     ) -> None:
+        self.sizes = [port.count for port in ports]
         self._readers = [RingReader(i, port, on_frame, on_event, record) for i, port in enumerate(ports)]
 
     @property

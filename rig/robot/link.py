@@ -26,8 +26,8 @@ _MEMORY = 30.0  # s, of states
 class Link:
     """Joint angles of the robot at ``host``, received in a process of its own that is ended with the link.
 
-    A fault is final: what comes after it is not looked at. It is found at most ``stale`` s after the last good state, plus
-    what the machine takes to wake a thread.
+    A fault is final: what comes after it is not looked at. It is found at most ``STALE`` s after the last good state, times
+    ``patience``, plus what the machine takes to wake a thread.
 
     Args:
         host: name or address.
@@ -36,8 +36,9 @@ class Link:
         record: is given each record that came, good or not.
         on_fault: is called once, from the link's thread.
         start: s, by which the first state must have come.
-        stale: s, after which a state is no state: at most a tenth for a real robot. A simulated one on a busy machine needs
-            more. command: that starts the process, for tests.
+        through_stops: whether states are good though the robot's safety stopped it: to see whether it stands still.
+        patience: factor of all limits of time; 1 for a real robot. A simulated one shares its machine, and needs more.
+        command: that starts the process, for tests.
     """
 
     def __init__(
@@ -48,16 +49,22 @@ class Link:
         record: Callable[[Record], None] = lambda record: None,
         on_fault: Callable[[LinkFaultError], None] = lambda fault: None,
         start: float = START,
-        stale: float = STALE,
+        patience: float = 1.0,
+        through_stops: bool = False,
         command: tuple[str, ...] = (sys.executable, "-m", f"{__package__}.link_process"),
     ) -> None:
         self._on_state, self._record, self._on_fault = on_state, record, on_fault
         self._states: deque[State] = deque(maxlen=int(_MEMORY * rate))
         self._fault: LinkFaultError | None = None
-        self._changed, self._closing, self._vetting = threading.Condition(), False, Vetting(stale)
-        self._until, self._stale = time.monotonic() + start, stale
+        self._changed, self._closing = threading.Condition(), False
+        self._vetting = Vetting(STALE * patience, through_stops)
+        self._until, self._stale = time.monotonic() + start * patience, STALE * patience
         self._process = subprocess.Popen(
-            [*command, host, str(rate)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=0
+            [*command, host, str(rate), str(patience)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            bufsize=0,
         )
         self._thread = threading.Thread(target=self._watch, name="robot link", daemon=True)
         self._thread.start()

@@ -1,6 +1,6 @@
 """The process in which ur-rtde receives the robot's state: what befalls the client befalls this process alone.
 
-Run: python -m place_rings.rig.robot.link_process HOST RATE     records on stdout, until stdin ends
+Run: python -m place_rings.rig.robot.link_process HOST RATE [PATIENCE]     records on stdout, until stdin ends
 """
 
 import os
@@ -20,16 +20,17 @@ _HOPELESS = 10  # s: a constructor that hangs cannot be reached from Python, so 
 
 def main() -> None:
     """Forward each new state, once."""
-    host, rate = sys.argv[1], float(sys.argv[2])
+    host, rate, patience = sys.argv[1], float(sys.argv[2]), float(sys.argv[3]) if len(sys.argv) > 3 else 1.0
     out = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # the client prints
-    signal.alarm(_HOPELESS)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the check's affair
+    signal.setitimer(signal.ITIMER_REAL, _HOPELESS * patience)
+    for ignored in (signal.SIGINT, signal.SIGHUP):  # the check's affair
+        signal.signal(ignored, signal.SIG_IGN)
     try:
         from rtde_receive import RTDEReceiveInterface
 
         client = RTDEReceiveInterface(host, rate, list(VARIABLES))
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_REAL, 0)
         last = float("nan")
         while client.isConnected():
             if select.select([sys.stdin], [], [], _POLL)[0]:

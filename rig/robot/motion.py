@@ -7,12 +7,14 @@ robot's own safety functions and by nothing here.
 import math
 import os
 import select
+import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
@@ -22,6 +24,7 @@ from jaxtyping import Float
 
 from ..recording.records import DamagedError, Kind, Record, RecordReader
 from .link import Link
+from .motion_process import SIGN
 from .state import JOINTS, pack_move
 from .vetting import LinkFaultError
 
@@ -32,8 +35,11 @@ _STILL = 1.0  # s, for the robot to stand still after it was told to
 _LOOK = 0.01  # s
 _STEP = math.radians(2)  # of the way that is checked
 _THERE, _STANDS = 2e-3, 2e-3  # rad of every joint; rad/s
+_AGAIN = 3.0  # s, for a robot that was lost to answer again
 _PATIENCE = 2.0  # s, beyond what a motion takes by itself
 _DASHBOARD = 29999
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+UNSEEN = "the robot was not seen to stand still: press its emergency stop"
 
 
 @dataclass(frozen=True)
@@ -68,7 +74,7 @@ class Mover:
         limits: of all motions.
         fault_at: what is wrong with joint angles (6,) rad on the way, such as links that come near each other; None:
             nothing. danger: what asks for a stop right now, such as a near reading; None: nothing. Asked a hundred times a
-            second. command: that starts the process, for tests.
+            second. patience: factor of all limits of time; 1 for a real robot. command: that starts the process, for tests.
 
     Raises:
         MoveRefusedError: if the robot cannot be controlled.
@@ -81,15 +87,20 @@ class Mover:
         limits: Limits,
         fault_at: Callable[[Float[np.ndarray, " 6"]], str | None] = lambda q: None,
         danger: Callable[[], str | None] = lambda: None,
+        patience: float = 1.0,
         command: tuple[str, ...] = (sys.executable, "-m", f"{__package__}.motion_process"),
     ) -> None:
         self._host, self._link, self._limits, self._fault_at, self._danger = host, link, limits, fault_at, danger
-        self._reader = RecordReader()
+        self._reader, self._patience, self._heard = RecordReader(), patience, time.monotonic()
         self._process = subprocess.Popen(
-            [*command, host], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=0
+            [*command, host, str(patience)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            bufsize=0,
         )
         try:
-            self._expect("ready", _READY)
+            self._expect("ready", _READY * patience)
         except BaseException as error:
             self._process.kill()
             self._shut()
@@ -131,21 +142,47 @@ class Mover:
             raise MoveRefusedError(wrong)
         q, speed, acceleration = np.asarray(q, float), self._limits.speed, self._limits.acceleration
         way = float(np.abs(q - self._link.latest().q).max())
-        until = time.monotonic() + 1.5 * (way / speed + speed / acceleration) + _PATIENCE
+        most = 1.5 * (way / speed + speed / acceleration) + _PATIENCE * self._patience
         try:
             self._tell(Kind.MOVE, pack_move(q, speed, acceleration))
-            self._expect("moving", _TOLD)
-            while not self._there(q):
-                if wrong := self._danger():
-                    raise MoveStoppedError(wrong)
-                if time.monotonic() > until:
-                    raise MoveStoppedError("it did not arrive in time")
-                self._hear(_LOOK)
+            self._expect("moving", _TOLD * self._patience)
+            self._watch(q, time.monotonic() + most)
+            self._tell(Kind.REST)
         except BaseException as error:
-            self.stop()
+            with _undisturbed():
+                still = self.stop()
+            why = self._why(error)
+            if not still:
+                raise MoveStoppedError(f"{why}; {UNSEEN}") from None
             if isinstance(error, LinkFaultError | _NoAnswerError):
-                raise MoveStoppedError(str(error)) from None
+                raise MoveStoppedError(why) from None
             raise
+
+    def _why(self, error: BaseException) -> str:
+        """Why the robot was stopped: what the link says goes before what its client complains of."""
+        fault = self._link.fault
+        if isinstance(error, _NoAnswerError) and fault is not None:
+            return f"{fault} ({error})"
+        return str(error) or "interrupted"
+
+    def _watch(self, q: Float[np.ndarray, " 6"], until: float) -> None:
+        """Wait until the robot stands at ``q`` (6,) rad; MoveStoppedError where it has to be stopped."""
+        self._heard = turn = time.monotonic()
+        most = SIGN * self._patience
+        while True:
+            before, turn = turn, time.monotonic()
+            if turn - before > most:
+                raise MoveStoppedError(f"this program was held up for {turn - before:.2f} s, allowed: {most:g} s")
+            if self._there(q):
+                return
+            if wrong := self._danger():
+                raise MoveStoppedError(wrong)
+            if turn > until:
+                raise MoveStoppedError("it did not arrive in time")
+            self._tell(Kind.ALIVE)
+            self._hear(_LOOK)
+            if (silent := time.monotonic() - self._heard) > most:
+                raise MoveStoppedError(f"the process that moves it gave no sign of life for {silent:.2f} s")
 
     def stop(self) -> bool:
         """Stop the robot: whether it is seen to stand still.
@@ -155,21 +192,22 @@ class Mover:
         """
         with suppress(_NoAnswerError):
             self._tell(Kind.STOP)
-            self._expect("stopping", _TOLD)
-            if self._stands(_STILL):
+            self._expect("stopping", _TOLD * self._patience)
+            if self._stands(self._link):
                 return True
         self._process.kill()
         with suppress(OSError), socket.create_connection((self._host, _DASHBOARD), timeout=_TOLD) as dashboard:
+            dashboard.settimeout(_TOLD)
             dashboard.sendall(b"stop\n")
             dashboard.recv(1 << 10)
-        return self._stands(_STILL)
+        return self._stands(self._link) if self._link.fault is None else self._stands_by_another_link()
 
     def close(self) -> None:
         """Stop, and end the process."""
         if self._process.poll() is None and self._process.stdin:
             self._process.stdin.close()  # upon which it stops and ends
             with suppress(subprocess.TimeoutExpired):
-                self._process.wait(_STILL)
+                self._process.wait(_STILL * self._patience)
         self._process.kill()
         self._shut()
 
@@ -189,15 +227,21 @@ class Mover:
         state = self._link.latest()
         return bool(np.abs(state.q - q).max() < _THERE and np.abs(state.speed).max() < _STANDS)
 
-    def _stands(self, seconds: float) -> bool:
-        until = time.monotonic() + seconds
-        while time.monotonic() < until:
-            try:
-                if np.abs(self._link.latest().speed).max() < _STANDS:
+    def _stands(self, link: Link) -> bool:
+        """Whether the robot is seen to stand still in time."""
+        until = time.monotonic() + _STILL * self._patience
+        with suppress(LinkFaultError):
+            while time.monotonic() < until:
+                if np.abs(link.latest().speed).max() < _STANDS:
                     return True
-            except LinkFaultError:
-                return False
-            time.sleep(_LOOK)
+                time.sleep(_LOOK)
+        return False
+
+    def _stands_by_another_link(self) -> bool:
+        """The same where the link ended: the robot may still answer a new one."""
+        with suppress(LinkFaultError), Link(self._host, start=_AGAIN, patience=self._patience, through_stops=True) as link:
+            link.wait(_AGAIN * self._patience)
+            return self._stands(link)
         return False
 
     def _tell(self, kind: Kind, data: bytes = b"") -> None:
@@ -205,7 +249,10 @@ class Mover:
         try:
             self._process.stdin.write(Record(kind, 0, time.monotonic(), data).pack())
         except (OSError, ValueError):
-            raise _NoAnswerError("the client's process ended") from None
+            status = None
+            with suppress(subprocess.TimeoutExpired):
+                status = self._process.wait(_TOLD)
+            raise _NoAnswerError("the client's process ended" if status is None else _ended_by(status)) from None
 
     def _expect(self, word: str, seconds: float) -> None:
         """Wait until it says ``word``."""
@@ -222,7 +269,8 @@ class Mover:
         if not select.select([pipe], [], [], seconds)[0]:
             return []
         if not (data := os.read(pipe.fileno(), 1 << 12)):
-            raise _NoAnswerError(f"the client's process ended by {self._process.wait()}")
+            raise _NoAnswerError(_ended_by(self._process.wait()))
+        self._heard = time.monotonic()
         try:
             records = self._reader.feed(data)
         except DamagedError as error:
@@ -232,6 +280,27 @@ class Mover:
             if record.kind == Kind.NOTE:
                 raise _NoAnswerError(text)
         return words
+
+
+def _ended_by(status: int) -> str:
+    """How the client's process ended, by its exit status."""
+    if status == -signal.SIGALRM:
+        return "the client hung, and its process was ended"
+    return f"the client's process ended by {signal.Signals(-status).name if status < 0 else status}"
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Let no second Ctrl-C, nor another signal that ends a check, interrupt the stopping of the robot."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in _SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 class _NoAnswerError(Exception):

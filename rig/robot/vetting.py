@@ -12,7 +12,7 @@ from ..recording.records import Kind, Record
 from .state import JOINTS, NORMAL, REDUCED, State, implausible, impossible
 
 STALE = 0.08  # s: older than that is no state at all
-_GAP = 0.05  # s: between states farther apart nothing is interpolated
+GAP = 0.05  # s: between states farther apart nothing is interpolated
 
 
 class Ended(Enum):
@@ -39,10 +39,10 @@ class LinkFaultError(Exception):
 
 class Vetting:
     """Takes records in the order they came. last: the newest state that was good. count: of good states. ``stale``: s, by
-    which none may be late."""
+    which none may be late. ``through_stops``: whether a state is good though the robot's safety stopped it."""
 
-    def __init__(self, stale: float = STALE) -> None:
-        self._stale = stale
+    def __init__(self, stale: float = STALE, through_stops: bool = False) -> None:
+        self._stale, self._through_stops = stale, through_stops
         self.last: State | None = None
         self.count, self._lag = 0, Lag()
 
@@ -63,7 +63,7 @@ class Vetting:
             raise LinkFaultError(Ended.GARBLED, str(error)) from None
         if wrong := implausible(state) or (self.last and impossible(self.last, state)):
             raise LinkFaultError(Ended.GARBLED, wrong)
-        if state.safety & ~(NORMAL | REDUCED):
+        if state.safety & ~(NORMAL | REDUCED) and not self._through_stops:
             raise LinkFaultError(Ended.STOPPED, f"safety status {state.safety:#x}")
         delay = self._lag.delay(state.time, state.clock)
         if delay > self._stale:
@@ -74,7 +74,7 @@ class Vetting:
         return state
 
 
-def between(states: Sequence[State], times: Float[np.ndarray, " n"], gap: float = _GAP) -> Float[np.ndarray, "n 6"]:
+def between(states: Sequence[State], times: Float[np.ndarray, " n"], gap: float = GAP) -> Float[np.ndarray, "n 6"]:
     """Joint angles (n, 6) rad at ``times`` (n,) s, linear between the states around each; nan where these are more than
     ``gap`` s apart, or there are none on both sides."""
     found = np.full((len(times), JOINTS), np.nan)

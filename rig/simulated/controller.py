@@ -17,7 +17,8 @@ RTDE_PORT, DASHBOARD_PORT, SCRIPT_PORT = 30004, 29999, 30003
 PERIOD = 0.008  # s, of the arm and of the fastest stream
 _MOVE, _STOP, _WATCHDOG, _STOP_SCRIPT = 1, 34, 35, 255
 _READY, _DONE = 1, 2
-_NORMAL, _PROTECTIVE_STOP = 1, 1 | 1 << 2  # safety status bits
+_NORMAL = 1  # safety status bits, as of the others
+SAFETY_STOPS = {"protective": 1 | 1 << 2, "safeguard": 1 | 1 << 4, "emergency": 1 << 6 | 1 << 7 | 1 << 10}
 _RUNNING = 0b1011  # robot status bits: power on, program running, power button
 _SAFE_DECELERATION = 8.0  # rad/s², of a stop that no program asked for
 _ANSWERS = {
@@ -46,12 +47,12 @@ class Controller:
 
     clock_rate and clock_start: of the robot's own clock, which begins there and goes so much faster than the host's. Each of
     ``spoil`` changes the bytes of a package of data before they are sent; ``mute`` keeps it from answering, ``frozen`` from
-    sending.
+    sending, ``deaf`` from hearing anything; ``stubborn`` lets it move on, whatever should stop it.
     """
 
     def __init__(self, arm: Arm, address: str, clock_start: float = 1000.0, clock_rate: float = 1 + 30e-6) -> None:
         self.arm, self.address = arm, address
-        self.mute = self.frozen = False
+        self.mute = self.frozen = self.deaf = self.stubborn = False
         self.spoil: Callable[[bytes], bytes] | None = None
         self.safety = _NORMAL
         self._start, self._clock = time.monotonic(), (clock_start, clock_rate)
@@ -104,17 +105,25 @@ class Controller:
     async def heal(self) -> None:
         """Be as it was at first, whatever was done to it."""
         self.close()
-        self.mute = self.frozen = False
+        self.mute = self.frozen = self.deaf = self.stubborn = False
         self.spoil, self.safety = None, _NORMAL
+        self.stop()
         await self.open()
 
-    def stop(self, protective: bool = False) -> None:
-        """End the program; a protective stop is seen in the safety status."""
+    def stop(self, safety: str = "") -> None:
+        """End the program; a stop by ``safety``, of ``SAFETY_STOPS``, is seen in the safety status."""
         self._playing = self._waiting = False
         self._watchdog = 0.0
-        self.arm.stop(_SAFE_DECELERATION)
-        if protective:
-            self.safety = _PROTECTIVE_STOP
+        self._stop_arm(_SAFE_DECELERATION)
+        self.safety = SAFETY_STOPS.get(safety, self.safety)
+
+    def drop(self) -> None:
+        """Lose the cable: nothing is sent, nothing is heard, nothing is closed."""
+        self.frozen = self.deaf = self.mute = True
+
+    def _stop_arm(self, deceleration: float) -> None:
+        if not self.stubborn:
+            self.arm.stop(deceleration)
 
     def send_all(self, data: bytes) -> None:
         """Raw bytes to all who get the stream."""
@@ -154,6 +163,8 @@ class Controller:
             while True:
                 size, kind = rtde.HEAD.unpack(await reader.readexactly(rtde.HEAD.size))
                 data = await reader.readexactly(size - rtde.HEAD.size)
+                if self.deaf:
+                    continue
                 answer = self._answer(client, kind, data)
                 if answer is not None and not self.mute:
                     writer.write(rtde.package(kind, answer))
@@ -208,7 +219,7 @@ class Controller:
                 self.arm.move(np.array(doubles[:6]), doubles[6], doubles[7])
                 return not asynchronous
             case _ if command == _STOP:
-                self.arm.stop(doubles[0])
+                self._stop_arm(doubles[0])
                 return not asynchronous
             case _ if command == _WATCHDOG:
                 self._watchdog, self._fed = 1 / doubles[0], time.monotonic()
@@ -219,7 +230,7 @@ class Controller:
     async def _dashboard(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         writer.write(b"Connected: Universal Robots Dashboard Server\n")
         while line := (await reader.readline()).decode(errors="replace").strip():
-            if line == "stop":
+            if line == "stop" and not self.deaf:
                 self.stop()
             if not self.mute:
                 writer.write(

@@ -41,15 +41,23 @@ class SimulatedRing:
     """A ring's electronics at ``path``, a link to a pseudo-terminal, there while it is plugged in.
 
     silent: it sends nothing. corrupt: share of bytes that arrive changed. disorder: share of frames that are held back until
-    after the next one. garble: it speaks as another firmware.
+    after the next one. garble: it speaks as another firmware. failed: share of its sensors that report failure. frozen: it
+    sends the last distances again and again. near: m, that its first sensor reads.
     """
 
     def __init__(self, path: Path, encoding: str, rng: np.random.Generator) -> None:
         self.path, self._encode, self._rng = path, ENCODERS[encoding], rng
-        self.silent, self.garble, self.corrupt, self.disorder = False, False, 0.0, 0.0
+        self._last: tuple[np.ndarray, np.ndarray] | None = None
         self.sent, self.dropped, self._held = 0, 0, b""
         self._ends: tuple[int, ...] = ()
-        self.plug()
+        self.cure()
+
+    def cure(self) -> None:
+        """Be as it was at first, whatever was done to it."""
+        self.silent, self.garble, self.corrupt, self.disorder = False, False, 0.0, 0.0
+        self.failed, self.frozen, self.near = 0.0, False, float("nan")
+        if not self._ends:
+            self.plug()
 
     def plug(self) -> None:
         """Appear, as a device that starts."""
@@ -72,6 +80,7 @@ class SimulatedRing:
     def send(self, clock: float, distance: Float[np.ndarray, " n"], status: Int[np.ndarray, " n"]) -> None:
         """A frame, with what ails the ring; dropped where nobody reads."""
         sequence, self.sent = self.sent, self.sent + 1
+        distance, status = self._measured(distance, status)
         if self.silent or not self._ends:
             return
         data = self._rng.bytes(len(distance) * 3) if self.garble else self._encode(sequence, clock, distance, status)
@@ -88,3 +97,17 @@ class SimulatedRing:
             os.write(self._ends[0], data)
             return
         self.dropped += 1
+
+    def _measured(
+        self, distance: Float[np.ndarray, " n"], status: Int[np.ndarray, " n"]
+    ) -> tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]:
+        """What a frame holds: the same as before where the ring is frozen, failures where sensors fail."""
+        if self.frozen and self._last is not None:
+            distance, status = self._last
+        self._last = distance, status
+        number = np.arange(len(distance))
+        if not np.isnan(self.near):
+            first = number == 0
+            distance, status = np.where(first, self.near, distance), np.where(first, Status.VALID, status)
+        failed = number < round(self.failed * len(distance))
+        return np.where(failed, np.nan, distance), np.where(failed, Status.FAILED, status)

@@ -6,12 +6,12 @@ import secrets
 import select
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
+
+from .run_folder import RunFolder
 
 _START = 120.0  # s, of Python and its packages, and of what these compile, on a busy machine
 _ANSWER = 20.0  # s
@@ -40,8 +40,8 @@ class SimulatedRig:
     def __init__(self, words: tuple[Sequence[str], Sequence[str]] | None = None, address: str | None = None) -> None:
         before, after = words or (("-m", __package__), command())
         self.address = address or f"127.{secrets.randbelow(254) + 1}.{secrets.randbelow(256)}.{secrets.randbelow(254) + 1}"
-        self._folder = tempfile.TemporaryDirectory(prefix="place-rings-")
-        self.folder = Path(self._folder.name)
+        self._folder = RunFolder()
+        self.folder = self._folder.path
         self._errors = (self.folder / "errors").open("w+")
         self._process = subprocess.Popen(
             [sys.executable, *before, str(self.folder), self.address, *after],
@@ -83,7 +83,7 @@ class SimulatedRig:
         if self._process.stdout:
             self._process.stdout.close()
         self._errors.close()
-        self._folder.cleanup()
+        self._folder.close()
 
     def __enter__(self) -> Self:
         return self

@@ -102,19 +102,26 @@ class Simulation:
             "mute": lambda: setattr(controller, "mute", True),
             "spoil": lambda: setattr(controller, "spoil", SPOILERS[message["how"]](self._spoiling)),
             "zero": lambda: controller.send_all(b"\0\0U"),
-            "stop": lambda: controller.stop(protective=True),
+            "stop": lambda: controller.stop(message.get("how", "protective")),
+            "pendant": controller.stop,
+            "drop": controller.drop,
+            "ignore": lambda: setattr(controller, "stubborn", True),
             "world": lambda: self._tell(message),
             "counts": lambda: {"sent": [r.sent for r in self._rings], "dropped": [r.dropped for r in self._rings]},
             "state": lambda: {"q": self._arm.q.tolist(), "moving": self._arm.moving},
         }
         if ring is not None:
             deeds |= {
+                "cure": ring.cure,
                 "unplug": ring.unplug,
                 "plug": ring.plug,
                 "silent": lambda: setattr(ring, "silent", message.get("on", True)),
                 "corrupt": lambda: setattr(ring, "corrupt", message["share"]),
                 "disorder": lambda: setattr(ring, "disorder", message["share"]),
                 "garble": lambda: setattr(ring, "garble", message.get("on", True)),
+                "fail": lambda: setattr(ring, "failed", message["share"]),
+                "near": lambda: setattr(ring, "near", message.get("at", float("nan"))),
+                "freeze": lambda: setattr(ring, "frozen", message.get("on", True)),
             }
         return deeds[message["do"]]()
 

@@ -1,0 +1,84 @@
+"""What must hold before a check moves the robot, and what is said before a person is asked."""
+
+import math
+
+from rich.console import Console
+from rich.table import Table
+
+from ..coverage.rings import Setup
+from ..objectives.scene import Scene
+from ..placement.errors import UserError
+from ..rig.check_models import DISCLAIMER
+from ..rig.operators import Itinerary
+from ..rig.poses.near_stops import NearStops, by_ring
+from ..rig.procedure import Plans
+from .rig_options import ring_names
+
+EXEMPT = (
+    "The simulated rig knows its whole cell, and nobody can be hurt: it moves without --move, without a floor and"
+    " [motion] cell_complete in the scene, and with relaxed limits of time. A real robot does not."
+)
+
+
+def require_known_cell(scene: Scene) -> None:
+    """UserError that says what to add, where a scene does not say all that a moving robot could hit."""
+    lacks = []
+    if not any("floor" in o.keys for o in scene.obstacles):
+        lacks.append("[[obstacles]] floor = HEIGHT_OF_YOUR_FLOOR (m, in the base frame)")
+    if not scene.motion.cell_complete:
+        lacks.append("cell_complete = true under [motion], once everything the robot can reach is in [[obstacles]]")
+    if lacks:
+        raise UserError(f"--move: the cell is not known; add to the scene: {'; and '.join(lacks)}")
+
+
+def require_near_stop(stops: NearStops, scene: Scene, waived: bool) -> None:
+    """UserError where too few sensors keep the near stop, unless that is waived."""
+    least = scene.motion.near_share
+    if stops.share >= least or waived:
+        return
+    hint = (
+        "" if scene.motion.rings_as_proposed else "; rings_as_proposed = true, if every ring is the right way round, helps"
+    )
+    raise UserError(
+        f"--move: along the route {100 * stops.share:.0f} % of the sensors keep the whole near stop, allowed:"
+        f" {100 * least:.0f} % and more (near_share under [motion]){hint}; --allow-reduced-near-stop moves all the same"
+    )
+
+
+def show_near_stops(stops: NearStops, setup: Setup, scene: Scene, console: Console) -> None:
+    """Print what each ring keeps of the near stop along the route, and why not all of it."""
+    table = Table(
+        title=f"Near stop along the route: a reading below {1000 * stops.full:.0f} mm stops the robot",
+        title_justify="left",
+        caption="A sensor that may see the robot itself stops it at a shorter distance there, or not at all.",
+        caption_justify="left",
+    )
+    table.add_column("ring")
+    for name in ("sensors", "always full", "sometimes less", "sometimes none", "full, % of the route"):
+        table.add_column(name, justify="right")
+    table.add_column("lowered by the robot's own (sensors)")
+    for name, ring in zip(ring_names(setup), by_ring(stops, setup, [b.name for b in scene.robot.bodies]), strict=True):
+        counts = (ring.sensors, ring.always_full, ring.sometimes_less, ring.sometimes_none)
+        why = ", ".join(f"{body} ({count})" for body, count in ring.why)
+        table.add_row(name, *map(str, counts), f"{100 * ring.share:.0f}", why)
+    console.print(table)
+
+
+def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Console) -> None:
+    """Say what will move and what stops it, and ask; UserError unless the answer is yes."""
+    reached, motion = sum(map(len, itinerary.reached)), scene.motion
+    lines = [
+        f"The robot will move to {reached} of {sum(map(len, plans.parts))} poses, its leading joint at up to"
+        f" {math.degrees(motion.speed):g}°/s and {math.degrees(motion.acceleration):g}°/s². It stops on a near reading as in"
+        " the table above, on a ring that is silent, frozen or reports failures, on a fault of a link, and on Ctrl-C.",
+        DISCLAIMER,
+        "Keep out of its reach, and a hand on its emergency stop.",
+    ]
+    for line in lines:
+        console.print(line, highlight=False, soft_wrap=True, markup=False)
+    try:
+        answer = console.input("Type yes to let it move > ").strip()
+    except (EOFError, OSError):
+        answer = ""
+    if answer != "yes":
+        raise UserError("--move: not confirmed, nothing was moved; allowed: yes")

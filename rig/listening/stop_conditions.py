@@ -1,0 +1,103 @@
+"""Stop conditions: what asks for a stop while the robot moves, asked about a hundred times a second.
+
+A fault of the robot's link or of the recording; a silent ring; a ring whose sensors fail; a ring whose
+distances no longer change; a reading that is too near.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ..rings.protocol import Frame, Status
+from ..robot.vetting import LinkFaultError
+from .session import Session
+
+MOVING = 0.01  # rad/s of the fastest joint, beyond which the robot moves
+Near = Callable[[Float[np.ndarray, " J"]], Sequence[Float[np.ndarray, " n"]]]
+
+
+@dataclass(frozen=True)
+class StopRules:
+    """When a ring that answers is as good as none."""
+
+    failed_share: float = 0.25
+    """Share of a ring's sensors that may report failure."""
+    frozen_frames: int = 8
+    """Consecutive frames of a ring, while the robot moves, in which nothing may stay as it is."""
+
+    def too_many(self, failed: int, count: int) -> bool:
+        """Whether so many failed sensors of a ring of ``count`` stop the robot: all of them, or more than
+        one and more than the share that may."""
+        return failed == count or (failed > 1 and failed > self.failed_share * count)
+
+
+class RingWatch:
+    """Whether one ring still shows what is around the robot."""
+
+    def __init__(self, rules: StopRules) -> None:
+        self._rules, self._last, self._unchanged = rules, None, 0
+
+    _last: Frame | None
+
+    def fault(self, frame: Frame | None, near: Float[np.ndarray, " n"], moving: bool) -> str | None:
+        """What asks for a stop; None: nothing.
+
+        Args:
+            frame: the ring's newest; None where there is no fresh one.
+            near: m, the least that each sensor may read.
+            moving: whether the robot moves now.
+        """
+        if frame is None:
+            self._last, self._unchanged = None, 0
+            return "is silent"
+        failed, count = int((frame.status == Status.FAILED).sum()), len(frame.status)
+        if self._rules.too_many(failed, count):
+            return f"{failed} of {count} sensors report failure"
+        self._follow(frame, moving)
+        if self._unchanged >= self._rules.frozen_frames:
+            return f"its distances have not changed in {self._unchanged} frames while the robot moves"
+        measured = np.isin(frame.status, (Status.VALID, Status.WEAK))
+        for sensor in np.flatnonzero(measured & (frame.distance < near)):
+            read, least = 1000 * frame.distance[sensor], 1000 * near[sensor]
+            return f"sensor {sensor} reads {read:.0f} mm, nearer than {least:.0f} mm"
+        return None
+
+    def _follow(self, frame: Frame, moving: bool) -> None:
+        """Count the frames in which nothing changed. A ring that measures no distance, or none but 0 (a sensor that is
+        covered), has none to change."""
+        before, self._last = self._last, frame
+        if not moving or before is None:
+            self._unchanged = 0
+        elif frame is not before:
+            same = np.array_equal(frame.distance, before.distance, equal_nan=True)
+            same = same and np.array_equal(frame.status, before.status)
+            self._unchanged = self._unchanged + 1 if same and (frame.distance > 0).any() else 0
+
+
+class StopConditions:
+    """All stop conditions of a session, as ``Mover`` wants them.
+
+    Args:
+        session: robot and rings.
+        near: of joint angles (J,) rad: for each ring the least that its sensors (n,) may read, m.
+        rules: for rings that answer.
+    """
+
+    def __init__(self, session: Session, near: Near, rules: StopRules) -> None:
+        self._session, self._near = session, near
+        self._watches = [RingWatch(rules) for _ in session.rings.counts]
+
+    def __call__(self) -> str | None:
+        """What asks for a stop right now, as a line; None: nothing."""
+        if self._session.trouble:
+            return self._session.trouble
+        try:
+            state = self._session.link.latest()
+        except LinkFaultError as fault:
+            return str(fault)
+        moving = bool(np.abs(state.speed).max() > MOVING)
+        rings = zip(self._watches, self._session.rings.latest(), self._near(state.q), strict=True)
+        faults = [watch.fault(frame, near, moving) for watch, frame, near in rings]
+        return next((f"ring {i}: {fault}" for i, fault in enumerate(faults) if fault), None)

@@ -1,0 +1,143 @@
+"""Near stops: how near each sensor may read before the robot is stopped, pose by pose of a way.
+
+A sensor that may see the robot's own body would stop it without need. There, and only there, its near stop
+is lowered to below the distance of that body; where the body may touch the sensor there is no near stop.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...coverage.capsules import Capsules, robot_capsules
+from ...coverage.chain import forward
+from ...coverage.rings import Setup
+from ...coverage.sensors import Sensor
+from ...objectives.scene import Scene
+from ..sensing.expected import beams_at, to_capsules
+
+STEP = np.radians(4.0)  # between the poses of a way
+MARGIN = 0.05  # m, that a sensor may read too little: 20 mm of slip, 20 mm of offset, two standard deviations
+_ASTRAY = np.radians(8.0)  # by which a sensor may look elsewhere than proposed
+_WIDEST = np.radians(170.0)
+NOBODY = -1
+
+
+@dataclass(frozen=True)
+class NearStops:
+    """The near stops of K sensors, as wired, at P poses of ways."""
+
+    full: float
+    """m, that the scene asks for."""
+    joints: Float[np.ndarray, "P J"]
+    """rad."""
+    least: Float[np.ndarray, "P K"]
+    """m; a nearer reading stops the robot. 0: none does."""
+    body: Int[np.ndarray, "P K"]
+    """Number of the robot's body that lowers it; ``NOBODY`` where it is not lowered."""
+
+    @property
+    def share(self) -> float:
+        """Share of the sensors that keep the full distance, over all poses."""
+        return float((self.least >= self.full).mean()) if self.least.size else 1.0
+
+    def near(self, q: Float[np.ndarray, " J"], within: float) -> Float[np.ndarray, " K"]:
+        """The near stops (K,) m that hold about ``q`` (J,) rad: the lowest of the poses that lie ``within``
+        rad of it in every joint, or of the nearest one."""
+        off = np.abs(self.joints - q).max(axis=1)  # (P,)
+        return self.least[off <= max(within, float(off.min()))].min(axis=0)
+
+
+def near_stops(scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> NearStops:
+    """The near stops of all sensors at P poses (P, J) rad.
+
+    Each sensor may look up to 8° elsewhere than proposed and read up to 5 cm too little. Unless the scene says
+    that the rings are as proposed, each may be wired in reverse or mounted the other way round, too.
+    """
+    full, shape = scene.motion.near, (len(joints), setup.sensors)
+    if not scene.robot.bodies or not len(joints):
+        return NearStops(full, joints, np.full(shape, full), np.full(shape, NOBODY))
+    wide = tuple(replace(r, sensor=_wider(r.sensor)) for r in setup.rings)
+    distance, body = _to_robot(scene, Setup(wide), joints, full + MARGIN)
+    if not scene.motion.rings_as_proposed:
+        turned = Setup(tuple(replace(r, tilt=-r.tilt) for r in wide))
+        distance, body = _nearer(distance, body, *_to_robot(scene, turned, joints, full + MARGIN))
+        mirror = _in_reverse(setup)
+        distance, body = _nearer(distance, body, distance[:, mirror], body[:, mirror])
+    least = np.clip(distance - MARGIN, 0.0, full)
+    return NearStops(full, joints, least, np.where(least < full, body, NOBODY))
+
+
+def _to_robot(
+    scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"], most: float
+) -> tuple[Float[np.ndarray, "P K"], Int[np.ndarray, "P K"]]:
+    """Distance (P, K) m of the nearest of the robot's bodies in each beam, and that body's number; one that is
+    ``most`` m away or farther may be left out."""
+    start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, joints))  # (P, B, 3), (B,)
+    beams, of = beams_at(scene, setup, joints), np.repeat(np.arange(len(joints)), setup.sensors)
+    shape, within = (len(joints), setup.sensors), np.full(len(beams), most)
+    found, body = np.full(shape, np.inf), np.full(shape, NOBODY)
+    for b in range(len(radius)):
+        one = Capsules(start[:, b : b + 1], end[:, b : b + 1], radius[b : b + 1])
+        distance = to_capsules(beams, of, one, within).reshape(shape)
+        found, body = _nearer(found, body, distance, np.full(shape, b))
+    return found, body
+
+
+def _nearer(distance: np.ndarray, body: np.ndarray, other: np.ndarray, its: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The nearer of two distances, with its body."""
+    less = other < distance
+    return np.where(less, other, distance), np.where(less, its, body)
+
+
+def _in_reverse(setup: Setup) -> Int[np.ndarray, " K"]:
+    """The sensor (K,) that stands in the place of each one where the rings are wired in reverse."""
+    first = np.cumsum([0, *(r.count for r in setup.rings)])
+    return np.concatenate([a + -np.arange(b - a) % (b - a) for a, b in pairwise(first)])
+
+
+def _wider(sensor: Sensor) -> Sensor:
+    up = None if sensor.fov_up is None else min(sensor.fov_up + 2 * _ASTRAY, _WIDEST)
+    return replace(sensor, fov=min(sensor.fov + 2 * _ASTRAY, _WIDEST), fov_up=up)
+
+
+@dataclass(frozen=True)
+class RingNearStops:
+    """What a ring keeps of the near stop along a whole route."""
+
+    sensors: int
+    always_full: int
+    """Sensors that keep the full distance at every pose."""
+    sometimes_less: int
+    """Sensors that keep a shorter one at some pose, and some at every pose."""
+    sometimes_none: int
+    """Sensors that have none at some pose."""
+    share: float
+    """Share of sensors with the full distance, over the route."""
+    why: tuple[tuple[str, int], ...]
+    """The robot's bodies that lower it, and for how many sensors each is the one that lowers it most."""
+
+
+def by_ring(stops: NearStops, setup: Setup, bodies: Sequence[str]) -> list[RingNearStops]:
+    """The near stops of each ring; ``bodies``: names of the robot's."""
+    found, first = [], np.cumsum([0, *(r.count for r in setup.rings)])
+    for a, b in pairwise(first):
+        least, lowest = stops.least[:, a:b], stops.least[:, a:b].min(axis=0)  # (P, n), (n,)
+        worst = stops.body[:, a:b][least.argmin(axis=0), np.arange(b - a)]  # (n,)
+        names, counts = np.unique(worst[lowest < stops.full], return_counts=True)
+        why = sorted(((bodies[n], int(c)) for n, c in zip(names, counts, strict=True)), key=lambda x: -x[1])
+        none = int((lowest <= 0).sum())
+        full = int((lowest >= stops.full).sum())
+        found.append(
+            RingNearStops(
+                sensors=int(b - a),
+                always_full=full,
+                sometimes_less=int(b - a) - none - full,
+                sometimes_none=none,
+                share=float((least >= stops.full).mean()),
+                why=tuple(why),
+            )
+        )
+    return found

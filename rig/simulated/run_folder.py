@@ -1,0 +1,59 @@
+"""Temporary folders of runs, held by a lock; those of runs that were killed are removed at the next start."""
+
+import fcntl
+import os
+import shutil
+import stat
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+PREFIX = "place-rings-rig-"
+_NEW, _LOCK = ".new-", "lock"
+
+
+class RunFolder:
+    """A new temporary folder, held until ``close`` or the end of this process, whatever ends it.
+
+    The lock is the operating system's (flock): it goes with the process, and no number of a process has to be believed.
+    """
+
+    def __init__(self) -> None:
+        sweep()
+        new = Path(tempfile.mkdtemp(prefix=_NEW + PREFIX))
+        self._lock = os.open(new / _LOCK, os.O_CREAT | os.O_RDWR | os.O_CLOEXEC, 0o600)
+        fcntl.flock(self._lock, fcntl.LOCK_EX)
+        self.path = new.rename(new.with_name(new.name.removeprefix(_NEW)))  # held before anyone looks for it
+
+    def close(self) -> None:
+        """Remove it."""
+        shutil.rmtree(self.path, ignore_errors=True)
+        os.close(self._lock)
+
+
+def sweep() -> list[Path]:
+    """Remove the folders of this user whose run has ended without removing them; they are returned."""
+    removed = []
+    for folder in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
+        with suppress(OSError):
+            about = folder.lstat()
+            if stat.S_ISDIR(about.st_mode) and about.st_uid == os.getuid() and _dead(folder):
+                shutil.rmtree(folder)
+                removed.append(folder)
+    return removed
+
+
+def _dead(folder: Path) -> bool:
+    """Whether nobody holds a folder; one without a lock is not ours."""
+    try:
+        lock = os.open(folder / _LOCK, os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
+    except FileNotFoundError:
+        return False
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    else:
+        return True
+    finally:
+        os.close(lock)
