@@ -14,9 +14,10 @@ from common import surroundings
 
 NAMES = (
     *("octree", "certified", "estimator", "growth", "occlusion", "kills", "questions", "fronts", "searches"),
-    *("rig", "rig_checks", "viewer"),
+    *("rig", "rig_moving", "rig_checks", "viewer"),
 )
-_LONG = ("questions", "fronts", "searches", "rig", "rig_checks")
+_LONG = ("questions", "fronts", "searches", "rig", "rig_moving", "rig_checks")
+_PARTS = {"rig": ("rig", "rig_moving")}  # sections of one benchmark
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
 PACKAGES = (
     "place-rings",
@@ -43,7 +44,7 @@ def main() -> None:
     asked = [word for word in sys.argv[1:] if word not in options] or [name for name in NAMES if name not in _LONG]
     if unknown := [name for name in asked if name not in NAMES]:
         raise SystemExit(f"{unknown[0]}: no such benchmark; known: {', '.join(NAMES)}")
-    for name in asked:
+    for name in dict.fromkeys(part for word in asked for part in _PARTS.get(word, (word,))):
         print(f"== {name}", flush=True)
         module = importlib.import_module(name)
         title = (module.__doc__ or name).splitlines()[0].rstrip(".")

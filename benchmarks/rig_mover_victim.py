@@ -2,12 +2,13 @@
 
 It says "moving" at the begin of each motion, and at its end why it ended, as a line of JSON. Limits of time are those of
 a real rig.
-
-Run: python benchmarks/rig_mover_victim.py ADDRESS PORT ...     sixteen sensors at each port; Enter on stdin: go on
 """
 
 import json
+import os
+import signal
 import sys
+from multiprocessing.connection import Connection
 
 import numpy as np
 from place_rings.cli.check_view import View
@@ -42,22 +43,17 @@ def move(session: Session, mover: Mover, view: View) -> None:
             say("arrived")
 
 
-def main() -> None:
-    """Move until something ends it."""
-    address, *ports = sys.argv[1:]
-    sizes = [COUNT] * len(ports)
-    least = [np.full(n, NEAR) for n in sizes]
+def work(address: str, ports: list[str], answers: Connection, said: Connection) -> None:
+    """Move until something ends it: as a process of its own, with answers for its stdin and lines for its stdout."""
+    os.dup2(answers.fileno(), 0)
+    os.dup2(said.fileno(), 1)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+    sys.stdin, sys.stdout = os.fdopen(0), os.fdopen(1, "w")
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     why = ""
-    with gone_is_an_error(), ended_by_signals(), Session(address, [Port(p, COUNT) for p in ports]) as session:
+    with gone_is_an_error(), ended_by_signals():
         try:
-            session.link.wait()
-            session.rings.wait(3.0)
-            stops = StopConditions(session, lambda q: least, StopRules())
-            limits = Limits(np.tile([-2 * np.pi, 2 * np.pi], (6, 1)))
-            with Mover(address, session.link, limits, danger=stops) as mover:
-                say("ready")
-                view = View(session, [str(i) for i in range(len(ports))], [1.5] * len(ports), Console(stderr=True))
-                move(session, mover, view)
+            check(address, ports)
         except (EndedError, MoveStoppedError, MoveRefusedError, LinkFaultError) as error:
             why = str(error)
         except KeyboardInterrupt as error:
@@ -65,5 +61,15 @@ def main() -> None:
     say("ended", why=why)
 
 
-if __name__ == "__main__":
-    main()
+def check(address: str, ports: list[str]) -> None:
+    """Listen and move; ends by an error."""
+    least = [np.full(COUNT, NEAR) for _ in ports]
+    with Session(address, [Port(p, COUNT) for p in ports]) as session:
+        session.link.wait()
+        session.rings.wait(3.0)
+        stops = StopConditions(session, lambda q: least, StopRules())
+        limits = Limits(np.tile([-2 * np.pi, 2 * np.pi], (6, 1)))
+        with Mover(address, session.link, limits, danger=stops) as mover:
+            say("ready")
+            view = View(session, [str(i) for i in range(len(ports))], [1.5] * len(ports), Console(stderr=True))
+            move(session, mover, view)

@@ -126,7 +126,7 @@ class Motion:
     """Least share of the sensors, along the route, that must keep the whole of ``near``."""
     failed_share: float = 0.25
     """Share of a ring's sensors that may report failure."""
-    frozen_frames: int = 8
+    frozen_frames: int = 6
     """Consecutive frames in which a ring's distances may stay as they are while the robot moves."""
     cell_complete: bool = False
     """Whether everything the robot can reach stands in the scene."""

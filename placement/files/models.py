@@ -67,7 +67,7 @@ class MotionModel(StrictModel):
     )
     failed_share: float = Field(default=0.25, ge=0, le=0.5, description="of a ring's sensors that may report failure")
     frozen_frames: int = Field(
-        default=8, ge=2, le=100, description="frames in which a ring's distances may stay unchanged during a motion"
+        default=6, ge=2, le=100, description="frames in which a ring's distances may stay unchanged during a motion"
     )
     cell_complete: bool = Field(default=False, description="true: all that the robot can reach is in the scene")
     rings_as_proposed: bool = Field(

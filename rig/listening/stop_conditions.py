@@ -24,7 +24,7 @@ class StopRules:
 
     failed_share: float = 0.25
     """Share of a ring's sensors that may report failure."""
-    frozen_frames: int = 8
+    frozen_frames: int = 6
     """Consecutive frames of a ring, while the robot moves, in which nothing may stay as it is."""
 
     def too_many(self, failed: int, count: int) -> bool:

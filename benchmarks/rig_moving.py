@@ -11,10 +11,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from pathlib import Path
+from multiprocessing import get_context
 from queue import Empty, Queue
 from statistics import median
 from threading import Thread
@@ -22,6 +24,7 @@ from typing import Any
 
 import numpy as np
 import psutil
+from common import table
 from place_rings.rig.robot.motion import UNSEEN
 from place_rings.rig.robot.motion_process import LEAVE
 from place_rings.rig.simulated.process import SimulatedRig, command
@@ -29,28 +32,38 @@ from rig_found import PLAIN
 
 STILL, LEFT = 1.0, LEAVE + 0.5  # s: bounds of stillness, and of the end of all processes after the check's
 RINGS = 2
+RUNS = 20
 _BUSY = 8
 _SECONDS = 20.0  # that a check may take to start, or to end
-_VICTIM = Path(__file__).with_name("rig_mover_victim.py")
 _PAUSE = 1.5  # s, of a process that is stopped and goes on
+_LIMITS = re.compile("no new state came in time|states come too long|is silent|held up|no sign of life|process ended")
+_SIDE_BY_SIDE = 3  # rigs at once: most of a run is waiting
 _TRIES = 12  # starts of a check, on a machine that is too busy for the limits of a real rig
+
+
+_FORKS = get_context("forkserver")  # imports once; each check is a process of its own all the same
+_FORKS.set_forkserver_preload(["rig_mover_victim"])
 
 
 class Victim:
     """A check that moves the robot of ``rig``."""
 
     def __init__(self, rig: SimulatedRig) -> None:
-        words = [sys.executable, str(_VICTIM), rig.address, *(rig.ring(i) for i in range(RINGS))]
-        pipe = subprocess.PIPE
-        self.process = subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, text=True)
+        from rig_mover_victim import work
+
+        (answers, self._answers), (self._lines, lines) = _FORKS.Pipe(False), _FORKS.Pipe(False)
+        self.process = _FORKS.Process(target=work, args=(rig.address, [rig.ring(i) for i in range(RINGS)], answers, lines))
+        self.process.start()
+        answers.close()
+        lines.close()
         self._said: Queue[dict[str, Any]] = Queue()
         self._reader = Thread(target=self._read, daemon=True)
         self._reader.start()
 
     def _read(self) -> None:
-        assert self.process.stdout is not None
-        for line in self.process.stdout:
-            self._said.put(json.loads(line))
+        with os.fdopen(os.dup(self._lines.fileno())) as lines:
+            for line in lines:
+                self._said.put(json.loads(line))
 
     def wait(self, what: str, seconds: float = _SECONDS) -> dict[str, Any] | None:
         """What it says of ``what``, once it does; None if it ends before, or does not in time."""
@@ -59,7 +72,7 @@ class Victim:
             try:
                 said = self._said.get(timeout=min(left, 0.1))
             except Empty:
-                if self.process.poll() is not None and not self._reader.is_alive() and self._said.empty():
+                if not self.process.is_alive() and not self._reader.is_alive() and self._said.empty():
                     return None
                 continue
             if said["what"] == what:
@@ -70,25 +83,35 @@ class Victim:
 
     def go(self) -> None:
         """Answer the question between two motions."""
-        assert self.process.stdin is not None
-        self.process.stdin.write("\n")
-        self.process.stdin.flush()
+        os.write(self._answers.fileno(), b"\n")
+
+    def no_more(self) -> None:
+        """Answer nothing any more: the end of its input."""
+        self._answers.close()
+
+    def send(self, number: int) -> None:
+        """Send it a signal."""
+        assert self.process.pid is not None
+        os.kill(self.process.pid, number)
+
+    def family(self) -> list[psutil.Process]:
+        """It, and the processes that it has."""
+        check = psutil.Process(self.process.pid)
+        return [check, *check.children()]
 
     def child(self, module: str) -> psutil.Process:
         """Its process that runs a module."""
-        return next(c for c in psutil.Process(self.process.pid).children() if module in " ".join(c.cmdline()))
+        return next(c for c in self.family() if module in " ".join(c.cmdline()))
 
     def close(self) -> None:
         """End it, if it has not ended."""
-        for pipe in (self.process.stdin, self.process.stdout):
-            if pipe and pipe is self.process.stdin:
-                pipe.close()
-        try:
-            self.process.wait(_SECONDS)
-        except subprocess.TimeoutExpired:
+        self.no_more()
+        self.process.join(_SECONDS)
+        if self.process.is_alive():
             self.process.kill()
-            self.process.wait()
+            self.process.join()
         self._reader.join()
+        self._lines.close()
 
 
 Strike = Callable[[SimulatedRig, Victim, np.random.Generator], object]
@@ -96,7 +119,7 @@ Strike = Callable[[SimulatedRig, Victim, np.random.Generator], object]
 
 def to_check(number: int) -> Strike:
     """A signal to the check."""
-    return lambda rig, victim, rng: victim.process.send_signal(number)
+    return lambda rig, victim, rng: victim.send(number)
 
 
 def to_child(module: str, number: int, resumed: bool = False) -> Strike:
@@ -124,8 +147,8 @@ def later(do: Callable[[], object]) -> None:
 
 def paused(rig: SimulatedRig, victim: Victim, rng: np.random.Generator) -> None:
     """The check is stopped, and goes on later."""
-    victim.process.send_signal(signal.SIGSTOP)
-    later(lambda: victim.process.send_signal(signal.SIGCONT))
+    victim.send(signal.SIGSTOP)
+    later(lambda: victim.send(signal.SIGCONT))
 
 
 def done(do: str, **more: Any) -> Strike:
@@ -145,8 +168,7 @@ def together(*strikes: Strike) -> Strike:
 
 def end_of_input(rig: SimulatedRig, victim: Victim, rng: np.random.Generator) -> None:
     """Nobody will answer any more."""
-    assert victim.process.stdin is not None
-    victim.process.stdin.close()
+    victim.no_more()
 
 
 @dataclass(frozen=True)
@@ -209,13 +231,14 @@ FAULTS: dict[str, Fault] = {
 @dataclass
 class Stillness:
     """What came of a fault's runs. still: s until the robot stood still. left: s until every process of the check was gone.
-    unseen: runs whose report says that it was not seen to stand still. wrong: runs that break the rule. again: starts that
-    the machine spoilt before anything was done."""
+    unseen: runs whose report says that it was not seen to stand still. other: runs in which a limit of time fired before
+    what was done was found. wrong: what breaks the rule. again: starts that the machine spoilt before anything was done."""
 
     still: list[float] = field(default_factory=list)
     left: list[float] = field(default_factory=list)
     said: list[str] = field(default_factory=list)
     unseen: int = 0
+    other: int = 0
     wrong: list[str] = field(default_factory=list)
     again: int = 0
 
@@ -230,11 +253,14 @@ def strike(rig: SimulatedRig, fault: Fault, rng: np.random.Generator, found: Sti
         if victim.wait("moving") is None:
             return False
         time.sleep(rng.uniform(0.2, 2.0))
-        if victim.process.poll() is not None or victim.wait("ended", 0.0) or not rig.do("state")["moving"]:
+        if not victim.process.is_alive() or not rig.do("state")["moving"]:
             return False
-        family = [psutil.Process(victim.process.pid), *psutil.Process(victim.process.pid).children()]
         struck = time.monotonic()
-        fault.strike(rig, victim, rng)
+        try:
+            family = victim.family()
+            fault.strike(rig, victim, rng)
+        except (psutil.Error, StopIteration):  # it was just ending
+            return False
         still = _stands(rig, struck, 10.0)
         if fault.moves and fault.reported is None:
             _end(victim)
@@ -244,8 +270,8 @@ def strike(rig: SimulatedRig, fault: Fault, rng: np.random.Generator, found: Sti
         if found.left[-1] > LEFT:
             found.wrong.append(f"processes were left for {found.left[-1]:.1f} s")
     finally:
-        if victim.process.poll() is None:
-            victim.process.send_signal(signal.SIGCONT)
+        if victim.process.is_alive():
+            victim.send(signal.SIGCONT)
         victim.close()
         rig.do("heal")
         for ring in range(RINGS):
@@ -256,8 +282,7 @@ def strike(rig: SimulatedRig, fault: Fault, rng: np.random.Generator, found: Sti
 def _end(victim: Victim) -> None:
     """Let it come to its next question, and find no answer."""
     victim.wait("arrived")
-    assert victim.process.stdin is not None
-    victim.process.stdin.close()
+    victim.no_more()
 
 
 def _stands(rig: SimulatedRig, struck: float, seconds: float) -> float | None:
@@ -282,7 +307,9 @@ def _judge(fault: Fault, still: float | None, why: str, found: Stillness) -> Non
     if not (in_time or fault.moves or UNSEEN in why):
         found.wrong.append(f"stood still after {still} s, and the report says: {why}")
     if fault.reported is not None and not re.search(fault.reported, why):
-        found.wrong.append(f"the report says: {why}")
+        found.other += bool(_LIMITS.search(why))
+        if not _LIMITS.search(why):
+            found.wrong.append(f"the report says: {why}")
 
 
 def _gone(family: list[psutil.Process]) -> float:
@@ -311,13 +338,15 @@ def busy(count: int) -> Iterator[None]:
             process.wait()
 
 
-def runs_of(fault: Fault, runs: int, seed: int, rig: SimulatedRig) -> Stillness:
-    """So many runs of a fault."""
-    rng, found, tries = np.random.default_rng(seed), Stillness(), 0
-    while len(found.said) < runs and tries < _TRIES * runs:
-        tries += 1
-        found.again += not strike(rig, fault, rng, found)
-    return found
+def runs_of(name: str, runs: int, seed: int) -> tuple[tuple[str, ...], Stillness]:
+    """So many runs of a fault, on a rig of its own, and their row."""
+    fault, number = FAULTS[name], list(FAULTS).index(name)
+    rng, found, tries = np.random.default_rng((seed, number)), Stillness(), 0
+    with SimulatedRig((PLAIN, command(RINGS, seed=number))) as rig:
+        while len(found.said) < runs and tries < _TRIES * runs:
+            tries += 1
+            found.again += not strike(rig, fault, rng, found)
+    return row(name, found), found
 
 
 def row(name: str, found: Stillness) -> tuple[str, ...]:
@@ -326,27 +355,56 @@ def row(name: str, found: Stillness) -> tuple[str, ...]:
     def ms(values: list[float]) -> tuple[str, str]:
         return (f"{1000 * median(values):.0f}", f"{1000 * max(values):.0f}") if values else ("", "")
 
-    return (name, str(len(found.said)), *ms(found.still), str(found.unseen), ms(found.left)[1], str(len(found.wrong)))
+    return (
+        name,
+        str(len(found.said)),
+        *ms(found.still),
+        str(found.unseen),
+        ms(found.left)[1],
+        str(found.other),
+        str(len(found.wrong)),
+    )
 
 
-COLUMNS = ("fault", "runs", "still, median, ms", "still, worst, ms", "said: not seen still", "left, worst, ms", "wrong")
+COLUMNS = (
+    *("fault", "runs", "still, median, ms", "still, worst, ms", "said: not seen still", "left, worst, ms"),
+    *("another limit first", "wrong"),
+)
 
 
 def of_motion(runs: int, seed: int, spinning: int = 0, only: str = "") -> tuple[list[tuple[str, ...]], int, float]:
-    """Rows of all faults; starts that were begun again; the load beside it."""
-    rows, again = [], 0
-    with busy(spinning), SimulatedRig((PLAIN, command(RINGS))) as rig:
-        time.sleep(1.0)
-        for number, (name, fault) in enumerate(FAULTS.items()):
-            if only in name:
-                found = runs_of(fault, runs, seed + number, rig)
-                rows.append(row(name, found))
-                again += found.again
-                print(*rows[-1], f"again {found.again}", sep=" | ", flush=True)
-                for each in (*dict.fromkeys(found.said), *found.wrong):
-                    print("   ", each, flush=True)
-    return rows, again, os.getloadavg()[0]
+    """Rows of all faults, beside so many busy processes; starts that were begun again; the load meanwhile."""
+    names = [name for name in FAULTS if only in name]
+    with busy(spinning), ProcessPoolExecutor(_SIDE_BY_SIDE, get_context("spawn")) as pool:
+        rows, again = [], 0
+        for cells, found in pool.map(runs_of, names, [runs] * len(names), [seed] * len(names)):
+            rows.append(cells)
+            again += found.again
+            print(*cells, f"again {found.again}", sep=" | ", flush=True)
+            for text, count in Counter([*found.said, *(f"WRONG: {w}" for w in found.wrong)]).most_common():
+                print(f"    {count}: {text}", flush=True)
+        return rows, again, os.getloadavg()[1]
+
+
+def report(options: Sequence[str] = ()) -> list[str]:
+    """Both tables: on a machine without other work, and beside busy processes. ``--runs=N``: so many of each."""
+    runs = int(next((o.partition("=")[2] for o in options if o.startswith("--runs=")), RUNS))
+    lines = [
+        *(__doc__ or "").split("\n\n", 1)[1].strip().splitlines(),
+        "",
+        f"- Still: from the fault to stillness, as the rig tells it; bound {1000 * STILL:.0f} ms.",
+        "- Said: runs whose report says that the robot was not seen to stand still. They may break the bound.",
+        f"- Left: until the check's last process was gone, after the check itself; bound {1000 * LEFT:.0f} ms.",
+        "- Another limit first: a limit of time fired, and was named, before what was done was found.",
+        "- Wrong: runs beyond a bound whose report does not say so, or that report something else.",
+    ]
+    for title, spinning in (("No other work on the machine", 0), (f"Beside {_BUSY} busy processes", _BUSY)):
+        rows, again, load = of_motion(runs, 0, spinning)
+        begun = f"{again} starts were begun again, as a limit of a real rig ended them before anything was done"
+        lines += ["", f"{title} (load {load:.1f} on {os.cpu_count()} cores; {begun}):", "", *table(COLUMNS, rows)]
+    return lines
 
 
 if __name__ == "__main__":
-    of_motion(int(sys.argv[1]), 0, _BUSY * ("busy" in sys.argv[2:]), next((a for a in sys.argv[2:] if a != "busy"), ""))
+    words = sys.argv[2:]
+    of_motion(int(sys.argv[1]), 0, _BUSY * ("busy" in words), next((w for w in words if w != "busy"), ""))
