@@ -1,6 +1,5 @@
 """The command that checks a proposed setup on a rig, real, simulated or recorded."""
 
-import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -8,7 +7,6 @@ from importlib.metadata import version
 from pathlib import Path
 
 from pydantic import ValidationError
-from rich.console import Console
 
 from ..coverage.rings import Setup
 from ..objectives.scene import Scene
@@ -41,6 +39,7 @@ from .check_talk import confirm, tell
 from .check_view import View
 from .pipes import gone_is_an_error
 from .rig_options import ring_names
+from .terminal import Terminal, say
 
 _SIMULATED_STALE, _PATIENCE = 2.0, 8.0  # s, and times: a simulated rig shares its machine
 _FIRST = 3.0  # s, for the rings to be heard
@@ -78,7 +77,7 @@ def check_live(
     Returns:
         the exit code of the verdict.
     """
-    console = Console(stderr=True)
+    console = Terminal(stderr=True)
     if host is None:
         scene = with_cell(scene)
     if len(scene.robot.chain) != JOINTS:
@@ -125,7 +124,7 @@ def check_live(
             judged = judge(checked, session.gathered, _wall(Recorded(file)))
         return tell(judged, [*write_files(checked, judged, folder), *files, file.name], folder, as_json)
     except KeyboardInterrupt:
-        print(f"place-rings: interrupted; {file} is whole, and check --replay judges it", file=sys.stderr)
+        say(f"place-rings: interrupted; {file} is whole, and check --replay judges it", error=True)
         raise SystemExit(130) from None
 
 
@@ -136,7 +135,7 @@ def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> i
     if subject is not None and subject != checked.about.setup:
         raise UserError(f"{path}: found a recording of {checked.about.setup}, allowed: one of {subject}")
     folder = output_folder(out)
-    with Console(stderr=True).status("judging"):
+    with Terminal(stderr=True).status("judging"):
         gathered = replay(recorded, checked.ports, checked.about.stale_s)
         judged = judge(checked, gathered, _wall(recorded), recorded.damage)
     return tell(judged, write_files(checked, judged, folder), folder, as_json)
@@ -202,7 +201,7 @@ def _write_plans(scene: Scene, plans: Plans, folder: Path) -> list[str]:
 
 
 def _work(
-    session: Session, checked: Checked, rig: SimulatedRig | None, moved: bool, host: str | None, console: Console
+    session: Session, checked: Checked, rig: SimulatedRig | None, moved: bool, host: str | None, console: Terminal
 ) -> None:
     """Do what is planned; UserError where it cannot begin."""
     scene, setup, plans = checked.scene, checked.setup, checked.plans

@@ -1,12 +1,10 @@
 """What a check says in a terminal: what will move, and what was found."""
 
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
@@ -14,9 +12,10 @@ from ..rig.check_models import DISCLAIMER
 from ..rig.judge import Judged
 from ..rig.operators import Itinerary
 from ..rig.procedure import Plans
+from .terminal import Terminal, say_json
 
 
-def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Console) -> None:
+def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Terminal) -> None:
     """Say what will move, and ask."""
     reached = len(itinerary.order(plans.poses))
     speed, acceleration = math.degrees(scene.motion.speed), math.degrees(scene.motion.acceleration)
@@ -46,9 +45,9 @@ def tell(judged: Judged, files: Sequence[str], folder: Path, as_json: bool) -> i
     """Print the verdict and where the files are, or the result as JSON; the exit code of the verdict."""
     r = judged.result
     if as_json:
-        print(r.model_dump_json(indent=2))
+        say_json(r.model_dump_json(indent=2))
         return EXIT[r.verdict]
-    console = Console(file=sys.stdout)
+    console = Terminal()
     lines = [f"{r.setup}: {r.verdict}", *(f"  {reason}" for reason in r.reasons)]
     lines += [f"  warning: {warning}" for warning in r.warnings]
     if r.mount is not None:
