@@ -7,6 +7,8 @@ from typing import Annotated
 from cyclopts import App, Parameter
 from cyclopts.validators import Number
 
+from .terminal import Terminal
+
 app = App(
     name="place-rings",
     help="""Find where rings of Time-of-Flight sensors belong on a robot arm, and prove how much they see.
@@ -16,6 +18,8 @@ Examples: ``place-rings --target V_S --radius 0.5`` near the robot,
 ``place-rings verify n2_16_25 --target V_O`` for a setup that is already there.""",
     version=lambda: version("place-rings"),
     suppress_keyboard_interrupt=False,
+    console=Terminal(),
+    error_console=Terminal(stderr=True),
 )
 
 Targets = Annotated[

@@ -1,6 +1,5 @@
 """The command that checks a proposed setup on a rig, real, simulated or recorded."""
 
-import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -10,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 from pydantic import ValidationError
-from rich.console import Console
 
 from ..coverage.rings import Setup
 from ..objectives.scene import Scene
@@ -45,6 +43,7 @@ from .check_talk import tell
 from .check_view import View
 from .pipes import ended_by_signals, gone_is_an_error
 from .rig_options import ring_names
+from .terminal import Terminal, say
 
 _REAL, _SIMULATED = 1.0, 40.0  # patience: a real rig's limits of time hold, a simulated one shares its machine
 _FIRST = 3.0  # s, for the rings to be heard
@@ -83,10 +82,10 @@ def check_live(
     Returns:
         the exit code of the verdict.
     """
-    console, patience = Console(stderr=True), _SIMULATED if host is None else _REAL
+    console, patience = Terminal(stderr=True), _SIMULATED if host is None else _REAL
     if host is None:
         scene = with_cell(scene)
-        console.print(EXEMPT, highlight=False, soft_wrap=True, markup=False)
+        console.print(EXEMPT, highlight=False, soft_wrap=True)
     if len(scene.robot.chain) != JOINTS:
         raise UserError(f"check: found robot {scene.robot.name}, allowed: one of {JOINTS} joints, as ur-rtde knows no other")
     setup, moved = rounded(setup, scene.sensor), asked.move or host is None
@@ -134,7 +133,7 @@ def check_live(
             judged = judge(checked, session.gathered, _wall(Recorded(file)))
         return tell(judged, [*write_files(checked, judged, folder), *files, file.name], folder, as_json)
     except KeyboardInterrupt:
-        print(f"place-rings: interrupted; {file} is whole, and check --replay judges it", file=sys.stderr)
+        say(f"place-rings: interrupted; {file} is whole, and check --replay judges it", error=True)
         raise SystemExit(130) from None
 
 
@@ -145,7 +144,7 @@ def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> i
     if subject is not None and subject != checked.about.setup:
         raise UserError(f"{path}: found a recording of {checked.about.setup}, allowed: one of {subject}")
     folder = output_folder(out)
-    with Console(stderr=True).status("judging"):
+    with Terminal(stderr=True).status("judging"):
         gathered = replay(recorded, checked.ports, checked.about.stale_s)
         judged = judge(checked, gathered, _wall(recorded), recorded.damage)
     return tell(judged, write_files(checked, judged, folder), folder, as_json)
@@ -211,7 +210,7 @@ def _write_plans(scene: Scene, plans: Plans, folder: Path) -> list[str]:
 
 
 def _work(
-    session: Session, checked: Checked, rig: SimulatedRig | None, asked: Asked, host: str | None, console: Console
+    session: Session, checked: Checked, rig: SimulatedRig | None, asked: Asked, host: str | None, console: Terminal
 ) -> None:
     """Do what is planned; UserError where it cannot begin."""
     setup, plans = checked.setup, checked.plans
@@ -241,7 +240,7 @@ def _moved_robot(
     asked: Asked,
     host: str | None,
     start: Float[np.ndarray, " J"],
-    console: Console,
+    console: Terminal,
 ) -> MovedRobot:
     """The robot, ready to be moved, once a person has said yes; UserError where it may not be."""
     scene, setup = checked.scene if rig is None else hurried(checked.scene), checked.setup

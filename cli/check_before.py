@@ -2,7 +2,6 @@
 
 import math
 
-from rich.console import Console
 from rich.table import Table
 
 from ..coverage.rings import Setup
@@ -13,6 +12,7 @@ from ..rig.operators import Itinerary
 from ..rig.poses.near_stops import NearStops, by_ring
 from ..rig.procedure import Plans
 from .rig_options import ring_names
+from .terminal import Terminal
 
 EXEMPT = (
     "The simulated rig knows its whole cell, and nobody can be hurt: it moves without --move, without a floor and"
@@ -45,7 +45,7 @@ def require_near_stop(stops: NearStops, scene: Scene, waived: bool) -> None:
     )
 
 
-def show_near_stops(stops: NearStops, setup: Setup, scene: Scene, console: Console) -> None:
+def show_near_stops(stops: NearStops, setup: Setup, scene: Scene, console: Terminal) -> None:
     """Print what each ring keeps of the near stop along the route, and why not all of it."""
     table = Table(
         title=f"Near stop along the route: a reading below {1000 * stops.full:.0f} mm stops the robot",
@@ -64,7 +64,7 @@ def show_near_stops(stops: NearStops, setup: Setup, scene: Scene, console: Conso
     console.print(table)
 
 
-def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Console) -> None:
+def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Terminal) -> None:
     """Say what will move and what stops it, and ask; UserError unless the answer is yes."""
     reached, motion = sum(map(len, itinerary.reached)), scene.motion
     lines = [
@@ -75,7 +75,7 @@ def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Console) 
         "Keep out of its reach, and a hand on its emergency stop.",
     ]
     for line in lines:
-        console.print(line, highlight=False, soft_wrap=True, markup=False)
+        console.print(line, highlight=False, soft_wrap=True)
     try:
         answer = console.input("Type yes to let it move > ").strip()
     except (EOFError, OSError):

@@ -80,10 +80,10 @@ def page(r: CheckResult) -> str:
     """The report as Markdown."""
     lines = [f"# Check of {escaped(r.setup)}: {r.verdict}", "", f"> {r.disclaimer}", ""]
     kind = f"a simulated rig, seed {r.seed}" if r.simulated else "a real rig"
-    lines += [f"Recorded {r.recorded} on {kind}, {r.seconds:.0f} s, by place-rings {r.version}.", ""]
-    lines += [f"- {reason}" for reason in r.reasons] + [""] * bool(r.reasons)
+    lines += [f"Recorded {r.recorded} on {kind}, {r.seconds:.0f} s, by place-rings {escaped(r.version)}.", ""]
+    lines += [f"- {escaped(reason)}" for reason in r.reasons] + [""] * bool(r.reasons)
     if r.warnings:
-        lines += ["## Warnings", "", *(f"- {warning}" for warning in r.warnings), ""]
+        lines += ["## Warnings", "", *(f"- {escaped(warning)}" for warning in r.warnings), ""]
     return "\n".join([*lines, *_self(r), *_mount(r), *_coverage(r), *_health(r)])
 
 
@@ -104,8 +104,8 @@ def _self(r: CheckResult) -> list[str]:
     )
     return [
         *("## Self check", "", table(heads, rows)),
-        *(f"- {words}: {', '.join(sensors)}" for words, sensors in named if sensors),
-        *(f"- ring {w.ring}, by a hand: {_wired(w)}" for w in r.self_check.waved),
+        *(f"- {words}: {escaped(', '.join(sensors))}" for words, sensors in named if sensors),
+        *(f"- ring {w.ring}, by a hand: {escaped(_wired(w))}" for w in r.self_check.waved),
         "",
     ]
 
@@ -126,8 +126,8 @@ def _mount(r: CheckResult) -> list[str]:
     lines = ["## Mount check", "", f"{r.mount.stops} of {r.mount.planned} stops; margins of 95 %.", ""]
     heads = ["ring", "link", "slip, mm", "tilt, °", "phase, °", "offset, mm", "readings", "residuals"]
     lines += [table(heads, [_ring(one) for one in r.mount.rings])]
-    lines += [f"- ring {one.ring} ({one.link}) {fault}" for one in r.mount.rings for fault in one.faults]
-    lines += [f"- not told by these readings: {', '.join(r.mount.open)}"] * bool(r.mount.open)
+    lines += [f"- ring {one.ring} ({escaped(one.link)}) {escaped(fault)}" for one in r.mount.rings for fault in one.faults]
+    lines += [f"- not told by these readings: {escaped(', '.join(r.mount.open))}"] * bool(r.mount.open)
     if r.mount.injected_found is not None:
         held = [one.region_holds for one in r.mount.rings]
         said = ", ".join(f"{what} {'found' if ok else 'NOT found'}" for what, ok in r.mount.injected_found.items())
@@ -153,7 +153,7 @@ def _ring(one: RingFitModel) -> list[str]:
         e = by.get(name)
         was = "" if e is None or e.injected is None else f" / {e.injected:+.2f}"
         cells.append("–" if e is None else f"{e.value:+.2f} ± {e.margin:.2f}{was}")
-    return [str(one.ring), one.link, *cells, str(one.readings), f"{one.scale:.2f}"]
+    return [str(one.ring), escaped(one.link), *cells, str(one.readings), f"{one.scale:.2f}"]
 
 
 def _coverage(r: CheckResult) -> list[str]:
@@ -181,7 +181,7 @@ def _coverage(r: CheckResult) -> list[str]:
 def _health(r: CheckResult) -> list[str]:
     rows = [
         (
-            *(f"{one.ring} {one.link}", one.port if not r.simulated else "simulated", one.decoder),
+            *(escaped(t) for t in (f"{one.ring} {one.link}", "simulated" if r.simulated else one.port, one.decoder)),
             *(str(v) for v in (one.frames, one.lost, one.late, one.corrupt, one.restarts)),
             *(_shown(one.drift_ppm), _shown(one.jitter_ms, 2)),
         )
@@ -192,6 +192,6 @@ def _health(r: CheckResult) -> list[str]:
     clock = f"{robot} {_shown(r.robot.drift_ppm)} ppm fast, states come within {_shown(r.robot.jitter_ms, 2)} ms."
     lines = ["## Links", "", table(heads, rows), clock, ""]
     if r.events:
-        told = [(f"{e.seconds:.2f}", str(e.ring), e.what, e.detail) for e in r.events]
+        told = [(f"{e.seconds:.2f}", str(e.ring), escaped(e.what), escaped(e.detail)) for e in r.events]
         lines += ["## Events", "", table(("s", "ring", "what", "detail"), told)]
     return lines

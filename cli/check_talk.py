@@ -1,12 +1,10 @@
 """What a check says in a terminal when it is over."""
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
-
 from ..rig.judge import Judged
+from .terminal import Terminal, say_json
 
 EXIT = {"as proposed": 0, "differs": 1, "unfinished": 3}  # 2: bad input
 
@@ -15,9 +13,9 @@ def tell(judged: Judged, files: Sequence[str], folder: Path, as_json: bool) -> i
     """Print the verdict and where the files are, or the result as JSON; the exit code of the verdict."""
     r = judged.result
     if as_json:
-        print(r.model_dump_json(indent=2))
+        say_json(r.model_dump_json(indent=2))
         return EXIT[r.verdict]
-    console = Console(file=sys.stdout)
+    console = Terminal()
     lines = [f"{r.setup}: {r.verdict}", *(f"  {reason}" for reason in r.reasons)]
     lines += [f"  warning: {warning}" for warning in r.warnings]
     if r.mount is not None:

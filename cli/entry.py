@@ -18,6 +18,9 @@ def main() -> None:
         if heeded:
             signal.signal(signal.SIGINT, _nothing_to_keep)  # an exception through a half imported library can crash it
         from .main import main as run
+        from .terminal import guard
+
+        guard()
 
         if heeded:
             signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -38,7 +41,8 @@ def never_lost(dropped: Any) -> None:
 
 
 def _nothing_to_keep(*_: object) -> NoReturn:
-    print("place-rings: interrupted before there was anything to keep", file=sys.stderr, flush=True)
+    sys.stderr.write("place-rings: interrupted before there was anything to keep\n")
+    sys.stderr.flush()
     os._exit(130)
 
 

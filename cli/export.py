@@ -13,6 +13,7 @@ from ..placement.writing import output_folder, write_bytes
 from .app import RobotOption, SceneFileOption, Subject, app
 from .options import resolve_scene, urdf_of
 from .shared import NO_FRAMES, FrameOptions
+from .terminal import say
 
 
 @app.command
@@ -65,4 +66,4 @@ def export(
     folder = output_folder(out)
     for name, data in files.items():
         write_bytes(folder / name, data)
-        print(folder / name)
+        say(str(folder / name))

@@ -4,7 +4,6 @@ import math
 from contextlib import nullcontext
 from pathlib import Path
 
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -28,16 +27,22 @@ from .picture import comparison_picture
 from .place import check_scene, found_model
 from .sighting import check_sight
 from .tables import target_label
+from .terminal import Terminal, say_json
 from .words import counted
 
 _MOST_TOLD = 5  # broken rules
 
 
 def find(
-    scene: Scene, setup: Setup, most: int, add_sensors: int, seed: int, time_cap: float, voxel: float, console: Console
+    scene: Scene, setup: Setup, most: int, add_sensors: int, seed: int, time_cap: float, voxel: float, console: Terminal
 ) -> improving.Improved:
     """Run the search with a progress bar on ``console``."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TextColumn("{task.fields[best]}", markup=False),
+        TimeElapsedColumn(),
+    )
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
@@ -93,7 +98,7 @@ def improve(
     as_json: bool,
 ) -> None:
     """Find, print and write the best changes to ``setup``, which is called ``name``."""
-    console, log = Console(), Console(stderr=True)
+    console, log = Terminal(), Terminal(stderr=True)
     check_scene(scene, voxel)
     check_sight(scene, setup)
     with made_folder(out) if out else nullcontext() as folder:
@@ -102,13 +107,13 @@ def improve(
         if folder:
             record = _written(record, found, scene, folder)
     if as_json:
-        print(record.model_dump_json(indent=2))
+        say_json(record.model_dump_json(indent=2))
         return
     _show(record, found, scene, console)
 
 
 def _record(
-    found: improving.Improved, scene: Scene, name: str, most: int, add_sensors: int, seed: int, voxel: float, log: Console
+    found: improving.Improved, scene: Scene, name: str, most: int, add_sensors: int, seed: int, voxel: float, log: Terminal
 ) -> ImproveResult:
     """What was found as a file holds it, each answer counted goal by goal; the rules that are broken are told."""
     if found.broken:
@@ -133,7 +138,7 @@ def _record(
     )
 
 
-def _verified(name: str, scene: Scene, answers: list[Answer], voxel: float, log: Console) -> list[list[VerifyResult]]:
+def _verified(name: str, scene: Scene, answers: list[Answer], voxel: float, log: Terminal) -> list[list[VerifyResult]]:
     """Zeta of all answers for each goal; none of those that come after Ctrl-C."""
     verifier, found = Verifier(scene, voxel), []
     try:
@@ -186,7 +191,7 @@ def _changes(n: int) -> str:
     return counted(n, "change")
 
 
-def _show(record: ImproveResult, found: improving.Improved, scene: Scene, console: Console) -> None:
+def _show(record: ImproveResult, found: improving.Improved, scene: Scene, console: Terminal) -> None:
     """What each number of changes gains and costs, and what to do."""
     table = Table(title=f"{record.setup}: exact ζ in percent, and the work", title_justify="left")
     labels = [target_label(r) for r in record.zeta]

@@ -1,9 +1,5 @@
 """The commands that look at a setup: its exact zeta, its cones."""
 
-import sys
-
-from rich.console import Console
-
 from ..coverage.certified import Bracket
 from ..coverage.rings import Setup
 from ..objectives.exact import Verifier
@@ -21,6 +17,7 @@ from .protective import protective_lines
 from .sensing import sensor_lines
 from .sighting import check_sight, mounting_lines, print_sight
 from .tables import percent, proof_line, target_label, zeta_table
+from .terminal import Terminal, say_json, say_lines
 
 _SHOWN = 16  # poses up to which each is shown
 
@@ -30,7 +27,7 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
     check_sight(scene, setup)
     if counting.rule != "certified" and counting.voxel is not None:
         check_scene(scene, counting.voxel)
-    with Console(stderr=True).status("counting") as status:
+    with Terminal(stderr=True).status("counting") as status:
 
         def tell(b: Bracket) -> None:
             status.update(f"pass {b.passes}: {100 * b.low:.3f} … {100 * b.high:.3f} %, {b.cells:,} cells")
@@ -50,9 +47,9 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
     results = [r.model_copy(update=extra) for r in results]
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
-        print(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
+        say_json(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
         return
-    console = Console()
+    console = Terminal()
     console.print(zeta_table(results, {name: setup.sensors}, f"ζ in percent, {how(counting)}, {place(scene)}"))
     print_sight(console, results, results[0].unseeing, scene)
     for told in results[0].mounting:
@@ -84,4 +81,4 @@ def how(counting: Counting) -> str:
 
 def cones(setup: Setup, scene: Scene) -> None:
     """Print the sensors' beams at every pose of the scene as CSV, base frame."""
-    sys.stdout.write(sensor_list(setup, scene))
+    say_lines(sensor_list(setup, scene))

@@ -30,6 +30,7 @@ from .options import (
     with_floors,
 )
 from .shared import NO_MOTION, NO_SENSOR, REFERENCE, MotionOptions, SceneOptions, SensorOptions
+from .terminal import say
 
 
 @app.default
@@ -108,5 +109,5 @@ def main() -> None:
     try:
         app(sys.argv[1:], exit_on_error=False, print_error=False)
     except (UserError, CycloptsError, ValueError) as error:
-        print(f"place-rings: {' '.join(str(error).split())}", file=sys.stderr)
+        say(f"place-rings: {' '.join(str(error).split())}", error=True)
         sys.exit(2)

@@ -1,21 +1,24 @@
 """What commands show of motions: the paper's task as CSV, and where a scene's poses come from."""
 
 import csv
+import io
 import math
-import sys
 
 from ..objectives.scene import Scene
 from ..placement.files.results import VerifyResult
 from ..studies.task import pick_and_place
 from .tables import percent, target_label
+from .terminal import say_lines
 
 
 def task(scene: Scene, rate: float) -> None:
     """Print the paper's task as a recorded motion at ``rate`` rows a second."""
     motion = pick_and_place(scene.robot).every(rate)
-    writer = csv.writer(sys.stdout, lineterminator="\n")
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time_s", *(f"q{i}" for i in range(len(scene.robot.chain)))])
     writer.writerows([round(float(v), 9) + 0.0 for v in (t, *q)] for t, q in zip(motion.time_s, motion.q, strict=True))
+    say_lines(text.getvalue())
 
 
 def record_line(scene: Scene) -> str | None:

@@ -8,7 +8,6 @@ from importlib.metadata import version
 from pathlib import Path
 
 from pydantic import ValidationError
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..coverage.rings import Setup, named_setup
@@ -39,6 +38,7 @@ from .protective import protective_lines
 from .sensing import sensor_lines
 from .sighting import check_scene_sight, mounting_lines, print_sight, without_lines
 from .tables import ring_table, target_label, zeta_table
+from .terminal import Terminal, say_json
 
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
 PAPER_TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 0.5), Target("V_S", 1.5))
@@ -79,10 +79,15 @@ def papers(scene: Scene) -> dict[str, Setup]:
 
 
 def find(
-    scene: Scene, space: Space, seed: int, time_cap: float, verifier: Verifier, console: Console, aim: Aim
+    scene: Scene, space: Space, seed: int, time_cap: float, verifier: Verifier, console: Terminal, aim: Aim
 ) -> searching.SearchResult:
     """Run the search with a progress bar on ``console``; ``verifier`` counts its answer."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TextColumn("{task.fields[best]}", markup=False),
+        TimeElapsedColumn(),
+    )
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
@@ -97,10 +102,15 @@ def find(
 
 
 def find_fewest(
-    scene: Scene, wanted: float, seed: int, time_cap: float, voxel: float, console: Console, aim: Aim
+    scene: Scene, wanted: float, seed: int, time_cap: float, voxel: float, console: Terminal, aim: Aim
 ) -> tuple[searching.SearchResult, ReachModel]:
     """Run the searches for fewest sensors with a progress bar on ``console``."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TextColumn("{task.fields[best]}", markup=False),
+        TimeElapsedColumn(),
+    )
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
@@ -147,7 +157,7 @@ def compared(scene: Scene) -> list[Target]:
 
 
 def compare(
-    scene: Scene, setup: Setup, known: tuple[Verified, ...], verifier: Verifier, console: Console
+    scene: Scene, setup: Setup, known: tuple[Verified, ...], verifier: Verifier, console: Terminal
 ) -> list[VerifyResult]:
     """Zeta of the proposal and of the paper's setups for all targets, by one verifier; ``known``: what is counted already of
     the proposal."""
@@ -166,7 +176,7 @@ def compare(
     return results
 
 
-def asked_values(scene: Scene, setup: Setup, value: float, voxel: float, console: Console, aim: Aim) -> dict[str, float]:
+def asked_values(scene: Scene, setup: Setup, value: float, voxel: float, console: Terminal, aim: Aim) -> dict[str, float]:
     """What was asked for, in percent, of the proposal and of the paper's setups, where it is not zeta itself."""
     if aim.plain:
         return {}
@@ -193,7 +203,7 @@ def place(
 ) -> None:
     """Search a placement for ``scene`` that is good by ``aim``, verify it beside the paper's setups, and write proposal,
     picture and result; InfeasibleError where the rules leave none."""
-    console, log = Console(), Console(stderr=True)
+    console, log = Terminal(), Terminal(stderr=True)
     check_scene(scene, voxel)
     check_scene_sight(scene)
     verifier, reached = Verifier(scene, voxel), None
@@ -228,7 +238,7 @@ def place(
         write_text(files["result"], record.model_dump_json(indent=2) + "\n")
         write_text(files["proposal"], to_toml(proposal, _HEADING))
     if as_json:
-        print(record.model_dump_json(indent=2))
+        say_json(record.model_dump_json(indent=2))
         return
     console.print(ring_table(result.setup, scene.robot))
     sensors = {"proposal": result.setup.sensors} | {name: one.sensors for name, one in papers(scene).items()}

@@ -9,7 +9,6 @@ from typing import Annotated
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
-from rich.console import Console
 
 from ..coverage.rings import Setup
 from ..objectives.scene import Scene
@@ -22,6 +21,7 @@ from .app import (
     app,
 )
 from .shared import AS_IT_IS, SubjectOptions
+from .terminal import Terminal, say
 
 FILE = "report.html"
 
@@ -58,7 +58,7 @@ def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: i
 
     check_scene(scene, voxel)
     check_sight(scene, setup)
-    origin, folder, console = how_found(name), output_folder(out), Console(stderr=True)
+    origin, folder, console = how_found(name), output_folder(out), Terminal(stderr=True)
     facts = gather(name, setup, scene, voxel, draws, seed, origin, console)
     versions = {package: version(package) for package in PACKAGES} | {"python": sys.version.split()[0]}
     with console.status("drawing"), TemporaryDirectory() as pictures:
@@ -70,5 +70,5 @@ def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: i
         created = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
         text = html(page(facts, sys.argv[1:], versions, created), Path(pictures), f"Placement report: {Path(name).name}")
     write_text(folder / FILE, text)
-    print(answer(facts).replace("**", ""))
-    print(f"  {folder / FILE}")
+    say(answer(facts).replace("**", ""))
+    say(f"  {folder / FILE}")

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
+import tomli_w
 from rich.table import Table
 
 from ..coverage.robot import Robot
 from ..coverage.robots import ROBOTS
 from ..objectives.scene import Rules, Scene
 from ..placement.errors import UserError, shown
+from ..placement.escaping import printable
 from ..placement.files.robot_convert import robot_file
 from ..placement.robot.meshes import Meshes, Which
 from ..placement.robot.robot_fit import Fit, fit_robot, outlines
@@ -20,6 +21,7 @@ from ..placement.robot.urdf import read_urdf
 from ..placement.robot.urdf_chain import pick_chain
 from ..placement.writing import output_folder, to_toml, write_text
 from .robot_picture import robot_picture
+from .terminal import Terminal
 
 _LIST = re.compile(r"\[\n[-+.\deE,\s]+\]")  # of numbers, over several lines
 _CLEARANCE = 0.02  # m, from what a ring surrounds to its sensors
@@ -41,7 +43,7 @@ def import_urdf(
     """The robot in a URDF with bodies and mounts fitted to its meshes, told on stderr; UserError for one that is bad."""
     urdf = read_urdf(path)
     picked = pick_chain(urdf, base, tip)
-    log = Console(stderr=True)
+    log = Terminal(stderr=True)
     with log.status("fitting") as status:
 
         def tell(link: str) -> None:
@@ -63,7 +65,7 @@ def robots() -> None:
         table.add_column(column, justify="right" if column in ("joints", "reach, m") else "left")
     for robot in ROBOTS.values():
         table.add_row(robot.name, str(len(robot.chain)), f"{robot.reach:g}", _mounts(robot), robot.source)
-    Console().print(table)
+    Terminal().print(table)
 
 
 def _mounts(robot: Robot) -> str:
@@ -81,12 +83,10 @@ def ring_radius(robot: Robot) -> float:
 def scene_text(robot: Robot, file: str) -> str:
     """A scene that names the robot's file, as TOML."""
     angles = ", ".join(f"{round(math.degrees(a), 3) + 0.0:g}" for a in robot.rest)
-    links = "".join(
-        f"\n[mounts.{link if link.replace('_', '').isalnum() and link.isascii() else shown(link)}]\nposition = [0.0, 1.0]\n"
-        for link in robot.links
-    )
+    keys = [tomli_w.dumps({link: 0}).removesuffix(" = 0\n") for link in robot.links]
+    links = "".join(f"\n[mounts.{key}]\nposition = [0.0, 1.0]\n" for key in keys)
     return (
-        f"# A scene on {robot.name.encode('ascii', 'replace').decode()}. Edit it, then: place-rings --scene scene.toml\n"
+        f"# A scene on {printable(robot.name)}. Edit it, then: place-rings --scene scene.toml\n"
         f'robot = "{file}"\nring_radius = {ring_radius(robot):g}  # m, clear of all mounts\n\n'
         f"[[poses]]\nq_deg = [{angles}]\n"
         f"{links}"
@@ -117,7 +117,7 @@ def robot(
     text = to_toml(robot_file(found), _HEADING.format(file=files[0].name))
     write_text(files[0], _LIST.sub(lambda m: "[" + ", ".join(m[0][1:-1].replace(",", " ").split()) + "]", text))
     write_text(files[1], scene_text(found, files[0].name))
-    console = Console()
+    console = Terminal()
     console.print(_mount_table(found))
     if fit.links:
         console.print(_body_table(fit))

@@ -1,6 +1,5 @@
 """The command that asks how robust a setup is: against blind sensors and rings, and against errors of its mounting."""
 
-from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
@@ -15,9 +14,10 @@ from .aim_options import Robustness
 from .place import check_scene
 from .sighting import check_sight
 from .tables import target_label
+from .terminal import Terminal, say_json
 
 
-def assess(name: str, setup: Setup, scene: Scene, asked: Robustness, console: Console) -> list[RobustnessResult]:
+def assess(name: str, setup: Setup, scene: Scene, asked: Robustness, console: Terminal) -> list[RobustnessResult]:
     """Redundancy and tolerance of ``setup`` for the scene's goals, with a progress bar on ``console``."""
     verifier, results = Verifier(scene, asked.voxel), []
     with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
@@ -34,12 +34,12 @@ def robustness(name: str, setup: Setup, scene: Scene, asked: Robustness, as_json
     """Print redundancy and tolerance of ``setup`` for the scene's goals."""
     check_scene(scene, asked.voxel)
     check_sight(scene, setup)
-    results = assess(name, setup, scene, asked, Console(stderr=True))
+    results = assess(name, setup, scene, asked, Terminal(stderr=True))
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
-        print(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
+        say_json(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
         return
-    console = Console()
+    console = Terminal()
     console.print(robustness_table(results))
     for r in results:
         console.print(f"{target_label(r)}: {lines(r)}", soft_wrap=True, highlight=False)

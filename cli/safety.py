@@ -8,7 +8,6 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.progress import Progress
 
 from ..coverage.catalogue import MODELS
@@ -29,6 +28,7 @@ from ..studies.moments import STEP, Moments, moments_of_record, moments_of_scene
 from ..studies.pages import csv_text
 from .protective import formula
 from .sensing import sensor_lines
+from .terminal import Terminal, say_json
 
 ASSUMED_HZ = 20.0  # where no rate is sourced
 DARK_TARGET = 0.17  # reflectance where none is asked: the darkest that is sourced for the most common sensor
@@ -90,7 +90,7 @@ def safety(
     stands, floor = tuple(o.body for o in scene.obstacles), floor_of(scene)
     setups = [setup] if range_m >= needed else [setup, farther]
     found: list[Approaches] = []
-    with Progress(*Progress.get_default_columns(), console=Console(stderr=True), transient=True) as bar:
+    with Progress(*Progress.get_default_columns(), console=Terminal(stderr=True), transient=True) as bar:
         task = bar.add_task("walking in", total=len(setups) * asked.approaches)
         for one in setups:
             done = len(found) * asked.approaches
@@ -109,7 +109,7 @@ def safety(
     write_text(folder / "safety.json", result.model_dump_json(indent=2) + "\n")
     write_text(folder / "README.md", detection_page.page(result, command))
     if as_json:
-        print(result.model_dump_json(indent=2))
+        say_json(result.model_dump_json(indent=2))
         return
     _show(result, folder)
 
@@ -173,7 +173,7 @@ def _result(
 
 
 def _show(r: SafetyResult, folder: Path) -> None:
-    console = Console()
+    console = Terminal()
 
     def say(text: str) -> None:
         console.print(text, highlight=False, soft_wrap=True)

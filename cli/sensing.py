@@ -3,7 +3,6 @@
 import json
 from dataclasses import replace
 
-from rich.console import Console
 from rich.table import Table
 
 from ..coverage.catalogue import MODELS, Model
@@ -12,6 +11,7 @@ from ..coverage.sensors import Sensor, Use
 from ..placement.errors import UserError
 from ..placement.files.results import SensorRecord
 from ..placement.files.sensing import sensor_record
+from .terminal import Terminal, say, say_json
 
 
 def resolve_sensor(
@@ -71,7 +71,7 @@ def _figures(model: Model) -> str:
 def sensors(as_json: bool) -> None:
     """Print the catalogue."""
     if as_json:
-        print(json.dumps([sensor_record(effective(Use(name))).model_dump(mode="json") for name in MODELS], indent=2))
+        say_json(json.dumps([sensor_record(effective(Use(name))).model_dump(mode="json") for name in MODELS], indent=2))
         return
     table = Table(
         title="Ranges in m of a white target (88 %, Benewake 90) that fills the beam, unless said", title_justify="left"
@@ -83,7 +83,7 @@ def sensors(as_json: bool) -> None:
         least, rate = ("–" if v is None else f"{v:g}" for v in (m.least_m, m.rate_hz))
         zones = "1" if m.zones == 1 else f"{m.zones}×{m.zones}"
         table.add_row(m.name, beam, zones, _figures(m), least, rate)
-    console = Console()
+    console = Terminal()
     console.print(table)
     for m in MODELS.values():
         note = f" ({m.note})" if m.note else ""
@@ -91,6 +91,4 @@ def sensors(as_json: bool) -> None:
         if m.board is not None:
             size = " × ".join(f"{1000 * side:.4g}" for side in (m.board.width, m.board.height, m.board.thickness))
             console.print(f"{m.name} on a board of {size} mm: {m.board.source}", highlight=False, soft_wrap=True)
-    print(
-        "No prices: none is sourced. Nearer than its least range a sensor still answers, with a distance not to be trusted."
-    )
+    say("No prices: none is sourced. Nearer than its least range a sensor still answers, with a distance not to be trusted.")

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from itertools import groupby
 
-from rich.console import Console
 from rich.table import Table
 
 from ..coverage.occlusion import OCCLUSIONS
@@ -16,6 +15,7 @@ from ..objectives.standing import REAL
 from ..placement.errors import UserError
 from ..placement.files.results import UnseeingModel, VerifyResult
 from .tables import target_label
+from .terminal import Terminal
 
 ADVICE = (
     "On a real mount the robot's body is in the way: take shadow for sensors of many zones, blind for sensors of one zone,"
@@ -95,7 +95,7 @@ def scene_lines(scene: Scene) -> list[str]:
 
 
 def print_sight(
-    console: Console,
+    console: Terminal,
     results: Sequence[VerifyResult],
     blind: Sequence[UnseeingModel],
     scene: Scene,

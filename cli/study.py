@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from ..coverage.targets import Target
@@ -34,6 +33,7 @@ from ..studies.pages import csv_text
 from ..studies.store import Cell, Store
 from ..studies.works import MEASURING, WORKS
 from .pipes import gone_is_an_error
+from .terminal import Terminal, say
 
 _SENSORS, _PAPERS = 80, (24, 48, 80, 112)  # of the front with most points, and of the others
 Measure = Callable[[str, list[Cell]], list[Any]]
@@ -54,10 +54,15 @@ def _runner(workers: int, scheduler: str | None) -> Iterator[Callable[..., list[
 @contextmanager
 def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Measure]:
     """Measures cells under a progress bar with a heading; what the folder holds already is not measured again."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
     with (
         Store(folder / "cells.sqlite", program(WORKS, MEASURING)) as store,
-        Progress(*columns, console=Console(stderr=True), transient=True) as bar,
+        Progress(*columns, console=Terminal(stderr=True), transient=True) as bar,
     ):
         try:
             with _runner(workers, scheduler) as run_cells:
@@ -69,7 +74,7 @@ def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Me
                 yield measure
         except KeyboardInterrupt:
             bar.stop()
-            print(f"place-rings: stopped; what is measured is kept in {store.file}, run again to go on", file=sys.stderr)
+            say(f"place-rings: stopped; what is measured is kept in {store.file}, run again to go on", error=True)
             sys.exit(130)
 
 
@@ -85,7 +90,7 @@ def study_convergence(out: Path, workers: int = 1, scheduler: str | None = None)
     write_text(folder / "data.csv", csv_text([vars(row) for row in rows]))
     convergence_report.picture(rows, folder / "convergence.png")
     write_text(folder / "README.md", convergence_report.page(rows, shlex.join(["place-rings", "study", "convergence"])))
-    print(folder / "README.md")
+    say(str(folder / "README.md"))
 
 
 def _feasible(scene: Scene, sensors: int) -> bool:
@@ -120,7 +125,7 @@ def study_pareto(
         write_text(folder / name, text)
     for file in gone:
         file.unlink(missing_ok=True)
-    print(folder / "README.md")
+    say(str(folder / "README.md"))
 
 
 def study_paper(out: Path, seed: int, workers: int = 1, scheduler: str | None = None) -> None:
@@ -131,7 +136,7 @@ def study_paper(out: Path, seed: int, workers: int = 1, scheduler: str | None = 
         command = ["place-rings", "study", "paper", *(["--seed", str(seed)] if seed else [])]
         for name, text in paper_page.write(findings, folder, shlex.join(command)).items():
             write_text(folder / name, text)
-    print(folder / "README.md")
+    say(str(folder / "README.md"))
 
 
 def study_bound(out: Path, seed: int, workers: int = 1, scheduler: str | None = None) -> None:
@@ -143,7 +148,7 @@ def study_bound(out: Path, seed: int, workers: int = 1, scheduler: str | None = 
     bound_report.picture(rows, folder / "bound.png")
     command = ["place-rings", "study", "bound", *(["--seed", str(seed)] if seed else [])]
     write_text(folder / "README.md", bound_report.page(rows, shlex.join(command)))
-    print(folder / "README.md")
+    say(str(folder / "README.md"))
 
 
 def study_robots(out: Path, seed: int, workers: int = 1, scheduler: str | None = None) -> None:
@@ -154,4 +159,4 @@ def study_robots(out: Path, seed: int, workers: int = 1, scheduler: str | None =
     command = ["place-rings", "study", "robots", *(["--seed", str(seed)] if seed else [])]
     for name, text in robots_report.write(rows, folder, shlex.join(command)).items():
         write_text(folder / name, text)
-    print(folder / "README.md")
+    say(str(folder / "README.md"))

@@ -18,6 +18,7 @@ from .options import (
     resolve_pair,
     resolve_scene,
 )
+from .terminal import say_json
 
 
 @app.command
@@ -132,4 +133,4 @@ def schema(
     from ..rig.check_models import CheckResult
 
     model = CheckResult if name == "check" else MODELS[name]
-    print(json.dumps(model.model_json_schema(), indent=2))
+    say_json(json.dumps(model.model_json_schema(), indent=2))

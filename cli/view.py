@@ -9,7 +9,6 @@ from typing import Annotated
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
-from rich.console import Console
 
 from ..coverage.points import EmptySolidError
 from ..objectives.scene import Scene
@@ -19,6 +18,7 @@ from ..placement.writing import output_folder
 from .app import Subject, app
 from .options import urdf_of
 from .shared import AS_IT_IS, SubjectOptions
+from .terminal import Terminal, say
 
 _PATIENCE = 0.5  # s, for the server to take leave of its pages
 
@@ -73,7 +73,7 @@ def run(
         check_sight(scene, setup)
     body = read_skin(urdf, packages, scene.robot) if urdf is not None else None
     folder = None if out is None else output_folder(out)
-    console = Console(stderr=True)
+    console = Terminal(stderr=True)
     with console.status("drawing points"):
         room = Room(scene, setups, folder, body)
         try:
@@ -84,7 +84,7 @@ def run(
     server = Server(room, host, port)
     if host not in (LOOPBACK, "localhost", "::1"):
         console.print(f"Careful: whoever reaches {host} can use this page; it has no password.", highlight=False)
-    print(f"{server.url}  (Ctrl-C ends it)", flush=True)
+    say(f"{server.url}  (Ctrl-C ends it)")
     try:
         if browser:
             webbrowser.open(server.url)

@@ -5,6 +5,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from .escaping import printable
+
 NAMED, IN_LINE = "by name", "in-line"  # kinds of one key: no parts of its name
 _LONGEST = 60  # characters shown of a text that was found
 
@@ -13,7 +15,7 @@ class UserError(Exception):
     """Something that the user gave cannot be used. Its text is one printable line: the caller prints it and exits with 2."""
 
     def __init__(self, line: str) -> None:
-        super().__init__("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
+        super().__init__(printable(line))
 
 
 def shown(value: Any) -> str:

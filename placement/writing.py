@@ -11,6 +11,7 @@ import tomli_w
 from pydantic import BaseModel
 
 from .errors import UserError
+from .escaping import printable
 
 
 def write_text(path: Path, text: str) -> None:
@@ -64,7 +65,7 @@ def _sync_folder(path: Path) -> None:
 
 def to_toml(model: BaseModel, heading: str = "") -> str:
     """A model as TOML under comment lines; keys without a value are left out, as TOML has no null."""
-    comment = "".join(f"# {line}\n" for line in heading.splitlines())
+    comment = "".join(f"# {printable(line)}\n" for line in heading.splitlines())
     return comment + tomli_w.dumps(_drop_none(model.model_dump(mode="json")))
 
 

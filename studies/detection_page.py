@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ..placement.escaping import printable_lines
 from ..placement.files.results import SafetyResult
 from .detection import Approaches
 from .moments import STEP, Moments
@@ -84,7 +85,8 @@ def page(r: SafetyResult, command: str) -> str:
         (f"{d.from_deg:.0f}–{d.to_deg:.0f}", str(d.approaches), f"{d.percent:.1f}", _interval(d)) for d in r.by_direction
     ]
     heads = ("from, °", "approaches", "in time, %", "interval")
-    return "\n".join([*lines, "## By direction", "", table(heads, each), f"Made by `{command}`, seed {r.seed}.", ""])
+    lines += ["## By direction", "", table(heads, each), f"Made by `{command}`, seed {r.seed}.", ""]
+    return printable_lines("\n".join(lines))
 
 
 def _interval(d: Any) -> str:

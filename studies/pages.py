@@ -12,6 +12,8 @@ from typing import Any
 
 from markdown_it import MarkdownIt
 
+from ..placement.escaping import printable, printable_lines
+
 _IMAGE = re.compile(r'src="([\w.-]+\.png)"')
 _PICTURE = re.compile(r"[\w.-]+\.png")
 _MARKUP = str.maketrans({c: f"\\{c}" for c in punctuation if c != "|"})  # a table minds its bars itself
@@ -33,12 +35,12 @@ p:has(+ table), p:has(+ p > img) { break-after: avoid } p { orphans: 3; widows: 
 
 def escaped(text: str) -> str:
     """``text`` of a file or a user as Markdown that shows it as it is, on one line: no link, no picture, no markup."""
-    return " ".join(text.translate(_MARKUP).split())
+    return printable(" ".join(text.split())).translate(_MARKUP)
 
 
 def code(text: str) -> str:
     """A block of Markdown that shows ``text`` as it is, line by line, with an empty line after it."""
-    return "".join(f"    {line}\n" for line in text.splitlines()) + "\n"
+    return "".join(f"    {printable(line)}\n" for line in text.splitlines()) + "\n"
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], right: Collection[int] = ()) -> str:
@@ -59,8 +61,8 @@ def csv_text(records: Sequence[Mapping[str, Any]]) -> str:
 
 
 def html(markdown: str, folder: Path, title: str) -> str:
-    """The page as self-contained HTML. Its images are the PNG files of ``folder`` that it names; whatever else it refers to
-    stays text, so that nothing of a page leads elsewhere."""
+    """The page as self-contained HTML, in which all characters show. Its images are the PNG files of ``folder`` that it
+    names; whatever else it refers to stays text, so that nothing of a page leads elsewhere."""
 
     def embedded(match: re.Match[str]) -> str:
         return f'src="data:image/png;base64,{base64.b64encode((folder / match[1]).read_bytes()).decode()}"'
@@ -69,9 +71,9 @@ def html(markdown: str, folder: Path, title: str) -> str:
     parser.validateLink = lambda url: _PICTURE.fullmatch(url) is not None and (folder / url).is_file()  # type: ignore[method-assign]
     head = (
         f'<meta charset="utf-8"><meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
-        f'<meta name="viewport" content="width=device-width"><title>{escape(title)}</title>'
+        f'<meta name="viewport" content="width=device-width"><title>{escape(printable(title))}</title>'
     )
-    body = _IMAGE.sub(embedded, parser.render(markdown))
+    body = _IMAGE.sub(embedded, parser.render(printable_lines(markdown)))
     return (
         f'<!doctype html>\n<html lang="en">\n<head>{head}\n<style>{_STYLE}</style></head>\n<body>\n{body}</body>\n</html>\n'
     )

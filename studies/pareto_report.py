@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from ..placement.escaping import printable_lines
 from ..placement.files.convert import ring_models, scene_model
 from ..placement.files.proposals import ProposalFile
 from ..placement.writing import to_toml
@@ -53,7 +54,7 @@ def write(
     """Draw the plot into ``folder`` and return the texts of the other files by name."""
     picture(points, names, folder / "front.png")
     kept = front([p for p in points if not is_papers(p)])
-    text = "\n".join(_page(points, kept, names, command))
+    text = printable_lines("\n".join(_page(points, kept, names, command)))
     lines = [
         {"sensors": p.sensors, "found": p.name, names[0]: round(p.first, 4), names[1]: round(p.second, 4)}
         | {"rings": len(p.rings), "on_front": p in kept, "file": _file(p, kept)}

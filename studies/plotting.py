@@ -6,7 +6,9 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
+from ..placement.escaping import printable_lines
 from ..placement.writing import write_bytes
 
 INK, GREY, GRID = "#23272b", "#666d75", "#d9dde1"
@@ -34,6 +36,8 @@ def plain(ax: Axes, title: str = "", x: str = "", y: str = "") -> None:
 
 def save(figure: Figure, file: Path) -> None:
     """Write the figure as PNG: the old file or the new, never half; UserError if it cannot be written."""
+    for text in figure.findobj(Text):
+        text.set_text(printable_lines(text.get_text()))
     data = io.BytesIO()
     figure.savefig(data, dpi=120, format="png")
     write_bytes(file, data.getvalue())

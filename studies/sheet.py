@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
 
+from ..placement.escaping import printable_lines
 from ..placement.writing import write_bytes
 
 # Okabe and Ito's colours, told apart by every kind of colour vision: cool ones see, the hot one is unseen.
@@ -106,6 +107,7 @@ def write_png(path: Path, figure: Figure, finer: int = 1) -> None:
     dpi = figure.dpi
     for text in figure.findobj(Text):
         text.set_parse_math(False)  # a dollar in a name is a dollar
+        text.set_text(printable_lines(text.get_text()))
     figure.set_dpi(finer * dpi)
     canvas, data = FigureCanvasAgg(figure), io.BytesIO()
     canvas.draw()

@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 import re
 import signal
 import subprocess
@@ -15,6 +16,7 @@ import pytest
 from place_rings.cli import check as command
 from place_rings.cli.check_before import require_near_stop, show_near_stops
 from place_rings.cli.main import app
+from place_rings.cli.terminal import Terminal
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Goal, Motion
 from place_rings.placement.errors import UserError
@@ -38,7 +40,6 @@ from place_rings.rig.robot.vetting import STALE
 from place_rings.rig.rod.plan import places, plan_rod
 from place_rings.rig.rod.rod import Rod
 from place_rings.rig.simulated_cell.cell import Cell, simulated_rig
-from rich.console import Console
 
 from .rig_cell import SCENE as CELL
 from .rig_cell import SETUP
@@ -337,7 +338,7 @@ def test_too_few_sensors_with_a_near_stop_are_refused_unless_waived():
         require_near_stop(stops, strict, False)
     require_near_stop(stops, strict, True)
     require_near_stop(stops, lax, False)
-    console = Console(record=True, width=140, file=io.StringIO())
+    console = Terminal(record=True, width=140, file=io.StringIO())
     show_near_stops(stops, SETUP, SCENE, console)
     text, rings = console.export_text(), by_ring(stops, SETUP, [b.name for b in SCENE.robot.bodies])
     for name, ring in zip(("forearm", "tool"), rings, strict=True):
@@ -445,7 +446,8 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
         rings = [f"--ring={name}={rig.ring(i)}" for i, name in enumerate(("forearm", "tool"))]
         call = [sys.executable, "-m", "place_rings.cli.entry", "check", "small.toml", "--robot-host", rig.address]
         more = ["--voxel", "0.1", "--seconds", "2", *words]
-        return subprocess.run([*call, *rings, *more], input=said, capture_output=True, text=True, cwd=tmp_path)
+        wide = {**os.environ, "COLUMNS": "140"}
+        return subprocess.run([*call, *rings, *more], input=said, capture_output=True, text=True, cwd=tmp_path, env=wide)
 
     with simulated_rig(scene, SETUP, 0, tmp_path) as rig:
         looked = run(rig, "--part", "self", "--out", "looked")

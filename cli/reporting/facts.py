@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from rich.console import Console
 from rich.progress import Progress
 
 from ...coverage.mounting import MountingErrors
@@ -20,6 +19,7 @@ from ..aim_options import Robustness
 from ..place import compared, counted, papers
 from ..robustness import assess
 from ..sighting import mounting_lines
+from ..terminal import Terminal
 
 _SEEN = 3  # sensors that are told apart
 _LOOKED = 8  # poses at which blind spots are sought
@@ -69,7 +69,7 @@ def looked_at(scene: Scene, worst: int) -> list[int]:
 
 
 def gather(
-    name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: int, found: FoundModel | None, console: Console
+    name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: int, found: FoundModel | None, console: Terminal
 ) -> Facts:
     """Count all that a report of ``setup`` says, with progress on ``console``."""
     setups = {name: setup} | {paper: one for paper, one in papers(scene).items() if one != setup and paper != name}

@@ -8,6 +8,7 @@ import viser
 
 from ...coverage.occlusion import OCCLUSIONS
 from ...coverage.rings import Setup
+from ...placement.escaping import printable
 from . import words
 from .colours import KINDS
 from .draft import MOST_SENSORS, STEEPEST_DEG
@@ -19,7 +20,18 @@ AS_ASKED = "as the scene asks"
 
 
 def _label(i: int, link: str) -> str:
-    return f"{i}: {link[:40]}"
+    return f"{i}: {printable(link)[:40]}"
+
+
+def labelled(names: Sequence[str]) -> dict[str, str]:
+    """Return each name by its printable text; where two share one, the later gets its number too."""
+    found = dict[str, str]()
+    for i, name in enumerate(names):
+        label = printable(name)
+        while label in found:
+            label += f" ({i})"
+        found[label] = name
+    return found
 
 
 class Controls:
@@ -28,9 +40,10 @@ class Controls:
     def __init__(self, gui: viser.GuiApi, room: Room, names: Sequence[str]) -> None:
         """Build them for the setups of that ``names``."""
         self._room, self._names = room, list(names)
-        self._setups = [f"{chr(65 + i)}: {name[:60]}" for i, name in enumerate(names)]
+        self._setups = [f"{chr(65 + i)}: {printable(name)[:60]}" for i, name in enumerate(names)]
         first = next(iter(room.setups.values()))
         self._rings = [_label(i, r.link) for i, r in enumerate(first.rings)]
+        self._links = labelled(room.scene.robot.links)
         self.heading, self.zeta, self.legend = gui.add_html(""), gui.add_html(""), gui.add_html("")
         with gui.add_folder("Look"):
             poses = len(room.scene.poses)
@@ -51,7 +64,7 @@ class Controls:
             self.robot = gui.add_checkbox("Robot", True)
         with gui.add_folder("Rings"):
             self.ring = gui.add_dropdown("Ring", self._rings, hint="Or click a ring.")
-            self.link = gui.add_dropdown("Link", room.scene.robot.links)
+            self.link = gui.add_dropdown("Link", list(self._links))
             self.position = gui.add_slider("Position", 0.0, 1.0, 0.005, 0.0, hint="0 proximal, 1 distal")
             self.tilt = gui.add_slider("Tilt, °", -STEEPEST_DEG, STEEPEST_DEG, 0.5, 0.0, hint="positive towards distal")
             self.phase = gui.add_slider("Phase, °", 0.0, 360.0, 0.5, 0.0, hint="about the link's axis")
@@ -86,6 +99,10 @@ class Controls:
         """Which ring a choice means; ValueError for none."""
         return self._rings.index(label)
 
+    def link_named(self, label: str) -> str:
+        """Which link a choice means; ``label`` itself where it is none."""
+        return self._links.get(label, label)
+
     def tell(
         self,
         setups: Sequence[Setup],
@@ -114,7 +131,7 @@ class Controls:
         if tuple(self.ring.options) != tuple(self._rings):
             self.ring.options = tuple(self._rings)
         self.ring.value = self._rings[i]
-        self.link.value = ring.link
+        self.link.value = next(label for label, link in self._links.items() if link == ring.link)
         self.position.disabled = self._room.scene.robot.mount(ring.link).length == 0
         self.count.max = most
         values: tuple[tuple[Any, float], ...] = (

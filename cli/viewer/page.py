@@ -17,6 +17,7 @@ from ...coverage.occlusion import OCCLUSIONS, Occlusion
 from ...coverage.rings import Setup
 from ...coverage.targets import Target
 from ...placement.errors import UserError
+from ...placement.escaping import printable
 from ...placement.writing import write_bytes
 from . import words
 from .colours import KINDS
@@ -57,7 +58,7 @@ class Page:
         client.scene.add_frame("/base", axes_length=0.25, axes_radius=0.006)
         for i, name in enumerate(self._names if len(self._names) > 1 else []):
             top = float(room.drawing.box(self._choice)[1][2])
-            client.scene.add_label(f"/setup{i}/name", name[:60], position=(0.0, 0.0, top + 0.1))
+            client.scene.add_label(f"/setup{i}/name", printable(name)[:60], position=(0.0, 0.0, top + 0.1))
         self.controls = Controls(client.gui, room, self._names)
         self._connect()
         self._show()
@@ -76,12 +77,12 @@ class Page:
         for kind in KINDS:
             self._on(c.kinds[kind.number], partial(self._choose_kind, kind.number))
         self._on(c.ring, lambda v: choose(ring=c.ring_number(v)))
-        self._on(c.link, lambda v: self._change(link=v))
+        self._on(c.link, lambda v: self._change(link=c.link_named(v)))
         self._on(c.position, lambda v: self._change(position=float(v)))
         self._on(c.tilt, lambda v: self._change(tilt_deg=float(v)))
         self._on(c.phase, lambda v: self._change(phase_deg=float(v)))
         self._on(c.count, lambda v: self._change(count=int(v)))
-        self._press(c.add, lambda: self._edit(lambda d: d.added(c.link.value), chosen=-1))
+        self._press(c.add, lambda: self._edit(lambda d: d.added(c.link_named(c.link.value)), chosen=-1))
         self._press(c.remove, lambda: self._edit(lambda d: d.removed(self._choice.ring)))
         self._press(c.again, lambda: self._edit(lambda d: replace(d, setup=self._room.setups[self._names[self._active]])))
         self._press(c.prove, self._prove)
@@ -303,7 +304,7 @@ class Page:
             f"{t} {100 * self._room.glance.zeta(setups[self._active], t, choice.occlusion):.1f} %"
             for t in self._room.targets
         ]
-        title = f"{self._names[self._active]}: {setups[self._active].sensors} sensors"
+        title = f"{printable(self._names[self._active])}: {setups[self._active].sensors} sensors"
         camera = self._client.camera
         size = (camera.image_height or 800, camera.image_width or 1200)
         try:

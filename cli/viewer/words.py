@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
+from ...placement.escaping import printable
 from ...placement.files.result_convert import verify_result
 from ..tables import percent
 from ..words import counted
@@ -25,13 +26,18 @@ class Row:
     values: tuple[tuple[float, float], ...]
 
 
+def _text(text: str) -> str:
+    """A text as HTML that shows all of it."""
+    return escape(printable(text))
+
+
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table of cells, escaped here; the first column is to the left."""
     side = ["left"] + ["right"] * (len(head) - 1)
     cell = "<{0} style='text-align:{1};padding:1px 6px;font-variant-numeric:tabular-nums'>{2}</{0}>"
-    lines = ["".join(cell.format("th", s, escape(h)) for s, h in zip(side, head, strict=True))]
+    lines = ["".join(cell.format("th", s, _text(h)) for s, h in zip(side, head, strict=True))]
     lines += [
-        "".join(cell.format("td", f"{s};white-space:nowrap", escape(c)) for s, c in zip(side, row, strict=True))
+        "".join(cell.format("td", f"{s};white-space:nowrap", _text(c)) for s, c in zip(side, row, strict=True))
         for row in rows
     ]
     return f"<table style='font-size:13px;border-collapse:collapse'>{''.join(f'<tr>{x}</tr>' for x in lines)}</table>"
@@ -44,10 +50,10 @@ def _box(text: str) -> str:
 def heading(names: Sequence[str], robot: str, sensors: Sequence[int], rings: Sequence[int]) -> str:
     """What is shown, and the idea in a line."""
     each = (
-        f"<b>{escape(n)}</b>: {counted(k, 'sensor')} on {counted(r, 'ring')}"
+        f"<b>{_text(n)}</b>: {counted(k, 'sensor')} on {counted(r, 'ring')}"
         for n, k, r in zip(names, sensors, rings, strict=True)
     )
-    return _box(f"{'<br>'.join(each)}<br>robot {escape(robot)}<br><span style='color:#555'>{IDEA}</span>")
+    return _box(f"{'<br>'.join(each)}<br>robot {_text(robot)}<br><span style='color:#555'>{IDEA}</span>")
 
 
 def zeta_table(names: Sequence[str], rows: Sequence[Row], seconds: float, poses: str) -> str:
@@ -57,15 +63,15 @@ def zeta_table(names: Sequence[str], rows: Sequence[Row], seconds: float, poses:
     for name in names:
         head += [f"{name}, as opened", "now"] if several else ["as opened", "now"]
     cells = [[r.target, *(f"{100 * v:.1f}" for pair in r.values for v in pair)] for r in rows]
-    note = f"<span style='color:#555'>about, by points{escape(poses)}; {seconds:.2f} s</span>"
+    note = f"<span style='color:#555'>about, by points{_text(poses)}; {seconds:.2f} s</span>"
     return _box(_table(head, cells) + note)
 
 
 def legend(shares: Sequence[float], target: str, where: str) -> str:
     """The colours in words, with the share of the target's points that each has; ``where``: setup and pose."""
     dot = "<span style='color:{0};font-size:16px'>&#9679;</span> {2:.1f} % {1}"
-    lines = (dot.format(k.colour, escape(k.words), 100 * s) for k, s in zip(KINDS, shares, strict=True))
-    return _box(f"Points of {escape(target)}{escape(where)}<br>" + "<br>".join(lines))
+    lines = (dot.format(k.colour, _text(k.words), 100 * s) for k, s in zip(KINDS, shares, strict=True))
+    return _box(f"Points of {_text(target)}{_text(where)}<br>" + "<br>".join(lines))
 
 
 def proof_table(name: str, proofs: Sequence[Proof]) -> str:
@@ -75,9 +81,9 @@ def proof_table(name: str, proofs: Sequence[Proof]) -> str:
         c, voxels = p.certified, p.counted
         of = "" if voxels.target_voxels is None else f"{voxels.target_voxels:,}"
         rows.append([str(c.target), f"{100 * voxels.zeta:.2f}", of, percent(verify_result("", c), "certified")])
-    return _box(escape(name) + _table(["ζ in %", "counted", "of cm³", "guaranteed"], rows))
+    return _box(_text(name) + _table(["ζ in %", "counted", "of cm³", "guaranteed"], rows))
 
 
 def note(text: str, bad: bool = False) -> str:
     """A line of plain text."""
-    return _box(f"<span style='color:{'#b00020' if bad else '#333'}'>{escape(text)}</span>") if text else ""
+    return _box(f"<span style='color:{'#b00020' if bad else '#333'}'>{_text(text)}</span>") if text else ""

@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from ..escaping import printable_lines
 from ..files.results import PrintedRing
 from .plan import Plan
 from .shading import frame_of, looking, render
@@ -52,6 +53,7 @@ def _png(figure: Figure) -> bytes:
     out = io.BytesIO()
     for text in figure.findobj(Text):
         text.set_parse_math(False)  # a dollar in a link's name is a dollar
+        text.set_text(printable_lines(text.get_text()))
     with matplotlib.rc_context({"svg.hashsalt": "place-rings"}):
         FigureCanvasAgg(figure).print_png(out, metadata={"Software": None})
     return out.getvalue()
