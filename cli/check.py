@@ -249,8 +249,8 @@ def _moved_robot(
     with console.status("planning the route"):
         itinerary = Itinerary(scene, setup, start, checked.plans.parts, checked.about.seed)
         stops = itinerary.near_stops()
+    show_near_stops(stops, setup, scene, console)
     if rig is None:
-        show_near_stops(stops, setup, scene, console)
         require_near_stop(stops, scene, asked.reduced_near_stop)
         confirm(scene, checked.plans, itinerary, console)
     session.say("near stop", share=stops.share, waived=asked.reduced_near_stop and stops.share < scene.motion.near_share)

@@ -1,8 +1,10 @@
 """Signals of the operating system that a check turns into errors, so that it ends in order."""
 
+import os
 import signal
+import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
 
@@ -31,4 +33,18 @@ def ended_by_signals() -> Iterator[None]:
 
 
 def _end(number: int, frame: Any) -> NoReturn:
+    if number == signal.SIGHUP:
+        _let_go_of_the_terminal()
     raise KeyboardInterrupt(f"ended by {signal.Signals(number).name}")
+
+
+def _let_go_of_the_terminal() -> None:
+    """Write to nowhere what would go to a terminal that is gone: every write to it would fail."""
+    for standard in range(3):
+        if os.isatty(standard):
+            continue  # it is still there
+        with suppress(OSError):
+            if stat.S_ISCHR(os.fstat(standard).st_mode):
+                nowhere = os.open(os.devnull, os.O_RDWR)
+                os.dup2(nowhere, standard)
+                os.close(nowhere)

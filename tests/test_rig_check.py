@@ -1,17 +1,24 @@
 """The check as a whole: from a recording made by hand, and end to end on the simulated rig, live and replayed."""
 
+import fcntl
 import io
 import json
 import os
+import pty
 import re
+import select
 import signal
 import subprocess
 import sys
-from contextlib import nullcontext
+import termios
+import threading
+import time
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import psutil
 import pytest
 from place_rings.cli import check as command
 from place_rings.cli.check_before import require_near_stop, show_near_stops
@@ -35,6 +42,7 @@ from place_rings.rig.procedure import spans
 from place_rings.rig.recording.recording import Recorded, Recording
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.rig.rings.protocol import encode
+from place_rings.rig.robot.motion import UNSEEN
 from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import STALE
 from place_rings.rig.rod.plan import places, plan_rod
@@ -474,3 +482,56 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
     result = CheckResult.model_validate_json((tmp_path / "moved" / "check.json").read_text())
     assert (result.simulated, result.mount is None or result.mount.stops) in ((False, True), (False, 3))
     assert result.mount is None or result.mount.injected_found is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", ["SIGINT", "SIGTERM", "hang-up"])
+def test_signals_end_a_moving_check_in_order(tmp_path, end):
+    """In a terminal of its own, which goes with the hang-up: the robot is stopped, what was read is judged and written, no
+    process and no folder stays."""
+    pytest.importorskip("rtde_control")
+    (tmp_path / "small.toml").write_text(PROPOSAL)
+    (tmp_path / "temporary").mkdir()
+    words = ["check", "small.toml", "--rig", "sim", "--part", "mount", "--stops", "24", "--voxel", "0.1"]
+    master, slave = pty.openpty()
+    with subprocess.Popen(
+        [sys.executable, "-m", "place_rings.cli.entry", *words],
+        cwd=tmp_path,
+        env={**os.environ, "TMPDIR": str(tmp_path / "temporary")},
+        stdin=slave,
+        stdout=slave,
+        stderr=slave,
+        start_new_session=True,
+        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+    ) as process:
+        os.close(slave)
+        ended = threading.Event()
+        threading.Thread(target=_drained, args=(master, ended), daemon=True).start()
+        recording = tmp_path / "place-rings-check" / "recording-1.rig"
+        while process.poll() is None and not (recording.exists() and b'"near stop"' in recording.read_bytes()):
+            time.sleep(0.1)
+        time.sleep(2.0)
+        family = psutil.Process(process.pid).children(recursive=True)
+        assert len(family) == 3
+        if end == "hang-up":
+            ended.set()  # upon which the master is closed
+        else:
+            process.send_signal(getattr(signal, end))
+        assert process.wait(300) == 3
+    ended.set()
+    psutil.wait_procs(family, 30)
+    assert not any(p.is_running() for p in family)
+    assert list((tmp_path / "temporary").glob("*rig*")) == []
+    result = CheckResult.model_validate_json((recording.parent / "check.json").read_text())
+    why = {"SIGINT": "interrupted", "SIGTERM": "ended by SIGTERM", "hang-up": "ended by SIGHUP"}[end]
+    assert result.verdict == "unfinished"
+    assert any(why in reason and UNSEEN not in reason for reason in result.reasons), result.reasons
+
+
+def _drained(terminal, ended):
+    """Read what is written to a terminal until ``ended``, then hang it up."""
+    while not ended.is_set():
+        if select.select([terminal], [], [], 0.1)[0]:
+            with suppress(OSError):
+                os.read(terminal, 4096)
+    os.close(terminal)

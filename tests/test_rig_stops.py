@@ -1,5 +1,9 @@
 """Stop conditions: whatever leaves the robot without sight asks for a stop, and what does not, does not."""
 
+import importlib
+import re
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,9 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.rig.listening.stop_conditions import RingWatch, StopConditions, StopRules
+from place_rings.rig.rings.health import SILENT
 from place_rings.rig.rings.protocol import Frame, Status
+from place_rings.rig.robot.motion import UNSEEN
+from place_rings.rig.robot.motion_process import LEAVE, SIGN, WATCHDOG
 from place_rings.rig.robot.state import State
-from place_rings.rig.robot.vetting import Ended, LinkFaultError
+from place_rings.rig.robot.vetting import STALE, Ended, LinkFaultError
 
 counts = st.integers(1, 24)
 FAR = 0.15  # m, a near stop
@@ -135,3 +142,54 @@ def test_conditions_name_the_ring_and_go_by_where_the_robot_is():
     lost = LinkFaultError(Ended.STALE)
     assert StopConditions(session(frames, fault=lost), lambda q: calm, StopRules())() == str(lost)
     assert StopConditions(session(frames, trouble="the disk is full"), lambda q: calm, StopRules())() == "the disk is full"
+
+
+BENCHMARKS, DOCS = (Path(__file__).parent.parent / name for name in ("benchmarks", "docs"))
+
+
+@pytest.fixture(scope="module")
+def struck():
+    """The benchmark that strikes a check while it moves."""
+    sys.path.insert(0, str(BENCHMARKS))
+    try:
+        yield importlib.import_module("rig_moving")
+    finally:
+        sys.path.remove(str(BENCHMARKS))
+
+
+def test_the_docs_say_what_makes_it_stop_line_by_line(struck):
+    text = (DOCS / "rig.md").read_text()
+    section = text.partition("### What makes it stop")[2].partition("\n#")[0]
+    rows = re.findall(r"^\| ([^|]+) \| ([^|]+) \|$", section, re.MULTILINE)[2:]
+    assert [name for name, _ in rows] == list(struck.FAULTS)
+    for name, stops in rows:
+        fault = struck.FAULTS[name]
+        assert ("nothing" in stops) == (fault.moves or not fault.stops), name
+    assert f"within {struck.STILL:g} s" in section
+    assert f"within {LEAVE:g} s" in section
+    assert UNSEEN in section
+    for number, limit in (
+        (WATCHDOG, "watchdog, {:g} s"),
+        (SIGN, "{:g} s after the check's"),
+        (SILENT, "after {:g} s without"),
+    ):
+        assert limit.format(number) in section
+    assert f"after {1000 * STALE:g} ms without a state" in section
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(31))
+def test_each_fault_is_reported_and_leaves_the_robot_still(struck, number):
+    """One run of each: times are the benchmark's affair."""
+    pytest.importorskip("rtde_control")
+    name = list(struck.FAULTS)[number]
+    fault = struck.FAULTS[name]
+    cells, found = struck.runs_of(name, 1, 100)
+    assert len(found.said) == 1, cells
+    assert not any("the report says" in wrong and "stood still" not in wrong for wrong in found.wrong), found.wrong
+    if fault.stops and not fault.moves:
+        assert found.still
+
+
+def test_the_faults_are_as_many_as_are_struck(struck):
+    assert len(struck.FAULTS) == 31

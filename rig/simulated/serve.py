@@ -134,6 +134,7 @@ class Simulation:
 
 
 def serve(rig: Rig) -> None:
-    """Run a rig until stdin ends. Ctrl-C is for who started it, and ends that first."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Run a rig until stdin ends. Ctrl-C and a terminal that hangs up end the process that started it first."""
+    for ignored in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(ignored, signal.SIG_IGN)
     asyncio.run(Simulation(rig).run())
