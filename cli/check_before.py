@@ -25,6 +25,8 @@ def require_known_cell(scene: Scene) -> None:
     lacks = []
     if not any("floor" in o.keys for o in scene.obstacles):
         lacks.append("[[obstacles]] floor = HEIGHT_OF_YOUR_FLOOR (m, in the base frame)")
+    if not scene.robot.bodies:
+        lacks.append("a robot with bodies (`place-rings robot` fits them), as nothing else keeps it off the cell and itself")
     if not scene.motion.cell_complete:
         lacks.append("cell_complete = true under [motion], once everything the robot can reach is in [[obstacles]]")
     if lacks:

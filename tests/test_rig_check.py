@@ -21,7 +21,7 @@ import numpy as np
 import psutil
 import pytest
 from place_rings.cli import check as command
-from place_rings.cli.check_before import require_near_stop, show_near_stops
+from place_rings.cli.check_before import require_known_cell, require_near_stop, show_near_stops
 from place_rings.cli.main import app
 from place_rings.cli.terminal import Terminal
 from place_rings.coverage.targets import Target
@@ -314,6 +314,13 @@ def test_a_real_robot_is_not_moved_in_a_cell_that_is_not_known(tmp_path, monkeyp
         word in lacks for word in ("floor = ", "cell_complete = true")
     ]
     assert files_of(tmp_path) == before
+
+
+def test_a_robot_without_bodies_is_not_moved():
+    bare = replace(SCENE, robot=replace(SCENE.robot, bodies=()), motion=Motion(cell_complete=True))
+    require_known_cell(replace(SCENE, motion=Motion(cell_complete=True)))
+    with pytest.raises(UserError, match="add to the scene: a robot with bodies"):
+        require_known_cell(bare)
 
 
 def test_a_simulated_rig_needs_no_statement_and_says_so(tmp_path, monkeypatch, capsys):

@@ -38,12 +38,13 @@ class Told:
     """A link whose robot is at the next place whenever it is asked, and stays at the last."""
 
     def __init__(self):
-        self.path, self.fault = [HOME], None
+        self.path, self.fault, self.clock = [HOME], None, 0.0
 
     def latest(self):
         if self.fault and len(self.path) == 1:
             raise self.fault
-        return State(0.0, 0.0, self.path.pop(0) if len(self.path) > 1 else self.path[0], np.zeros(6))
+        self.clock += 0.008
+        return State(0.0, self.clock, self.path.pop(0) if len(self.path) > 1 else self.path[0], np.zeros(6))
 
 
 @pytest.fixture

@@ -35,6 +35,7 @@ _STILL = 1.0  # s, for the robot to stand still after it was told to
 _LOOK = 0.01  # s
 _STEP = math.radians(2)  # of the way that is checked
 _THERE, _STANDS = 2e-3, 2e-3  # rad of every joint; rad/s
+_FIRM = 5  # states
 _AGAIN = 3.0  # s, for a robot that was lost to answer again
 _PATIENCE = 2.0  # s, beyond what a motion takes by itself
 _DASHBOARD = 29999
@@ -228,14 +229,15 @@ class Mover:
         return bool(np.abs(state.q - q).max() < _THERE and np.abs(state.speed).max() < _STANDS)
 
     def _stands(self, link: Link) -> bool:
-        """Whether the robot is seen to stand still in time."""
-        until = time.monotonic() + _STILL * self._patience
+        """Whether the robot is seen to stand still in time: in ``_FIRM`` states that come one after another."""
+        until, firm, clock = time.monotonic() + _STILL * self._patience, 0, -np.inf
         with suppress(LinkFaultError):
-            while time.monotonic() < until:
-                if np.abs(link.latest().speed).max() < _STANDS:
-                    return True
+            while time.monotonic() < until and firm < _FIRM:
+                state = link.latest()
+                if state.clock > clock:
+                    clock, firm = state.clock, firm + 1 if np.abs(state.speed).max() < _STANDS else 0
                 time.sleep(_LOOK)
-        return False
+        return firm >= _FIRM
 
     def _stands_by_another_link(self) -> bool:
         """The same where the link ended: the robot may still answer a new one."""
@@ -300,7 +302,7 @@ def _undisturbed() -> Iterator[None]:
         yield
     finally:
         for number, handler in before.items():
-            signal.signal(number, handler)
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
 
 class _NoAnswerError(Exception):
