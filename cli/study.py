@@ -32,7 +32,7 @@ from ..studies import (
 from ..studies.engine import program, run
 from ..studies.pages import csv_text
 from ..studies.store import Cell, Store
-from ..studies.works import MEASURING, WORKS
+from ..studies.works import WORKS
 from .pipes import gone_is_an_error
 
 _SENSORS, _PAPERS = 80, (24, 48, 80, 112)  # of the front with most points, and of the others
@@ -56,7 +56,7 @@ def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Me
     """Measures cells under a progress bar with a heading; what the folder holds already is not measured again."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with (
-        Store(folder / "cells.sqlite", program(WORKS, MEASURING)) as store,
+        Store(folder / "cells.sqlite", program(WORKS)) as store,
         Progress(*columns, console=Console(stderr=True), transient=True) as bar,
     ):
         try:

@@ -149,7 +149,7 @@ class Places:
     def _length(self, s: Segment) -> float:
         return max((s.high - s.low) * self.scene.robot.mount(s.link).length, 0.1)
 
-    def limits(self, segment: int, count: int) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
+    def limits(self, segment: int | np.integer, count: int) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
         """Bounds of a ring's values: place in what is free, tilt rad, phase rad. A phase may turn by one sensor's spacing
         either way: what lies beyond repeats."""
         s = self.segments[segment]

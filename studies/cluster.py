@@ -20,7 +20,7 @@ from distributed import Client, Future, KilledWorker, get_worker
 from ..placement.errors import UserError
 from .engine import Work, program
 from .store import Cell, Store
-from .works import MEASURING, WORKS, shared
+from .works import WORKS, shared
 
 _GONE = "the scheduler is gone; what is measured is kept, run again to go on"
 _LOSSES = 3  # workers that a cell may take with it
@@ -31,7 +31,7 @@ _SPLIT = 4  # batches for each worker, at least, where there are enough cells
 
 @cache
 def _own_program() -> str:
-    return program(WORKS, MEASURING)
+    return program(WORKS)
 
 
 def _measure(asked: str, topic: str, keys: list[str]) -> None:
@@ -117,7 +117,7 @@ def run(
         UserError: if a cell ends its worker again and again, a worker has another program, or the scheduler is gone.
     """
     found = {cell.key: store.get(cell) for cell in cells}
-    study = _Study(client, [cell for cell in cells if found[cell.key] is None], program(works, MEASURING))
+    study = _Study(client, [cell for cell in cells if found[cell.key] is None], program(works))
 
     def keep(text: str) -> None:
         key, result, seconds = json.loads(text)

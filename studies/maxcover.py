@@ -39,7 +39,7 @@ class Choice:
 
     def allowed(self, taken: Int[np.ndarray, " _"]) -> bool:
         """Do these candidates keep the budget and every limit?"""
-        return self.cost[taken].sum() <= self.budget and all(
+        return bool(self.cost[taken].sum() <= self.budget) and all(
             np.isin(taken, some).sum() <= most for some, most in self.limits
         )
 

@@ -24,7 +24,7 @@ from ..placement.layout import ring_layout
 from ..placement.progress import Outcome
 from ..placement.schedule import short as shorter
 from ..placement.search import search as searching
-from . import approach, distance, grid, human, maxcover, objects, task, walk
+from . import distance, grid
 from .approach import unseen_approaches
 from .distance import repeated
 from .grid import Grid, bounded
@@ -168,7 +168,6 @@ def shared(cell: Cell) -> str:
     return Cell(cell.work, {key: value for key, value in cell.arguments.items() if key != "setup"}).key
 
 
-MEASURING = (approach, distance, grid, human, maxcover, objects, task, walk)  # modules of this room that works are made of
 WORKS: dict[str, Callable[..., Any]] = {
     "zeta": zeta,
     "place": place,

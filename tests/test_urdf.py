@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,8 +15,9 @@ from place_rings.coverage.chain import forward
 from place_rings.coverage.robots import ROBOTS
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
 from place_rings.placement.errors import UserError
+from place_rings.placement.robot.capsule_fit import Capsule
 from place_rings.placement.robot.meshes import Meshes
-from place_rings.placement.robot.robot_fit import outlines
+from place_rings.placement.robot.robot_fit import FittedLink, outlines
 from place_rings.placement.robot.urdf import read_urdf
 from place_rings.placement.robot.urdf_chain import pick_chain
 
@@ -141,7 +141,8 @@ def test_what_is_no_text_is_no_robot(folder, text):
 
 
 def test_links_that_are_flat_have_no_volume_to_compare():
-    flat, solid = (SimpleNamespace(volume=0.2, contained=v, capsules=[None]) for v in (0.0, 0.1))
+    capsule = Capsule(np.zeros(3), np.ones(3), 0.1)
+    flat, solid = (FittedLink("link", 0, np.zeros((1, 3, 3)), (capsule,), 0.2, v) for v in (0.0, 0.1))
     assert outlines([flat]) == "1 capsules around 1 links, which are flat"
     assert outlines([flat, solid]) == "2 capsules around 2 links, 4.00 times their volume"
 

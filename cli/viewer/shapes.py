@@ -13,7 +13,7 @@ from ...coverage.solids import Cones, Solid, Spheres, Union
 from ...coverage.tube import Tube
 from ...studies.shapes import body, capsule, circle, rim_of, rod
 
-Surface = tuple[Float[np.ndarray, "V 3"], Int[np.ndarray, "T 3"]]
+Surface = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, "_ 3"]]
 _STICK = 0.045  # m, of a robot without bodies
 _CHIP = np.array([0.011, 0.011, 0.005])  # m, half the edges of a sensor: across, across, along its axis
 _EVERY = 0.15  # m, between the circles of an outline
@@ -30,7 +30,7 @@ def joined(some: list[Surface]) -> Surface:
     return np.concatenate([v for v, _ in some]), np.concatenate([f + n for (_, f), n in zip(some, first, strict=False)])
 
 
-def skin(circles: Float[np.ndarray, "C T 3"]) -> Surface:
+def skin(circles: Float[np.ndarray, "C P 3"]) -> Surface:
     """The surface between neighbouring circles, which they share: so it is shaded smoothly."""
     c, t = circles.shape[:2]
     i, j = np.meshgrid(np.arange(c - 1), np.arange(t), indexing="ij")
