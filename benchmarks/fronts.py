@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from common import installed, missing, table
-from place_rings.coverage.rings import Setup
+from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Goal, Rules, Scene

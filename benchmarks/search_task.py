@@ -12,13 +12,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
-from place_rings.coverage.chain import forward
-from place_rings.coverage.cloud import cloud
-from place_rings.coverage.rings import Setup, sensor_optics
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.slots import sensor_axes
-from place_rings.coverage.soft import SHARP, soft_zeta
-from place_rings.coverage.solids import Cones
+from place_rings.coverage.rings.ring import Setup, sensor_optics
+from place_rings.coverage.rings.ring_kinematics import sensor_axes
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.soft.estimator import SHARP, soft_zeta
+from place_rings.coverage.soft.sampling import cloud
+from place_rings.coverage.solids.base import Cones
 from place_rings.coverage.targets import Target
 from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.scene import Goal, Pose, Rules, Scene

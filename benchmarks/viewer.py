@@ -11,8 +11,8 @@ from pathlib import Path
 from common import table
 from place_rings.cli.viewer.room import Room
 from place_rings.cli.viewer.server import Server
-from place_rings.coverage.occlusion import OCCLUSIONS
-from place_rings.coverage.rings import named_setup
+from place_rings.coverage.occlusion.model import OCCLUSIONS
+from place_rings.coverage.rings.ring import named_setup
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Scene
 

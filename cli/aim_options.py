@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from ..coverage.mounting import Law, MountingErrors
+from ..coverage.rings.mounting_errors import Law, MountingErrors
 from ..objectives.aim import Aim, Losing, check_aim
 from ..objectives.scene import Scene
 from ..placement.errors import UserError

@@ -10,10 +10,11 @@ from pathlib import Path
 from pydantic import ValidationError
 from rich.console import Console
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
+from ..coverage.rings.rounding import rounded
 from ..objectives.scene import Scene
 from ..placement.errors import UserError, explain
-from ..placement.files.convert import ring_models, rounded, scene_model
+from ..placement.files.convert import ring_models, scene_model
 from ..placement.files.proposals import ProposalFile
 from ..placement.writing import output_folder
 from ..rig.check_models import AboutFile, PortModel

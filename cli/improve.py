@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ..coverage.rings import Setup
-from ..coverage.robots import Robot
+from ..coverage.rings.ring import Setup
+from ..coverage.robots.robot import Robot
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..placement.files.convert import ring_models, scene_model

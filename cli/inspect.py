@@ -4,8 +4,8 @@ import sys
 
 from rich.console import Console
 
-from ..coverage.certified import Bracket
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
+from ..coverage.voxels.certified_bounds import Bracket
 from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
 from ..objectives.side_by_side import by_occlusion

@@ -7,8 +7,8 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..coverage.mounting import Law
-from ..coverage.occlusion import Occlusion
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.rings.mounting_errors import Law
 from ..objectives.exact import Rule
 from ..placement.errors import UserError
 from .aim_options import mounting_errors, resolve_robustness

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
-from ..coverage.occlusion import Occlusion
-from ..coverage.robots import Robot
-from ..coverage.robots import robot as built_in
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.robots.built_in import robot as built_in
+from ..coverage.robots.robot import Robot
 from ..coverage.targets import Target
 from ..objectives.exact import VOXEL, Rule
 from ..objectives.scene import Goal, Pose, Rules, Scene

@@ -15,12 +15,12 @@ from matplotlib.patches import Patch
 from matplotlib.path import Path as Outline
 from scipy.spatial import ConvexHull
 
-from ..coverage.chain import forward
-from ..coverage.points import sample
-from ..coverage.rings import Setup
-from ..coverage.robots import PAPER_ROBOTS
-from ..coverage.slots import sensor_cones
-from ..coverage.solids import Cones, Solid
+from ..coverage.rings.ring import Setup
+from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.robots.built_in import PAPER_ROBOTS
+from ..coverage.robots.kinematics import forward
+from ..coverage.soft.sampling import sample
+from ..coverage.solids.base import Cones, Solid
 from ..objectives.scene import Scene
 from ..objectives.sight import sight
 from ..studies.plotting import GREY, GRID, INK

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ..coverage.rings import Setup, named_setup
+from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.targets import Target
 from ..objectives.aim import Aim, judge
 from ..objectives.exact import Verified, Verifier, check_voxel, target_voxels
@@ -29,9 +29,9 @@ from ..placement.files.result_convert import tolerant_model, verify_result
 from ..placement.files.results import VerifyResult
 from ..placement.files.sensing import sensor_records
 from ..placement.files.sighting import with_sight
-from ..placement.finalists import MANY
 from ..placement.progress import Progress as Told
 from ..placement.reach import fewest_sensors
+from ..placement.subset import MANY
 from ..placement.writing import made_folder, to_toml, write_text
 from .motion import record_line, worst_line
 from .picture import placement_picture

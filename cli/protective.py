@@ -1,6 +1,6 @@
 """What commands say of V_P: the formula with its terms, where the robot's speed is from, and that it is no safety rating."""
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
 from ..placement.files.results import SeparationModel, VerifyResult
 from ..placement.files.sensing import title
 

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 from rich.console import Console
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
 from ..objectives.scene import Scene
 from ..placement.loader import how_found
 from ..placement.writing import output_folder, write_text

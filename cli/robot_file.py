@@ -9,8 +9,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from ..coverage.robot import Robot
-from ..coverage.robots import ROBOTS
+from ..coverage.robots.built_in import ROBOTS
+from ..coverage.robots.robot import Robot
 from ..objectives.scene import Rules, Scene
 from ..placement.errors import UserError, shown
 from ..placement.files.robot_convert import robot_file

@@ -10,9 +10,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 from scipy.spatial import ConvexHull
 
-from ..coverage.capsules import robot_capsules
-from ..coverage.chain import forward
-from ..coverage.robot import BASE, Robot
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import robot_capsules
+from ..coverage.robots.robot import BASE, Robot
 from ..coverage.targets import Shape, robot_curve
 from ..placement.robot.robot_fit import FittedLink
 from ..studies.plotting import GREY, INK

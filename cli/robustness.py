@@ -4,7 +4,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
 from ..objectives.exact import Verifier
 from ..objectives.redundancy import redundancy
 from ..objectives.scene import Scene

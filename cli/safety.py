@@ -11,10 +11,10 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
-from ..coverage.catalogue import MODELS
-from ..coverage.occlusion import Occlusion
-from ..coverage.rings import Setup, sensor_optics
-from ..coverage.separation import separation, stopping_time
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.rings.ring import Setup, sensor_optics
+from ..coverage.robots.separation_distance import separation, stopping_time
+from ..coverage.sensors.catalogue import MODELS
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.files.record import check_limits, read_record

@@ -6,9 +6,9 @@ from dataclasses import replace
 from rich.console import Console
 from rich.table import Table
 
-from ..coverage.catalogue import MODELS, Model
-from ..coverage.effective import effective, size_of
-from ..coverage.sensors import Sensor, Use
+from ..coverage.sensors.catalogue import MODELS, Model
+from ..coverage.sensors.effective_range import effective, size_of
+from ..coverage.sensors.sensor import Sensor, Use
 from ..placement.errors import UserError
 from ..placement.files.results import SensorRecord
 from ..placement.files.sensing import sensor_record

@@ -6,9 +6,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ..coverage.occlusion import Occlusion
-from ..coverage.rings import Setup
-from ..coverage.sensors import Sensor
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.rings.ring import Setup
+from ..coverage.sensors.sensor import Sensor
 from ..objectives.scene import Scene
 from ..placement.loader import resolve
 from ..placement.mounted.frames import PATTERN, Asked

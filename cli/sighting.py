@@ -6,8 +6,8 @@ from itertools import groupby
 from rich.console import Console
 from rich.table import Table
 
-from ..coverage.occlusion import OCCLUSIONS
-from ..coverage.rings import Ring, Setup
+from ..coverage.occlusion.model import OCCLUSIONS
+from ..coverage.rings.ring import Ring, Setup
 from ..objectives.clear import Clear
 from ..objectives.faults import faults
 from ..objectives.scene import Scene

@@ -4,8 +4,8 @@ import math
 
 from rich.table import Table
 
-from ..coverage.rings import Setup
-from ..coverage.robots import Robot
+from ..coverage.rings.ring import Setup
+from ..coverage.robots.robot import Robot
 from ..placement.files.results import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult, WorstModel
 
 _WIDE = 3  # targets up to which the worst pose has columns of its own

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..coverage.robots import PAPER_ROBOTS
+from ..coverage.robots.built_in import PAPER_ROBOTS
 from ..objectives.scene import Scene
 from ..placement.errors import UserError, shown
 from ..placement.files.proposals import MODELS

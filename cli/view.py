@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 from rich.console import Console
 
-from ..coverage.points import EmptySolidError
+from ..coverage.soft.sampling import EmptySolidError
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import resolve

@@ -16,8 +16,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .lookout import Lookout
-from .rings import Ring
-from .robot import Mount
+from .rings.ring import Ring
+from .robots.robot import Mount
 
 
 class Around(NamedTuple):

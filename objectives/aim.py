@@ -6,8 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from ..coverage.mounting import Misplaced, MountingErrors, draw_errors
-from ..coverage.rings import Setup
+from ..coverage.rings.mounting_errors import Misplaced, MountingErrors, draw_errors
+from ..coverage.rings.ring import Setup
 from .exact import Verifier, weighted_mean
 from .redundancy import redundancy
 from .scene import Scene

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.capsules import from_segment, gap_to_capsules, point_to_segment, robot_capsules
-from ..coverage.chain import forward
-from ..coverage.components import Pieces, pieces
-from ..coverage.octree import voxels
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import from_segment, gap_to_capsules, point_to_segment, robot_capsules
 from ..coverage.targets import Target
-from ..coverage.voxelset import VoxelSet
+from ..coverage.voxels.connected_components import Pieces, pieces
+from ..coverage.voxels.octree import voxels
+from ..coverage.voxels.voxel_set import VoxelSet
 from .exact import Verifier
 from .sight import setup_sight
 

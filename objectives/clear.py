@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.capsules import robot_capsules
-from ..coverage.chain import forward
-from ..coverage.clearance import blocked, capsule_gap, plane_gap
-from ..coverage.polyhedra import NOWHERE
-from ..coverage.surround import axes_of
+from ..coverage.occlusion.circle_clearance import blocked, capsule_gap, plane_gap
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import robot_capsules
+from ..coverage.robots.ring_section import axes_of
+from ..coverage.solids.polyhedra import NOWHERE
 from .scene import Scene
 
 _SAME = 9  # decimals of a metre: bodies that lie alike at two poses are looked at once

@@ -7,12 +7,11 @@ import numpy as np
 from jaxtyping import Float
 from scipy.special import logsumexp, softmax
 
-from ..coverage.chain import forward
-from ..coverage.cloud import BLOCK, Cloud, cloud
-from ..coverage.mounting import misplaced
-from ..coverage.points import sample
-from ..coverage.slots import Seats, Slots, in_links, ring_slopes, seats, seen_from
-from ..coverage.soft import SHARP, Soft
+from ..coverage.rings.mounting_errors import misplaced
+from ..coverage.rings.ring_kinematics import Seats, Slots, in_links, ring_slopes, seats, seen_from
+from ..coverage.robots.kinematics import forward
+from ..coverage.soft.estimator import SHARP, Soft
+from ..coverage.soft.sampling import BLOCK, Cloud, cloud, sample
 from .aim import Aim, check_aim
 from .scene import Scene
 from .soft_terms import Rows, SoftTerms

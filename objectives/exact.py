@@ -10,14 +10,14 @@ from typing import Literal
 import numpy as np
 import psutil
 
-from ..coverage.cells import Region
-from ..coverage.certified import Bracket, bracket
-from ..coverage.occlusion import Occlusion
-from ..coverage.octree import count, regions, voxels
-from ..coverage.rings import Setup
-from ..coverage.solids import Difference
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.rings.ring import Setup
+from ..coverage.solids.base import Difference
 from ..coverage.targets import Target
-from ..coverage.voxelset import VoxelSet
+from ..coverage.voxels.certified_bounds import Bracket, bracket
+from ..coverage.voxels.octree import count, regions, voxels
+from ..coverage.voxels.octree_cells import Region
+from ..coverage.voxels.voxel_set import VoxelSet
 from .scene import Scene
 from .sight import setup_sight
 

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..coverage.rings import Ring
+from ..coverage.rings.ring import Ring
 from .clear import Clear
 from .fitting import unfit
 from .scene import Scene

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from ..coverage.boards import Board
-from ..coverage.pockets import inner_radius, most_boards, tilt_range
-from ..coverage.rings import Ring
-from ..coverage.sensors import Sensor
-from ..coverage.surround import surrounded
+from ..coverage.rings.ring import Ring
+from ..coverage.robots.ring_section import surrounded
+from ..coverage.sensors.board_packing import inner_radius, most_boards, tilt_range
+from ..coverage.sensors.boards import Board
+from ..coverage.sensors.sensor import Sensor
 from .scene import Scene
 
 Tilts = tuple[float, float]

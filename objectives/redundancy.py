@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..coverage.multiplicity import Tally, tally
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
 from ..coverage.targets import Target
+from ..coverage.voxels.k_coverage import Tally, tally
 from .exact import Verifier, weighted_mean
 from .sight import setup_sight
 

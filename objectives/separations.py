@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..coverage.protective import distances, moving
-from ..coverage.separation import Terms, separation
+from ..coverage.robots.protective_volume import distances, moving
+from ..coverage.robots.separation_distance import Terms, separation
 from ..coverage.targets import Target
 from .scene import Scene
 

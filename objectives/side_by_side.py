@@ -1,7 +1,7 @@
 """Zeta of a setup under all three models of occlusion, beside the one that was asked for."""
 
-from ..coverage.occlusion import OCCLUSIONS, Occlusion
-from ..coverage.rings import Setup
+from ..coverage.occlusion.model import OCCLUSIONS, Occlusion
+from ..coverage.rings.ring import Setup
 from .exact import Verified, Verifier
 
 

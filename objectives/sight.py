@@ -6,16 +6,16 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.arrays import cross
-from ..coverage.beams import Beams
-from ..coverage.capsules import point_to_segment, robot_capsules
-from ..coverage.chain import forward
-from ..coverage.occluders import INSIDE, Occluders, beams
-from ..coverage.occlusion import Occlusion
-from ..coverage.optics import Optics
-from ..coverage.rings import Setup, ring_values
-from ..coverage.slots import seats, sensor_cones, slots
-from ..coverage.solids import Cones, Parts
-from ..coverage.surround import tube_of
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.occlusion.occluded_beams import Beams
+from ..coverage.occlusion.occluders import INSIDE, Occluders, beams
+from ..coverage.rings.ring import Setup, ring_values
+from ..coverage.rings.ring_kinematics import seats, sensor_cones, slots
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import point_to_segment, robot_capsules
+from ..coverage.robots.ring_section import tube_of
+from ..coverage.solids.base import Cones, Parts
+from ..coverage.solids.sensor_beams import Optics
 from .scene import Scene
 
 _NOTHING = 0.01  # of its cone: a sensor that sees less sees the robot only

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.clearance import circle
-from ..coverage.rings import Ring
-from ..coverage.surround import axes_of
+from ..coverage.occlusion.circle_clearance import circle
+from ..coverage.rings.ring import Ring
+from ..coverage.robots.ring_section import axes_of
 from .clear import Clear
 
 REAL = ("mount", "standoff")  # keys of the rules that are broken here

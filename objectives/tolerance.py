@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.mounting import Misplaced, MountingErrors, draw_errors, misplaced_cones
-from ..coverage.multiplicity import seen_by
-from ..coverage.octree import count
-from ..coverage.rings import Setup
-from ..coverage.solids import Parts
+from ..coverage.rings.mounting_errors import Misplaced, MountingErrors, draw_errors, misplaced_cones
+from ..coverage.rings.ring import Setup
+from ..coverage.solids.base import Parts
 from ..coverage.targets import Target
+from ..coverage.voxels.k_coverage import seen_by
+from ..coverage.voxels.octree import count
 from .exact import Verifier, weighted_mean
 from .sight import setup_sight, sight
 

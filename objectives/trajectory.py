@@ -7,10 +7,9 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
-from ..coverage.capsules import robot_capsules
-from ..coverage.chain import forward
-from ..coverage.robot import BASE
-from ..coverage.robots import Robot
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import robot_capsules
+from ..coverage.robots.robot import BASE, Robot
 from .scene import Pose, Recorded
 
 REDUCED_SPEED = 0.25  # m/s, at the TCP: ISO 10218-1's limit of reduced speed

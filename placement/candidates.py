@@ -9,8 +9,8 @@ import jax
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..coverage.rings import Setup
-from ..coverage.slots import Slots, slots
+from ..coverage.rings.ring import Setup
+from ..coverage.rings.ring_kinematics import Slots, slots
 from ..objectives.space import Segment, Stretch, decode, encode, stretch
 from .places import Places
 

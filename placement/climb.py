@@ -10,7 +10,7 @@ import nlopt
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.cloud import Cloud
+from ..coverage.soft.sampling import Cloud
 from ..objectives.coverage_objective import CoverageObjective
 
 Values = Float[np.ndarray, "3 R"]

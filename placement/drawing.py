@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
 from .candidates import Candidate, Space
 from .layout import ring_layout
 from .places import Rng

@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ..coverage.azimuth import Around, rings_see
-from ..coverage.rings import Ring
+from ..coverage.rings.ring import Ring
 from ..objectives.coverage_objective import worth
 from ..objectives.space import Stretch, decode
 from .candidates import Candidate, Space

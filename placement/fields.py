@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.azimuth import Around, around
-from ..coverage.chain import forward
 from ..coverage.lookout import Lookout, lookout
+from ..coverage.robots.kinematics import forward
 from ..objectives.coverage_objective import TargetPoints
 from ..objectives.sight import occluders
 from .candidates import Space

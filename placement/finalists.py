@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
 from ..objectives.aim import Aim, judge
 from ..objectives.exact import Verified, Verifier
 from ..objectives.scene import Scene
 from .climb import Brake
-from .subset import representative
+from .subset import MANY, representative
 
-MANY = 16  # poses beyond which the finalists are compared roughly, and the chosen one is then counted as asked:
+# Of more than ``MANY`` poses the finalists are compared roughly, and the chosen one is then counted as asked.
 COARSE, ROUGH = 0.03, 64  # m, side of the voxels, and poses that stand for all (all, where the worst one counts)
 
 

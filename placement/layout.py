@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..coverage.rings import Ring, Setup
+from ..coverage.rings.ring import Ring, Setup
 from ..objectives.clear import Clear
 from ..objectives.scene import Scene
 

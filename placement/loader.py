@@ -8,9 +8,9 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from ..coverage.rings import Setup, named_setup
-from ..coverage.robot import Robot
-from ..coverage.sensors import Sensor
+from ..coverage.rings.ring import Setup, named_setup
+from ..coverage.robots.robot import Robot
+from ..coverage.sensors.sensor import Sensor
 from ..objectives.scene import Scene
 from .errors import UserError, explain, shown
 from .files.cell import with_meshes

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.rings import Ring, Setup
-from ..coverage.slots import any_square
+from ..coverage.rings.ring import Ring, Setup
+from ..coverage.rings.ring_kinematics import any_square
 from ..objectives.clear import Clear
 from ..objectives.fitting import board_of, fitting_tilts
 from ..objectives.scene import Scene

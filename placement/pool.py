@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.cloud import Cloud
 from ..coverage.processors import processors
-from ..coverage.soft import SHARP
+from ..coverage.soft.estimator import SHARP
+from ..coverage.soft.sampling import Cloud
 from ..objectives.aim import Aim
 from ..objectives.coverage_objective import CoverageObjective, TargetPoints
 from ..objectives.scene import Scene

@@ -6,7 +6,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
 from ..objectives.aim import Aim
 from ..objectives.scene import Scene
 from .candidates import Space

@@ -11,7 +11,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from ..coverage.processors import processors
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
+from ..coverage.rings.rounding import rounded
 from ..objectives.aim import Aim
 from ..objectives.exact import Verified, Verifier
 from ..objectives.scene import Scene
@@ -19,7 +20,6 @@ from .apart import apart
 from .candidates import Space
 from .climb import Brake
 from .drawing import fitted, fresh, papers
-from .files.convert import rounded
 from .finalists import choose
 from .pool import Pool
 from .progress import Outcome, Progress, Statistics

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+MANY = 16  # poses beyond which it is enough that some stand for all, where setups are compared
 FEW = 8  # poses up to which a stage looks at all, whatever that leaves of points for each
 POINTS = 512  # that a stage of many poses spends on each goal at each of those it looks at
 _NO_PART = 1e-9  # weight of a pose that is looked at but has no part in means

@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
 from ..objectives.exact import Verifier
 from .check_models import (
     CoverageModel,

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
 from ..objectives.scene import Scene
 from ..placement.files.convert import scene_of, setup_of
 from .check_models import AboutFile

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
 from ..objectives.scene import Scene
 from .listening.danger import danger
 from .listening.session import Session

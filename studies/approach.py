@@ -16,13 +16,13 @@ from jaxtyping import Float
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order
 
-from ..coverage.capsules import gap_to_capsules, robot_capsules
-from ..coverage.chain import forward
-from ..coverage.ranging import slabs
-from ..coverage.rings import Setup
-from ..coverage.robots import Robot
-from ..coverage.slots import sensor_cones
-from ..coverage.solids import cone
+from ..coverage.occlusion.ranging import slabs
+from ..coverage.rings.ring import Setup
+from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import gap_to_capsules, robot_capsules
+from ..coverage.robots.robot import Robot
+from ..coverage.solids.base import cone
 from .human import PEDESTAL
 
 HAND_RADIUS, ARM_RADIUS, HEAD_RADIUS = 0.05, 0.075, 0.1  # m: balls as large as a hand, a sleeved forearm, a head

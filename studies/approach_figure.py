@@ -11,12 +11,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull
 
-from ..coverage.capsules import Capsules, gap_to_capsules, robot_capsules
-from ..coverage.chain import forward
-from ..coverage.rings import Setup
-from ..coverage.robots import Robot
-from ..coverage.slots import sensor_cones
-from ..coverage.solids import Cones
+from ..coverage.rings.ring import Setup
+from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import Capsules, gap_to_capsules, robot_capsules
+from ..coverage.robots.robot import Robot
+from ..coverage.solids.base import Cones
 from .approach import Approach
 from .detection import turned
 from .human import PEDESTAL

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.robots import PAPER_ROBOTS
+from ..coverage.robots.built_in import PAPER_ROBOTS
 from ..coverage.targets import Target
 from ..objectives.exact import RULES
 from .store import Cell

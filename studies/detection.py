@@ -22,15 +22,15 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy import stats
 
-from ..coverage.blinding import Beam, polyhedron_in_beam
-from ..coverage.capsules import Capsules, segment_to_segment
-from ..coverage.occlusion import Occlusion
-from ..coverage.polyhedra import Polyhedron
-from ..coverage.ranging import readings, slabs
-from ..coverage.rings import Setup, sensor_optics
-from ..coverage.robots import Robot
-from ..coverage.sensors import Sensor
-from ..coverage.slots import sensor_axes
+from ..coverage.occlusion.first_return import Beam, polyhedron_in_beam
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.occlusion.ranging import readings, slabs
+from ..coverage.rings.ring import Setup, sensor_optics
+from ..coverage.rings.ring_kinematics import sensor_axes
+from ..coverage.robots.link_bodies import Capsules, segment_to_segment
+from ..coverage.robots.robot import Robot
+from ..coverage.sensors.sensor import Sensor
+from ..coverage.solids.polyhedra import Polyhedron
 from ..objectives.scene import Scene
 from .human import BALL_ERROR, PEDESTAL, Bones, Posture, ball_counts, balls_along, bones
 from .moments import STEP, Moments

@@ -9,9 +9,9 @@ from matplotlib.collections import PolyCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ..coverage.rings import Setup
-from ..coverage.robots import Robot
-from ..coverage.slots import sensor_cones
+from ..coverage.rings.ring import Setup
+from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.robots.robot import Robot
 from .approach_figure import beam_outline, capsule_outlines, robot_outlines
 from .detection import Approaches, turned
 from .human import Bones

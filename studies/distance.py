@@ -22,12 +22,12 @@ from jaxtyping import Float
 from scipy import stats
 
 from ..coverage.arrays import dot, root
-from ..coverage.capsules import Capsules, gap_to_capsules, robot_capsules
-from ..coverage.chain import forward
-from ..coverage.ranging import least_gap, readings, slabs
-from ..coverage.rings import Setup, sensor_optics
-from ..coverage.robots import Robot
-from ..coverage.slots import sensor_axes
+from ..coverage.occlusion.ranging import least_gap, readings, slabs
+from ..coverage.rings.ring import Setup, sensor_optics
+from ..coverage.rings.ring_kinematics import sensor_axes
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import Capsules, gap_to_capsules, robot_capsules
+from ..coverage.robots.robot import Robot
 from .human import body_balls
 from .objects import SHAPES, object_balls
 from .walk import walk

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..coverage.points import sample
-from ..coverage.rings import Ring, Setup
-from ..coverage.slots import sensor_cones
+from ..coverage.rings.ring import Ring, Setup
+from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.soft.sampling import sample
 from ..coverage.targets import Target
 from ..objectives.scene import Scene
 from .maxcover import Choice, greedy, grouped, relaxed, solved

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..coverage.capsules import Capsules, robot_capsules
-from ..coverage.chain import forward
-from ..coverage.protective import distances, moving
-from ..coverage.robots import Robot
-from ..coverage.separation import Safety
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import Capsules, robot_capsules
+from ..coverage.robots.protective_volume import distances, moving
+from ..coverage.robots.robot import Robot
+from ..coverage.robots.separation_distance import Safety
 from ..objectives.scene import Scene
 from ..objectives.trajectory import Record
 

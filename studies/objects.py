@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from ..coverage.capsules import Capsules
+from ..coverage.robots.link_bodies import Capsules
 from .human import PEDESTAL, ball_counts, balls_along
 
 ROD_LENGTH, ROD_RADIUS = 0.5, 0.035  # m; a test rod of 70 mm, the coarsest resolution that protects a hazardous area

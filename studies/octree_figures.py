@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull
 
-from ..coverage.octree import Rule, count, voxels
-from ..coverage.sensors import PAPER_SENSOR
-from ..coverage.solids import Cones
+from ..coverage.sensors.sensor import PAPER_SENSOR
+from ..coverage.solids.base import Cones
+from ..coverage.voxels.octree import Rule, count, voxels
 from ..objectives.scene import Scene
 from .octree_view import EYE, SHELL_COLOUR, View, draw_both, draw_cones, draw_discs, draw_left, paler, sheet_of
 from .plotting import GREY, INK

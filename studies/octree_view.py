@@ -9,13 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from scipy.spatial import ConvexHull
 
-from ..coverage.chain import forward
-from ..coverage.octree import voxels
-from ..coverage.rings import Setup, named_setup
-from ..coverage.slots import sensor_cones
-from ..coverage.solids import Cones, Difference, Solid, Union
+from ..coverage.rings.ring import Setup, named_setup
+from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.robots.kinematics import forward
+from ..coverage.solids.base import Cones, Difference, Solid, Union
 from ..coverage.targets import Target, robot_curve
-from ..coverage.voxelset import VoxelSet
+from ..coverage.voxels.octree import voxels
+from ..coverage.voxels.voxel_set import VoxelSet
 from ..objectives.exact import target_voxels
 from ..objectives.scene import Scene
 from .shapes import add_robot, body, circle, cone, loft

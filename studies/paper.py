@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.robots import PAPER_ROBOTS, ROBOTS
+from ..coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ..coverage.targets import Target
 from ..objectives.exact import Rule
 from .store import Cell

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.rings import named_setup
-from ..coverage.robots import ROBOTS
-from ..coverage.sensors import PAPER_SENSOR
+from ..coverage.rings.ring import named_setup
+from ..coverage.robots.built_in import ROBOTS
+from ..coverage.sensors.sensor import PAPER_SENSOR
 from ..placement.files.convert import setup_of
 from ..placement.files.mount_models import RingModel
 from .approach import Approach

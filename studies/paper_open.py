@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.rings import RING_RADIUS, named_setup
-from ..coverage.sensors import PAPER_SENSOR
+from ..coverage.rings.ring import RING_RADIUS, named_setup
+from ..coverage.sensors.sensor import PAPER_SENSOR
 from ..coverage.targets import Target
 from ..placement.files.convert import ring_models
 from .paper import COUNTS, FAR, NEAR, Question, Row, question, scene

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.robots import ROBOTS
-from ..coverage.sensors import PAPER_SENSOR
+from ..coverage.robots.built_in import ROBOTS
+from ..coverage.sensors.sensor import PAPER_SENSOR
 from . import approach_figure, distance_figures, octree_figures, paper, paper_distance, paper_figures
 from .distance import summary
 from .pages import csv_text, html, table

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from ..coverage.rings import named_setup
+from ..coverage.rings.ring import named_setup
 from ..coverage.targets import Target
 from ..placement.files.convert import ring_models, setup_of
 from ..placement.files.mount_models import RingModel

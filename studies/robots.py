@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.occlusion import OCCLUSIONS
+from ..coverage.occlusion.model import OCCLUSIONS
 from ..coverage.targets import Target
 from ..placement.files.convert import ring_models
 from .store import Cell

@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from ..coverage.capsules import robot_capsules
-from ..coverage.chain import forward
-from ..coverage.occlusion import OCCLUSIONS
+from ..coverage.occlusion.model import OCCLUSIONS
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import robot_capsules
 from .plotting import COLOURS, GREY, INK, save, sheet
 from .robots import Row, where
 from .shapes import add_robot

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..coverage.occlusion import OCCLUSIONS
+from ..coverage.occlusion.model import OCCLUSIONS
 from ..placement.files.convert import scene_model
 from ..placement.files.mount_models import RingModel
 from ..placement.files.proposals import ProposalFile

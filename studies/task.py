@@ -14,8 +14,8 @@ from jaxtyping import Float
 from ruckig import InputParameter, Result, Ruckig, Synchronization, Trajectory
 from scipy.optimize import least_squares
 
-from ..coverage.chain import forward
-from ..coverage.robots import Robot
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.robot import Robot
 from ..objectives.scene import REFERENCE_POSE_DEG
 
 SPEED_DEG = (120.0, 120.0, 180.0, 180.0, 180.0, 180.0)  # per second, the UR10's technical specification

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..coverage.solids import Solid
-from ..coverage.voxelset import OFFSET, VoxelSet, encode
+from ..coverage.solids.base import Solid
+from ..coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
 from .plotting import GREY, INK
 from .sheet import CLEAR, Sheet
 

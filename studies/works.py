@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.rings import Setup, named_setup
-from ..coverage.robots import ROBOTS
+from ..coverage.rings.ring import Setup, named_setup
+from ..coverage.robots.built_in import ROBOTS
 from ..coverage.targets import Target
 from ..objectives.aim import Aim
 from ..objectives.exact import Rule, Verifier

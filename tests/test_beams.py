@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.beams import Beams
-from place_rings.coverage.capsules import Capsules, robot_capsules, segment_to_segment
-from place_rings.coverage.certified import bracket
-from place_rings.coverage.chain import forward
-from place_rings.coverage.multiplicity import seen_by, tally
-from place_rings.coverage.occluders import Occluders, beams
-from place_rings.coverage.octree import count, voxels
-from place_rings.coverage.polyhedra import box, half_space, hull, polyhedra
-from place_rings.coverage.rings import named_setup
-from place_rings.coverage.robots import ROBOTS, UR10
-from place_rings.coverage.slots import sensor_cones
-from place_rings.coverage.solids import Cones, Difference, sphere
+from place_rings.coverage.occlusion.occluded_beams import Beams
+from place_rings.coverage.occlusion.occluders import Occluders, beams
+from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import ROBOTS, UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import Capsules, robot_capsules, segment_to_segment
+from place_rings.coverage.solids.base import Cones, Difference, sphere
+from place_rings.coverage.solids.polyhedra import box, half_space, hull, polyhedra
 from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.voxels.certified_bounds import bracket
+from place_rings.coverage.voxels.k_coverage import seen_by, tally
+from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.objectives.exact import target_voxels
 from scipy.spatial.transform import Rotation
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.coverage.capsules import gap_to_capsules, robot_capsules
-from place_rings.coverage.chain import forward
-from place_rings.coverage.components import pieces
-from place_rings.coverage.rings import named_setup
-from place_rings.coverage.robots import UR10
+from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import gap_to_capsules, robot_capsules
 from place_rings.coverage.targets import Target
-from place_rings.coverage.voxelset import OFFSET, VoxelSet, encode
+from place_rings.coverage.voxels.connected_components import pieces
+from place_rings.coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
 from place_rings.objectives.blind import blind_spots, uncovered
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Pose, Scene

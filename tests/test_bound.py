@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.rings import Setup
+from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Rules, Scene
 from place_rings.placement.candidates import Space

@@ -8,16 +8,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage import certified
-from place_rings.coverage.certified import Bracket, _Tally, bracket
-from place_rings.coverage.curve import pose_curve
-from place_rings.coverage.octree import count, voxels
-from place_rings.coverage.rings import named_setup
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.share import Share
-from place_rings.coverage.slots import sensor_cones
-from place_rings.coverage.solids import Cones, Difference, Spheres, sphere
+from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.pose_curve import pose_curve
+from place_rings.coverage.solids.base import Cones, Difference, Spheres, sphere
+from place_rings.coverage.solids.volume_fraction import Share
 from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.voxels import certified_bounds as certified
+from place_rings.coverage.voxels.certified_bounds import Bracket, _Tally, bracket
+from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.objectives import exact
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Scene

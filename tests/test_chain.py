@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.chain import forward, joint_origins
-from place_rings.coverage.robots import ROBOTS, UR10, UR10_DH, robot
+from place_rings.coverage.robots.built_in import ROBOTS, UR10, UR10_DH, robot
+from place_rings.coverage.robots.kinematics import forward, joint_origins
 
 from . import drawing
 

@@ -9,13 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.cli import main as command_line
-from place_rings.coverage.capsules import point_to_segment, robot_capsules
-from place_rings.coverage.chain import forward
-from place_rings.coverage.clearance import blocked, capsule_gap, circle, plane_gap
-from place_rings.coverage.polyhedra import box
-from place_rings.coverage.rings import Ring, Setup, named_setup
-from place_rings.coverage.robots import ROBOTS, UR10
-from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.occlusion.circle_clearance import blocked, capsule_gap, circle, plane_gap
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.rings.rounding import rounded
+from place_rings.coverage.robots.built_in import ROBOTS, UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import point_to_segment, robot_capsules
+from place_rings.coverage.solids.polyhedra import box
 from place_rings.objectives.clear import Clear
 from place_rings.objectives.faults import faults
 from place_rings.objectives.scene import Limits, Obstacle, Pose, Rules, Scene
@@ -26,7 +27,7 @@ from place_rings.placement.apart import apart
 from place_rings.placement.candidates import Space
 from place_rings.placement.drawing import fresh, vary
 from place_rings.placement.errors import UserError
-from place_rings.placement.files.convert import rounded, scene_model, scene_of
+from place_rings.placement.files.convert import scene_model, scene_of
 from place_rings.placement.improving.rework import Rework
 from place_rings.placement.layout import ring_layout
 from place_rings.placement.loader import read_scene

@@ -19,9 +19,9 @@ import trimesh
 from place_rings.cli.entry import never_lost
 from place_rings.cli.options import resolve_space, with_motion
 from place_rings.cli.place import comparable
-from place_rings.coverage.rings import named_setup
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import UR10
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Rules, Scene
 from place_rings.placement import search as searching

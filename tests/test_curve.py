@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.coverage.curve import pappus_volume, pose_curve, washer_volume
-from place_rings.coverage.octree import count
-from place_rings.coverage.robots import ROBOTS
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.pose_curve import pappus_volume, pose_curve, washer_volume
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
+from place_rings.coverage.voxels.octree import count
 
 from . import drawing
 

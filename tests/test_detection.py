@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.capsules import Capsules, point_to_segment, robot_capsules
-from place_rings.coverage.chain import forward
-from place_rings.coverage.effective import effective
-from place_rings.coverage.occluders import Occluders, beams
-from place_rings.coverage.polyhedra import box, half_space
-from place_rings.coverage.rings import Ring, Setup, named_setup
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.sensors import Sensor, Use
-from place_rings.coverage.separation import Safety
-from place_rings.coverage.slots import sensor_axes, sensor_cones
+from place_rings.coverage.occlusion.occluders import Occluders, beams
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_axes, sensor_cones
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import Capsules, point_to_segment, robot_capsules
+from place_rings.coverage.robots.separation_distance import Safety
+from place_rings.coverage.sensors.effective_range import effective
+from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.objectives.scene import Obstacle, Pose, Scene
 from place_rings.objectives.trajectory import Record
 from place_rings.studies.detection import Timing, approach, floor_of, lasting, seeing_as_far, start_of, stops, turned, walker

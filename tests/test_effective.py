@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.coverage.catalogue import MODELS, model, side_of_diagonal
-from place_rings.coverage.effective import effective, size_of
-from place_rings.coverage.sensors import Use
+from place_rings.coverage.sensors.catalogue import MODELS, model, side_of_diagonal
+from place_rings.coverage.sensors.effective_range import effective, size_of
+from place_rings.coverage.sensors.sensor import Use
 from place_rings.placement.files.convert import sensor_model, sensor_of
 from place_rings.placement.files.mount_models import SensorModel
 

@@ -16,14 +16,14 @@ import yaml
 import yourdfpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.capsules import robot_capsules
-from place_rings.coverage.chain import forward
-from place_rings.coverage.effective import effective
-from place_rings.coverage.optics import Optics
-from place_rings.coverage.rings import Ring, Setup, named_setup
-from place_rings.coverage.robots import ROBOTS
-from place_rings.coverage.sensors import Sensor, Use
-from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import robot_capsules
+from place_rings.coverage.sensors.effective_range import effective
+from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.solids.sensor_beams import Optics
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Goal, Pose, Scene
 from place_rings.placement.errors import UserError

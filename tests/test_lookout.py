@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 from place_rings.coverage.azimuth import around, rings_see
-from place_rings.coverage.chain import forward
 from place_rings.coverage.lookout import lookout
-from place_rings.coverage.polyhedra import box
-from place_rings.coverage.rings import Ring, Setup
-from place_rings.coverage.sensors import Sensor
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.coverage.solids.polyhedra import box
 from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.objectives.sight import occluders, setup_sight
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from place_rings.coverage.robots import UR10
+from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
 from place_rings.objectives.aim import Aim, judge
 from place_rings.objectives.coverage_objective import TEMPERATURE, CoverageObjective, TargetPoints

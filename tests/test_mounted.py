@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.cli import main as command_line
 from place_rings.cli.inspect import cones
-from place_rings.coverage.rings import Ring, Setup, named_setup
-from place_rings.coverage.robots import PAPER_ROBOTS, ROBOTS
-from place_rings.coverage.sensors import Sensor
-from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
+from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.placement.errors import UserError
 from place_rings.placement.loader import resolve

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from place_rings.coverage.rings import named_setup
+from place_rings.coverage.rings.ring import named_setup
 from place_rings.objectives.scene import Scene
 from place_rings.placement.export.placed import Placed
 from place_rings.placement.export.tables import json as poses

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.multiplicity import seen_by, tally
-from place_rings.coverage.octree import count, regions, voxels
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.solids import Cones
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.solids.base import Cones
 from place_rings.coverage.targets import Target, target_solid
-from place_rings.coverage.voxelset import VoxelSet
+from place_rings.coverage.voxels.k_coverage import seen_by, tally
+from place_rings.coverage.voxels.octree import count, regions, voxels
+from place_rings.coverage.voxels.voxel_set import VoxelSet
 from place_rings.objectives.exact import target_voxels
 
 from . import drawing

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.coverage.rings import named_setup
+from place_rings.coverage.rings.ring import named_setup
 from place_rings.objectives.scene import Scene
 from place_rings.studies import octree_figures, paper, paper_open, paper_page, paper_study
 from place_rings.studies.distance import Series, measures

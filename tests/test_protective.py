@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.capsules import point_to_segment, robot_capsules
-from place_rings.coverage.certified import bracket
-from place_rings.coverage.chain import forward
-from place_rings.coverage.octree import count
-from place_rings.coverage.protective import distances, moving, protective
-from place_rings.coverage.robot import BASE
-from place_rings.coverage.robots import ROBOTS, UR10
-from place_rings.coverage.rods import Rods
-from place_rings.coverage.separation import Safety, separation, stopping_time
-from place_rings.coverage.solids import sphere
+from place_rings.coverage.robots.built_in import ROBOTS, UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import point_to_segment, robot_capsules
+from place_rings.coverage.robots.protective_volume import distances, moving, protective
+from place_rings.coverage.robots.robot import BASE
+from place_rings.coverage.robots.separation_distance import Safety, separation, stopping_time
+from place_rings.coverage.solids.base import sphere
+from place_rings.coverage.solids.capsules import Rods
 from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.voxels.certified_bounds import bracket
+from place_rings.coverage.voxels.octree import count
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.separations import separations
 from place_rings.objectives.trajectory import Record, Thinning, thin

@@ -5,8 +5,8 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.rings import Ring, Setup
-from place_rings.coverage.robots import UR10
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Goal, Limits, Rules, Scene

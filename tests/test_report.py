@@ -21,15 +21,15 @@ from place_rings.cli.reporting.facts import looked_at, standing_for
 from place_rings.cli.reporting.materials import materials
 from place_rings.cli.reporting.mounting import seat_list
 from place_rings.cli.reporting.words import bearing, beside, heading
-from place_rings.coverage.chain import forward
-from place_rings.coverage.effective import effective
-from place_rings.coverage.octree import voxels
-from place_rings.coverage.rings import Ring, Setup, named_setup
-from place_rings.coverage.robots import ROBOTS
-from place_rings.coverage.sensors import Use
-from place_rings.coverage.slots import sensor_cones
-from place_rings.coverage.solids import sphere
-from place_rings.coverage.supplies import SUPPLIES
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.sensors.catalogue import SUPPLIES
+from place_rings.coverage.sensors.effective_range import effective
+from place_rings.coverage.sensors.sensor import Use
+from place_rings.coverage.solids.base import sphere
+from place_rings.coverage.voxels.octree import voxels
 from place_rings.objectives.blind import Beside
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Pose, Scene

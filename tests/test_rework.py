@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from place_rings.cli.improve import told
-from place_rings.coverage.rings import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.rounding import rounded
 from place_rings.objectives.faults import faults
 from place_rings.objectives.scene import Limits, Rules, Scene
 from place_rings.placement.candidates import Space
 from place_rings.placement.drawing import fresh
-from place_rings.placement.files.convert import rounded
 from place_rings.placement.improving.changes import Kind, Touched, changes, work
 from place_rings.placement.improving.rework import Rework
 from place_rings.placement.improving.touching import touched

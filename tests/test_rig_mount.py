@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.chain import forward
-from place_rings.coverage.rings import Ring, Setup
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.robots.kinematics import forward
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Scene
 from place_rings.placement.errors import UserError

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from place_rings.coverage.rings import Ring, Setup
+from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.objectives.scene import Motion
 from place_rings.placement.files.convert import scene_model, scene_of
 from place_rings.rig.mount.fit import fit_mount

@@ -9,8 +9,8 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.cli import main as command_line
-from place_rings.coverage.chain import forward
-from place_rings.coverage.robots import ROBOTS, UR10
+from place_rings.coverage.robots.built_in import ROBOTS, UR10
+from place_rings.coverage.robots.kinematics import forward
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.placement.errors import UserError
 from place_rings.placement.files.convert import scene_model, scene_of

@@ -6,7 +6,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from place_rings.coverage.rings import Ring, Setup
+from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.placement.loader import read_proposal
 from place_rings.placement.progress import Outcome
 from place_rings.studies import robots, robots_report, works

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.chain import forward
-from place_rings.coverage.mounting import MountingErrors, draw_errors, misplaced, misplaced_cones
-from place_rings.coverage.octree import count
-from place_rings.coverage.rings import Setup, named_setup, ring_values
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.sensors import Sensor
-from place_rings.coverage.slots import seats, seen_from, sensor_axes, sensor_cones, slots
+from place_rings.coverage.rings.mounting_errors import MountingErrors, draw_errors, misplaced, misplaced_cones
+from place_rings.coverage.rings.ring import Setup, named_setup, ring_values
+from place_rings.coverage.rings.ring_kinematics import seats, seen_from, sensor_axes, sensor_cones, slots
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
+from place_rings.coverage.voxels.octree import count
 from place_rings.objectives.aim import Aim, judge
 from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.exact import Verifier

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.chain import forward
-from place_rings.coverage.mounting import MountingErrors, draw_errors, misplaced
-from place_rings.coverage.points import sample
-from place_rings.coverage.rings import Ring
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.slots import in_links, ring_slopes, seats, seen_from, slots
-from place_rings.coverage.solids import Parts
+from place_rings.coverage.rings.mounting_errors import MountingErrors, draw_errors, misplaced
+from place_rings.coverage.rings.ring import Ring
+from place_rings.coverage.rings.ring_kinematics import in_links, ring_slopes, seats, seen_from, slots
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.soft.sampling import sample
+from place_rings.coverage.solids.base import Parts
 from place_rings.coverage.targets import Shape, robot_curve
 
 from . import drawing

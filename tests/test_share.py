@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given
-from place_rings.coverage.share import Share, share_under
-from place_rings.coverage.solids import Cones, Spheres
-from place_rings.coverage.tube import Tube
+from place_rings.coverage.solids.base import Cones, Spheres
+from place_rings.coverage.solids.swept_tube import Tube
+from place_rings.coverage.solids.volume_fraction import Share, share_under
 
 from . import drawing
 

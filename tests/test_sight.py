@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from place_rings.coverage.polyhedra import box, half_space
-from place_rings.coverage.rings import Ring, Setup, named_setup
-from place_rings.coverage.robots import UR10
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets import Target
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.redundancy import redundancy

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.cloud import cloud
-from place_rings.coverage.points import EmptySolidError, sample
-from place_rings.coverage.soft import CUT, SHARP, soft_zeta
-from place_rings.coverage.solids import Cones, Difference, sphere
+from place_rings.coverage.soft.estimator import CUT, SHARP, soft_zeta
+from place_rings.coverage.soft.sampling import EmptySolidError, cloud, sample
+from place_rings.coverage.solids.base import Cones, Difference, sphere
 
 from . import drawing
 

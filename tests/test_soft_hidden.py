@@ -5,15 +5,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
-from place_rings.coverage.capsules import Capsules
-from place_rings.coverage.cloud import cloud
-from place_rings.coverage.occluders import Occluders, beams
-from place_rings.coverage.polyhedra import box, hull
-from place_rings.coverage.soft import SHARP, soft_zeta
-from place_rings.coverage.soft_cell import InCell
-from place_rings.coverage.soft_hidden import Hidden
-from place_rings.coverage.soft_stops import BALLS, GRAZE, soft_stop
-from place_rings.coverage.solids import Cones
+from place_rings.coverage.occlusion.occluders import Occluders, beams
+from place_rings.coverage.robots.link_bodies import Capsules
+from place_rings.coverage.soft.estimator import SHARP, soft_zeta
+from place_rings.coverage.soft.first_return import BALLS, GRAZE, soft_stop
+from place_rings.coverage.soft.obstacle_occlusion import InCell
+from place_rings.coverage.soft.robot_occlusion import Hidden
+from place_rings.coverage.soft.sampling import cloud
+from place_rings.coverage.solids.base import Cones
+from place_rings.coverage.solids.polyhedra import box, hull
 
 from . import drawing
 

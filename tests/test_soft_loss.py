@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.cloud import cloud
-from place_rings.coverage.soft import CUT, SHARP
-from place_rings.coverage.soft_loss import soft_losses
-from place_rings.coverage.solids import Cones
+from place_rings.coverage.soft.estimator import CUT, SHARP
+from place_rings.coverage.soft.leave_one_out import soft_losses
+from place_rings.coverage.soft.sampling import cloud
+from place_rings.coverage.solids.base import Cones
 
 from . import drawing
 from .test_soft import ALL, drawn, on_device, plain, smooth

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.cloud import cloud
-from place_rings.coverage.soft import CUT, SHARP
-from place_rings.coverage.soft_seen import soft_seen
-from place_rings.coverage.solids import Cones
+from place_rings.coverage.soft.estimator import CUT, SHARP
+from place_rings.coverage.soft.k_coverage import soft_seen
+from place_rings.coverage.soft.sampling import cloud
+from place_rings.coverage.solids.base import Cones
 
 from . import drawing
 from .test_soft import ALL, drawn, on_device, smooth

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.coverage.certified import Bracket
 from place_rings.coverage.targets import Target
+from place_rings.coverage.voxels.certified_bounds import Bracket
 from place_rings.objectives import exact
 from place_rings.placement.errors import UserError
 from place_rings.placement.progress import Outcome

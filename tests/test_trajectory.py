@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.chain import forward
-from place_rings.coverage.robots import UR10
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.trajectory import Record, Thinning, thin
 from place_rings.placement.errors import UserError

@@ -11,8 +11,8 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from place_rings.cli import main as command_line
-from place_rings.coverage.chain import forward
-from place_rings.coverage.robots import ROBOTS
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
 from place_rings.placement.errors import UserError
 from place_rings.placement.robot.capsule_fit import Capsule

@@ -19,20 +19,20 @@ from place_rings.cli.viewer.server import own
 from place_rings.cli.viewer.shapes import bodies
 from place_rings.cli.viewer.surface import read_skin
 from place_rings.cli.viewer.work import prove, search_from
-from place_rings.coverage.capsules import robot_capsules
-from place_rings.coverage.chain import forward
-from place_rings.coverage.occlusion import OCCLUSIONS
-from place_rings.coverage.rings import Ring, Setup, named_setup
-from place_rings.coverage.robots import robot
-from place_rings.coverage.sensors import Sensor
-from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.occlusion.model import OCCLUSIONS
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.rings.rounding import rounded
+from place_rings.coverage.robots.built_in import robot
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import robot_capsules
+from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Goal, Pose, Scene
 from place_rings.objectives.sight import setup_sight
 from place_rings.placement.errors import UserError
 from place_rings.placement.exchange import Round
-from place_rings.placement.files.convert import rounded
 from place_rings.placement.loader import read_proposal
 from place_rings.placement.schedule import Schedule, Stage
 

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 import pytest
 from place_rings.cli.viewer.room import Room
 from place_rings.cli.viewer.server import Server
-from place_rings.coverage.rings import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.objectives.scene import Scene
 from place_rings.placement.errors import UserError
 from place_rings.placement.loader import read_proposal

@@ -5,12 +5,12 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
-from place_rings.coverage.octree import count, voxels
-from place_rings.coverage.rings import named_setup
-from place_rings.coverage.slots import sensor_cones
-from place_rings.coverage.solids import sphere
+from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.solids.base import sphere
 from place_rings.coverage.targets import Target
-from place_rings.coverage.voxelset import VoxelSet
+from place_rings.coverage.voxels.octree import count, voxels
+from place_rings.coverage.voxels.voxel_set import VoxelSet
 from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Scene
 from place_rings.studies import octree_figures

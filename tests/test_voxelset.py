@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.coverage.voxelset import OFFSET, VoxelSet, centre, decode, encode
+from place_rings.coverage.voxels.voxel_set import OFFSET, VoxelSet, centre, decode, encode
 
 keys = st.sets(st.integers(0, 200), max_size=60)
 

@@ -7,10 +7,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from ...coverage.chain import forward
-from ...coverage.components import ranges
-from ...coverage.rings import Setup
-from ...coverage.voxelset import OFFSET, VoxelSet, decode
+from ...coverage.rings.ring import Setup
+from ...coverage.robots.kinematics import forward
+from ...coverage.voxels.connected_components import ranges
+from ...coverage.voxels.voxel_set import OFFSET, VoxelSet, decode
 from ...objectives.blind import Blind
 from ...objectives.scene import Scene
 from ...studies.plotting import COLOURS, GREY, INK

@@ -6,16 +6,15 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
-from ...coverage.mounting import MountingErrors
-from ...coverage.rings import Setup
+from ...coverage.rings.mounting_errors import MountingErrors
+from ...coverage.rings.ring import Setup
 from ...objectives.blind import Blind, blind_spots
 from ...objectives.exact import Verifier
 from ...objectives.faults import faults
 from ...objectives.scene import Scene
 from ...placement.files.proposals import FoundModel
 from ...placement.files.results import RobustnessResult, VerifyResult
-from ...placement.finalists import MANY
-from ...placement.subset import representative
+from ...placement.subset import MANY, representative
 from ..aim_options import Robustness
 from ..place import compared, counted, papers
 from ..robustness import assess

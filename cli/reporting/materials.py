@@ -2,10 +2,9 @@
 
 from collections import Counter
 
-from ...coverage.catalogue import MODELS
-from ...coverage.rings import Setup
-from ...coverage.sensors import Sensor
-from ...coverage.supplies import SUPPLIES, Supply
+from ...coverage.rings.ring import Setup
+from ...coverage.sensors.catalogue import MODELS, SUPPLIES, Supply
+from ...coverage.sensors.sensor import Sensor
 from ...placement.files.sensing import title
 from ...rig.rings.protocol import length
 from ...studies.pages import table

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.rings import Ring, Setup
-from ...coverage.robot import Mount
-from ...coverage.slots import sensor_cones
+from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.ring_kinematics import sensor_cones
+from ...coverage.robots.robot import Mount
 from ...objectives.scene import Scene
 from ...studies.pages import table
 from .words import bearing, heading, plain

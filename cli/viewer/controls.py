@@ -6,8 +6,8 @@ from typing import Any
 
 import viser
 
-from ...coverage.occlusion import OCCLUSIONS
-from ...coverage.rings import Setup
+from ...coverage.occlusion.model import OCCLUSIONS
+from ...coverage.rings.ring import Setup
 from . import words
 from .colours import KINDS
 from .draft import MOST_SENSORS, STEEPEST_DEG

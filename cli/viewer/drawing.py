@@ -8,11 +8,11 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.chain import forward
-from ...coverage.occlusion import Occlusion
-from ...coverage.rings import Ring, Setup
-from ...coverage.slots import sensor_cones
-from ...coverage.solids import Cones
+from ...coverage.occlusion.model import Occlusion
+from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.ring_kinematics import sensor_cones
+from ...coverage.robots.kinematics import forward
+from ...coverage.solids.base import Cones
 from ...coverage.targets import Target, robot_curve
 from ...studies.shapes import RING_WIDTH, band, faces_within, lengths_within
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours

@@ -11,11 +11,11 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.occlusion import Occlusion
-from ...coverage.points import sample
-from ...coverage.rings import Ring, Setup
-from ...coverage.slots import sensor_cones
-from ...coverage.solids import Cones, Parts
+from ...coverage.occlusion.model import Occlusion
+from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.ring_kinematics import sensor_cones
+from ...coverage.soft.sampling import sample
+from ...coverage.solids.base import Cones, Parts
 from ...coverage.targets import Target
 from ...objectives.scene import Scene
 from ...objectives.sight import sight

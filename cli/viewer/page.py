@@ -13,8 +13,8 @@ from typing import Any
 
 import viser
 
-from ...coverage.occlusion import OCCLUSIONS, Occlusion
-from ...coverage.rings import Setup
+from ...coverage.occlusion.model import OCCLUSIONS, Occlusion
+from ...coverage.rings.ring import Setup
 from ...coverage.targets import Target
 from ...placement.errors import UserError
 from ...placement.writing import write_bytes

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.occlusion import Occlusion
-from ...coverage.rings import Setup
+from ...coverage.occlusion.model import Occlusion
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.rounding import rounded
 from ...coverage.targets import Target
 from ...objectives.clear import Clear
 from ...objectives.faults import faults
 from ...objectives.scene import Scene
 from ...objectives.sight import check_mounting
-from ...placement.files.convert import rounded
 from .drawing import Choice, Drawing
 from .glance import Glance
 from .surface import Skin

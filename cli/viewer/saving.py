@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
 from ...objectives.exact import Verified
 from ...objectives.scene import Scene
 from ...placement.errors import UserError, shown

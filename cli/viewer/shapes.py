@@ -6,11 +6,11 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...coverage.arrays import Array
-from ...coverage.capsules import robot_capsules
-from ...coverage.robot import Robot
-from ...coverage.rods import Rods
-from ...coverage.solids import Cones, Solid, Spheres, Union
-from ...coverage.tube import Tube
+from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.robots.robot import Robot
+from ...coverage.solids.base import Cones, Solid, Spheres, Union
+from ...coverage.solids.capsules import Rods
+from ...coverage.solids.swept_tube import Tube
 from ...studies.shapes import body, capsule, circle, rim_of, rod
 
 Surface = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, "_ 3"]]

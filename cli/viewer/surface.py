@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.chain import Chain, forward, joint_origins
-from ...coverage.robot import BASE, Robot
+from ...coverage.robots.kinematics import Chain, forward, joint_origins
+from ...coverage.robots.robot import BASE, Robot
 from ...placement.errors import UserError, shown
 from ...placement.robot.meshes import Meshes
 from ...placement.robot.urdf import read_urdf

@@ -5,20 +5,20 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from ...coverage.certified import Bracket
-from ...coverage.occlusion import Occlusion
-from ...coverage.rings import Setup
+from ...coverage.occlusion.model import Occlusion
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.rounding import rounded
 from ...coverage.targets import Target
+from ...coverage.voxels.certified_bounds import Bracket
 from ...objectives.aim import Aim, judge
 from ...objectives.exact import VOXEL, Verified, Verifier
 from ...objectives.faults import held
 from ...objectives.scene import Goal, Scene
 from ...placement.candidates import Space
-from ...placement.files.convert import rounded
-from ...placement.finalists import MANY
 from ...placement.progress import Progress
 from ...placement.schedule import Schedule
 from ...placement.search import search
+from ...placement.subset import MANY
 
 WIDTH = 0.001  # of the guaranteed interval, a share
 Tell = Callable[[str, float], None]  # is given what is being done, and how much of all is over, in [0, 1]; may raise

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.sensors import Sensor
+from ...coverage.sensors.sensor import Sensor
 from ..mounted.poses import place, quaternion
 from ..robot.urdf_robot import plain_names
 from .placed import Placed

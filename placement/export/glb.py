@@ -7,10 +7,10 @@ import trimesh
 from jaxtyping import Float
 from trimesh.visual.material import PBRMaterial
 
-from ...coverage.optics import Optics
-from ...coverage.points import sample
-from ...coverage.robot import BASE
-from ...coverage.slots import sensor_cones
+from ...coverage.rings.ring_kinematics import sensor_cones
+from ...coverage.robots.robot import BASE
+from ...coverage.soft.sampling import sample
+from ...coverage.solids.sensor_beams import Optics
 from ...objectives.sight import setup_sight
 from ..robot.meshes import Meshes
 from ..robot.urdf_robot import find_robot, plain_names

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from ...coverage.robot import BASE
+from ...coverage.robots.robot import BASE
 from ..robot.urdf_robot import plain_names
 from .markup import document, words
 from .placed import BASE_LINK, Placed

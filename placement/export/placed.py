@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.capsules import Capsules, robot_capsules
-from ...coverage.chain import forward
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.link_bodies import Capsules, robot_capsules
 from ...objectives.scene import Scene
 from ..mounted.sensor_frames import SensorFrame, sensor_frames
 from ..robot.urdf import Urdf

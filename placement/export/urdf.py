@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.robot import BASE, Body, Robot
+from ...coverage.robots.robot import BASE, Body, Robot
 from ..errors import UserError, shown
 from ..mounted.sensor_frames import SensorFrame, looking_along
 from ..robot.urdf import LARGEST, Urdf, bounded_bytes, plain_xml

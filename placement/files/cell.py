@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.chain import transform
-from ...coverage.polyhedra import box, half_space, hull
+from ...coverage.robots.kinematics import transform
+from ...coverage.solids.polyhedra import box, half_space, hull
 from ...objectives.scene import Obstacle, Scene
 from ..errors import UserError, shown
 from .kinds import FARTHEST, LONGEST_NAME

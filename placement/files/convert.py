@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from ...coverage.boards import Board
-from ...coverage.effective import effective
-from ...coverage.pockets import Printing
-from ...coverage.rings import RING_RADIUS, Ring, Setup
-from ...coverage.sensors import Sensor
-from ...coverage.separation import Safety
+from ...coverage.rings.ring import RING_RADIUS, Ring, Setup
+from ...coverage.rings.rounding import degrees, phase_deg, position, tilt_deg
+from ...coverage.robots.separation_distance import Safety
+from ...coverage.sensors.board_packing import Printing
+from ...coverage.sensors.boards import Board
+from ...coverage.sensors.effective_range import effective
+from ...coverage.sensors.sensor import Sensor
 from ...coverage.targets import Shape, Target
 from ...objectives.scene import Goal, Limits, Motion, Pose, Recorded, Rules, Scene
 from ...objectives.trajectory import Thinning
@@ -28,27 +29,6 @@ from .models import (
 )
 from .mount_models import BoardModel, MountModel, PrintingModel, RingModel, RulesModel, SensorModel
 from .robot_convert import robot_model, robot_of
-
-DIGITS_DEG = 4  # decimals of an angle in a file
-DIGITS_POSITION = 6  # decimals of a ring's position in a file
-
-
-def degrees(angle: float) -> float:
-    """An angle as a file holds it, short of what rounding added."""
-    return round(math.degrees(angle), 9)
-
-
-def _tilt_deg(tilt: float) -> float:
-    """A tilt as a file holds it: one just short of 90 degrees is not rounded up to it. Adding 0 makes -0.0 plain 0.0."""
-    angle, most = math.degrees(tilt), 90 - 10.0**-DIGITS_DEG
-    short = round(angle, DIGITS_DEG)
-    return round(math.copysign(most, angle), DIGITS_DEG) if abs(angle) < 90 <= abs(short) else short + 0.0
-
-
-def _phase_deg(phase: float) -> float:
-    """A phase as a file holds it: beyond a full turn it is wound back."""
-    angle = math.degrees(phase)
-    return round(angle if abs(angle) <= 360 else math.remainder(angle, 360), DIGITS_DEG) + 0.0
 
 
 def sensor_of(model: SensorModel) -> Sensor:
@@ -280,17 +260,12 @@ def ring_models(setup: Setup, sensor: Sensor) -> list[RingModel]:
     return [
         RingModel(
             link=r.link,
-            position=round(r.position, DIGITS_POSITION) + 0.0,
+            position=position(r),
             count=r.count,
-            tilt_deg=_tilt_deg(r.tilt),
-            phase_deg=_phase_deg(r.phase),
+            tilt_deg=tilt_deg(r.tilt),
+            phase_deg=phase_deg(r.phase),
             radius=r.radius,
             sensor=None if r.sensor == sensor else sensor_model(r.sensor),
         )
         for r in setup.rings
     ]
-
-
-def rounded(setup: Setup, sensor: Sensor) -> Setup:
-    """The setup as it reads back from a proposal's file; what is verified is what is written."""
-    return setup_of(ring_models(setup, sensor), sensor)

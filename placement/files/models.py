@@ -17,11 +17,11 @@ from pydantic import (
     model_validator,
 )
 
-from ...coverage.occlusion import Occlusion
-from ...coverage.polyhedra import hull
-from ...coverage.rings import RING_RADIUS
-from ...coverage.robots import PAPER_ROBOTS, ROBOTS
-from ...coverage.separation import WALKING
+from ...coverage.occlusion.model import Occlusion
+from ...coverage.rings.ring import RING_RADIUS
+from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
+from ...coverage.robots.separation_distance import WALKING
+from ...coverage.solids.polyhedra import hull
 from ...coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
 from ...objectives.scene import REFERENCE_POSE_DEG
 from ..errors import IN_LINE, NAMED

@@ -6,9 +6,9 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from ...coverage.catalogue import MODELS
-from ...coverage.effective import effective
-from ...coverage.sensors import Use
+from ...coverage.sensors.catalogue import MODELS
+from ...coverage.sensors.effective_range import effective
+from ...coverage.sensors.sensor import Use
 from ...objectives.scene import Mounting
 from .kinds import Interval, Metres, Position, Tilt, ascending
 from .strict import StrictModel, refuse

@@ -10,7 +10,7 @@ from typing import TextIO
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.robots import Robot
+from ...coverage.robots.robot import Robot
 from ...objectives.scene import Scene
 from ...objectives.trajectory import CELL, CELLS, Record, Thinning, recorded, thin
 from ..errors import UserError, shown

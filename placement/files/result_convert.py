@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ...coverage.mounting import MountingErrors
-from ...coverage.rings import Setup
-from ...coverage.separation import Safety, Terms
+from ...coverage.rings.mounting_errors import MountingErrors
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.rounding import degrees
+from ...coverage.robots.separation_distance import Safety, Terms
 from ...coverage.targets import Target
 from ...objectives.aim import Aim
 from ...objectives.exact import PoseZeta, Verified
@@ -16,7 +17,6 @@ from ...objectives.redundancy import Loss, Redundancy
 from ...objectives.scene import Pose, Scene
 from ...objectives.separations import separations
 from ...objectives.tolerance import Tolerance
-from .convert import degrees
 from .results import (
     ErrorsModel,
     LossModel,

@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from ...coverage.occlusion import Occlusion
+from ...coverage.occlusion.model import Occlusion
 from .kinds import Metres, Percent
 from .strict import StrictModel
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.chain import Chain, transform
-from ...coverage.robot import BASE, Body, Mount, Robot
-from ...coverage.robots import ROBOTS, built_in
+from ...coverage.robots.built_in import ROBOTS, built_in
+from ...coverage.robots.kinematics import Chain, transform
+from ...coverage.robots.robot import BASE, Body, Mount, Robot
 from .robot_models import BASE_FRAME, TCP_FRAME, BodyModel, JointModel, MountAxisModel, RobotFile, TcpModel
 
 _DIGITS = 12  # decimals of metres and of unit vectors in a file

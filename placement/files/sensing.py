@@ -2,10 +2,10 @@
 
 import math
 
-from ...coverage.catalogue import model
-from ...coverage.effective import Effective, effective
-from ...coverage.rings import Setup
-from ...coverage.sensors import Sensor
+from ...coverage.rings.ring import Setup
+from ...coverage.sensors.catalogue import model
+from ...coverage.sensors.effective_range import Effective, effective
+from ...coverage.sensors.sensor import Sensor
 from .results import RuleModel, SensorRecord
 
 

@@ -1,6 +1,6 @@
 """Records of what occlusion takes: zeta under all models side by side, and the sensors that see nothing."""
 
-from ...coverage.occlusion import Occlusion
+from ...coverage.occlusion.model import Occlusion
 from ...objectives.scene import Scene
 from ...objectives.sight import Unseeing
 from .results import UnseeingModel, VerifyResult

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...coverage.cloud import Cloud
 from ...coverage.processors import processors
-from ...coverage.rings import Setup
-from ...coverage.soft import SHARP
+from ...coverage.rings.ring import Setup
+from ...coverage.soft.estimator import SHARP
+from ...coverage.soft.sampling import Cloud
 from ...objectives.coverage_objective import CoverageObjective, TargetPoints
 from ...objectives.exact import Verifier
 from ..candidates import stacked

@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from ...coverage.rings import Ring, Setup
-from ...coverage.robots import Robot
+from ...coverage.rings.ring import Ring, Setup
+from ...coverage.robots.robot import Robot
 
 Rings = tuple[Ring | None, ...]  # of each place, None: no ring
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...coverage.processors import processors
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
 from ...objectives.coverage_objective import CoverageObjective, TargetPoints
 from ...objectives.exact import Verifier
 from ...objectives.faults import Fault, faults

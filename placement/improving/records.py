@@ -2,9 +2,10 @@
 
 import math
 
-from ...coverage.rings import Setup
-from ...coverage.sensors import Sensor
-from ..files.convert import DIGITS_DEG, ring_models
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.rounding import DIGITS_DEG
+from ...coverage.sensors.sensor import Sensor
+from ..files.convert import ring_models
 from ..files.proposals import ChangeModel, WorkModel
 from .changes import Change, Work
 

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.rings import Ring, Setup
-from ...coverage.slots import any_square, slots
+from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.ring_kinematics import any_square, slots
+from ...coverage.rings.rounding import rounded
 from ...objectives.clear import Clear
 from ...objectives.faults import commonest_tilt, faults, held
 from ...objectives.scene import Scene
 from ...objectives.space import Segment, Stretch, decode, encode, segments, stretch
-from ..files.convert import rounded
 from .changes import Rings, Touched, turn
 
 Values = Float[np.ndarray, "3 R"]

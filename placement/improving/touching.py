@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...coverage.rings import Ring
+from ...coverage.rings.ring import Ring
 from ..places import Rng
 from .changes import Touched
 from .rework import Rework

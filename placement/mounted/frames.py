@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.rings import Setup
-from ...coverage.robot import BASE, Mount
+from ...coverage.rings.ring import Setup
+from ...coverage.robots.robot import BASE, Mount
 from ...objectives.scene import Scene
 from ..errors import UserError, shown
 from ..robot.urdf import Urdf

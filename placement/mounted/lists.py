@@ -10,10 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 from pydantic import ValidationError
 
-from ...coverage.chain import forward
-from ...coverage.optics import Optics
-from ...coverage.rings import Setup
-from ...coverage.slots import any_square, sensor_cones
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.ring_kinematics import any_square, sensor_cones
+from ...coverage.robots.kinematics import forward
+from ...coverage.solids.sensor_beams import Optics
 from ...objectives.scene import Scene
 from ..errors import UserError, explain, shown
 from ..files.mount_models import ConeRow, SquareConeRow

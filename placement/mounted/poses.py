@@ -9,11 +9,12 @@ from jaxtyping import Float
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from ...coverage.chain import forward
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.rounding import degrees
+from ...coverage.robots.kinematics import forward
 from ...objectives.scene import Scene
 from ..errors import UserError, explain, shown
-from ..files.convert import degrees, sensor_model, sensor_of
+from ..files.convert import sensor_model, sensor_of
 from ..files.pose_models import RingPosesModel, SensorPoseModel, SensorPosesFile
 from ..files.robot_models import TCP_FRAME
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.rings import Ring, Setup
-from ...coverage.robots import Mount
-from ...coverage.sensors import Sensor
-from ...coverage.slots import up_of
+from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.ring_kinematics import up_of
+from ...coverage.robots.robot import Mount
+from ...coverage.sensors.sensor import Sensor
 from ...objectives.scene import Scene
 from ..errors import UserError
 from ..files.mount_models import ConeRow, SquareConeRow

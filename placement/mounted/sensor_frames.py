@@ -12,11 +12,11 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.arrays import cross
-from ...coverage.chain import Chain, forward
-from ...coverage.rings import Setup, ring_values
-from ...coverage.robot import Robot
-from ...coverage.sensors import Sensor
-from ...coverage.slots import seats, slots, up_of
+from ...coverage.rings.ring import Setup, ring_values
+from ...coverage.rings.ring_kinematics import seats, slots, up_of
+from ...coverage.robots.kinematics import Chain, forward
+from ...coverage.robots.robot import Robot
+from ...coverage.sensors.sensor import Sensor
 from ..files.mount_models import ConeRow, SquareConeRow
 
 Along = Literal["x", "y", "z"]

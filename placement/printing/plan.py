@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.pockets import Pocket, Printing, best_pocket, inner_radius
-from ...coverage.rings import Ring
-from ...coverage.surround import surrounded
+from ...coverage.rings.ring import Ring
+from ...coverage.robots.ring_section import surrounded
+from ...coverage.sensors.board_packing import Pocket, Printing, best_pocket, inner_radius
 from ...objectives.fitting import unfit
 from ...objectives.scene import Scene
 

@@ -2,8 +2,8 @@
 
 import math
 
-from ...coverage.pockets import Printing
-from ...coverage.rings import Ring, Setup
+from ...coverage.rings.ring import Ring, Setup
+from ...coverage.sensors.board_packing import Printing
 from ...objectives.scene import Scene
 from ..errors import UserError
 from ..files.results import PrintedRing, PrintResult

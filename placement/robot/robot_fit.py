@@ -9,8 +9,8 @@ import trimesh
 from jaxtyping import Float
 from scipy.spatial import ConvexHull, QhullError
 
-from ...coverage.chain import Chain, forward
-from ...coverage.robot import BASE, Body, Mount, Robot
+from ...coverage.robots.kinematics import Chain, forward
+from ...coverage.robots.robot import BASE, Body, Mount, Robot
 from .capsule_fit import Capsule, fit_capsules, union_volume
 from .meshes import Meshes, Which
 from .tubes import find_tube

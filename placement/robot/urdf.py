@@ -13,7 +13,7 @@ from xml.parsers import expat
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.chain import transform
+from ...coverage.robots.kinematics import transform
 from ..errors import UserError, shown
 
 LARGEST = 16 * 2**20  # bytes of a URDF

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.chain import Chain
-from ...coverage.robot import BASE
+from ...coverage.robots.kinematics import Chain
+from ...coverage.robots.robot import BASE
 from ..errors import UserError, shown
 from .urdf import Joint, Link, Urdf
 

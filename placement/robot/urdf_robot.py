@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ...coverage.robot import Robot
+from ...coverage.robots.robot import Robot
 from ..errors import UserError, shown
 from .urdf import Urdf
 from .urdf_chain import Picked, pick_chain

@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.sparse.csgraph import shortest_path
 
-from ...coverage.capsules import robot_capsules
-from ...coverage.chain import forward
-from ...coverage.rings import Setup
-from ...coverage.sensors import Sensor
+from ...coverage.rings.ring import Setup
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.sensors.sensor import Sensor
 from ...objectives.scene import Scene
 from ..sensing.expected import beams_at, to_capsules
 from .clear import Good, asked, clear, gaps

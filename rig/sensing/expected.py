@@ -10,15 +10,15 @@ import jax
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.blinding import Beam, capsule_in_beam, polyhedron_in_beam
-from ...coverage.capsules import Capsules, point_to_segment, robot_capsules
-from ...coverage.chain import forward
-from ...coverage.optics import Optics
-from ...coverage.polyhedra import Polyhedron
-from ...coverage.ranging import slabs
-from ...coverage.rings import Setup, ring_values
-from ...coverage.slots import slot_beams, slots
-from ...coverage.solids import cone
+from ...coverage.occlusion.first_return import Beam, capsule_in_beam, polyhedron_in_beam
+from ...coverage.occlusion.ranging import slabs
+from ...coverage.rings.ring import Setup, ring_values
+from ...coverage.rings.ring_kinematics import slot_beams, slots
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.link_bodies import Capsules, point_to_segment, robot_capsules
+from ...coverage.solids.base import cone
+from ...coverage.solids.polyhedra import Polyhedron
+from ...coverage.solids.sensor_beams import Optics
 from ...objectives.scene import Scene
 from .fan import nearest_in_square, ray_to_capsule, ray_to_polyhedron
 

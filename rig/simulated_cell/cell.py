@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.capsules import Capsules
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
+from ...coverage.robots.link_bodies import Capsules
 from ...objectives.scene import Scene
 from ...placement.files.cell import obstacles_of
 from ...placement.files.convert import ring_models, scene_model
