@@ -13,8 +13,8 @@ import numpy as np
 from common import installed, missing, table
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.targets import Target
-from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Goal, Rules, Scene
+from place_rings.objectives.verify import Verifier
 from place_rings.studies import pareto
 from place_rings.studies.store import Cell
 from place_rings.studies.works import WORKS, setup_from

@@ -13,8 +13,8 @@ from place_rings.cli.viewer.room import Room
 from place_rings.cli.viewer.server import Server
 from place_rings.coverage.occlusion.model import OCCLUSIONS
 from place_rings.coverage.rings.ring import named_setup
-from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Scene
+from place_rings.objectives.verify import Verifier
 
 sys.path.append(str(Path(__file__).parent.parent))
 from tests.viser_client import Client

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from ..coverage.rings.mounting_errors import Law, MountingErrors
-from ..objectives.aim import Aim, Losing, check_aim
+from ..objectives.criterion import Aim, Losing, check_aim
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 

@@ -10,8 +10,8 @@ from rich.table import Table
 
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
-from ..objectives.exact import Verifier
 from ..objectives.scene import Scene
+from ..objectives.verify import Verifier
 from ..placement.files.convert import ring_models, scene_model
 from ..placement.files.proposals import ImproveResult, ProposalFile, StepModel
 from ..placement.files.result_convert import verify_result

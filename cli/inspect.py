@@ -6,10 +6,9 @@ from rich.console import Console
 
 from ..coverage.rings.ring import Setup
 from ..coverage.voxels.certified_bounds import Bracket
-from ..objectives.exact import Verifier
+from ..objectives.occlusion import unseeing
 from ..objectives.scene import Scene
-from ..objectives.side_by_side import by_occlusion
-from ..objectives.sight import unseeing
+from ..objectives.verify import Verifier, by_occlusion
 from ..placement.files.result_convert import verify_result
 from ..placement.files.sensing import sensor_records
 from ..placement.files.sighting import with_sight

@@ -9,7 +9,7 @@ from cyclopts.validators import Number
 
 from ..coverage.occlusion.model import Occlusion
 from ..coverage.rings.mounting_errors import Law
-from ..objectives.exact import Rule
+from ..objectives.verify import Rule
 from ..placement.errors import UserError
 from .aim_options import mounting_errors, resolve_robustness
 from .app import (

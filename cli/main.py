@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import CycloptsError, Parameter
 from cyclopts.validators import Number
 
-from ..objectives.aim import Losing
+from ..objectives.criterion import Losing
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import with_sensor

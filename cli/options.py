@@ -13,8 +13,8 @@ from ..coverage.occlusion.model import Occlusion
 from ..coverage.robots.built_in import robot as built_in
 from ..coverage.robots.robot import Robot
 from ..coverage.targets import Target
-from ..objectives.exact import VOXEL, Rule
 from ..objectives.scene import Goal, Pose, Rules, Scene
+from ..objectives.verify import VOXEL, Rule
 from ..placement.candidates import Space
 from ..placement.errors import UserError, explain, shown
 from ..placement.files.convert import scene_model

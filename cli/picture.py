@@ -21,8 +21,8 @@ from ..coverage.robots.built_in import PAPER_ROBOTS
 from ..coverage.robots.kinematics import forward
 from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Cones, Solid
+from ..objectives.occlusion import sight
 from ..objectives.scene import Scene
-from ..objectives.sight import sight
 from ..studies.plotting import GREY, GRID, INK
 from ..studies.shapes import DISC, RING_WIDTH, add_robot, body, convex_pieces, faces_within, lengths_within, rim_of
 from ..studies.sheet import LINK_COLOURS, UNSEEN_COLOUR, Sheet, write_png

@@ -13,12 +13,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.targets import Target
-from ..objectives.aim import Aim, judge
-from ..objectives.exact import Verified, Verifier, check_voxel, target_voxels
+from ..objectives.criterion import Aim, judge
+from ..objectives.occlusion import unseeing
+from ..objectives.pose_subset import MANY
 from ..objectives.scene import Scene
-from ..objectives.separations import separations
-from ..objectives.side_by_side import by_occlusion
-from ..objectives.sight import unseeing
+from ..objectives.separation_summary import separations
+from ..objectives.verify import Verified, Verifier, by_occlusion, check_voxel, target_voxels
 from ..placement import search as searching
 from ..placement.candidates import Space
 from ..placement.errors import UserError, explain
@@ -31,7 +31,6 @@ from ..placement.files.sensing import sensor_records
 from ..placement.files.sighting import with_sight
 from ..placement.progress import Progress as Told
 from ..placement.reach import fewest_sensors
-from ..placement.subset import MANY
 from ..placement.writing import made_folder, to_toml, write_text
 from .motion import record_line, worst_line
 from .picture import placement_picture

@@ -5,10 +5,10 @@ from rich.progress import Progress
 from rich.table import Table
 
 from ..coverage.rings.ring import Setup
-from ..objectives.exact import Verifier
 from ..objectives.redundancy import redundancy
 from ..objectives.scene import Scene
 from ..objectives.tolerance import tolerance
+from ..objectives.verify import Verifier
 from ..placement.files.result_convert import robustness_result
 from ..placement.files.results import LossModel, RobustnessResult
 from .aim_options import Robustness

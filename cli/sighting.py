@@ -8,11 +8,11 @@ from rich.table import Table
 
 from ..coverage.occlusion.model import OCCLUSIONS
 from ..coverage.rings.ring import Ring, Setup
-from ..objectives.clear import Clear
-from ..objectives.faults import faults
+from ..objectives.feasibility.clearance import Clear
+from ..objectives.feasibility.mounting import REAL
+from ..objectives.feasibility.violations import faults
+from ..objectives.occlusion import check_bodies, check_mounting
 from ..objectives.scene import Scene
-from ..objectives.sight import check_bodies, check_mounting
-from ..objectives.standing import REAL
 from ..placement.errors import UserError
 from ..placement.files.results import UnseeingModel, VerifyResult
 from .tables import target_label

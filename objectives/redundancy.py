@@ -11,8 +11,8 @@ from jaxtyping import Float, Int
 from ..coverage.rings.ring import Setup
 from ..coverage.targets import Target
 from ..coverage.voxels.k_coverage import Tally, tally
-from .exact import Verifier, weighted_mean
-from .sight import setup_sight
+from .occlusion import setup_sight
+from .verify import Verifier, weighted_mean
 
 MOST = 3  # sensors that are told apart where nobody says how many
 

@@ -17,8 +17,8 @@ from ..coverage.solids.base import Parts
 from ..coverage.targets import Target
 from ..coverage.voxels.k_coverage import seen_by
 from ..coverage.voxels.octree import count
-from .exact import Verifier, weighted_mean
-from .sight import setup_sight, sight
+from .occlusion import setup_sight, sight
+from .verify import Verifier, weighted_mean
 
 DRAWS = 100  # mountings where nobody says how many
 

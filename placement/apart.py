@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..objectives.clear import Clear
-from ..objectives.standing import Standing, meeting
+from ..objectives.feasibility.clearance import Clear
+from ..objectives.feasibility.mounting import Standing, meeting
 from .candidates import Candidate, Space
 from .drawing import fresh
 from .places import InfeasibleError, Rng

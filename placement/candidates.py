@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import Slots, slots
-from ..objectives.space import Segment, Stretch, decode, encode, stretch
+from ..objectives.parameterization import Segment, Stretch, decode, encode, stretch
 from .places import Places
 
 

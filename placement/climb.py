@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..coverage.soft.sampling import Cloud
-from ..objectives.coverage_objective import CoverageObjective
+from ..objectives.soft_objective import CoverageObjective
 
 Values = Float[np.ndarray, "3 R"]
 

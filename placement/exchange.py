@@ -18,8 +18,8 @@ from jaxtyping import Bool, Float
 
 from ..coverage.azimuth import Around, rings_see
 from ..coverage.rings.ring import Ring
-from ..objectives.coverage_objective import worth
-from ..objectives.space import Stretch, decode
+from ..objectives.parameterization import Stretch, decode
+from ..objectives.soft_objective import worth
 from .candidates import Candidate, Space
 from .climb import Brake
 from .drawing import fresh, vary

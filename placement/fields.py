@@ -9,8 +9,8 @@ from jaxtyping import Float
 from ..coverage.azimuth import Around, around
 from ..coverage.lookout import Lookout, lookout
 from ..coverage.robots.kinematics import forward
-from ..objectives.coverage_objective import TargetPoints
-from ..objectives.sight import occluders
+from ..objectives.occlusion import occluders
+from ..objectives.soft_objective import TargetPoints
 from .candidates import Space
 
 _FEWEST = 8  # points of a goal at a pose

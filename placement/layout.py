@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..coverage.rings.ring import Ring, Setup
-from ..objectives.clear import Clear
+from ..objectives.feasibility.clearance import Clear
 from ..objectives.scene import Scene
 
 

@@ -9,10 +9,10 @@ from jaxtyping import Float
 
 from ..coverage.rings.ring import Ring, Setup
 from ..coverage.rings.ring_kinematics import any_square
-from ..objectives.clear import Clear
-from ..objectives.fitting import board_of, fitting_tilts
+from ..objectives.feasibility.clearance import Clear
+from ..objectives.feasibility.packing import board_of, fitting_tilts
+from ..objectives.parameterization import Segment, segments
 from ..objectives.scene import Scene
-from ..objectives.space import Segment, segments
 
 _ROUNDING = 1e-6  # m of a radius, as files hold it
 _MOST_RINGS = 16  # of a search for counts

@@ -11,9 +11,10 @@ import numpy as np
 from ..coverage.processors import processors
 from ..coverage.soft.estimator import SHARP
 from ..coverage.soft.sampling import Cloud
-from ..objectives.aim import Aim
-from ..objectives.coverage_objective import CoverageObjective, TargetPoints
+from ..objectives.criterion import Aim
+from ..objectives.pose_subset import poses_at_once, representative, with_worst
 from ..objectives.scene import Scene
+from ..objectives.soft_objective import CoverageObjective, TargetPoints
 from .candidates import Candidate, Space, stacked
 from .climb import Brake, climb
 from .drawing import fresh, vary
@@ -21,7 +22,6 @@ from .exchange import exchange, share_of
 from .fields import Fields
 from .progress import Progress
 from .schedule import FINALISTS, Schedule, Stage, exchange_sees, exchange_sees_all
-from .subset import poses_at_once, representative, with_worst
 from .unlike import unlike_first
 
 UNLIKE = 0.12  # share of the sensors that sit elsewhere, from which on starts and variants are unlike

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ..coverage.rings.ring import Setup
-from ..objectives.aim import Aim
+from ..objectives.criterion import Aim
 from ..objectives.scene import Scene
 from .candidates import Space
 from .places import InfeasibleError

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ..objectives.aim import Aim
+from ..objectives.criterion import Aim
 from ..objectives.scene import Scene
 from .candidates import Space
 from .exchange import Round

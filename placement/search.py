@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from ..coverage.processors import processors
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
-from ..objectives.aim import Aim
-from ..objectives.exact import Verified, Verifier
+from ..objectives.criterion import Aim
 from ..objectives.scene import Scene
+from ..objectives.verify import Verified, Verifier
 from .apart import apart
 from .candidates import Space
 from .climb import Brake

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from ..objectives.space import decode
+from ..objectives.parameterization import decode
 from .candidates import Candidate, Space
 
 _POSITIONS, _TILTS = 7, 13  # places of the grid on which candidates are compared

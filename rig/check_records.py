@@ -6,7 +6,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..coverage.rings.ring import Setup
-from ..objectives.exact import Verifier
+from ..objectives.verify import Verifier
 from .check_models import (
     CoverageModel,
     ErrorModel,

@@ -16,8 +16,8 @@ from ..coverage.solids.base import Cones, Difference, Solid, Union
 from ..coverage.targets import Target, robot_curve
 from ..coverage.voxels.octree import voxels
 from ..coverage.voxels.voxel_set import VoxelSet
-from ..objectives.exact import target_voxels
 from ..objectives.scene import Scene
+from ..objectives.verify import target_voxels
 from .shapes import add_robot, body, circle, cone, loft
 from .sheet import LINK_COLOURS, UNSEEN_COLOUR, Sheet
 from .voxel_picture import add_skin, cut_open, holds, normals, openness, skin

@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from ..coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ..coverage.targets import Target
-from ..objectives.exact import Rule
+from ..objectives.verify import Rule
 from .store import Cell
 from .task import Motion, fastest, pick_and_place
 from .works import Rings

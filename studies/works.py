@@ -12,10 +12,10 @@ import numpy as np
 from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.robots.built_in import ROBOTS
 from ..coverage.targets import Target
-from ..objectives.aim import Aim
-from ..objectives.exact import Rule, Verifier
+from ..objectives.criterion import Aim
+from ..objectives.occlusion import unseeing
 from ..objectives.scene import Scene
-from ..objectives.sight import unseeing
+from ..objectives.verify import Rule, Verifier
 from ..placement.candidates import Space
 from ..placement.files.convert import ring_models, scene_of, setup_of
 from ..placement.files.models import SceneFile

@@ -13,9 +13,9 @@ from place_rings.coverage.robots.link_bodies import gap_to_capsules, robot_capsu
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.connected_components import pieces
 from place_rings.coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
-from place_rings.objectives.blind import blind_spots, uncovered
-from place_rings.objectives.exact import Verifier
+from place_rings.objectives.blind_spots import blind_spots, uncovered
 from place_rings.objectives.scene import Pose, Scene
+from place_rings.objectives.verify import Verifier
 from scipy.ndimage import find_objects, label
 
 VOXEL, NEAR = 0.04, Target("V_S", 0.5)

@@ -18,9 +18,9 @@ from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels import certified_bounds as certified
 from place_rings.coverage.voxels.certified_bounds import Bracket, _Tally, bracket
 from place_rings.coverage.voxels.octree import count, voxels
-from place_rings.objectives import exact
-from place_rings.objectives.exact import Verifier
+from place_rings.objectives import verify as exact
 from place_rings.objectives.scene import Scene
+from place_rings.objectives.verify import Verifier
 
 from . import drawing
 from .test_octree import drawn_scene

@@ -17,12 +17,12 @@ from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import point_to_segment, robot_capsules
 from place_rings.coverage.solids.polyhedra import box
-from place_rings.objectives.clear import Clear
-from place_rings.objectives.faults import faults
+from place_rings.objectives.feasibility.clearance import Clear
+from place_rings.objectives.feasibility.mounting import alone, meeting
+from place_rings.objectives.feasibility.violations import faults
+from place_rings.objectives.occlusion import occluders
+from place_rings.objectives.parameterization import segments
 from place_rings.objectives.scene import Limits, Obstacle, Pose, Rules, Scene
-from place_rings.objectives.sight import occluders
-from place_rings.objectives.space import segments
-from place_rings.objectives.standing import alone, meeting
 from place_rings.placement.apart import apart
 from place_rings.placement.candidates import Space
 from place_rings.placement.drawing import fresh, vary

@@ -22,8 +22,8 @@ from place_rings.cli.place import comparable
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
-from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Rules, Scene
+from place_rings.objectives.verify import Verifier
 from place_rings.placement import search as searching
 from place_rings.placement.errors import UserError
 from place_rings.placement.files.convert import scene_model

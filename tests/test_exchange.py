@@ -17,10 +17,10 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
-from place_rings.objectives.coverage_objective import TargetPoints
-from place_rings.objectives.faults import faults
+from place_rings.objectives.feasibility.violations import faults
+from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import Goal, Pose, Rules, Scene
-from place_rings.objectives.space import decode
+from place_rings.objectives.soft_objective import TargetPoints
 from place_rings.placement.candidates import Space
 from place_rings.placement.climb import Brake
 from place_rings.placement.drawing import fresh, papers

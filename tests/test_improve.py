@@ -6,8 +6,8 @@ import pytest
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.targets import Target
-from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Goal, Limits, Rules, Scene
+from place_rings.objectives.verify import Verifier
 from place_rings.placement.files.proposals import ImproveResult
 from place_rings.placement.files.results import VerifyResult
 from place_rings.placement.improving import beam

@@ -10,8 +10,8 @@ from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.polyhedra import box
+from place_rings.objectives.occlusion import occluders, setup_sight
 from place_rings.objectives.scene import Obstacle, Scene
-from place_rings.objectives.sight import occluders, setup_sight
 
 BOX = Obstacle("table", box([0.5, 0.3, 0.0], [0.6, 0.4, 0.5]))
 NARROW = Sensor(math.radians(14.0), 1.5)  # 24 of them see no point twice: the nearest in azimuth decides alone

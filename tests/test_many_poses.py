@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
-from place_rings.objectives.aim import Aim, judge
-from place_rings.objectives.coverage_objective import TEMPERATURE, CoverageObjective, TargetPoints
-from place_rings.objectives.exact import Verifier
+from place_rings.objectives.criterion import Aim, judge
 from place_rings.objectives.scene import Goal, Pose, Scene
+from place_rings.objectives.soft_objective import TEMPERATURE, CoverageObjective, TargetPoints
+from place_rings.objectives.verify import Verifier
 from place_rings.placement import finalists
 from place_rings.placement.candidates import Space, stacked
 from place_rings.placement.drawing import fresh

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
-from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Goal, Limits, Rules, Scene
+from place_rings.objectives.verify import Verifier
 from place_rings.placement import reach
 from place_rings.placement.candidates import Space
 from place_rings.placement.places import InfeasibleError

@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from place_rings.cli.improve import told
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
-from place_rings.objectives.faults import faults
+from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.scene import Limits, Rules, Scene
 from place_rings.placement.candidates import Space
 from place_rings.placement.drawing import fresh

@@ -11,8 +11,8 @@ from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import PAPER_SENSOR
 from place_rings.coverage.targets import Target
-from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Scene
+from place_rings.objectives.verify import Verifier
 
 from . import drawing
 

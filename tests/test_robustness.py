@@ -17,12 +17,12 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.octree import count
-from place_rings.objectives.aim import Aim, judge
-from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
-from place_rings.objectives.exact import Verifier
+from place_rings.objectives.criterion import Aim, judge
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, Pose, Scene
+from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.tolerance import tolerance
+from place_rings.objectives.verify import Verifier
 from place_rings.placement.candidates import Space, stacked
 from place_rings.placement.drawing import fresh
 from place_rings.placement.layout import ring_layout

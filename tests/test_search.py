@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets import Target
-from place_rings.objectives.aim import Aim
-from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
-from place_rings.objectives.exact import TooFineError, Verifier
+from place_rings.objectives.criterion import Aim
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
+from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.soft_terms import SoftTerms
+from place_rings.objectives.verify import TooFineError, Verifier
 from place_rings.placement import pool as pools
 from place_rings.placement.candidates import Space, stacked
 from place_rings.placement.drawing import fresh

@@ -10,12 +10,11 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets import Target
-from place_rings.objectives.exact import Verifier
+from place_rings.objectives.occlusion import BodilessError, check_mounting, unseeing
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Obstacle, Scene
-from place_rings.objectives.side_by_side import by_occlusion
-from place_rings.objectives.sight import BodilessError, check_mounting, unseeing
 from place_rings.objectives.tolerance import tolerance
+from place_rings.objectives.verify import Verifier, by_occlusion
 from place_rings.placement.errors import UserError
 from place_rings.placement.files.convert import scene_model, scene_of
 from place_rings.placement.loader import read_scene

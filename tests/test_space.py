@@ -11,8 +11,8 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.sensors.boards import VL53L1X
 from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.objectives.parameterization import GRAIN, decode, segments
 from place_rings.objectives.scene import Limits, Rules, Scene
-from place_rings.objectives.space import GRAIN, decode, segments
 from place_rings.placement.candidates import Candidate, Space
 from place_rings.placement.drawing import fitted, fresh, papers, vary
 from place_rings.placement.layout import ring_layout

@@ -25,10 +25,10 @@ from place_rings.coverage.solids.polyhedra import box, half_space, hull
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels
-from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
-from place_rings.objectives.exact import Verifier
+from place_rings.objectives.occlusion import setup_sight, unseeing
 from place_rings.objectives.scene import Obstacle, Scene
-from place_rings.objectives.sight import setup_sight, unseeing
+from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
+from place_rings.objectives.verify import Verifier
 from place_rings.placement.candidates import Space, stacked
 from place_rings.placement.drawing import fresh
 

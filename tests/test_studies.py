@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.certified_bounds import Bracket
-from place_rings.objectives import exact
+from place_rings.objectives import verify as exact
 from place_rings.placement.errors import UserError
 from place_rings.placement.progress import Outcome
 from place_rings.studies import convergence as study

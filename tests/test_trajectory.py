@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
+from place_rings.objectives.pose_subset import FEW, POINTS, poses_at_once, representative, with_worst
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.trajectory import Record, Thinning, thin
 from place_rings.placement.errors import UserError
@@ -17,7 +18,6 @@ from place_rings.placement.files import record as reading
 from place_rings.placement.files.convert import scene_model, scene_of
 from place_rings.placement.files.record import read_record, with_record
 from place_rings.placement.loader import read_proposal, read_scene
-from place_rings.placement.subset import FEW, POINTS, poses_at_once, representative, with_worst
 
 from . import drawing
 

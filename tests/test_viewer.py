@@ -28,9 +28,9 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
-from place_rings.objectives.exact import Verifier
+from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.scene import Goal, Pose, Scene
-from place_rings.objectives.sight import setup_sight
+from place_rings.objectives.verify import Verifier
 from place_rings.placement.errors import UserError
 from place_rings.placement.exchange import Round
 from place_rings.placement.loader import read_proposal

@@ -11,8 +11,8 @@ from place_rings.coverage.solids.base import sphere
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.coverage.voxels.voxel_set import VoxelSet
-from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Scene
+from place_rings.objectives.verify import Verifier
 from place_rings.studies import octree_figures
 from place_rings.studies.octree_figures import CONE_VOXELS, four_panels, one_cone, shells
 from place_rings.studies.sheet import Sheet

@@ -11,7 +11,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
 from ...coverage.voxels.connected_components import ranges
 from ...coverage.voxels.voxel_set import OFFSET, VoxelSet, decode
-from ...objectives.blind import Blind
+from ...objectives.blind_spots import Blind
 from ...objectives.scene import Scene
 from ...studies.plotting import COLOURS, GREY, INK
 from ...studies.shapes import add_robot, body, faces_within

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ...coverage.occlusion.model import OCCLUSIONS, Occlusion
-from ...objectives.blind import Blind
+from ...objectives.blind_spots import Blind
 from ...objectives.scene import Scene
 from ...placement.files.sensing import sensor_records, title
 from ...studies.detection_page import DISCLAIMER

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from ...objectives.blind import Beside
+from ...objectives.blind_spots import Beside
 from ...studies.pages import escaped
 from ..words import listed
 

@@ -17,9 +17,9 @@ from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.soft.sampling import sample
 from ...coverage.solids.base import Cones, Parts
 from ...coverage.targets import Target
+from ...objectives.occlusion import sight
+from ...objectives.pose_subset import representative
 from ...objectives.scene import Scene
-from ...objectives.sight import sight
-from ...placement.subset import representative
 
 POINTS = 32_768  # of a target, at all poses together
 SHOWN = 5_000  # of a target at one pose, as they are drawn

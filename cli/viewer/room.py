@@ -11,10 +11,10 @@ from ...coverage.occlusion.model import Occlusion
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
 from ...coverage.targets import Target
-from ...objectives.clear import Clear
-from ...objectives.faults import faults
+from ...objectives.feasibility.clearance import Clear
+from ...objectives.feasibility.violations import faults
+from ...objectives.occlusion import check_mounting
 from ...objectives.scene import Scene
-from ...objectives.sight import check_mounting
 from .drawing import Choice, Drawing
 from .glance import Glance
 from .surface import Skin

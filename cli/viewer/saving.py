@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ...coverage.rings.ring import Setup
-from ...objectives.exact import Verified
 from ...objectives.scene import Scene
+from ...objectives.verify import Verified
 from ...placement.errors import UserError, shown
 from ...placement.files.convert import ring_models, scene_model
 from ...placement.files.proposals import ProposalFile

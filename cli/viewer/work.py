@@ -10,15 +10,15 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
 from ...coverage.targets import Target
 from ...coverage.voxels.certified_bounds import Bracket
-from ...objectives.aim import Aim, judge
-from ...objectives.exact import VOXEL, Verified, Verifier
-from ...objectives.faults import held
+from ...objectives.criterion import Aim, judge
+from ...objectives.feasibility.violations import held
+from ...objectives.pose_subset import MANY
 from ...objectives.scene import Goal, Scene
+from ...objectives.verify import VOXEL, Verified, Verifier
 from ...placement.candidates import Space
 from ...placement.progress import Progress
 from ...placement.schedule import Schedule
 from ...placement.search import search
-from ...placement.subset import MANY
 
 WIDTH = 0.001  # of the guaranteed interval, a share
 Tell = Callable[[str, float], None]  # is given what is being done, and how much of all is over, in [0, 1]; may raise

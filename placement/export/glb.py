@@ -11,7 +11,7 @@ from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.robot import BASE
 from ...coverage.soft.sampling import sample
 from ...coverage.solids.sensor_beams import Optics
-from ...objectives.sight import setup_sight
+from ...objectives.occlusion import setup_sight
 from ..robot.meshes import Meshes
 from ..robot.urdf_robot import find_robot, plain_names
 from .placed import BASE_LINK, Placed

@@ -11,12 +11,12 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import degrees
 from ...coverage.robots.separation_distance import Safety, Terms
 from ...coverage.targets import Target
-from ...objectives.aim import Aim
-from ...objectives.exact import PoseZeta, Verified
+from ...objectives.criterion import Aim
 from ...objectives.redundancy import Loss, Redundancy
 from ...objectives.scene import Pose, Scene
-from ...objectives.separations import separations
+from ...objectives.separation_summary import separations
 from ...objectives.tolerance import Tolerance
+from ...objectives.verify import PoseZeta, Verified
 from .results import (
     ErrorsModel,
     LossModel,

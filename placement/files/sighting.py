@@ -1,8 +1,8 @@
 """Records of what occlusion takes: zeta under all models side by side, and the sensors that see nothing."""
 
 from ...coverage.occlusion.model import Occlusion
+from ...objectives.occlusion import Unseeing
 from ...objectives.scene import Scene
-from ...objectives.sight import Unseeing
 from .results import UnseeingModel, VerifyResult
 
 

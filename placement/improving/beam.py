@@ -14,8 +14,8 @@ from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
 from ...coverage.soft.estimator import SHARP
 from ...coverage.soft.sampling import Cloud
-from ...objectives.coverage_objective import CoverageObjective, TargetPoints
-from ...objectives.exact import Verifier
+from ...objectives.soft_objective import CoverageObjective, TargetPoints
+from ...objectives.verify import Verifier
 from ..candidates import stacked
 from ..climb import Brake, climb
 from ..progress import Progress

@@ -13,10 +13,10 @@ import numpy as np
 
 from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
-from ...objectives.coverage_objective import CoverageObjective, TargetPoints
-from ...objectives.exact import Verifier
-from ...objectives.faults import Fault, faults
+from ...objectives.feasibility.violations import Fault, faults
 from ...objectives.scene import Scene
+from ...objectives.soft_objective import CoverageObjective, TargetPoints
+from ...objectives.verify import Verifier
 from ..climb import Brake
 from ..progress import Outcome, Progress, Statistics
 from .beam import WORTH, Answer, Beam, Plan

@@ -14,10 +14,10 @@ from jaxtyping import Float
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square, slots
 from ...coverage.rings.rounding import rounded
-from ...objectives.clear import Clear
-from ...objectives.faults import commonest_tilt, faults, held
+from ...objectives.feasibility.clearance import Clear
+from ...objectives.feasibility.violations import commonest_tilt, faults, held
+from ...objectives.parameterization import Segment, Stretch, decode, encode, segments, stretch
 from ...objectives.scene import Scene
-from ...objectives.space import Segment, Stretch, decode, encode, segments, stretch
 from .changes import Rings, Touched, turn
 
 Values = Float[np.ndarray, "3 R"]

@@ -13,10 +13,10 @@ from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.rings.rounding import rounded
 from ...coverage.solids.base import Parts
 from ...coverage.targets import Target
-from ...objectives.exact import Verifier
+from ...objectives.occlusion import sight
 from ...objectives.scene import Scene
-from ...objectives.sight import sight
 from ...objectives.tolerance import exact_zetas
+from ...objectives.verify import Verifier
 from ...placement.files.convert import ring_models, scene_model
 from ...placement.files.proposals import ProposalFile
 from ...placement.files.result_convert import verify_result

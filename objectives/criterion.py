@@ -8,10 +8,10 @@ import numpy as np
 
 from ..coverage.rings.mounting_errors import Misplaced, MountingErrors, draw_errors
 from ..coverage.rings.ring import Setup
-from .exact import Verifier, weighted_mean
 from .redundancy import redundancy
 from .scene import Scene
 from .tolerance import exact_zetas, mounted_cones, nominal_cones
+from .verify import Verifier, weighted_mean
 
 Losing = Literal["ring", "sensor"]
 DRAWS = 16  # mountings that a search keeps in mind

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 import psutil
 
-from ..coverage.occlusion.model import Occlusion
+from ..coverage.occlusion.model import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.solids.base import Difference
 from ..coverage.targets import Target
@@ -18,8 +18,8 @@ from ..coverage.voxels.certified_bounds import Bracket, bracket
 from ..coverage.voxels.octree import count, regions, voxels
 from ..coverage.voxels.octree_cells import Region
 from ..coverage.voxels.voxel_set import VoxelSet
+from .occlusion import setup_sight
 from .scene import Scene
-from .sight import setup_sight
 
 Rule = Literal["centre", "touch", "certified"]
 VOXEL = 0.01  # m, side of a voxel where none is given
@@ -249,3 +249,17 @@ class Verifier:
             return short, weighted_mean(weights, [v.zeta for v in each])
         at_poses = zip(*(v.poses for v in each), strict=True)
         return short, min(weighted_mean(weights, [p.zeta for p in goal_by_goal]) for goal_by_goal in at_poses)
+
+
+def by_occlusion(verifier: Verifier, setup: Setup, known: Verified) -> dict[Occlusion, float]:
+    """Zeta in [0, 1] of ``setup`` for the target of ``known`` under each model, by the same voxels; ``known`` under its own.
+
+    None where the robot has no bodies, or where the rule is certified: an interval is made for one model at a time.
+    """
+    scene = verifier.scene
+    if not scene.robot.bodies or verifier.rule == "certified":
+        return {}
+    return {
+        occlusion: known.zeta if occlusion == scene.occlusion else verifier.under(occlusion).verify(setup, known.target).zeta
+        for occlusion in OCCLUSIONS
+    }

@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..coverage.rings.ring import Ring
-from .clear import Clear
-from .fitting import unfit
-from .scene import Scene
-from .standing import standing
+from ...coverage.rings.ring import Ring
+from ..scene import Scene
+from .clearance import Clear
+from .mounting import standing
+from .packing import unfit
 
 # Files hold positions to 1e-6 of a link, rounded to the safe side, and angles to 1e-4 degrees, rounded to the nearest.
 _PLACE, _ANGLE = 1e-8, 1e-6

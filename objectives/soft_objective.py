@@ -12,10 +12,10 @@ from ..coverage.rings.ring_kinematics import Seats, Slots, in_links, ring_slopes
 from ..coverage.robots.kinematics import forward
 from ..coverage.soft.estimator import SHARP, Soft
 from ..coverage.soft.sampling import BLOCK, Cloud, cloud, sample
-from .aim import Aim, check_aim
+from .criterion import Aim, check_aim
+from .parameterization import Stretch, decode, value_slopes
 from .scene import Scene
 from .soft_terms import Rows, SoftTerms
-from .space import Stretch, decode, value_slopes
 
 MARGIN = 0.003  # above a floor, so that a soft value that reaches it does so when counted
 TEMPERATURE = 0.005  # of the soft minimum over P poses, which exceeds the minimum by at most this times log P

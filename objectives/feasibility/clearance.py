@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.occlusion.circle_clearance import blocked, capsule_gap, plane_gap
-from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import robot_capsules
-from ..coverage.robots.ring_section import axes_of
-from ..coverage.solids.polyhedra import NOWHERE
-from .scene import Scene
+from ...coverage.occlusion.circle_clearance import blocked, capsule_gap, plane_gap
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.robots.ring_section import axes_of
+from ...coverage.solids.polyhedra import NOWHERE
+from ..scene import Scene
 
 _SAME = 9  # decimals of a metre: bodies that lie alike at two poses are looked at once
 _MORE = tuple(0.005 * i for i in range(11))  # m, by which a radius that is not stated may be raised to be clear

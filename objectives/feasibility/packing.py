@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from ..coverage.rings.ring import Ring
-from ..coverage.robots.ring_section import surrounded
-from ..coverage.sensors.board_packing import inner_radius, most_boards, tilt_range
-from ..coverage.sensors.boards import Board
-from ..coverage.sensors.sensor import Sensor
-from .scene import Scene
+from ...coverage.rings.ring import Ring
+from ...coverage.robots.ring_section import surrounded
+from ...coverage.sensors.board_packing import inner_radius, most_boards, tilt_range
+from ...coverage.sensors.boards import Board
+from ...coverage.sensors.sensor import Sensor
+from ..scene import Scene
 
 Tilts = tuple[float, float]
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.occlusion.circle_clearance import circle
-from ..coverage.rings.ring import Ring
-from ..coverage.robots.ring_section import axes_of
-from .clear import Clear
+from ...coverage.occlusion.circle_clearance import circle
+from ...coverage.rings.ring import Ring
+from ...coverage.robots.ring_section import axes_of
+from .clearance import Clear
 
 REAL = ("mount", "standoff")  # keys of the rules that are broken here
 _ROUNDING = 1e-6  # m of a radius, as files hold it

@@ -13,8 +13,8 @@ from ..coverage.targets import Target
 from ..coverage.voxels.connected_components import Pieces, pieces
 from ..coverage.voxels.octree import voxels
 from ..coverage.voxels.voxel_set import VoxelSet
-from .exact import Verifier
-from .sight import setup_sight
+from .occlusion import setup_sight
+from .verify import Verifier
 
 MOST = 8  # pieces that are told apart
 _SAME = 0.5  # share of a piece that is unseen at another pose, too, from which on it is the same one
