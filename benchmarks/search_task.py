@@ -22,8 +22,8 @@ from place_rings.coverage.solids.base import Cones
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Goal, Pose, Rules, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
-from place_rings.placement.candidates import Space, stacked
-from place_rings.placement.layout import ring_layout
+from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.layout import ring_layout
 from place_rings.studies.task import pick_and_place
 
 POINTS = 8192  # of all goals and poses together, on which the peers' candidates are judged

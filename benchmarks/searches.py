@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from common import installed, missing
-from place_rings.placement.search import search
+from place_rings.placement.search.search import search
 from place_rings.studies.engine import program
 from place_rings.studies.store import Cell, Store
 from search_page import ANY, MINE, Run, pages

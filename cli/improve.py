@@ -16,13 +16,13 @@ from ..placement.files.convert import ring_models, scene_model
 from ..placement.files.proposals import ImproveResult, ProposalFile, StepModel
 from ..placement.files.result_convert import verify_result
 from ..placement.files.results import VerifyResult
-from ..placement.improving import improve as improving
-from ..placement.improving.beam import WORTH, Answer
-from ..placement.improving.changes import Change, Kind, turn
 from ..placement.improving.records import change_model, work_model
-from ..placement.progress import Outcome
-from ..placement.progress import Progress as Told
-from ..placement.search import SearchResult
+from ..placement.redesign import redesign as improving
+from ..placement.redesign.beam_search import WORTH, Answer
+from ..placement.redesign.changes import Change, Kind, turn
+from ..placement.search.progress import Outcome
+from ..placement.search.progress import Progress as Told
+from ..placement.search.search import SearchResult
 from ..placement.writing import made_folder, to_toml, write_text
 from .picture import comparison_picture
 from .place import check_scene, found_model

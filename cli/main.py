@@ -12,7 +12,7 @@ from ..objectives.criterion import Losing
 from ..objectives.scene import Scene
 from ..placement.errors import UserError
 from ..placement.loader import with_sensor
-from ..placement.places import InfeasibleError
+from ..placement.search.feasible_set import InfeasibleError
 from . import checking, export, judging, report, robots, tools, view  # noqa: F401  (they add their commands)
 from .aim_options import resolve_aim
 from .app import (

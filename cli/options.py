@@ -15,13 +15,13 @@ from ..coverage.robots.robot import Robot
 from ..coverage.targets import Target
 from ..objectives.scene import Goal, Pose, Rules, Scene
 from ..objectives.verify import VOXEL, Rule
-from ..placement.candidates import Space
 from ..placement.errors import UserError, explain, shown
 from ..placement.files.convert import scene_model
 from ..placement.files.models import SceneFile
 from ..placement.files.record import with_record
-from ..placement.layout import ring_layout
 from ..placement.loader import read_robot, read_scene
+from ..placement.search.design import Space
+from ..placement.search.layout import ring_layout
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6

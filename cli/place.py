@@ -19,8 +19,6 @@ from ..objectives.pose_subset import MANY
 from ..objectives.scene import Scene
 from ..objectives.separation_summary import separations
 from ..objectives.verify import Verified, Verifier, by_occlusion, check_voxel, target_voxels
-from ..placement import search as searching
-from ..placement.candidates import Space
 from ..placement.errors import UserError, explain
 from ..placement.files.convert import ring_models, scene_model
 from ..placement.files.models import SceneFile
@@ -29,8 +27,10 @@ from ..placement.files.result_convert import tolerant_model, verify_result
 from ..placement.files.results import VerifyResult
 from ..placement.files.sensing import sensor_records
 from ..placement.files.sighting import with_sight
-from ..placement.progress import Progress as Told
-from ..placement.reach import fewest_sensors
+from ..placement.search import search as searching
+from ..placement.search.design import Space
+from ..placement.search.fewest_sensors import fewest_sensors
+from ..placement.search.progress import Progress as Told
 from ..placement.writing import made_folder, to_toml, write_text
 from .motion import record_line, worst_line
 from .picture import placement_picture

@@ -13,9 +13,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 
 from ..coverage.targets import Target
 from ..objectives.scene import Scene
-from ..placement.candidates import Space
 from ..placement.files.convert import scene_model
-from ..placement.places import InfeasibleError
+from ..placement.search.design import Space
+from ..placement.search.feasible_set import InfeasibleError
 from ..placement.writing import made_folder, output_folder, write_text
 from ..studies import (
     bound,

@@ -16,14 +16,14 @@ from ..objectives.criterion import Aim
 from ..objectives.occlusion import unseeing
 from ..objectives.scene import Scene
 from ..objectives.verify import Rule, Verifier
-from ..placement.candidates import Space
 from ..placement.files.convert import ring_models, scene_of, setup_of
 from ..placement.files.models import SceneFile
 from ..placement.files.mount_models import RingModel
-from ..placement.layout import ring_layout
-from ..placement.progress import Outcome
-from ..placement.schedule import short as shorter
-from ..placement.search import search as searching
+from ..placement.search.design import Space
+from ..placement.search.layout import ring_layout
+from ..placement.search.progress import Outcome
+from ..placement.search.schedule import short as shorter
+from ..placement.search.search import search as searching
 from . import distance, grid
 from .approach import unseen_approaches
 from .distance import repeated

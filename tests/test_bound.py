@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Rules, Scene
-from place_rings.placement.candidates import Space
+from place_rings.placement.search.design import Space
 from place_rings.studies import bound, bound_report
 from place_rings.studies.grid import Grid, bounded, choice, covered, limits, points_in
 from place_rings.studies.maxcover import Choice, certificate, greedy, grouped, relaxed, solved

@@ -23,15 +23,15 @@ from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.occlusion import occluders
 from place_rings.objectives.parameterization import segments
 from place_rings.objectives.scene import Limits, Obstacle, Pose, Rules, Scene
-from place_rings.placement.apart import apart
-from place_rings.placement.candidates import Space
-from place_rings.placement.drawing import fresh, vary
 from place_rings.placement.errors import UserError
 from place_rings.placement.files.convert import scene_model, scene_of
-from place_rings.placement.improving.rework import Rework
-from place_rings.placement.layout import ring_layout
 from place_rings.placement.loader import read_scene
-from place_rings.placement.places import InfeasibleError
+from place_rings.placement.redesign.problem import Rework
+from place_rings.placement.search.collision_repair import apart
+from place_rings.placement.search.design import Space
+from place_rings.placement.search.feasible_set import InfeasibleError
+from place_rings.placement.search.layout import ring_layout
+from place_rings.placement.search.moves import fresh, vary
 
 from . import drawing
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.coverage.azimuth import around, rings_see
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
@@ -21,12 +20,13 @@ from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import Goal, Pose, Rules, Scene
 from place_rings.objectives.soft_objective import TargetPoints
-from place_rings.placement.candidates import Space
-from place_rings.placement.climb import Brake
-from place_rings.placement.drawing import fresh, papers
-from place_rings.placement.exchange import Exchange, Round, exchange, share_of
-from place_rings.placement.fields import Fields
-from place_rings.placement.layout import ring_layout
+from place_rings.placement.search.design import Space
+from place_rings.placement.search.exchange import Exchange, Round, exchange, share_of
+from place_rings.placement.search.exchange_points import Fields
+from place_rings.placement.search.layout import ring_layout
+from place_rings.placement.search.local_search import Brake
+from place_rings.placement.search.moves import fresh, papers
+from place_rings.placement.search.ring_visibility import around, rings_see
 
 Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
 TWO = Scene(

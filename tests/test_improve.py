@@ -10,14 +10,14 @@ from place_rings.objectives.scene import Goal, Limits, Rules, Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.files.proposals import ImproveResult
 from place_rings.placement.files.results import VerifyResult
-from place_rings.placement.improving import beam
-from place_rings.placement.improving import improve as improving
-from place_rings.placement.improving.beam import WORTH, Plan
-from place_rings.placement.improving.changes import Kind
-from place_rings.placement.improving.improve import improve
 from place_rings.placement.loader import read_proposal
-from place_rings.placement.progress import Outcome
-from place_rings.placement.schedule import Stage
+from place_rings.placement.redesign import beam_search as beam
+from place_rings.placement.redesign import redesign as improving
+from place_rings.placement.redesign.beam_search import WORTH, Plan
+from place_rings.placement.redesign.changes import Kind
+from place_rings.placement.redesign.redesign import improve
+from place_rings.placement.search.progress import Outcome
+from place_rings.placement.search.schedule import Stage
 
 from .test_rework import check_changes, check_rules
 

@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from place_rings.coverage.azimuth import around, rings_see
-from place_rings.coverage.lookout import lookout
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.solids.polyhedra import box
 from place_rings.objectives.occlusion import occluders, setup_sight
 from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.placement.search.ring_visibility import around, rings_see
+from place_rings.placement.search.visibility_table import lookout
 
 BOX = Obstacle("table", box([0.5, 0.3, 0.0], [0.6, 0.4, 0.5]))
 NARROW = Sensor(math.radians(14.0), 1.5)  # 24 of them see no point twice: the nearest in azimuth decides alone

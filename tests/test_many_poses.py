@@ -11,14 +11,14 @@ from place_rings.objectives.criterion import Aim, judge
 from place_rings.objectives.scene import Goal, Pose, Scene
 from place_rings.objectives.soft_objective import TEMPERATURE, CoverageObjective, TargetPoints
 from place_rings.objectives.verify import Verifier
-from place_rings.placement import finalists
-from place_rings.placement.candidates import Space, stacked
-from place_rings.placement.drawing import fresh
 from place_rings.placement.files.result_convert import verify_result
-from place_rings.placement.layout import ring_layout
-from place_rings.placement.progress import Outcome
-from place_rings.placement.schedule import Schedule, Stage
-from place_rings.placement.search import search
+from place_rings.placement.search import finalists
+from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.layout import ring_layout
+from place_rings.placement.search.moves import fresh
+from place_rings.placement.search.progress import Outcome
+from place_rings.placement.search.schedule import Schedule, Stage
+from place_rings.placement.search.search import search
 from place_rings.studies.task import pick_and_place
 
 SHORT = Schedule(4, (Stage(0.05, 4096, 10, 1),), draws=8)

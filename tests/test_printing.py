@@ -27,18 +27,18 @@ from place_rings.coverage.sensors.catalogue import MODELS
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.objectives.scene import Pose, Rules, Scene
-from place_rings.placement.candidates import Space
-from place_rings.placement.drawing import fresh, vary
 from place_rings.placement.errors import UserError
 from place_rings.placement.files.convert import scene_model, scene_of
-from place_rings.placement.layout import ring_layout
 from place_rings.placement.loader import read_scene
-from place_rings.placement.places import InfeasibleError
 from place_rings.placement.printing.checks import least_wall, overhang, read_stl, stl
 from place_rings.placement.printing.plan import UnbuildableError, plan_ring
 from place_rings.placement.printing.shapes import FACETS
 from place_rings.placement.printing.solids import assemble, collar, thread
 from place_rings.placement.printing.write import print_ring, ring_files
+from place_rings.placement.search.design import Space
+from place_rings.placement.search.feasible_set import InfeasibleError
+from place_rings.placement.search.layout import ring_layout
+from place_rings.placement.search.moves import fresh, vary
 from place_rings.placement.writing import to_toml
 
 from . import drawing

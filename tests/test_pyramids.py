@@ -30,10 +30,10 @@ from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, Limits, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.candidates import Space, stacked
-from place_rings.placement.drawing import fresh
 from place_rings.placement.files.convert import ring_models, scene_model, scene_of, sensor_model, sensor_of, setup_of
 from place_rings.placement.files.mount_models import SensorModel
+from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.moves import fresh
 from pydantic import ValidationError
 
 SEED = st.integers(0, 2**32 - 1)

@@ -10,13 +10,13 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Goal, Limits, Rules, Scene
 from place_rings.objectives.verify import Verifier
-from place_rings.placement import reach
-from place_rings.placement.candidates import Space
-from place_rings.placement.places import InfeasibleError
-from place_rings.placement.progress import Outcome, Statistics
-from place_rings.placement.reach import fewest_sensors
-from place_rings.placement.schedule import Schedule, Stage
-from place_rings.placement.search import SearchResult
+from place_rings.placement.search import fewest_sensors as reach
+from place_rings.placement.search.design import Space
+from place_rings.placement.search.feasible_set import InfeasibleError
+from place_rings.placement.search.fewest_sensors import fewest_sensors
+from place_rings.placement.search.progress import Outcome, Statistics
+from place_rings.placement.search.schedule import Schedule, Stage
+from place_rings.placement.search.search import SearchResult
 
 QUICK = Schedule(4, (Stage(0.1, 512, 6, 2), Stage(0.03, 512, 6, 1, variants=1)), draws=16)
 SCENE = Scene(goals=(Goal(Target("V_S", 0.5)),), rules=Rules(sensors=(4, 16)))

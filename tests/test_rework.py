@@ -11,12 +11,12 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.scene import Limits, Rules, Scene
-from place_rings.placement.candidates import Space
-from place_rings.placement.drawing import fresh
-from place_rings.placement.improving.changes import Kind, Touched, changes, work
-from place_rings.placement.improving.rework import Rework
-from place_rings.placement.improving.touching import touched
-from place_rings.placement.places import InfeasibleError
+from place_rings.placement.redesign.changes import Kind, Touched, changes, work
+from place_rings.placement.redesign.moves import touched
+from place_rings.placement.redesign.problem import Rework
+from place_rings.placement.search.design import Space
+from place_rings.placement.search.feasible_set import InfeasibleError
+from place_rings.placement.search.moves import fresh
 
 from . import drawing
 from .test_space import drawn_scene

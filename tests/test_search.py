@@ -12,13 +12,13 @@ from place_rings.objectives.scene import Goal, Limits, Pose, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.soft_terms import SoftTerms
 from place_rings.objectives.verify import TooFineError, Verifier
-from place_rings.placement import pool as pools
-from place_rings.placement.candidates import Space, stacked
-from place_rings.placement.drawing import fresh
-from place_rings.placement.layout import ring_layout
-from place_rings.placement.progress import Outcome
-from place_rings.placement.schedule import Schedule, Stage, short
-from place_rings.placement.search import search
+from place_rings.placement.search import multistart as pools
+from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.layout import ring_layout
+from place_rings.placement.search.moves import fresh
+from place_rings.placement.search.progress import Outcome
+from place_rings.placement.search.schedule import Schedule, Stage, short
+from place_rings.placement.search.search import search
 
 from . import drawing
 

@@ -13,11 +13,11 @@ from place_rings.coverage.sensors.boards import VL53L1X
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.objectives.parameterization import GRAIN, decode, segments
 from place_rings.objectives.scene import Limits, Rules, Scene
-from place_rings.placement.candidates import Candidate, Space
-from place_rings.placement.drawing import fitted, fresh, papers, vary
-from place_rings.placement.layout import ring_layout
-from place_rings.placement.places import InfeasibleError
-from place_rings.placement.unlike import features, unlike_first
+from place_rings.placement.search.design import Candidate, Space
+from place_rings.placement.search.diversity import features, unlike_first
+from place_rings.placement.search.feasible_set import InfeasibleError
+from place_rings.placement.search.layout import ring_layout
+from place_rings.placement.search.moves import fitted, fresh, papers, vary
 
 from . import drawing
 

@@ -29,8 +29,8 @@ from place_rings.objectives.occlusion import setup_sight, unseeing
 from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.candidates import Space, stacked
-from place_rings.placement.drawing import fresh
+from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.moves import fresh
 
 from . import drawing
 from .test_pyramids import some

@@ -11,7 +11,7 @@ from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.certified_bounds import Bracket
 from place_rings.objectives import verify as exact
 from place_rings.placement.errors import UserError
-from place_rings.placement.progress import Outcome
+from place_rings.placement.search.progress import Outcome
 from place_rings.studies import convergence as study
 from place_rings.studies import convergence_report, works
 from place_rings.studies.convergence_report import page, picture

@@ -32,9 +32,9 @@ from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.scene import Goal, Pose, Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.errors import UserError
-from place_rings.placement.exchange import Round
 from place_rings.placement.loader import read_proposal
-from place_rings.placement.schedule import Schedule, Stage
+from place_rings.placement.search.exchange import Round
+from place_rings.placement.search.schedule import Schedule, Stage
 
 from . import drawing
 

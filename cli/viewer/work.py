@@ -15,10 +15,10 @@ from ...objectives.feasibility.violations import held
 from ...objectives.pose_subset import MANY
 from ...objectives.scene import Goal, Scene
 from ...objectives.verify import VOXEL, Verified, Verifier
-from ...placement.candidates import Space
-from ...placement.progress import Progress
-from ...placement.schedule import Schedule
-from ...placement.search import search
+from ...placement.search.design import Space
+from ...placement.search.progress import Progress
+from ...placement.search.schedule import Schedule
+from ...placement.search.search import search
 
 WIDTH = 0.001  # of the guaranteed interval, a share
 Tell = Callable[[str, float], None]  # is given what is being done, and how much of all is over, in [0, 1]; may raise

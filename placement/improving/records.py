@@ -7,7 +7,7 @@ from ...coverage.rings.rounding import DIGITS_DEG
 from ...coverage.sensors.sensor import Sensor
 from ..files.convert import ring_models
 from ..files.proposals import ChangeModel, WorkModel
-from .changes import Change, Work
+from ..redesign.changes import Change, Work
 
 _DIGITS_MM = 3  # decimals of a length in millimetres
 

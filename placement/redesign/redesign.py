@@ -17,11 +17,11 @@ from ...objectives.feasibility.violations import Fault, faults
 from ...objectives.scene import Scene
 from ...objectives.soft_objective import CoverageObjective, TargetPoints
 from ...objectives.verify import Verifier
-from ..climb import Brake
-from ..progress import Outcome, Progress, Statistics
-from .beam import WORTH, Answer, Beam, Plan
+from ..search.local_search import Brake
+from ..search.progress import Outcome, Progress, Statistics
+from .beam_search import WORTH, Answer, Beam, Plan
 from .changes import Touched
-from .rework import Rework
+from .problem import Rework
 
 
 @dataclass(frozen=True)

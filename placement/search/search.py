@@ -10,18 +10,18 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-from ..coverage.processors import processors
-from ..coverage.rings.ring import Setup
-from ..coverage.rings.rounding import rounded
-from ..objectives.criterion import Aim
-from ..objectives.scene import Scene
-from ..objectives.verify import Verified, Verifier
-from .apart import apart
-from .candidates import Space
-from .climb import Brake
-from .drawing import fitted, fresh, papers
+from ...coverage.processors import processors
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.rounding import rounded
+from ...objectives.criterion import Aim
+from ...objectives.scene import Scene
+from ...objectives.verify import Verified, Verifier
+from .collision_repair import apart
+from .design import Space
 from .finalists import choose
-from .pool import Pool
+from .local_search import Brake
+from .moves import fitted, fresh, papers
+from .multistart import Pool
 from .progress import Outcome, Progress, Statistics
 from .schedule import FINALISTS, Schedule, usual
 

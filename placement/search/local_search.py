@@ -10,8 +10,8 @@ import nlopt
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.soft.sampling import Cloud
-from ..objectives.soft_objective import CoverageObjective
+from ...coverage.soft.sampling import Cloud
+from ...objectives.soft_objective import CoverageObjective
 
 Values = Float[np.ndarray, "3 R"]
 

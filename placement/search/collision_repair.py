@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..objectives.feasibility.clearance import Clear
-from ..objectives.feasibility.mounting import Standing, meeting
-from .candidates import Candidate, Space
-from .drawing import fresh
-from .places import InfeasibleError, Rng
+from ...objectives.feasibility.clearance import Clear
+from ...objectives.feasibility.mounting import Standing, meeting
+from .design import Candidate, Space
+from .feasible_set import InfeasibleError, Rng
+from .moves import fresh
 
 _MOVES = 100  # tries to move the rings of one candidate apart, ever further
 _NEAR, _FAR = 0.02, 1.0  # how far the first and the last go, as a share of what is free

@@ -14,11 +14,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from .occlusion.first_return import Beam, capsule_in_beam, polyhedron_in_beam
-from .occlusion.occluders import Occluders
-from .robots.link_bodies import segment_to_segment
-from .robots.robot import Mount
-from .sensors.sensor import Sensor
+from ...coverage.occlusion.first_return import Beam, capsule_in_beam, polyhedron_in_beam
+from ...coverage.occlusion.occluders import Occluders
+from ...coverage.robots.link_bodies import segment_to_segment
+from ...coverage.robots.robot import Mount
+from ...coverage.sensors.sensor import Sensor
 
 _HEIGHTS, _TURNS, _TILTS = 12, 24, 9  # of the grid: along the mount, around it, from one end of it to the other
 _SLACK = 0.002  # m, by which bodies are thinner: an apex in the middle of a ring's board is no deeper in its link

@@ -16,13 +16,13 @@ from ...coverage.soft.estimator import SHARP
 from ...coverage.soft.sampling import Cloud
 from ...objectives.soft_objective import CoverageObjective, TargetPoints
 from ...objectives.verify import Verifier
-from ..candidates import stacked
-from ..climb import Brake, climb
-from ..progress import Progress
-from ..schedule import Stage
+from ..search.design import stacked
+from ..search.local_search import Brake, climb
+from ..search.progress import Progress
+from ..search.schedule import Stage
 from .changes import Change, Touched, Work, changes, work
-from .rework import Placed, Rework
-from .touching import as_it_is, touched
+from .moves import as_it_is, touched
+from .problem import Placed, Rework
 
 WORTH = 5e-4  # of zeta: a change that gains less is not worth the work, and values that gain less stay as they were
 _EACH = 2  # setups of one set of touched rings that go on

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.rings.ring import Ring, Setup
-from ..coverage.rings.ring_kinematics import any_square
-from ..objectives.feasibility.clearance import Clear
-from ..objectives.feasibility.packing import board_of, fitting_tilts
-from ..objectives.parameterization import Segment, segments
-from ..objectives.scene import Scene
+from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.ring_kinematics import any_square
+from ...objectives.feasibility.clearance import Clear
+from ...objectives.feasibility.packing import board_of, fitting_tilts
+from ...objectives.parameterization import Segment, segments
+from ...objectives.scene import Scene
 
 _ROUNDING = 1e-6  # m of a radius, as files hold it
 _MOST_RINGS = 16  # of a search for counts

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..coverage.rings.ring import Setup
-from ..objectives.criterion import Aim, judge
-from ..objectives.pose_subset import MANY, representative
-from ..objectives.scene import Scene
-from ..objectives.verify import Verified, Verifier
-from .climb import Brake
+from ...coverage.rings.ring import Setup
+from ...objectives.criterion import Aim, judge
+from ...objectives.pose_subset import MANY, representative
+from ...objectives.scene import Scene
+from ...objectives.verify import Verified, Verifier
+from .local_search import Brake
 
 # Of more than ``MANY`` poses the finalists are compared roughly, and the chosen one is then counted as asked.
 COARSE, ROUGH = 0.03, 64  # m, side of the voxels, and poses that stand for all (all, where the worst one counts)

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from ..objectives.criterion import Aim
-from ..objectives.scene import Scene
-from .candidates import Space
+from ...objectives.criterion import Aim
+from ...objectives.scene import Scene
+from .design import Space
 from .exchange import Round
 
 FINALISTS = 3  # climbs that the exact count compares, beside the best start

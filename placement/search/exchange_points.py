@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.azimuth import Around, around
-from ..coverage.lookout import Lookout, lookout
-from ..coverage.robots.kinematics import forward
-from ..objectives.occlusion import occluders
-from ..objectives.soft_objective import TargetPoints
-from .candidates import Space
+from ...coverage.robots.kinematics import forward
+from ...objectives.occlusion import occluders
+from ...objectives.soft_objective import TargetPoints
+from .design import Space
+from .ring_visibility import Around, around
+from .visibility_table import Lookout, lookout
 
 _FEWEST = 8  # points of a goal at a pose
 _LOOKED_AT = 8192  # points, where something stands in the way

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..coverage.rings.ring import Setup
-from .candidates import Candidate, Space
+from ...coverage.rings.ring import Setup
+from .design import Candidate, Space
+from .feasible_set import Rng
 from .layout import ring_layout
-from .places import Rng
 
 PAPER_TILTS_DEG = (55.0, 25.0, 0.0)
 _TRIES = 200

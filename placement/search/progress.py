@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import Enum
 
-from ..coverage.rings.ring import Setup
+from ...coverage.rings.ring import Setup
 
 
 class Outcome(Enum):

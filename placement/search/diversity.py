@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from ..objectives.parameterization import decode
-from .candidates import Candidate, Space
+from ...objectives.parameterization import decode
+from .design import Candidate, Space
 
 _POSITIONS, _TILTS = 7, 13  # places of the grid on which candidates are compared
 

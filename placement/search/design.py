@@ -9,10 +9,10 @@ import jax
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..coverage.rings.ring import Setup
-from ..coverage.rings.ring_kinematics import Slots, slots
-from ..objectives.parameterization import Segment, Stretch, decode, encode, stretch
-from .places import Places
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.ring_kinematics import Slots, slots
+from ...objectives.parameterization import Segment, Stretch, decode, encode, stretch
+from .feasible_set import Places
 
 
 @dataclass(frozen=True)

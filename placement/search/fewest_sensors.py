@@ -6,11 +6,11 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from ..coverage.rings.ring import Setup
-from ..objectives.criterion import Aim
-from ..objectives.scene import Scene
-from .candidates import Space
-from .places import InfeasibleError
+from ...coverage.rings.ring import Setup
+from ...objectives.criterion import Aim
+from ...objectives.scene import Scene
+from .design import Space
+from .feasible_set import InfeasibleError
 from .progress import Outcome, Progress
 from .schedule import Schedule
 from .search import SearchResult, search

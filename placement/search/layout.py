@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ..coverage.rings.ring import Ring, Setup
-from ..objectives.feasibility.clearance import Clear
-from ..objectives.scene import Scene
+from ...coverage.rings.ring import Ring, Setup
+from ...objectives.feasibility.clearance import Clear
+from ...objectives.scene import Scene
 
 
 def ring_layout(scene: Scene, rings_per_link: int, sensors_per_ring: int) -> Setup:

@@ -1,9 +1,9 @@
 """The first part of a search: coordinate exchange, ring by ring, by the points that no other ring sees.
 
-Of a ring it takes one test to know whether it sees a point (coverage/azimuth.py), and what others see, it need not: so to
+Of a ring it takes one test to know whether it sees a point (ring_visibility), and what others see, it need not: so to
 try another place for one ring costs little, nothing is compiled, and thousands of places are tried in the time of one
 gradient. The exchange goes by the share of the points in a cone, not by a soft one. What stands in the way it looks up on a
-grid of places (coverage/lookout.py).
+grid of places (visibility_table).
 """
 
 from collections.abc import Callable, Sequence
@@ -16,15 +16,15 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..coverage.azimuth import Around, rings_see
-from ..coverage.rings.ring import Ring
-from ..objectives.parameterization import Stretch, decode
-from ..objectives.soft_objective import worth
-from .candidates import Candidate, Space
-from .climb import Brake
-from .drawing import fresh, vary
-from .fields import Field, Fields
-from .places import Rng
+from ...coverage.rings.ring import Ring
+from ...objectives.parameterization import Stretch, decode
+from ...objectives.soft_objective import worth
+from .design import Candidate, Space
+from .exchange_points import Field, Fields
+from .feasible_set import Rng
+from .local_search import Brake
+from .moves import fresh, vary
+from .ring_visibility import Around, rings_see
 
 _AT_ONCE = 1 << 16  # tests: their arrays stay in cache
 

@@ -8,21 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.processors import processors
-from ..coverage.soft.estimator import SHARP
-from ..coverage.soft.sampling import Cloud
-from ..objectives.criterion import Aim
-from ..objectives.pose_subset import poses_at_once, representative, with_worst
-from ..objectives.scene import Scene
-from ..objectives.soft_objective import CoverageObjective, TargetPoints
-from .candidates import Candidate, Space, stacked
-from .climb import Brake, climb
-from .drawing import fresh, vary
+from ...coverage.processors import processors
+from ...coverage.soft.estimator import SHARP
+from ...coverage.soft.sampling import Cloud
+from ...objectives.criterion import Aim
+from ...objectives.pose_subset import poses_at_once, representative, with_worst
+from ...objectives.scene import Scene
+from ...objectives.soft_objective import CoverageObjective, TargetPoints
+from .design import Candidate, Space, stacked
+from .diversity import unlike_first
 from .exchange import exchange, share_of
-from .fields import Fields
+from .exchange_points import Fields
+from .local_search import Brake, climb
+from .moves import fresh, vary
 from .progress import Progress
 from .schedule import FINALISTS, Schedule, Stage, exchange_sees, exchange_sees_all
-from .unlike import unlike_first
 
 UNLIKE = 0.12  # share of the sensors that sit elsewhere, from which on starts and variants are unlike
 ALIKE = 0.03  # climbs that end this close count as one

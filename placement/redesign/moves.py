@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from ...coverage.rings.ring import Ring
-from ..places import Rng
+from ..search.feasible_set import Rng
 from .changes import Touched
-from .rework import Rework
+from .problem import Rework
 
 _WHERE = np.array([0.2, 0.2, 0.4, 0.2])  # odds: stays and tilts, moves and stays tilted, both, carried to another link
 _COUNT = 0.5  # odds that sensors change hands where they can

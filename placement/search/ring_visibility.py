@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from .lookout import Lookout
-from .rings.ring import Ring
-from .robots.robot import Mount
+from ...coverage.rings.ring import Ring
+from ...coverage.robots.robot import Mount
+from .visibility_table import Lookout
 
 
 class Around(NamedTuple):
