@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 
 from ..coverage.rings.mounting_errors import Law, MountingErrors
+from ..formats.errors import UserError
 from ..objectives.criterion import Aim, Losing, check_aim
 from ..objectives.scene import Scene
-from ..placement.errors import UserError
 
 POSITION_MM, DIRECTION_DEG = 5.0, 2.0  # errors of mounting where none are given
 _MOST_SEEN = 100  # sensors that see one point: more than any setup has use for

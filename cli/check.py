@@ -12,11 +12,11 @@ from rich.console import Console
 
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
+from ..formats.convert.scenes import ring_models, scene_model
+from ..formats.errors import UserError, explain
+from ..formats.schema.proposal_models import ProposalFile
+from ..formats.writing import output_folder
 from ..objectives.scene import Scene
-from ..placement.errors import UserError, explain
-from ..placement.files.convert import ring_models, scene_model
-from ..placement.files.proposals import ProposalFile
-from ..placement.writing import output_folder
 from ..rig.check_models import AboutFile, PortModel
 from ..rig.checked import Checked
 from ..rig.judge import judge

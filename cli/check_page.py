@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..placement.writing import write_text
+from ..formats.writing import write_text
 from ..rig.check_models import CheckResult, RingFitModel, WavingModel
 from ..rig.checked import Checked
 from ..rig.judge import Judged

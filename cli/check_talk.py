@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from ..formats.errors import UserError
 from ..objectives.scene import Scene
-from ..placement.errors import UserError
 from ..rig.check_models import DISCLAIMER
 from ..rig.judge import Judged
 from ..rig.operators import Itinerary

@@ -6,10 +6,10 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..placement.errors import UserError, shown
-from ..placement.loader import resolve
-from ..placement.robot.urdf import read_urdf
-from ..placement.writing import output_folder, write_bytes
+from ..formats.errors import UserError, shown
+from ..formats.loader import resolve
+from ..formats.robots.urdf import read_urdf
+from ..formats.writing import output_folder, write_bytes
 from .app import RobotOption, SceneFileOption, Subject, app
 from .options import resolve_scene, urdf_of
 from .shared import NO_FRAMES, FrameOptions
@@ -46,8 +46,8 @@ def export(
 
     Example: place-rings export mounted.urdf --frames "tof_.*" --beam z --to json
     """
-    from ..placement.export.formats import FORMATS
-    from ..placement.export.placed import Placed
+    from ..formats.export.formats import FORMATS
+    from ..formats.export.placed import Placed
 
     unknown = next((name for name in to if name not in FORMATS), None)
     if unknown is not None or not to:

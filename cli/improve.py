@@ -10,20 +10,20 @@ from rich.table import Table
 
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
+from ..formats.convert.redesign_records import change_model, work_model
+from ..formats.convert.results import verify_result
+from ..formats.convert.scenes import ring_models, scene_model
+from ..formats.schema.proposal_models import ImproveResult, ProposalFile, StepModel
+from ..formats.schema.result_models import VerifyResult
+from ..formats.writing import made_folder, to_toml, write_text
 from ..objectives.scene import Scene
 from ..objectives.verify import Verifier
-from ..placement.files.convert import ring_models, scene_model
-from ..placement.files.proposals import ImproveResult, ProposalFile, StepModel
-from ..placement.files.result_convert import verify_result
-from ..placement.files.results import VerifyResult
-from ..placement.improving.records import change_model, work_model
 from ..placement.redesign import redesign as improving
 from ..placement.redesign.beam_search import WORTH, Answer
 from ..placement.redesign.changes import Change, Kind, turn
 from ..placement.search.progress import Outcome
 from ..placement.search.progress import Progress as Told
 from ..placement.search.search import SearchResult
-from ..placement.writing import made_folder, to_toml, write_text
 from .picture import comparison_picture
 from .place import check_scene, found_model
 from .sighting import check_sight

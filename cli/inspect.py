@@ -6,13 +6,13 @@ from rich.console import Console
 
 from ..coverage.rings.ring import Setup
 from ..coverage.voxels.certified_bounds import Bracket
+from ..formats.convert.occlusion_records import with_sight
+from ..formats.convert.results import verify_result
+from ..formats.convert.sensor_records import sensor_records
+from ..formats.sensors.sensor_lists import sensor_list
 from ..objectives.occlusion import unseeing
 from ..objectives.scene import Scene
 from ..objectives.verify import Verifier, by_occlusion
-from ..placement.files.result_convert import verify_result
-from ..placement.files.sensing import sensor_records
-from ..placement.files.sighting import with_sight
-from ..placement.mounted.lists import sensor_list
 from .motion import record_line, worst_line
 from .options import Counting
 from .place import check_scene

@@ -9,8 +9,8 @@ from cyclopts.validators import Number
 
 from ..coverage.occlusion.model import Occlusion
 from ..coverage.rings.mounting_errors import Law
+from ..formats.errors import UserError
 from ..objectives.verify import Rule
-from ..placement.errors import UserError
 from .aim_options import mounting_errors, resolve_robustness
 from .app import (
     Floors,

@@ -8,10 +8,10 @@ from typing import Annotated
 from cyclopts import CycloptsError, Parameter
 from cyclopts.validators import Number
 
+from ..formats.errors import UserError
+from ..formats.loader import with_sensor
 from ..objectives.criterion import Losing
 from ..objectives.scene import Scene
-from ..placement.errors import UserError
-from ..placement.loader import with_sensor
 from ..placement.search.feasible_set import InfeasibleError
 from . import checking, export, judging, report, robots, tools, view  # noqa: F401  (they add their commands)
 from .aim_options import resolve_aim

@@ -4,8 +4,8 @@ import csv
 import math
 import sys
 
+from ..formats.schema.result_models import VerifyResult
 from ..objectives.scene import Scene
-from ..placement.files.results import VerifyResult
 from ..studies.task import pick_and_place
 from .tables import percent, target_label
 

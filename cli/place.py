@@ -13,25 +13,25 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.targets import Target
+from ..formats.convert.occlusion_records import with_sight
+from ..formats.convert.results import tolerant_model, verify_result
+from ..formats.convert.scenes import ring_models, scene_model
+from ..formats.convert.sensor_records import sensor_records
+from ..formats.errors import UserError, explain
+from ..formats.schema.proposal_models import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
+from ..formats.schema.result_models import VerifyResult
+from ..formats.schema.scene_models import SceneFile
+from ..formats.writing import made_folder, to_toml, write_text
 from ..objectives.criterion import Aim, judge
 from ..objectives.occlusion import unseeing
 from ..objectives.pose_subset import MANY
 from ..objectives.scene import Scene
 from ..objectives.separation_summary import separations
 from ..objectives.verify import Verified, Verifier, by_occlusion, check_voxel, target_voxels
-from ..placement.errors import UserError, explain
-from ..placement.files.convert import ring_models, scene_model
-from ..placement.files.models import SceneFile
-from ..placement.files.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
-from ..placement.files.result_convert import tolerant_model, verify_result
-from ..placement.files.results import VerifyResult
-from ..placement.files.sensing import sensor_records
-from ..placement.files.sighting import with_sight
 from ..placement.search import search as searching
 from ..placement.search.design import Space
 from ..placement.search.fewest_sensors import fewest_sensors
 from ..placement.search.progress import Progress as Told
-from ..placement.writing import made_folder, to_toml, write_text
 from .motion import record_line, worst_line
 from .picture import placement_picture
 from .protective import protective_lines

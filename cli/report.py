@@ -12,9 +12,9 @@ from cyclopts.validators import Number
 from rich.console import Console
 
 from ..coverage.rings.ring import Setup
+from ..formats.loader import how_found
+from ..formats.writing import output_folder, write_text
 from ..objectives.scene import Scene
-from ..placement.loader import how_found
-from ..placement.writing import output_folder, write_text
 from .app import (
     Seed,
     Subject,

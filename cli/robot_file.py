@@ -11,14 +11,14 @@ from rich.table import Table
 
 from ..coverage.robots.built_in import ROBOTS
 from ..coverage.robots.robot import Robot
+from ..formats.errors import UserError, shown
+from ..formats.robots.meshes import Meshes, Which
+from ..formats.robots.robot_fit import Fit, fit_robot, outlines
+from ..formats.robots.urdf import read_urdf
+from ..formats.robots.urdf_chain import pick_chain
+from ..formats.schema.robot_convert import robot_file
+from ..formats.writing import output_folder, to_toml, write_text
 from ..objectives.scene import Rules, Scene
-from ..placement.errors import UserError, shown
-from ..placement.files.robot_convert import robot_file
-from ..placement.robot.meshes import Meshes, Which
-from ..placement.robot.robot_fit import Fit, fit_robot, outlines
-from ..placement.robot.urdf import read_urdf
-from ..placement.robot.urdf_chain import pick_chain
-from ..placement.writing import output_folder, to_toml, write_text
 from .robot_picture import robot_picture
 
 _LIST = re.compile(r"\[\n[-+.\deE,\s]+\]")  # of numbers, over several lines

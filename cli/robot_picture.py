@@ -14,7 +14,7 @@ from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import BASE, Robot
 from ..coverage.targets import Shape, robot_curve
-from ..placement.robot.robot_fit import FittedLink
+from ..formats.robots.robot_fit import FittedLink
 from ..studies.plotting import GREY, INK
 from ..studies.shapes import circle
 from ..studies.sheet import Sheet, write_png

@@ -5,12 +5,12 @@ from rich.progress import Progress
 from rich.table import Table
 
 from ..coverage.rings.ring import Setup
+from ..formats.convert.results import robustness_result
+from ..formats.schema.result_models import LossModel, RobustnessResult
 from ..objectives.redundancy import redundancy
 from ..objectives.scene import Scene
 from ..objectives.tolerance import tolerance
 from ..objectives.verify import Verifier
-from ..placement.files.result_convert import robustness_result
-from ..placement.files.results import LossModel, RobustnessResult
 from .aim_options import Robustness
 from .place import check_scene
 from .sighting import check_sight

@@ -15,13 +15,13 @@ from ..coverage.occlusion.model import Occlusion
 from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.robots.separation_distance import separation, stopping_time
 from ..coverage.sensors.catalogue import MODELS
+from ..formats.convert.results import separation_model
+from ..formats.convert.sensor_records import sensor_records
+from ..formats.errors import UserError
+from ..formats.recorded_motion import check_limits, read_record
+from ..formats.schema.result_models import DirectionModel, SafetyResult, ShareModel
+from ..formats.writing import output_folder, write_text
 from ..objectives.scene import Scene
-from ..placement.errors import UserError
-from ..placement.files.record import check_limits, read_record
-from ..placement.files.result_convert import separation_model
-from ..placement.files.results import DirectionModel, SafetyResult, ShareModel
-from ..placement.files.sensing import sensor_records
-from ..placement.writing import output_folder, write_text
 from ..studies import detection_page
 from ..studies.detection import Approaches, Timing, approach, floor_of, seeing_as_far, start_of, walker
 from ..studies.detection_figure import picture

@@ -9,9 +9,9 @@ from rich.table import Table
 from ..coverage.sensors.catalogue import MODELS, Model
 from ..coverage.sensors.effective_range import effective, size_of
 from ..coverage.sensors.sensor import Sensor, Use
-from ..placement.errors import UserError
-from ..placement.files.results import SensorRecord
-from ..placement.files.sensing import sensor_record
+from ..formats.convert.sensor_records import sensor_record
+from ..formats.errors import UserError
+from ..formats.schema.result_models import SensorRecord
 
 
 def resolve_sensor(

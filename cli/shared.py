@@ -9,10 +9,10 @@ from cyclopts import Parameter
 from ..coverage.occlusion.model import Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.sensors.sensor import Sensor
+from ..formats.loader import resolve
+from ..formats.sensors.sensor_frames import Along
+from ..formats.sensors.urdf_frames import PATTERN, Asked
 from ..objectives.scene import Scene
-from ..placement.loader import resolve
-from ..placement.mounted.frames import PATTERN, Asked
-from ..placement.mounted.sensor_frames import Along
 from .app import Radius, RobotOption, SceneFileOption, Targets
 from .options import parse_goals, resolve_scene, with_goals, with_motion, with_occlusion
 from .sensing import resolve_sensor

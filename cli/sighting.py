@@ -8,13 +8,13 @@ from rich.table import Table
 
 from ..coverage.occlusion.model import OCCLUSIONS
 from ..coverage.rings.ring import Ring, Setup
+from ..formats.errors import UserError
+from ..formats.schema.result_models import UnseeingModel, VerifyResult
 from ..objectives.feasibility.clearance import Clear
 from ..objectives.feasibility.mounting import REAL
 from ..objectives.feasibility.violations import faults
 from ..objectives.occlusion import check_bodies, check_mounting
 from ..objectives.scene import Scene
-from ..placement.errors import UserError
-from ..placement.files.results import UnseeingModel, VerifyResult
 from .tables import target_label
 
 ADVICE = (

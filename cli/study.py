@@ -12,11 +12,11 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from ..coverage.targets import Target
+from ..formats.convert.scenes import scene_model
+from ..formats.writing import made_folder, output_folder, write_text
 from ..objectives.scene import Scene
-from ..placement.files.convert import scene_model
 from ..placement.search.design import Space
 from ..placement.search.feasible_set import InfeasibleError
-from ..placement.writing import made_folder, output_folder, write_text
 from ..studies import (
     bound,
     bound_report,

@@ -6,7 +6,7 @@ from rich.table import Table
 
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
-from ..placement.files.results import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult, WorstModel
+from ..formats.schema.result_models import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult, WorstModel
 
 _WIDE = 3  # targets up to which the worst pose has columns of its own
 

@@ -8,10 +8,10 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from ..coverage.robots.built_in import PAPER_ROBOTS
+from ..formats.errors import UserError, shown
+from ..formats.loader import read_scene, resolve
+from ..formats.schema.proposal_models import MODELS
 from ..objectives.scene import Scene
-from ..placement.errors import UserError, shown
-from ..placement.files.proposals import MODELS
-from ..placement.loader import read_scene, resolve
 from .app import Json, RobotOption, SceneFileOption, Subject, Targets, app
 from .options import (
     check_machines,

@@ -12,10 +12,10 @@ from cyclopts.validators import Number
 from rich.console import Console
 
 from ..coverage.soft.sampling import EmptySolidError
+from ..formats.errors import UserError
+from ..formats.loader import resolve
+from ..formats.writing import output_folder
 from ..objectives.scene import Scene
-from ..placement.errors import UserError
-from ..placement.loader import resolve
-from ..placement.writing import output_folder
 from .app import Subject, app
 from .options import urdf_of
 from .shared import AS_IT_IS, SubjectOptions

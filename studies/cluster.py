@@ -17,7 +17,7 @@ from typing import Any
 
 from distributed import Client, Future, KilledWorker, get_worker
 
-from ..placement.errors import UserError
+from ..formats.errors import UserError
 from .engine import Work, program
 from .store import Cell, Store
 from .works import WORKS, shared

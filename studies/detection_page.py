@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..placement.files.results import SafetyResult
+from ..formats.schema.result_models import SafetyResult
 from .detection import Approaches
 from .moments import STEP, Moments
 from .pages import table

@@ -18,7 +18,7 @@ import dask
 from distributed import Client, LocalCluster
 from distributed.security import Security
 
-from ..placement.errors import UserError
+from ..formats.errors import UserError
 
 _NEEDED = f"{__package__}.cluster"
 _ANSWER, _WORKER = 30.0, 30.0  # s, for a scheduler to answer, and then to have a worker

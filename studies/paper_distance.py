@@ -9,8 +9,8 @@ import numpy as np
 from ..coverage.rings.ring import named_setup
 from ..coverage.robots.built_in import ROBOTS
 from ..coverage.sensors.sensor import PAPER_SENSOR
-from ..placement.files.convert import setup_of
-from ..placement.files.mount_models import RingModel
+from ..formats.convert.scenes import setup_of
+from ..formats.schema.mount_models import RingModel
 from .approach import Approach
 from .distance import MODES, THINGS, Series, Table, series, summary
 from .paper import SETUPS, task

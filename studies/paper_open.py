@@ -8,7 +8,7 @@ import numpy as np
 from ..coverage.rings.ring import RING_RADIUS, named_setup
 from ..coverage.sensors.sensor import PAPER_SENSOR
 from ..coverage.targets import Target
-from ..placement.files.convert import ring_models
+from ..formats.convert.scenes import ring_models
 from .paper import COUNTS, FAR, NEAR, Question, Row, question, scene
 from .works import Rings
 

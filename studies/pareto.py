@@ -12,8 +12,8 @@ from typing import Any
 
 from ..coverage.rings.ring import named_setup
 from ..coverage.targets import Target
-from ..placement.files.convert import ring_models, setup_of
-from ..placement.files.mount_models import RingModel
+from ..formats.convert.scenes import ring_models, setup_of
+from ..formats.schema.mount_models import RingModel
 from .paper import SETUPS
 from .store import Cell
 from .works import Rings, scene_from

@@ -5,9 +5,9 @@ from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..placement.files.convert import ring_models, scene_model
-from ..placement.files.proposals import ProposalFile
-from ..placement.writing import to_toml
+from ..formats.convert.scenes import ring_models, scene_model
+from ..formats.schema.proposal_models import ProposalFile
+from ..formats.writing import to_toml
 from .pages import csv_text, html, table
 from .pareto import Point, dominated, front, hypervolume, is_papers, setup_of_point
 from .plotting import COLOURS, INK, MARKERS, plain, save, sheet

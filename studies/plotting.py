@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from ..placement.writing import write_bytes
+from ..formats.writing import write_bytes
 
 INK, GREY, GRID = "#23272b", "#666d75", "#d9dde1"
 # Okabe and Ito's colours, told apart by every kind of colour vision.

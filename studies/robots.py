@@ -12,7 +12,7 @@ import numpy as np
 
 from ..coverage.occlusion.model import OCCLUSIONS
 from ..coverage.targets import Target
-from ..placement.files.convert import ring_models
+from ..formats.convert.scenes import ring_models
 from .store import Cell
 from .works import Rings, scene_from, setup_from
 

@@ -4,10 +4,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ..coverage.occlusion.model import OCCLUSIONS
-from ..placement.files.convert import scene_model
-from ..placement.files.mount_models import RingModel
-from ..placement.files.proposals import ProposalFile
-from ..placement.writing import to_toml
+from ..formats.convert.scenes import scene_model
+from ..formats.schema.mount_models import RingModel
+from ..formats.schema.proposal_models import ProposalFile
+from ..formats.writing import to_toml
 from .pages import csv_text, html, table
 from .robots import PROCESSORS, SEARCHES, SECONDS, SENSORS, TARGET, VOXEL, Row, pose_deg, where
 from .robots_figure import picture

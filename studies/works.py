@@ -12,13 +12,13 @@ import numpy as np
 from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.robots.built_in import ROBOTS
 from ..coverage.targets import Target
+from ..formats.convert.scenes import ring_models, scene_of, setup_of
+from ..formats.schema.mount_models import RingModel
+from ..formats.schema.scene_models import SceneFile
 from ..objectives.criterion import Aim
 from ..objectives.occlusion import unseeing
 from ..objectives.scene import Scene
 from ..objectives.verify import Rule, Verifier
-from ..placement.files.convert import ring_models, scene_of, setup_of
-from ..placement.files.models import SceneFile
-from ..placement.files.mount_models import RingModel
 from ..placement.search.design import Space
 from ..placement.search.layout import ring_layout
 from ..placement.search.progress import Outcome

@@ -17,15 +17,15 @@ from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import point_to_segment, robot_capsules
 from place_rings.coverage.solids.polyhedra import box
+from place_rings.formats.convert.scenes import scene_model, scene_of
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_scene
 from place_rings.objectives.feasibility.clearance import Clear
 from place_rings.objectives.feasibility.mounting import alone, meeting
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.occlusion import occluders
 from place_rings.objectives.parameterization import segments
 from place_rings.objectives.scene import Limits, Obstacle, Pose, Rules, Scene
-from place_rings.placement.errors import UserError
-from place_rings.placement.files.convert import scene_model, scene_of
-from place_rings.placement.loader import read_scene
 from place_rings.placement.redesign.problem import Rework
 from place_rings.placement.search.collision_repair import apart
 from place_rings.placement.search.design import Space

@@ -9,7 +9,7 @@ import dask
 import psutil
 import pytest
 from distributed import LocalCluster
-from place_rings.placement.errors import UserError
+from place_rings.formats.errors import UserError
 from place_rings.studies import cluster, engine, machines
 from place_rings.studies.store import Cell, Store
 from place_rings.studies.works import WORKS

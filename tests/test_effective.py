@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.sensors.catalogue import MODELS, model, side_of_diagonal
 from place_rings.coverage.sensors.effective_range import effective, size_of
 from place_rings.coverage.sensors.sensor import Use
-from place_rings.placement.files.convert import sensor_model, sensor_of
-from place_rings.placement.files.mount_models import SensorModel
+from place_rings.formats.convert.scenes import sensor_model, sensor_of
+from place_rings.formats.schema.mount_models import SensorModel
 
 NAMES = st.sampled_from(sorted(MODELS))
 REFLECTANCE = st.none() | st.floats(0.01, 1.0)

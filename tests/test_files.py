@@ -11,14 +11,14 @@ from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.coverage.targets import Shape, Target
+from place_rings.formats import writing
+from place_rings.formats.convert.scenes import ring_models, scene_model, scene_of, setup_of
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_proposal, read_scene, resolve
+from place_rings.formats.schema.proposal_models import ProposalFile
+from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.writing import to_toml, write_text
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
-from place_rings.placement import writing
-from place_rings.placement.errors import UserError
-from place_rings.placement.files.convert import ring_models, scene_model, scene_of, setup_of
-from place_rings.placement.files.models import SceneFile
-from place_rings.placement.files.proposals import ProposalFile
-from place_rings.placement.loader import read_proposal, read_scene, resolve
-from place_rings.placement.writing import to_toml, write_text
 
 from . import drawing
 

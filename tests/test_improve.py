@@ -6,11 +6,11 @@ import pytest
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.targets import Target
+from place_rings.formats.loader import read_proposal
+from place_rings.formats.schema.proposal_models import ImproveResult
+from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.objectives.scene import Goal, Limits, Rules, Scene
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.files.proposals import ImproveResult
-from place_rings.placement.files.results import VerifyResult
-from place_rings.placement.loader import read_proposal
 from place_rings.placement.redesign import beam_search as beam
 from place_rings.placement.redesign import redesign as improving
 from place_rings.placement.redesign.beam_search import WORTH, Plan

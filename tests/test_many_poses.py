@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
+from place_rings.formats.convert.results import verify_result
 from place_rings.objectives.criterion import Aim, judge
 from place_rings.objectives.scene import Goal, Pose, Scene
 from place_rings.objectives.soft_objective import TEMPERATURE, CoverageObjective, TargetPoints
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.files.result_convert import verify_result
 from place_rings.placement.search import finalists
 from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.layout import ring_layout

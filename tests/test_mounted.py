@@ -16,10 +16,10 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import resolve
+from place_rings.formats.sensors.sensor_lists import COLUMNS, SQUARE_COLUMNS, mounted_setup
 from place_rings.objectives.scene import Pose, Scene
-from place_rings.placement.errors import UserError
-from place_rings.placement.loader import resolve
-from place_rings.placement.mounted.lists import COLUMNS, SQUARE_COLUMNS, mounted_setup
 
 from . import drawing
 

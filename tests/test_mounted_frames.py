@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from place_rings.coverage.rings.ring import named_setup
+from place_rings.formats.export.placed import Placed
+from place_rings.formats.export.tables import json as poses
+from place_rings.formats.export.urdf import urdf
+from place_rings.formats.loader import resolve
+from place_rings.formats.sensors.sensor_poses import setup_of_poses
 from place_rings.objectives.scene import Scene
-from place_rings.placement.export.placed import Placed
-from place_rings.placement.export.tables import json as poses
-from place_rings.placement.export.urdf import urdf
-from place_rings.placement.loader import resolve
-from place_rings.placement.mounted.poses import setup_of_poses
 
 SETUP = named_setup("n1_4_25")
 

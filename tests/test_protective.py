@@ -18,10 +18,10 @@ from place_rings.coverage.solids.capsules import Rods
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count
+from place_rings.formats.convert.scenes import scene_model, scene_of
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.separation_summary import separations
 from place_rings.objectives.trajectory import Record, Thinning, thin
-from place_rings.placement.files.convert import scene_model, scene_of
 
 SEED = st.integers(0, 2**32 - 1)
 

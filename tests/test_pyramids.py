@@ -26,12 +26,12 @@ from place_rings.coverage.solids.sensor_beams import Optics, optics
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels
+from place_rings.formats.convert.scenes import ring_models, scene_model, scene_of, sensor_model, sensor_of, setup_of
+from place_rings.formats.schema.mount_models import SensorModel
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, Limits, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.files.convert import ring_models, scene_model, scene_of, sensor_model, sensor_of, setup_of
-from place_rings.placement.files.mount_models import SensorModel
 from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.moves import fresh
 from pydantic import ValidationError

@@ -30,10 +30,10 @@ from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
 from place_rings.coverage.solids.base import sphere
 from place_rings.coverage.voxels.octree import voxels
+from place_rings.formats.loader import how_found, resolve
 from place_rings.objectives.blind_spots import Beside
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.loader import how_found, resolve
 from place_rings.rig.rings.protocol import length
 from place_rings.studies.pages import code, escaped, html, table
 from place_rings.studies.sheet import write_png

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from place_rings.coverage.rings.ring import Ring, Setup
-from place_rings.placement.loader import read_proposal
+from place_rings.formats.loader import read_proposal
 from place_rings.placement.search.progress import Outcome
 from place_rings.studies import robots, robots_report, works
 from place_rings.studies.works import WORKS

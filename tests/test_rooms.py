@@ -17,9 +17,10 @@ MAY = {
     "coverage": set(),
     "objectives": {"coverage"},
     "placement": {"coverage", "objectives"},
-    "studies": {"coverage", "objectives", "placement"},
-    "rig": {"coverage", "objectives", "placement"},
-    "cli": {"coverage", "objectives", "placement", "studies", "rig"},
+    "formats": {"coverage", "objectives", "placement"},
+    "studies": {"coverage", "objectives", "placement", "formats"},
+    "rig": {"coverage", "objectives", "formats"},
+    "cli": {"coverage", "objectives", "placement", "formats", "studies", "rig"},
 }
 CORE = {"coverage", "objectives"}
 NOT_IN_CORE = {"matplotlib", "serial", "rtde_control", "rtde_receive", "viser", "rich", "cyclopts", "tomllib", "pydantic"}

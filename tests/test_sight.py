@@ -10,15 +10,15 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets import Target
+from place_rings.formats.convert.scenes import scene_model, scene_of
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_scene
+from place_rings.formats.writing import to_toml
 from place_rings.objectives.occlusion import BodilessError, check_mounting, unseeing
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Obstacle, Scene
 from place_rings.objectives.tolerance import tolerance
 from place_rings.objectives.verify import Verifier, by_occlusion
-from place_rings.placement.errors import UserError
-from place_rings.placement.files.convert import scene_model, scene_of
-from place_rings.placement.loader import read_scene
-from place_rings.placement.writing import to_toml
 
 FLAT = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
 NEAR = Target("V_S", 0.5)

@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
+from place_rings.formats import recorded_motion as reading
+from place_rings.formats.convert.scenes import scene_model, scene_of
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_proposal, read_scene
+from place_rings.formats.recorded_motion import read_record, with_record
 from place_rings.objectives.pose_subset import FEW, POINTS, poses_at_once, representative, with_worst
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.trajectory import Record, Thinning, thin
-from place_rings.placement.errors import UserError
-from place_rings.placement.files import record as reading
-from place_rings.placement.files.convert import scene_model, scene_of
-from place_rings.placement.files.record import read_record, with_record
-from place_rings.placement.loader import read_proposal, read_scene
 
 from . import drawing
 

@@ -14,12 +14,12 @@ from place_rings.cli import main as command_line
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
-from place_rings.placement.errors import UserError
-from place_rings.placement.robot.capsule_fit import Capsule
-from place_rings.placement.robot.meshes import Meshes
-from place_rings.placement.robot.robot_fit import FittedLink, outlines
-from place_rings.placement.robot.urdf import read_urdf
-from place_rings.placement.robot.urdf_chain import pick_chain
+from place_rings.formats.errors import UserError
+from place_rings.formats.robots.capsule_fit import Capsule
+from place_rings.formats.robots.meshes import Meshes
+from place_rings.formats.robots.robot_fit import FittedLink, outlines
+from place_rings.formats.robots.urdf import read_urdf
+from place_rings.formats.robots.urdf_chain import pick_chain
 
 from . import drawing
 from .urdf_text import Peer, chain_text, drawn_chain, joint
@@ -151,7 +151,7 @@ def test_entities_are_never_expanded(folder):
     """A parser that expanded them would take gigabytes; this one is out at the document type, in a small process."""
     (folder / "laughs.urdf").write_text(LAUGHS + "]><robot name='&i;'/>")
     code = (
-        "import resource, sys\nfrom pathlib import Path\nfrom place_rings.placement.robot.urdf import read_urdf\n"
+        "import resource, sys\nfrom pathlib import Path\nfrom place_rings.formats.robots.urdf import read_urdf\n"
         "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
         "try:\n    read_urdf(Path(sys.argv[1]))\nexcept Exception as error:\n    print(type(error).__name__)\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20_000)"

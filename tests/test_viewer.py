@@ -28,11 +28,11 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_proposal
 from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.scene import Goal, Pose, Scene
 from place_rings.objectives.verify import Verifier
-from place_rings.placement.errors import UserError
-from place_rings.placement.loader import read_proposal
 from place_rings.placement.search.exchange import Round
 from place_rings.placement.search.schedule import Schedule, Stage
 

@@ -8,13 +8,13 @@ from rich.progress import Progress
 
 from ...coverage.rings.mounting_errors import MountingErrors
 from ...coverage.rings.ring import Setup
+from ...formats.schema.proposal_models import FoundModel
+from ...formats.schema.result_models import RobustnessResult, VerifyResult
 from ...objectives.blind_spots import Blind, blind_spots
 from ...objectives.feasibility.violations import faults
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.scene import Scene
 from ...objectives.verify import Verifier
-from ...placement.files.proposals import FoundModel
-from ...placement.files.results import RobustnessResult, VerifyResult
 from ..aim_options import Robustness
 from ..place import compared, counted, papers
 from ..robustness import assess

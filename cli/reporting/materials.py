@@ -5,7 +5,7 @@ from collections import Counter
 from ...coverage.rings.ring import Setup
 from ...coverage.sensors.catalogue import MODELS, SUPPLIES, Supply
 from ...coverage.sensors.sensor import Sensor
-from ...placement.files.sensing import title
+from ...formats.convert.sensor_records import title
 from ...rig.rings.protocol import length
 from ...studies.pages import table
 from .words import plain

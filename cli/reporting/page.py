@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from ...coverage.occlusion.model import OCCLUSIONS, Occlusion
+from ...formats.convert.sensor_records import sensor_records, title
 from ...objectives.blind_spots import Blind
 from ...objectives.scene import Scene
-from ...placement.files.sensing import sensor_records, title
 from ...studies.detection_page import DISCLAIMER
 from ...studies.pages import code, escaped, table
 from ..motion import record_line

@@ -16,8 +16,8 @@ import viser
 from ...coverage.occlusion.model import OCCLUSIONS, Occlusion
 from ...coverage.rings.ring import Setup
 from ...coverage.targets import Target
-from ...placement.errors import UserError
-from ...placement.writing import write_bytes
+from ...formats.errors import UserError
+from ...formats.writing import write_bytes
 from . import words
 from .colours import KINDS
 from .controls import Controls

@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 import viser
 from viser import _messages
 
-from ...placement.errors import UserError, shown
+from ...formats.errors import UserError, shown
 from .drawing import Choice
 from .page import Page
 from .room import Room

@@ -9,10 +9,10 @@ from jaxtyping import Float
 
 from ...coverage.robots.kinematics import Chain, forward, joint_origins
 from ...coverage.robots.robot import BASE, Robot
-from ...placement.errors import UserError, shown
-from ...placement.robot.meshes import Meshes
-from ...placement.robot.urdf import read_urdf
-from ...placement.robot.urdf_chain import pick_chain
+from ...formats.errors import UserError, shown
+from ...formats.robots.meshes import Meshes
+from ...formats.robots.urdf import read_urdf
+from ...formats.robots.urdf_chain import pick_chain
 from .shapes import Surface
 
 _SAME = 0.005  # m, between the joints of two chains that are one

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-from ...placement.files.result_convert import verify_result
+from ...formats.convert.results import verify_result
 from ..tables import percent
 from ..words import counted
 from .colours import KINDS

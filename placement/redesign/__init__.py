@@ -1,0 +1,1 @@
+"""The best changes to what is mounted: one ring, two, three."""

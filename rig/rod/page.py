@@ -19,8 +19,8 @@ from scipy.spatial import ConvexHull, QhullError
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.solids.polyhedra import Polyhedron
+from ...formats.writing import write_bytes
 from ...objectives.scene import Scene
-from ...placement.writing import write_bytes
 from .plan import RodPlan
 
 _A4 = (8.27, 11.69)  # inches

@@ -1,1 +1,0 @@
-"""The best changes to what is mounted: one ring, two, three."""
