@@ -24,7 +24,7 @@ from place_rings.objectives.scene import Goal, Pose, Rules, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
 from place_rings.placement.search.design import Space, stacked
 from place_rings.placement.search.layout import ring_layout
-from place_rings.studies.task import pick_and_place
+from place_rings.simulation.task import pick_and_place
 
 POINTS = 8192  # of all goals and poses together, on which the peers' candidates are judged
 HELD_OUT = 100_000  # others, on which all methods' answers are judged afterwards

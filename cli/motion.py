@@ -6,7 +6,7 @@ import sys
 
 from ..formats.schema.result_models import VerifyResult
 from ..objectives.scene import Scene
-from ..studies.task import pick_and_place
+from ..simulation.task import pick_and_place
 from .tables import percent, target_label
 
 

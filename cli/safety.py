@@ -22,10 +22,10 @@ from ..formats.recorded_motion import check_limits, read_record
 from ..formats.schema.result_models import DirectionModel, SafetyResult, ShareModel
 from ..formats.writing import output_folder, write_text
 from ..objectives.scene import Scene
+from ..simulation.detection import Approaches, Timing, approach, floor_of, seeing_as_far, start_of, walker
+from ..simulation.moments import STEP, Moments, moments_of_record, moments_of_scene
 from ..studies import detection_page
-from ..studies.detection import Approaches, Timing, approach, floor_of, seeing_as_far, start_of, walker
 from ..studies.detection_figure import picture
-from ..studies.moments import STEP, Moments, moments_of_record, moments_of_scene
 from ..studies.pages import csv_text
 from .protective import formula
 from .sensing import sensor_lines

@@ -17,9 +17,9 @@ from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import Capsules, gap_to_capsules, robot_capsules
 from ..coverage.robots.robot import Robot
 from ..coverage.solids.base import Cones
-from .approach import Approach
-from .detection import turned
-from .human import PEDESTAL
+from ..simulation.approach import Approach
+from ..simulation.detection import turned
+from ..simulation.human import PEDESTAL
 from .plotting import COLOURS, GREY, INK, plain, save, sheet
 
 _DISC = np.stack([f(np.linspace(0, 2 * np.pi, 40, endpoint=False)) for f in (np.cos, np.sin)], axis=1)

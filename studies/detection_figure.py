@@ -12,10 +12,10 @@ from matplotlib.patches import Patch
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.robot import Robot
+from ..simulation.detection import Approaches, turned
+from ..simulation.human import Bones
+from ..simulation.moments import STEP, Moments
 from .approach_figure import beam_outline, capsule_outlines, robot_outlines
-from .detection import Approaches, turned
-from .human import Bones
-from .moments import STEP, Moments
 from .plotting import COLOURS, GREY, GRID, INK, plain, save, sheet
 
 SHOWN = 2  # of the last reported approaches

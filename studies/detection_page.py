@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from ..formats.schema.result_models import SafetyResult
-from .detection import Approaches
-from .moments import STEP, Moments
+from ..simulation.detection import Approaches
+from ..simulation.moments import STEP, Moments
 from .pages import table
 
 DISCLAIMER = (

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from .distance import FAR, MODES, NEAR, THINGS, Series, Table, summary
+from ..simulation.distance import FAR, MODES, NEAR, THINGS, Series, Table, summary
 from .plotting import COLOURS, GREY, INK, MARKERS, plain, save, sheet
 
 Results = Mapping[tuple[str, str, str], Sequence[Table]]  # by setup, mode and thing: one table for each seed

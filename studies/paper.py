@@ -15,8 +15,8 @@ from jaxtyping import Float
 from ..coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ..coverage.targets import Target
 from ..objectives.verify import Rule
+from ..simulation.task import Motion, fastest, pick_and_place
 from .store import Cell
-from .task import Motion, fastest, pick_and_place
 from .works import Rings
 
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")

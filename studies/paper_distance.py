@@ -11,8 +11,8 @@ from ..coverage.robots.built_in import ROBOTS
 from ..coverage.sensors.sensor import PAPER_SENSOR
 from ..formats.convert.scenes import setup_of
 from ..formats.schema.mount_models import RingModel
-from .approach import Approach
-from .distance import MODES, THINGS, Series, Table, series, summary
+from ..simulation.approach import Approach
+from ..simulation.distance import MODES, THINGS, Series, Table, series, summary
 from .paper import SETUPS, task
 from .paper_statements import Statement, Verdict
 from .store import Cell

@@ -8,8 +8,8 @@ import numpy as np
 
 from ..coverage.robots.built_in import ROBOTS
 from ..coverage.sensors.sensor import PAPER_SENSOR
+from ..simulation.distance import summary
 from . import approach_figure, distance_figures, octree_figures, paper, paper_distance, paper_figures
-from .distance import summary
 from .pages import csv_text, html, table
 from .paper import CHAINS, COUNTS, SETUPS, TARGETS, Row
 from .paper_figures import COUNT_NAMES, value

@@ -24,12 +24,13 @@ from ..placement.search.layout import ring_layout
 from ..placement.search.progress import Outcome
 from ..placement.search.schedule import short as shorter
 from ..placement.search.search import search as searching
-from . import distance, grid
-from .approach import unseen_approaches
-from .distance import repeated
+from ..simulation import distance
+from ..simulation.approach import unseen_approaches
+from ..simulation.distance import repeated
+from ..simulation.task import Motion, pick_and_place
+from . import grid
 from .grid import Grid, bounded
 from .store import Cell
-from .task import Motion, pick_and_place
 
 Rings = list[dict[str, Any]]
 _COUNTING = 0.2  # of a search's time, kept for the exact count of its finalists

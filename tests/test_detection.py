@@ -19,8 +19,18 @@ from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.objectives.scene import Obstacle, Pose, Scene
 from place_rings.objectives.trajectory import Record
-from place_rings.studies.detection import Timing, approach, floor_of, lasting, seeing_as_far, start_of, stops, turned, walker
-from place_rings.studies.moments import STEP, moments_of_record, moments_of_scene
+from place_rings.simulation.detection import (
+    Timing,
+    approach,
+    floor_of,
+    lasting,
+    seeing_as_far,
+    start_of,
+    stops,
+    turned,
+    walker,
+)
+from place_rings.simulation.moments import STEP, moments_of_record, moments_of_scene
 
 POSE = np.radians([0, -45, 60, -105, -90, 0])
 AZIMUTHS = np.linspace(0, 2 * np.pi, 8, endpoint=False) + 0.1

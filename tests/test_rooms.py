@@ -17,10 +17,11 @@ MAY = {
     "coverage": set(),
     "objectives": {"coverage"},
     "placement": {"coverage", "objectives"},
+    "simulation": {"coverage", "objectives"},
     "formats": {"coverage", "objectives", "placement"},
-    "studies": {"coverage", "objectives", "placement", "formats"},
-    "rig": {"coverage", "objectives", "formats"},
-    "cli": {"coverage", "objectives", "placement", "formats", "studies", "rig"},
+    "studies": {"coverage", "objectives", "placement", "simulation", "formats"},
+    "rig": {"coverage", "objectives", "simulation", "formats"},
+    "cli": {"coverage", "objectives", "placement", "simulation", "formats", "studies", "rig"},
 }
 CORE = {"coverage", "objectives"}
 NOT_IN_CORE = {"matplotlib", "serial", "rtde_control", "rtde_receive", "viser", "rich", "cyclopts", "tomllib", "pydantic"}

@@ -1,7 +1,7 @@
 """Detection in time: a person walks straight at the robot from a drawn direction, while it moves; is the person reported
 before a part of the robot is nearer than its separation distance?
 
-The person (studies/human.py, 1.75 m) walks at v_h from beyond every sensor's reach towards the base's axis. A sensor sees
+The person (simulation/human.py, 1.75 m) walks at v_h from beyond every sensor's reach towards the base's axis. A sensor sees
 the person as soon as any of the body is in its beam within its effective range and, unless told otherwise, neither the robot
 nor an obstacle stands between; under ``blind`` a sensor of one zone sees nothing beyond the first of these in its beam, of
 a square one in the cone around it. A sight that lasts for a period is reported a period and the latency after it began at
