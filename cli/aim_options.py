@@ -1,28 +1,17 @@
 """What the options of redundancy and tolerance mean, for a search and for a report."""
 
 import math
-from dataclasses import dataclass
 
 from ..coverage.rings.mounting_errors import Law, MountingErrors
 from ..formats.errors import UserError
 from ..objectives.criterion import Aim, Losing, check_aim
 from ..objectives.scene import Scene
+from ..reporting.robustness import Robustness
 
 POSITION_MM, DIRECTION_DEG = 5.0, 2.0  # errors of mounting where none are given
 _MOST_SEEN = 100  # sensors that see one point: more than any setup has use for
 _MOST_SOUGHT = 10  # the same for a search, whose time grows with it
 _MOST_DRAWS = 100_000
-
-
-@dataclass(frozen=True)
-class Robustness:
-    """What a report is asked: sensors told apart, voxel m, errors of mounting, how many draws, their seed."""
-
-    most: int
-    voxel: float
-    errors: MountingErrors
-    draws: int
-    seed: int
 
 
 def _within(option: str, value: float, low: float, high: float) -> None:

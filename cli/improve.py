@@ -24,11 +24,11 @@ from ..placement.redesign.changes import Change, Kind, turn
 from ..placement.search.progress import Outcome
 from ..placement.search.progress import Progress as Told
 from ..placement.search.search import SearchResult
-from .picture import comparison_picture
+from ..reporting.placement_picture import comparison_picture
+from ..reporting.tables import target_label
+from ..reporting.text import counted
 from .place import check_scene, found_model
 from .sighting import check_sight
-from .tables import target_label
-from .words import counted
 
 _MOST_TOLD = 5  # broken rules
 

@@ -13,13 +13,14 @@ from ..formats.sensors.sensor_lists import sensor_list
 from ..objectives.occlusion import unseeing
 from ..objectives.scene import Scene
 from ..objectives.verify import Verifier, by_occlusion
-from .motion import record_line, worst_line
+from ..reporting.lines.motion import record_line, worst_line
+from ..reporting.lines.occlusion import mounting_lines, print_sight
+from ..reporting.lines.protective_volume import protective_lines
+from ..reporting.lines.sensors import sensor_lines
+from ..reporting.tables import percent, proof_line, target_label, zeta_table
 from .options import Counting
 from .place import check_scene
-from .protective import protective_lines
-from .sensing import sensor_lines
-from .sighting import check_sight, mounting_lines, print_sight
-from .tables import percent, proof_line, target_label, zeta_table
+from .sighting import check_sight
 
 _SHOWN = 16  # poses up to which each is shown
 

@@ -2,7 +2,6 @@
 
 import shlex
 import sys
-from collections.abc import Collection, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -11,10 +10,8 @@ from pydantic import ValidationError
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ..coverage.rings.ring import Setup, named_setup
-from ..coverage.targets import Target
-from ..formats.convert.occlusion_records import with_sight
-from ..formats.convert.results import tolerant_model, verify_result
+from ..coverage.rings.ring import Setup
+from ..formats.convert.results import tolerant_model
 from ..formats.convert.scenes import ring_models, scene_model
 from ..formats.convert.sensor_records import sensor_records
 from ..formats.errors import UserError, explain
@@ -23,26 +20,24 @@ from ..formats.schema.result_models import VerifyResult
 from ..formats.schema.scene_models import SceneFile
 from ..formats.writing import made_folder, to_toml, write_text
 from ..objectives.criterion import Aim, judge
-from ..objectives.occlusion import unseeing
 from ..objectives.pose_subset import MANY
 from ..objectives.scene import Scene
 from ..objectives.separation_summary import separations
-from ..objectives.verify import Verified, Verifier, by_occlusion, check_voxel, target_voxels
+from ..objectives.verify import Verified, Verifier, check_voxel, target_voxels
 from ..placement.search import search as searching
 from ..placement.search.design import Space
 from ..placement.search.fewest_sensors import fewest_sensors
 from ..placement.search.progress import Progress as Told
-from .motion import record_line, worst_line
-from .picture import placement_picture
-from .protective import protective_lines
-from .sensing import sensor_lines
-from .sighting import check_scene_sight, mounting_lines, print_sight, without_lines
-from .tables import ring_table, target_label, zeta_table
+from ..reporting.comparison import PAPER_TARGETS, compared, counted, papers
+from ..reporting.lines.motion import record_line, worst_line
+from ..reporting.lines.occlusion import mounting_lines, print_sight, without_lines
+from ..reporting.lines.protective_volume import protective_lines
+from ..reporting.lines.sensors import sensor_lines
+from ..reporting.placement_picture import placement_picture
+from ..reporting.tables import ring_table, target_label, zeta_table
+from .sighting import check_scene_sight
 
-PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
-PAPER_TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 0.5), Target("V_S", 1.5))
 _COARSE = 0.1  # m: from here on it is quick to see whether a target holds a voxel at all
-_FEW_POSES = 4  # up to here all of the paper's targets are compared, beyond only those that were asked for
 PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
 
 
@@ -64,17 +59,6 @@ def check_scene(scene: Scene, voxel: float) -> None:
                 raise ValueError(f"voxel {voxel:g} m is larger than target {goal.target}; allowed: smaller")
         except ValueError as error:
             raise UserError(f"--voxel: {error}") from error
-
-
-def comparable(scene: Scene) -> tuple[str, ...]:
-    """The paper's setups that the scene's robot can carry: none where it lacks one of their links."""
-    links = {ring.link for ring in named_setup(PAPER_SETUPS[0]).rings}
-    return tuple(PAPER_SETUPS) if links <= set(scene.robot.links) else ()
-
-
-def papers(scene: Scene) -> dict[str, Setup]:
-    """These setups by name, with the scene's sensors."""
-    return {name: named_setup(name, scene.sensor, scene.ring_radius) for name in comparable(scene)}
 
 
 def find(
@@ -115,34 +99,6 @@ def find_fewest(
         found = fewest_sensors(scene, wanted, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
     tried = [ReachedModel(sensors=n, exact_percent=100 * v, reached=ok) for n, (v, ok) in found.tried.items()]
     return found.result, ReachModel(wanted_percent=100 * wanted, reached=found.reached, tried=tried)
-
-
-def counted(
-    verifier: Verifier,
-    setups: Mapping[str, Setup],
-    targets: Sequence[Target],
-    sighted: Collection[Target],
-    known: Mapping[tuple[str, Target], Verified],
-) -> Iterator[VerifyResult]:
-    """Zeta of each target for each setup by one verifier, with all models of occlusion for those ``sighted``; ``known``:
-    what is counted already, by the setup's name and the target."""
-    scene, goals = verifier.scene, [g.target for g in verifier.scene.goals]
-    for target in targets:
-        if target not in goals:  # its voxels serve nobody else
-            verifier = Verifier(scene, verifier.voxel, at=verifier.at)
-        for name, one in setups.items():
-            verified = known.get((name, target)) or verifier.verify(one, target)
-            result = verify_result(name, verified, scene)
-            if target in sighted:
-                result = with_sight(result, scene, by_occlusion(verifier, one, verified), unseeing(scene, one))
-            yield result
-
-
-def compared(scene: Scene) -> list[Target]:
-    """The targets that setups are compared by: the scene's goals and, of few poses, the paper's."""
-    goals = [g.target for g in scene.goals]
-    common = [t for t in PAPER_TARGETS if t.radius is None or t.radius > scene.shape.robot_radius]
-    return list(dict.fromkeys([*goals, *common] if len(scene.poses) <= _FEW_POSES else goals))
 
 
 def compare(

@@ -47,14 +47,15 @@ def report(
 
 def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: int, out: Path) -> None:
     """Count, draw and write the report of ``setup``, which is called ``name``."""
-    from ..studies.pages import html
-    from .picture import placement_picture
+    from ..reporting.pages import html
+    from ..reporting.placement_picture import placement_picture
+    from ..reporting.setup_report.blind_spot_picture import blind_picture
+    from ..reporting.setup_report.facts import gather
+    from ..reporting.setup_report.report_page import PICTURE, answer, blind_name, listed_spots, page
+    from ..reporting.tables import target_label
+    from ..rig.rings.protocol import length
     from .place import PACKAGES, check_scene
-    from .reporting.blind_picture import blind_picture
-    from .reporting.facts import gather
-    from .reporting.page import PICTURE, answer, blind_name, listed_spots, page
     from .sighting import check_sight
-    from .tables import target_label
 
     check_scene(scene, voxel)
     check_sight(scene, setup)
@@ -68,7 +69,9 @@ def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: i
             if shown := listed_spots(blind):
                 blind_picture(Path(pictures) / blind_name(n), scene, setup, blind, shown)
         created = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
-        text = html(page(facts, sys.argv[1:], versions, created), Path(pictures), f"Placement report: {Path(name).name}")
+        text = html(
+            page(facts, sys.argv[1:], versions, created, length), Path(pictures), f"Placement report: {Path(name).name}"
+        )
     write_text(folder / FILE, text)
     print(answer(facts).replace("**", ""))
     print(f"  {folder / FILE}")

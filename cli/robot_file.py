@@ -19,7 +19,7 @@ from ..formats.robots.urdf_chain import pick_chain
 from ..formats.schema.robot_convert import robot_file
 from ..formats.writing import output_folder, to_toml, write_text
 from ..objectives.scene import Rules, Scene
-from .robot_picture import robot_picture
+from ..reporting.robot_picture import robot_picture
 
 _LIST = re.compile(r"\[\n[-+.\deE,\s]+\]")  # of numbers, over several lines
 _CLEARANCE = 0.02  # m, from what a ring surrounds to its sensors

@@ -22,13 +22,13 @@ from ..formats.recorded_motion import check_limits, read_record
 from ..formats.schema.result_models import DirectionModel, SafetyResult, ShareModel
 from ..formats.writing import output_folder, write_text
 from ..objectives.scene import Scene
+from ..reporting import detection_page
+from ..reporting.detection_figure import picture
+from ..reporting.lines.protective_volume import formula
+from ..reporting.lines.sensors import sensor_lines
+from ..reporting.pages import csv_text
 from ..simulation.detection import Approaches, Timing, approach, floor_of, seeing_as_far, start_of, walker
 from ..simulation.moments import STEP, Moments, moments_of_record, moments_of_scene
-from ..studies import detection_page
-from ..studies.detection_figure import picture
-from ..studies.pages import csv_text
-from .protective import formula
-from .sensing import sensor_lines
 
 ASSUMED_HZ = 20.0  # where no rate is sourced
 DARK_TARGET = 0.17  # reflectance where none is asked: the darkest that is sourced for the most common sensor

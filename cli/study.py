@@ -17,6 +17,7 @@ from ..formats.writing import made_folder, output_folder, write_text
 from ..objectives.scene import Scene
 from ..placement.search.design import Space
 from ..placement.search.feasible_set import InfeasibleError
+from ..reporting.pages import csv_text
 from ..studies import (
     bound,
     bound_report,
@@ -30,7 +31,6 @@ from ..studies import (
     robots_report,
 )
 from ..studies.engine import program, run
-from ..studies.pages import csv_text
 from ..studies.store import Cell, Store
 from ..studies.works import WORKS
 from .pipes import gone_is_an_error

@@ -18,9 +18,9 @@ from ..coverage.voxels.octree import voxels
 from ..coverage.voxels.voxel_set import VoxelSet
 from ..objectives.scene import Scene
 from ..objectives.verify import target_voxels
-from .shapes import add_robot, body, circle, cone, loft
-from .sheet import LINK_COLOURS, UNSEEN_COLOUR, Sheet
-from .voxel_picture import add_skin, cut_open, holds, normals, openness, skin
+from ..reporting.rendering.faces import add_robot, body, circle, cone, loft
+from ..reporting.rendering.sheet import LINK_COLOURS, UNSEEN_COLOUR, Sheet
+from ..reporting.rendering.voxels import add_skin, cut_open, holds, normals, openness, skin
 
 EYE = (-62.0, 20.0)  # azimuth and elevation, degrees
 SHELL_COLOUR, BEND_COLOUR = "#c9bbe6", "#7f878f"

@@ -8,9 +8,10 @@ import numpy as np
 
 from ..coverage.robots.built_in import ROBOTS
 from ..coverage.sensors.sensor import PAPER_SENSOR
+from ..reporting import approach_figure, distance_figures
+from ..reporting.pages import csv_text, html, table
 from ..simulation.distance import summary
-from . import approach_figure, distance_figures, octree_figures, paper, paper_distance, paper_figures
-from .pages import csv_text, html, table
+from . import octree_figures, paper, paper_distance, paper_figures
 from .paper import CHAINS, COUNTS, SETUPS, TARGETS, Row
 from .paper_figures import COUNT_NAMES, value
 from .paper_open import SETUPS as OPEN_SETUPS

@@ -8,9 +8,9 @@ from typing import Any
 from ..formats.convert.scenes import ring_models, scene_model
 from ..formats.schema.proposal_models import ProposalFile
 from ..formats.writing import to_toml
-from .pages import csv_text, html, table
+from ..reporting.pages import csv_text, html, table
+from ..reporting.plots import COLOURS, INK, MARKERS, plain, save, sheet
 from .pareto import Point, dominated, front, hypervolume, is_papers, setup_of_point
-from .plotting import COLOURS, INK, MARKERS, plain, save, sheet
 from .works import scene_from
 
 _POINTS = "points.csv"

@@ -13,10 +13,10 @@ from matplotlib.lines import Line2D
 from ..coverage.occlusion.model import OCCLUSIONS
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
-from .plotting import COLOURS, GREY, INK, save, sheet
+from ..reporting.plots import COLOURS, GREY, INK, save, sheet
+from ..reporting.rendering.faces import add_robot
+from ..reporting.rendering.sheet import LINK_COLOURS, Sheet
 from .robots import Row, where
-from .shapes import add_robot
-from .sheet import LINK_COLOURS, Sheet
 from .works import scene_from, setup_from
 
 SHOWN = "shadow"  # the search whose rings are drawn

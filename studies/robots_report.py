@@ -8,7 +8,7 @@ from ..formats.convert.scenes import scene_model
 from ..formats.schema.mount_models import RingModel
 from ..formats.schema.proposal_models import ProposalFile
 from ..formats.writing import to_toml
-from .pages import csv_text, html, table
+from ..reporting.pages import csv_text, html, table
 from .robots import PROCESSORS, SEARCHES, SECONDS, SENSORS, TARGET, VOXEL, Row, pose_deg, where
 from .robots_figure import picture
 from .works import scene_from

@@ -18,7 +18,6 @@ import pytest
 import trimesh
 from place_rings.cli.entry import never_lost
 from place_rings.cli.options import resolve_space, with_motion
-from place_rings.cli.place import comparable
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
@@ -31,6 +30,7 @@ from place_rings.objectives.scene import Rules, Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
 from place_rings.placement.search.schedule import Schedule, Stage
+from place_rings.reporting.comparison import comparable
 from place_rings.studies import pareto
 from place_rings.studies.works import scene_from
 

@@ -13,10 +13,10 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import gap_to_capsules, robot_capsules
 from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.reporting import approach_figure, distance_figures
 from place_rings.simulation import distance as study
 from place_rings.simulation.approach import unseen_approaches
 from place_rings.simulation.distance import MODES, beliefs, cell, measures, repeated, series, summary
-from place_rings.studies import approach_figure, distance_figures
 
 from . import drawing
 

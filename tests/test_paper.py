@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.objectives.scene import Scene
+from place_rings.reporting.pages import csv_text, html, table
 from place_rings.simulation.distance import Series, measures
 from place_rings.studies import octree_figures, paper, paper_open, paper_page, paper_study
-from place_rings.studies.pages import csv_text, html, table
 from place_rings.studies.paper_figures import value
 from place_rings.studies.paper_statements import Verdict, coverage, judged
 from place_rings.studies.works import setup_from, zeta

@@ -19,9 +19,10 @@ MAY = {
     "placement": {"coverage", "objectives"},
     "simulation": {"coverage", "objectives"},
     "formats": {"coverage", "objectives", "placement"},
-    "studies": {"coverage", "objectives", "placement", "simulation", "formats"},
-    "rig": {"coverage", "objectives", "simulation", "formats"},
-    "cli": {"coverage", "objectives", "placement", "simulation", "formats", "studies", "rig"},
+    "reporting": {"coverage", "objectives", "simulation", "formats"},
+    "studies": {"coverage", "objectives", "placement", "simulation", "formats", "reporting"},
+    "rig": {"coverage", "objectives", "simulation", "formats", "reporting"},
+    "cli": {"coverage", "objectives", "placement", "simulation", "formats", "reporting", "studies", "rig"},
 }
 CORE = {"coverage", "objectives"}
 NOT_IN_CORE = {"matplotlib", "serial", "rtde_control", "rtde_receive", "viser", "rich", "cyclopts", "tomllib", "pydantic"}

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import cycle
 
-from ...studies.sheet import UNSEEN_COLOUR
+from ...reporting.rendering.sheet import UNSEEN_COLOUR
 from .glance import ONCE, SHADOWED, TWICE, UNSEEN
 
 Rgb = tuple[int, int, int]

@@ -14,7 +14,7 @@ from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.kinematics import forward
 from ...coverage.solids.base import Cones
 from ...coverage.targets import Target, robot_curve
-from ...studies.shapes import RING_WIDTH, band, faces_within, lengths_within
+from ...reporting.rendering.faces import RING_WIDTH, band, faces_within, lengths_within
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
 from .glance import ONCE, SHADOWED, SHOWN, TWICE, UNSEEN, Glance
 from .shapes import Surface, beams, bodies, chips, grid, loops, outline, skin

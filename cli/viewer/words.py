@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from html import escape
 
 from ...formats.convert.results import verify_result
-from ..tables import percent
-from ..words import counted
+from ...reporting.tables import percent
+from ...reporting.text import counted
 from .colours import KINDS
 from .work import Proof
 

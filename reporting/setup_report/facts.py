@@ -15,10 +15,9 @@ from ...objectives.feasibility.violations import faults
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.scene import Scene
 from ...objectives.verify import Verifier
-from ..aim_options import Robustness
-from ..place import compared, counted, papers
-from ..robustness import assess
-from ..sighting import mounting_lines
+from ..comparison import compared, counted, papers
+from ..lines.occlusion import mounting_lines
+from ..robustness import Robustness, assess
 
 _SEEN = 3  # sensors that are told apart
 _LOOKED = 8  # poses at which blind spots are sought

@@ -20,7 +20,7 @@ from ..coverage.solids.base import Cones
 from ..simulation.approach import Approach
 from ..simulation.detection import turned
 from ..simulation.human import PEDESTAL
-from .plotting import COLOURS, GREY, INK, plain, save, sheet
+from .plots import COLOURS, GREY, INK, plain, save, sheet
 
 _DISC = np.stack([f(np.linspace(0, 2 * np.pi, 40, endpoint=False)) for f in (np.cos, np.sin)], axis=1)
 _BEAM, _ROBOT = COLOURS[5], "#9aa4ae"

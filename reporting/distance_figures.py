@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ..simulation.distance import FAR, MODES, NEAR, THINGS, Series, Table, summary
-from .plotting import COLOURS, GREY, INK, MARKERS, plain, save, sheet
+from .plots import COLOURS, GREY, INK, MARKERS, plain, save, sheet
 
 Results = Mapping[tuple[str, str, str], Sequence[Table]]  # by setup, mode and thing: one table for each seed
 MODE_NAMES = {"ignore": "robot hides nothing", "shadow": "robot hides what is behind it"}

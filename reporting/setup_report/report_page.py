@@ -1,7 +1,7 @@
 """The report of a setup as Markdown."""
 
 import shlex
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,19 +10,19 @@ from ...coverage.occlusion.model import OCCLUSIONS, Occlusion
 from ...formats.convert.sensor_records import sensor_records, title
 from ...objectives.blind_spots import Blind
 from ...objectives.scene import Scene
-from ...studies.detection_page import DISCLAIMER
-from ...studies.pages import code, escaped, table
-from ..motion import record_line
-from ..protective import protective_lines
+from ..detection_page import DISCLAIMER
+from ..lines.motion import record_line
+from ..lines.occlusion import ADVICE, scene_lines, unseeing_lines
+from ..lines.protective_volume import protective_lines
+from ..lines.sensors import sensor_lines
+from ..pages import code, escaped, table
 from ..robustness import lines, robustness_rows
-from ..sensing import sensor_lines
-from ..sighting import ADVICE, scene_lines, unseeing_lines
 from ..tables import target_label
-from ..words import counted, listed
+from ..text import counted, listed
+from .bill_of_materials import materials
+from .directions import beside, metres
 from .facts import Facts
-from .materials import materials
-from .mounting import mounting
-from .words import beside, metres
+from .mounting_guide import mounting
 
 LEAST = 1e-4  # m³: smaller blind spots are not listed
 PICTURE = "placement.png"
@@ -49,12 +49,18 @@ def listed_spots(blind: Blind) -> int:
     return sum(spot.volume >= LEAST for spot in blind.spots)
 
 
-def page(f: Facts, words: Sequence[str], versions: Mapping[str, str], created: str) -> str:
-    """The whole report. ``words``, ``versions``, ``created``: of the command line, of what made it, and when."""
+def page(
+    f: Facts, words: Sequence[str], versions: Mapping[str, str], created: str, frame_length: Callable[[int], int]
+) -> str:
+    """The whole report.
+
+    ``words``, ``versions``, ``created``: of the command line, of what made it, and when. ``frame_length``: how many bytes a
+    ring of so many sensors sends at once.
+    """
     parts = (_head(f, versions, created), _asked(f), _coverage(f), _blind(f), _robust(f))
     lines = [line for part in parts for line in part]
     lines += ["## Mounting", "", *mounting(f.scene, f.setup), *_faults(f)]
-    lines += ["## Bill of materials", "", *materials(f.setup), *_effective(f)]
+    lines += ["## Bill of materials", "", *materials(f.setup, frame_length), *_effective(f)]
     lines += [*_reproduce(f, words, versions), *_limits(f)]
     return "\n".join(lines) + "\n"
 

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ...objectives.blind_spots import Beside
-from ...studies.pages import escaped
-from ..words import listed
+from ..pages import escaped
+from ..text import listed
 
 _AROUND = 0.5  # length of a mean direction below which a piece lies on all sides
 _MOST = 0.7  # share of a piece that lies by one body, from which on no other is meant

@@ -1,14 +1,14 @@
 """What a setup is made of: sensors, what they cost and draw, and what they say in a second."""
 
 from collections import Counter
+from collections.abc import Callable
 
 from ...coverage.rings.ring import Setup
 from ...coverage.sensors.catalogue import MODELS, SUPPLIES, Supply
 from ...coverage.sensors.sensor import Sensor
 from ...formats.convert.sensor_records import title
-from ...rig.rings.protocol import length
-from ...studies.pages import table
-from .words import plain
+from ..pages import table
+from .directions import plain
 
 UNKNOWN = "not known"
 
@@ -37,8 +37,9 @@ def _power(count: int, sensor: Sensor) -> tuple[str, str]:
     return f"{least}{1000 * supply.power_w:.0f} mW", f"{least}{count * supply.power_w:.2f} W"
 
 
-def materials(setup: Setup) -> list[str]:
-    """The bill of materials as lines of Markdown: kinds of sensors, then rings with what each sends."""
+def materials(setup: Setup, length: Callable[[int], int]) -> list[str]:
+    """The bill of materials as lines of Markdown: kinds of sensors, then rings with what each sends; ``length``: bytes of a
+    frame from a ring of so many sensors."""
     kinds = Counter({ring.sensor: 0 for ring in setup.rings})
     for ring in setup.rings:
         kinds[ring.sensor] += ring.count
@@ -47,8 +48,8 @@ def materials(setup: Setup) -> list[str]:
         for s, n in kinds.items()
     ]
     heads = ("sensors", "kind", "range, m", "price", "power of one", "of all", "rate, Hz")
-    rings = [(str(i), plain(r.link), f"{r.count}", *_data(r.count, r.sensor)) for i, r in enumerate(setup.rings)]
-    total = _total(setup)
+    rings = [(str(i), plain(r.link), f"{r.count}", *_data(r.count, r.sensor, length)) for i, r in enumerate(setup.rings)]
+    total = _total(setup, length)
     sources = {
         f"Power of the {MODELS[s.use.model].title}: {found.source}." for s in kinds if s.use and (found := _supply(s))
     }
@@ -68,12 +69,12 @@ def materials(setup: Setup) -> list[str]:
     ]
 
 
-def _data(count: int, sensor: Sensor) -> tuple[str, str, str]:
+def _data(count: int, sensor: Sensor, length: Callable[[int], int]) -> tuple[str, str, str]:
     each, hz = count * distances(sensor), rate_hz(sensor)
     return (f"{each}", *((UNKNOWN, UNKNOWN) if hz is None else (f"{each * hz:,.0f}", f"{length(count) * hz:,.0f}")))
 
 
-def _total(setup: Setup) -> str:
+def _total(setup: Setup, length: Callable[[int], int]) -> str:
     rates = [rate_hz(ring.sensor) for ring in setup.rings]
     each = sum(ring.count * distances(ring.sensor) for ring in setup.rings)
     if None in rates:

@@ -16,7 +16,7 @@ from ..simulation.detection import Approaches, turned
 from ..simulation.human import Bones
 from ..simulation.moments import STEP, Moments
 from .approach_figure import beam_outline, capsule_outlines, robot_outlines
-from .plotting import COLOURS, GREY, GRID, INK, plain, save, sheet
+from .plots import COLOURS, GREY, GRID, INK, plain, save, sheet
 
 SHOWN = 2  # of the last reported approaches
 _GOOD, _BAD, _PERSON, _ASKED = COLOURS[2], COLOURS[1], "#3d4650", COLOURS[4]

@@ -1,8 +1,8 @@
-"""What commands say of V_P: the formula with its terms, where the robot's speed is from, and that it is no safety rating."""
+"""What is said of V_P: the formula with its terms, where the robot's speed is from, and that it is no safety rating."""
 
-from ..coverage.rings.ring import Setup
-from ..formats.convert.sensor_records import title
-from ..formats.schema.result_models import SeparationModel, VerifyResult
+from ...coverage.rings.ring import Setup
+from ...formats.convert.sensor_records import title
+from ...formats.schema.result_models import SeparationModel, VerifyResult
 
 DISCLAIMER = "An engineering aid: it confers no safety rating."
 

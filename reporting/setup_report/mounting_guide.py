@@ -10,8 +10,8 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.robot import Mount
 from ...objectives.scene import Scene
-from ...studies.pages import table
-from .words import bearing, heading, plain
+from ..pages import table
+from .directions import bearing, heading, plain
 
 TCP = "TCP"  # where a mount rides on no joint's frame but on the tool's
 _SHORT = 5e-4  # m, that is not worth a word

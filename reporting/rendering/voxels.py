@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..coverage.solids.base import Solid
-from ..coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
-from .plotting import GREY, INK
+from ...coverage.solids.base import Solid
+from ...coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
+from ..plots import GREY, INK
 from .sheet import CLEAR, Sheet
 
 # Corners of the faces that look along +x, +y and +z, in voxels from the lowest corner, in turn around the face.

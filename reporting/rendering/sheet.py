@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
 
-from ..formats.writing import write_bytes
+from ...formats.writing import write_bytes
 
 # Okabe and Ito's colours, told apart by every kind of colour vision: cool ones see, the hot one is unseen.
 LINK_COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#F0E442")

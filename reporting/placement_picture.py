@@ -23,10 +23,10 @@ from ..coverage.soft.sampling import sample
 from ..coverage.solids.base import Cones, Solid
 from ..objectives.occlusion import sight
 from ..objectives.scene import Scene
-from ..studies.plotting import GREY, GRID, INK
-from ..studies.shapes import DISC, RING_WIDTH, add_robot, body, convex_pieces, faces_within, lengths_within, rim_of
-from ..studies.sheet import LINK_COLOURS, UNSEEN_COLOUR, Sheet, write_png
-from .words import counted
+from .plots import GREY, GRID, INK
+from .rendering.faces import DISC, RING_WIDTH, add_robot, body, convex_pieces, faces_within, lengths_within, rim_of
+from .rendering.sheet import LINK_COLOURS, UNSEEN_COLOUR, Sheet, write_png
+from .text import counted
 
 # Caption, azimuth and elevation of the eye in degrees, and its distance in diagonals of the box.
 VIEWS = (("oblique view", -58.0, 22.0, 4.0), ("from above", -90.0, 89.99, 1000.0))

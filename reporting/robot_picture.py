@@ -15,9 +15,9 @@ from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import BASE, Robot
 from ..coverage.targets import Shape, robot_curve
 from ..formats.robots.robot_fit import FittedLink
-from ..studies.plotting import GREY, INK
-from ..studies.shapes import circle
-from ..studies.sheet import Sheet, write_png
+from .plots import GREY, INK
+from .rendering.faces import circle
+from .rendering.sheet import Sheet, write_png
 
 _VIEWS = (("from the side", -90.0, 0.0), ("oblique view", -58.0, 22.0))
 _POINTS = 120_000  # of all surfaces

@@ -13,11 +13,11 @@ from ...coverage.voxels.connected_components import ranges
 from ...coverage.voxels.voxel_set import OFFSET, VoxelSet, decode
 from ...objectives.blind_spots import Blind
 from ...objectives.scene import Scene
-from ...studies.plotting import COLOURS, GREY, INK
-from ...studies.shapes import add_robot, body, faces_within
-from ...studies.sheet import Sheet, write_png
-from ...studies.voxel_picture import add_skin, skin, voxel_set
-from ..picture import VIEWS, draw_room
+from ..placement_picture import VIEWS, draw_room
+from ..plots import COLOURS, GREY, INK
+from ..rendering.faces import add_robot, body, faces_within
+from ..rendering.sheet import Sheet, write_png
+from ..rendering.voxels import add_skin, skin, voxel_set
 
 _MOST = 30_000  # voxels of a piece that are drawn
 _LARGE = 0.1  # m³, from which on a piece is drawn so that one sees through it
