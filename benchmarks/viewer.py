@@ -9,12 +9,12 @@ import time
 from pathlib import Path
 
 from common import table
-from place_rings.cli.viewer.room import Room
-from place_rings.cli.viewer.server import Server
 from place_rings.coverage.occlusion.model import OCCLUSIONS
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
+from place_rings.viewer.server import Server
+from place_rings.viewer.session import Room
 
 sys.path.append(str(Path(__file__).parent.parent))
 from tests.viser_client import Client

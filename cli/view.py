@@ -62,11 +62,11 @@ def run(
     browser: bool,
 ) -> None:
     """Serve the page until Ctrl-C."""
+    from ..viewer.robot_surface import read_skin
+    from ..viewer.server import LOOPBACK, Server
+    from ..viewer.session import Room
     from .place import check_scene
     from .sighting import check_sight
-    from .viewer.room import Room
-    from .viewer.server import LOOPBACK, Server
-    from .viewer.surface import read_skin
 
     check_scene(scene, 0.01)
     for setup in setups.values():

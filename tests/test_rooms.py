@@ -20,9 +20,10 @@ MAY = {
     "simulation": {"coverage", "objectives"},
     "formats": {"coverage", "objectives", "placement"},
     "reporting": {"coverage", "objectives", "simulation", "formats"},
+    "viewer": {"coverage", "objectives", "placement", "simulation", "formats", "reporting"},
     "studies": {"coverage", "objectives", "placement", "simulation", "formats", "reporting"},
     "rig": {"coverage", "objectives", "simulation", "formats", "reporting"},
-    "cli": {"coverage", "objectives", "placement", "simulation", "formats", "reporting", "studies", "rig"},
+    "cli": {"coverage", "objectives", "placement", "simulation", "formats", "reporting", "viewer", "studies", "rig"},
 }
 CORE = {"coverage", "objectives"}
 NOT_IN_CORE = {"matplotlib", "serial", "rtde_control", "rtde_receive", "viser", "rich", "cyclopts", "tomllib", "pydantic"}

@@ -7,18 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.cli.viewer import words
-from place_rings.cli.viewer.colours import KINDS, rgb
-from place_rings.cli.viewer.draft import MOST_SENSORS, STEEPEST_DEG, Draft
-from place_rings.cli.viewer.drawing import Choice, Dots, Drawing, Edges, Mesh
-from place_rings.cli.viewer.glance import ONCE, SHADOWED, SHOWN, UNSEEN, Glance
-from place_rings.cli.viewer.jobs import Job, StoppedError
-from place_rings.cli.viewer.room import Room, shown_targets
-from place_rings.cli.viewer.saving import file_named, save
-from place_rings.cli.viewer.server import own
-from place_rings.cli.viewer.shapes import bodies
-from place_rings.cli.viewer.surface import read_skin
-from place_rings.cli.viewer.work import prove, search_from
 from place_rings.coverage.occlusion.model import OCCLUSIONS
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
@@ -35,6 +23,18 @@ from place_rings.objectives.scene import Goal, Pose, Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search.exchange import Round
 from place_rings.placement.search.schedule import Schedule, Stage
+from place_rings.viewer import html as words
+from place_rings.viewer.colours import KINDS, rgb
+from place_rings.viewer.drawing import Choice, Dots, Drawing, Edges, Mesh
+from place_rings.viewer.edited_setup import MOST_SENSORS, STEEPEST_DEG, Draft
+from place_rings.viewer.jobs import Job, StoppedError
+from place_rings.viewer.quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, Glance
+from place_rings.viewer.robot_surface import read_skin
+from place_rings.viewer.saving import file_named, save
+from place_rings.viewer.server import own
+from place_rings.viewer.session import Room, shown_targets
+from place_rings.viewer.tasks import prove, search_from
+from place_rings.viewer.triangle_meshes import bodies
 
 from . import drawing
 

@@ -8,12 +8,12 @@ from http.client import HTTPConnection
 from urllib.parse import urlsplit
 
 import pytest
-from place_rings.cli.viewer.room import Room
-from place_rings.cli.viewer.server import Server
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import Scene
+from place_rings.viewer.server import Server
+from place_rings.viewer.session import Room
 
 from .browser import PATIENCE, Reader, chromium, needs_chromium, until
 from .viser_client import Client

@@ -11,15 +11,15 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.occlusion.model import Occlusion
-from ...coverage.rings.ring import Ring, Setup
-from ...coverage.rings.ring_kinematics import sensor_cones
-from ...coverage.soft.sampling import sample
-from ...coverage.solids.base import Cones, Parts
-from ...coverage.targets import Target
-from ...objectives.occlusion import sight
-from ...objectives.pose_subset import representative
-from ...objectives.scene import Scene
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.rings.ring import Ring, Setup
+from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.soft.sampling import sample
+from ..coverage.solids.base import Cones, Parts
+from ..coverage.targets import Target
+from ..objectives.occlusion import sight
+from ..objectives.pose_subset import representative
+from ..objectives.scene import Scene
 
 POINTS = 32_768  # of a target, at all poses together
 SHOWN = 5_000  # of a target at one pose, as they are drawn

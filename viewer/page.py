@@ -13,22 +13,22 @@ from typing import Any
 
 import viser
 
-from ...coverage.occlusion.model import OCCLUSIONS, Occlusion
-from ...coverage.rings.ring import Setup
-from ...coverage.targets import Target
-from ...formats.errors import UserError
-from ...formats.writing import write_bytes
-from . import words
+from ..coverage.occlusion.model import OCCLUSIONS, Occlusion
+from ..coverage.rings.ring import Setup
+from ..coverage.targets import Target
+from ..formats.errors import UserError
+from ..formats.writing import write_bytes
+from . import html as words
 from .colours import KINDS
 from .controls import Controls
-from .draft import Draft
 from .drawing import SHOWN_CONES, Choice
+from .edited_setup import Draft
 from .jobs import Job, StoppedError
-from .picture import picture
-from .room import Room
 from .saving import file_named, save
-from .stage import Stage
-from .work import Found, prove, search_from, seen_under
+from .scene_graph import Stage
+from .session import Room
+from .snapshot import picture
+from .tasks import Found, prove, search_from, seen_under
 
 _OFTEN = 0.1  # s, between two words of a job
 _LONGEST = 30.0  # s, that a browser may take for a picture

@@ -5,20 +5,20 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from ...coverage.occlusion.model import Occlusion
-from ...coverage.rings.ring import Setup
-from ...coverage.rings.rounding import rounded
-from ...coverage.targets import Target
-from ...coverage.voxels.certified_bounds import Bracket
-from ...objectives.criterion import Aim, judge
-from ...objectives.feasibility.violations import held
-from ...objectives.pose_subset import MANY
-from ...objectives.scene import Goal, Scene
-from ...objectives.verify import VOXEL, Verified, Verifier
-from ...placement.search.design import Space
-from ...placement.search.progress import Progress
-from ...placement.search.schedule import Schedule
-from ...placement.search.search import search
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.rings.ring import Setup
+from ..coverage.rings.rounding import rounded
+from ..coverage.targets import Target
+from ..coverage.voxels.certified_bounds import Bracket
+from ..objectives.criterion import Aim, judge
+from ..objectives.feasibility.violations import held
+from ..objectives.pose_subset import MANY
+from ..objectives.scene import Goal, Scene
+from ..objectives.verify import VOXEL, Verified, Verifier
+from ..placement.search.design import Space
+from ..placement.search.progress import Progress
+from ..placement.search.schedule import Schedule
+from ..placement.search.search import search
 
 WIDTH = 0.001  # of the guaranteed interval, a share
 Tell = Callable[[str, float], None]  # is given what is being done, and how much of all is over, in [0, 1]; may raise

@@ -4,14 +4,14 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...coverage.rings.ring import Setup
-from ...formats.convert.results import verify_result
-from ...formats.convert.scenes import ring_models, scene_model
-from ...formats.errors import UserError, shown
-from ...formats.schema.proposal_models import ProposalFile
-from ...formats.writing import to_toml, write_text
-from ...objectives.scene import Scene
-from ...objectives.verify import Verified
+from ..coverage.rings.ring import Setup
+from ..formats.convert.results import verify_result
+from ..formats.convert.scenes import ring_models, scene_model
+from ..formats.errors import UserError, shown
+from ..formats.schema.proposal_models import ProposalFile
+from ..formats.writing import to_toml, write_text
+from ..objectives.scene import Scene
+from ..objectives.verify import Verified
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _HEADING = """A placement of sensor rings, saved from place-rings view. Edit it freely, then check it again:

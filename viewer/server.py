@@ -12,10 +12,10 @@ from urllib.parse import urlsplit
 import viser
 from viser import _messages
 
-from ...formats.errors import UserError, shown
+from ..formats.errors import UserError, shown
 from .drawing import Choice
 from .page import Page
-from .room import Room
+from .session import Room
 
 LOOPBACK = "127.0.0.1"
 FOV = 0.7  # rad, of the first look

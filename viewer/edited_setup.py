@@ -5,9 +5,9 @@ import math
 from collections import Counter
 from dataclasses import dataclass, replace
 
-from ...coverage.rings.ring import Ring, Setup
-from ...coverage.rings.rounding import rounded
-from ...objectives.scene import Scene
+from ..coverage.rings.ring import Ring, Setup
+from ..coverage.rings.rounding import rounded
+from ..objectives.scene import Scene
 
 MOST_RINGS, MOST_SENSORS = 50, 64  # of a setup that is changed by hand, and of one of its rings
 STEEPEST_DEG = 85.0

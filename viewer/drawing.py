@@ -8,17 +8,17 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.occlusion.model import Occlusion
-from ...coverage.rings.ring import Ring, Setup
-from ...coverage.rings.ring_kinematics import sensor_cones
-from ...coverage.robots.kinematics import forward
-from ...coverage.solids.base import Cones
-from ...coverage.targets import Target, robot_curve
-from ...reporting.rendering.faces import RING_WIDTH, band, faces_within, lengths_within
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.rings.ring import Ring, Setup
+from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.robots.kinematics import forward
+from ..coverage.solids.base import Cones
+from ..coverage.targets import Target, robot_curve
+from ..reporting.rendering.faces import RING_WIDTH, band, faces_within, lengths_within
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
-from .glance import ONCE, SHADOWED, SHOWN, TWICE, UNSEEN, Glance
-from .shapes import Surface, beams, bodies, chips, grid, loops, outline, skin
-from .surface import Skin
+from .quick_estimate import ONCE, SHADOWED, SHOWN, TWICE, UNSEEN, Glance
+from .robot_surface import Skin
+from .triangle_meshes import Surface, beams, bodies, chips, grid, loops, outline, skin
 
 Shown = Literal["off", "this ring", "this link", "all"]
 SHOWN_CONES: tuple[Shown, ...] = ("off", "this ring", "this link", "all")

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-from ...formats.convert.results import verify_result
-from ...reporting.tables import percent
-from ...reporting.text import counted
+from ..formats.convert.results import verify_result
+from ..reporting.tables import percent
+from ..reporting.text import counted
 from .colours import KINDS
-from .work import Proof
+from .tasks import Proof
 
 IDEA = (
     "Rings of distance sensors around the arm see <b>cones</b> of the space about it. The dots fill a <b>target</b> volume:"

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.robots.kinematics import Chain, forward, joint_origins
-from ...coverage.robots.robot import BASE, Robot
-from ...formats.errors import UserError, shown
-from ...formats.robots.meshes import Meshes
-from ...formats.robots.urdf import read_urdf
-from ...formats.robots.urdf_chain import pick_chain
-from .shapes import Surface
+from ..coverage.robots.kinematics import Chain, forward, joint_origins
+from ..coverage.robots.robot import BASE, Robot
+from ..formats.errors import UserError, shown
+from ..formats.robots.meshes import Meshes
+from ..formats.robots.urdf import read_urdf
+from ..formats.robots.urdf_chain import pick_chain
+from .triangle_meshes import Surface
 
 _SAME = 0.005  # m, between the joints of two chains that are one
 _POSES = 8  # drawn, at which they are compared

@@ -5,13 +5,13 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.arrays import Array
-from ...coverage.robots.link_bodies import robot_capsules
-from ...coverage.robots.robot import Robot
-from ...coverage.solids.base import Cones, Solid, Spheres, Union
-from ...coverage.solids.capsules import Rods
-from ...coverage.solids.swept_tube import Tube
-from ...reporting.rendering.faces import body, capsule, circle, rim_of, rod
+from ..coverage.arrays import Array
+from ..coverage.robots.link_bodies import robot_capsules
+from ..coverage.robots.robot import Robot
+from ..coverage.solids.base import Cones, Solid, Spheres, Union
+from ..coverage.solids.capsules import Rods
+from ..coverage.solids.swept_tube import Tube
+from ..reporting.rendering.faces import body, capsule, circle, rim_of, rod
 
 Surface = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, "_ 3"]]
 _STICK = 0.045  # m, of a robot without bodies

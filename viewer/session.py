@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.occlusion.model import Occlusion
-from ...coverage.rings.ring import Setup
-from ...coverage.rings.rounding import rounded
-from ...coverage.targets import Target
-from ...objectives.feasibility.clearance import Clear
-from ...objectives.feasibility.violations import faults
-from ...objectives.occlusion import check_mounting
-from ...objectives.scene import Scene
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.rings.ring import Setup
+from ..coverage.rings.rounding import rounded
+from ..coverage.targets import Target
+from ..objectives.feasibility.clearance import Clear
+from ..objectives.feasibility.violations import faults
+from ..objectives.occlusion import check_mounting
+from ..objectives.scene import Scene
 from .drawing import Choice, Drawing
-from .glance import Glance
-from .surface import Skin
-from .work import seen_under
+from .quick_estimate import Glance
+from .robot_surface import Skin
+from .tasks import seen_under
 
 _GAP = 0.5  # m, between two setups side by side
 # From where to look, in diagonals of what is looked at: at one setup, and at two, of which none shall hide the other.

@@ -6,14 +6,14 @@ from typing import Any
 
 import viser
 
-from ...coverage.occlusion.model import OCCLUSIONS
-from ...coverage.rings.ring import Setup
-from . import words
+from ..coverage.occlusion.model import OCCLUSIONS
+from ..coverage.rings.ring import Setup
+from . import html as words
 from .colours import KINDS
-from .draft import MOST_SENSORS, STEEPEST_DEG
 from .drawing import SHOWN_CONES, Choice
-from .glance import TWICE
-from .room import Room
+from .edited_setup import MOST_SENSORS, STEEPEST_DEG
+from .quick_estimate import TWICE
+from .session import Room
 
 AS_ASKED = "as the scene asks"
 
