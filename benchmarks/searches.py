@@ -19,8 +19,8 @@ from typing import Any
 
 from common import installed, missing
 from place_rings.placement.search.search import search
-from place_rings.studies.engine import program
-from place_rings.studies.store import Cell, Store
+from place_rings.studies.engine.runner import program
+from place_rings.studies.engine.store import Cell, Store
 from search_page import ANY, MINE, Run, pages
 from search_peers import PEERS, ours, space_of, until_over
 from search_task import HELD_OUT, POINTS, RINGS_PER_LINK, SCENES, Question, Watch, held_out, layout, scene_named

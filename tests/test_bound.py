@@ -9,10 +9,11 @@ from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Rules, Scene
 from place_rings.placement.search.design import Space
-from place_rings.studies import bound, bound_report
-from place_rings.studies.grid import Grid, bounded, choice, covered, limits, points_in
-from place_rings.studies.maxcover import Choice, certificate, greedy, grouped, relaxed, solved
-from place_rings.studies.works import WORKS
+from place_rings.studies.bound import report as bound_report
+from place_rings.studies.bound import study as bound
+from place_rings.studies.bound.max_cover import Choice, certificate, greedy, grouped, relaxed, solved
+from place_rings.studies.bound.ring_grid import Grid, bounded, choice, covered, limits, points_in
+from place_rings.studies.engine.tasks import TASKS
 
 from . import drawing
 
@@ -124,7 +125,7 @@ def test_the_study_shows_bounds_and_gaps(monkeypatch, tmp_path):
     given_rings = [{"link": "forearm", "position": 0.5, "count": 16, "tilt_deg": 20.0}]
 
     def run(heading, cells):
-        return [given_rings if cell.work == "place" else WORKS[cell.work](**cell.arguments) for cell in cells]
+        return [given_rings if cell.work == "place" else TASKS[cell.work](**cell.arguments) for cell in cells]
 
     (row,) = bound.measure(run)
     assert row.search_percent <= 20

@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from place_rings.cli import main as command_line
-from place_rings.cli import place
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS
@@ -29,6 +28,7 @@ from place_rings.formats.loader import how_found, resolve
 from place_rings.objectives.blind_spots import Beside
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.verify import Verifier
+from place_rings.reporting import comparison
 from place_rings.reporting.pages import code, escaped, html, table
 from place_rings.reporting.rendering.sheet import write_png
 from place_rings.reporting.setup_report.bill_of_materials import materials
@@ -212,8 +212,8 @@ versions = {{ "{quoted}" = "{quoted}" }}
 """
     )
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(place, "PAPER_SETUPS", ("n1_4_0",))
-        patch.setattr(place, "PAPER_TARGETS", ())
+        patch.setattr(comparison, "PAPER_SETUPS", ("n1_4_0",))
+        patch.setattr(comparison, "PAPER_TARGETS", ())
         words = ["report", str(file), "--voxel", "0.1", "--draws", "1", "--out", str(folder / "out")]
         words += ["--seed=0", "--occlusion", "ignore"]
         patch.setattr(sys, "argv", ["place-rings", *words])

@@ -9,7 +9,7 @@ from functools import cache
 from types import SimpleNamespace
 
 import pytest
-from place_rings.studies.engine import with_imported
+from place_rings.studies.engine.runner import with_imported
 
 from .rooms import ROOT, folders, modules, rooms, shaped_modules
 

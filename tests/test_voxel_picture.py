@@ -15,8 +15,8 @@ from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting.rendering.sheet import Sheet
 from place_rings.reporting.rendering.voxels import add_skin, cut_open, holds, normals, openness, skin, voxel_set
-from place_rings.studies import octree_figures
-from place_rings.studies.octree_figures import CONE_VOXELS, four_panels, one_cone, shells
+from place_rings.studies.paper import octree_figures
+from place_rings.studies.paper.octree_figures import CONE_VOXELS, four_panels, one_cone, shells
 
 SIDE = 0.25
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..reporting.plots import COLOURS, GREY, INK, MARKERS, plain, save, sheet
-from .paper import BUDGETS, COUNTS, FAR, GOALS, NEAR, PUBLISHED, RADII, SETUPS, TARGETS, THETAS, Row
-from .paper_open import AS_CHOSEN
-from .paper_open import SETUPS as OPEN_SETUPS
+from ...reporting.plots import COLOURS, GREY, INK, MARKERS, plain, save, sheet
+from .coverage_cells import BUDGETS, COUNTS, FAR, GOALS, NEAR, PUBLISHED, RADII, SETUPS, TARGETS, THETAS, Row
+from .open_choices import AS_CHOSEN
+from .open_choices import SETUPS as OPEN_SETUPS
 
 _EIGHTY = tuple(f"{goal} 80" for goal in GOALS)
 COUNT_NAMES = {"centre": "unbiased (centre, 1 cm)", "touch": "touched voxels of 10 cm"}

@@ -10,14 +10,14 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull
 
-from ..coverage.sensors.sensor import PAPER_SENSOR
-from ..coverage.solids.base import Cones
-from ..coverage.voxels.octree import Rule, count, voxels
-from ..objectives.scene import Scene
-from ..reporting.plots import GREY, INK
-from ..reporting.rendering.faces import circle, cone
-from ..reporting.rendering.sheet import UNSEEN_COLOUR, Sheet, write_png
-from ..reporting.rendering.voxels import add_axes, add_bar, add_skin, normals, skin
+from ...coverage.sensors.sensor import PAPER_SENSOR
+from ...coverage.solids.base import Cones
+from ...coverage.voxels.octree import Rule, count, voxels
+from ...objectives.scene import Scene
+from ...reporting.plots import GREY, INK
+from ...reporting.rendering.faces import circle, cone
+from ...reporting.rendering.sheet import UNSEEN_COLOUR, Sheet, write_png
+from ...reporting.rendering.voxels import add_axes, add_bar, add_skin, normals, skin
 from .octree_view import EYE, SHELL_COLOUR, View, draw_both, draw_cones, draw_discs, draw_left, paler, sheet_of
 
 CONE_VOXELS = (0.2, 0.1, 0.05, 0.025)  # m

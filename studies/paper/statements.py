@@ -13,10 +13,10 @@ from enum import Enum
 import numpy as np
 from scipy.stats import spearmanr
 
-from ..coverage.sensors.sensor import PAPER_SENSOR
-from ..coverage.targets import Target
-from .paper import CHAINS, COUNTS, FAR, NEAR, PUBLISHED, TARGETS, THETAS, Row
-from .paper_figures import value
+from ...coverage.sensors.sensor import PAPER_SENSOR
+from ...coverage.targets import Target
+from .coverage_cells import CHAINS, COUNTS, FAR, NEAR, PUBLISHED, TARGETS, THETAS, Row
+from .figures import value
 
 
 class Verdict(Enum):

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from ..coverage.rings.ring import named_setup
-from ..coverage.targets import Target
-from ..formats.convert.scenes import ring_models, setup_of
-from ..formats.schema.mount_models import RingModel
-from .paper import SETUPS
-from .store import Cell
-from .works import Rings, scene_from
+from ...coverage.rings.ring import named_setup
+from ...coverage.targets import Target
+from ...formats.convert.scenes import ring_models, setup_of
+from ...formats.schema.mount_models import RingModel
+from ..engine.store import Cell
+from ..engine.tasks import Rings, scene_from
+from ..paper.coverage_cells import SETUPS
 
 POINTS = 24  # searches between the ends of the front that was asked for
 FEWER = 8  # of the other fronts

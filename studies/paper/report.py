@@ -6,19 +6,22 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.robots.built_in import ROBOTS
-from ..coverage.sensors.sensor import PAPER_SENSOR
-from ..reporting import approach_figure, distance_figures
-from ..reporting.pages import csv_text, html, table
-from ..simulation.distance import summary
-from . import octree_figures, paper, paper_distance, paper_figures
-from .paper import CHAINS, COUNTS, SETUPS, TARGETS, Row
-from .paper_figures import COUNT_NAMES, value
-from .paper_open import SETUPS as OPEN_SETUPS
-from .paper_open import TARGETS as OPEN_TARGETS
-from .paper_statements import Statement, coverage
-from .paper_study import Findings
-from .works import scene_from
+from ...coverage.robots.built_in import ROBOTS
+from ...coverage.sensors.sensor import PAPER_SENSOR
+from ...reporting import approach_figure, distance_figures
+from ...reporting.pages import csv_text, html, table
+from ...simulation.distance import summary
+from ..engine.tasks import scene_from
+from . import coverage_cells as paper
+from . import distance_cells as paper_distance
+from . import figures as paper_figures
+from . import octree_figures
+from .coverage_cells import CHAINS, COUNTS, SETUPS, TARGETS, Row
+from .figures import COUNT_NAMES, value
+from .open_choices import SETUPS as OPEN_SETUPS
+from .open_choices import TARGETS as OPEN_TARGETS
+from .statements import Statement, coverage
+from .study import Findings
 
 _SCALES, _DIGITS = (1, 1, 1, 1, 100, 1), (3, 2, 2, 2, 0, 2)
 SHOWN, SHOWN_RADIUS, SHOWN_VOXEL = ("n2_16_25", "n3_16_55"), 0.9, 0.04  # of the octree pictures, m

@@ -3,15 +3,15 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..coverage.occlusion.model import OCCLUSIONS
-from ..formats.convert.scenes import scene_model
-from ..formats.schema.mount_models import RingModel
-from ..formats.schema.proposal_models import ProposalFile
-from ..formats.writing import to_toml
-from ..reporting.pages import csv_text, html, table
-from .robots import PROCESSORS, SEARCHES, SECONDS, SENSORS, TARGET, VOXEL, Row, pose_deg, where
-from .robots_figure import picture
-from .works import scene_from
+from ...coverage.occlusion.model import OCCLUSIONS
+from ...formats.convert.scenes import scene_model
+from ...formats.schema.mount_models import RingModel
+from ...formats.schema.proposal_models import ProposalFile
+from ...formats.writing import to_toml
+from ...reporting.pages import csv_text, html, table
+from ..engine.tasks import scene_from
+from .figure import picture
+from .study import PROCESSORS, SEARCHES, SECONDS, SENSORS, TARGET, VOXEL, Row, pose_deg, where
 
 _SAID = {
     "ignore": "searched under `ignore`",

@@ -9,18 +9,18 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from scipy.spatial import ConvexHull
 
-from ..coverage.rings.ring import Setup, named_setup
-from ..coverage.rings.ring_kinematics import sensor_cones
-from ..coverage.robots.kinematics import forward
-from ..coverage.solids.base import Cones, Difference, Solid, Union
-from ..coverage.targets import Target, robot_curve
-from ..coverage.voxels.octree import voxels
-from ..coverage.voxels.voxel_set import VoxelSet
-from ..objectives.scene import Scene
-from ..objectives.verify import target_voxels
-from ..reporting.rendering.faces import add_robot, body, circle, cone, loft
-from ..reporting.rendering.sheet import LINK_COLOURS, UNSEEN_COLOUR, Sheet
-from ..reporting.rendering.voxels import add_skin, cut_open, holds, normals, openness, skin
+from ...coverage.rings.ring import Setup, named_setup
+from ...coverage.rings.ring_kinematics import sensor_cones
+from ...coverage.robots.kinematics import forward
+from ...coverage.solids.base import Cones, Difference, Solid, Union
+from ...coverage.targets import Target, robot_curve
+from ...coverage.voxels.octree import voxels
+from ...coverage.voxels.voxel_set import VoxelSet
+from ...objectives.scene import Scene
+from ...objectives.verify import target_voxels
+from ...reporting.rendering.faces import add_robot, body, circle, cone, loft
+from ...reporting.rendering.sheet import LINK_COLOURS, UNSEEN_COLOUR, Sheet
+from ...reporting.rendering.voxels import add_skin, cut_open, holds, normals, openness, skin
 
 EYE = (-62.0, 20.0)  # azimuth and elevation, degrees
 SHELL_COLOUR, BEND_COLOUR = "#c9bbe6", "#7f878f"

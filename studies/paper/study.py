@@ -4,11 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from . import paper, paper_distance, paper_open
-from .paper import Row
-from .paper_distance import Results
-from .store import Cell
-from .works import Rings
+from ..engine.store import Cell
+from ..engine.tasks import Rings
+from . import coverage_cells as paper
+from . import distance_cells as paper_distance
+from . import open_choices as paper_open
+from .coverage_cells import Row
+from .distance_cells import Results
 
 Measure = Callable[[str, list[Cell]], list[Any]]
 

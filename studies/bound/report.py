@@ -5,9 +5,9 @@ from pathlib import Path
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ..reporting.pages import table
-from ..reporting.plots import COLOURS, GREY, INK, plain, save, sheet
-from .bound import BUDGETS, COUNTS, GRID, POINTS, SECONDS, Row
+from ...reporting.pages import table
+from ...reporting.plots import COLOURS, GREY, INK, plain, save, sheet
+from .study import BUDGETS, COUNTS, GRID, POINTS, SECONDS, Row
 
 _WAYS = (
     ("search_percent", "the search", "o", COLOURS[0]),

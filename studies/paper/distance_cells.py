@@ -6,17 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.rings.ring import named_setup
-from ..coverage.robots.built_in import ROBOTS
-from ..coverage.sensors.sensor import PAPER_SENSOR
-from ..formats.convert.scenes import setup_of
-from ..formats.schema.mount_models import RingModel
-from ..simulation.approach import Approach
-from ..simulation.distance import MODES, THINGS, Series, Table, series, summary
-from .paper import SETUPS, task
-from .paper_statements import Statement, Verdict
-from .store import Cell
-from .works import Rings
+from ...coverage.rings.ring import named_setup
+from ...coverage.robots.built_in import ROBOTS
+from ...coverage.sensors.sensor import PAPER_SENSOR
+from ...formats.convert.scenes import setup_of
+from ...formats.schema.mount_models import RingModel
+from ...simulation.approach import Approach
+from ...simulation.distance import MODES, THINGS, Series, Table, series, summary
+from ..engine.store import Cell
+from ..engine.tasks import Rings
+from . import tasks  # noqa: F401  (they are registered)
+from .coverage_cells import SETUPS, task
+from .statements import Statement, Verdict
 
 PATHS = 8  # seeded paths of each thing
 RATE, DURATION = 10.0, 60.0  # Hz, s

@@ -1,38 +1,33 @@
-"""The measurements that studies are made of: functions of what JSON can hold, returning what JSON can hold."""
+"""The tasks that studies are made of: functions of what JSON can hold, returning what JSON can hold.
+
+Those that several studies share are here; a study registers its own.
+"""
 
 import json
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, lru_cache
-from typing import Any
+from functools import lru_cache
+from typing import Any, TypeVar
 
-import numpy as np
-
-from ..coverage.rings.ring import Setup, named_setup
-from ..coverage.robots.built_in import ROBOTS
-from ..coverage.targets import Target
-from ..formats.convert.scenes import ring_models, scene_of, setup_of
-from ..formats.schema.mount_models import RingModel
-from ..formats.schema.scene_models import SceneFile
-from ..objectives.criterion import Aim
-from ..objectives.occlusion import unseeing
-from ..objectives.scene import Scene
-from ..objectives.verify import Rule, Verifier
-from ..placement.search.design import Space
-from ..placement.search.layout import ring_layout
-from ..placement.search.progress import Outcome
-from ..placement.search.schedule import short as shorter
-from ..placement.search.search import search as searching
-from ..simulation import distance
-from ..simulation.approach import unseen_approaches
-from ..simulation.distance import repeated
-from ..simulation.task import Motion, pick_and_place
-from . import grid
-from .grid import Grid, bounded
+from ...coverage.rings.ring import Setup, named_setup
+from ...coverage.targets import Target
+from ...formats.convert.scenes import ring_models, scene_of, setup_of
+from ...formats.schema.mount_models import RingModel
+from ...formats.schema.scene_models import SceneFile
+from ...objectives.criterion import Aim
+from ...objectives.occlusion import unseeing
+from ...objectives.scene import Scene
+from ...objectives.verify import Rule, Verifier
+from ...placement.search.design import Space
+from ...placement.search.layout import ring_layout
+from ...placement.search.progress import Outcome
+from ...placement.search.schedule import short as shorter
+from ...placement.search.search import search as searching
 from .store import Cell
 
 Rings = list[dict[str, Any]]
+_Task = TypeVar("_Task", bound=Callable[..., Any])
 _COUNTING = 0.2  # of a search's time, kept for the exact count of its finalists
 
 
@@ -125,57 +120,29 @@ def unseeing_sensors(scene: Mapping[str, Any], setup: str | Rings) -> int:
     return len({(u.ring, u.sensor) for u in unseeing(where, setup_from(setup, where))})
 
 
-def share_of_points(scene: Mapping[str, Any], setup: str | Rings, points: int, seed: int) -> float:
-    """Percent of the points drawn in the scene's first target that a setup covers, at its first pose."""
-    where = scene_from(scene)
-    drawn = grid.points_in(where, where.goals[0].target, points, seed)
-    return 100 * float(grid.covered(where, setup_from(setup, where), drawn).mean())
-
-
-def bound(
-    scene: Mapping[str, Any], sensors: int, seed: int, points: int, grid: Mapping[str, Any], limit: float
-) -> dict[str, Any]:
-    """Upper bounds of what setups of a grid cover of such points, and what some do: see ``grid`` and ``maxcover``."""
-    where = scene_from(scene)
-    return bounded(where, where.goals[0].target, sensors, Grid(**grid), points, seed, limit)
-
-
-@cache
-def _task(robot: str, rate: float, duration: float) -> Motion:
-    """The paper's task, again and again for so many seconds."""
-    once = pick_and_place(ROBOTS[robot]).every(rate)
-    time_s, q = repeated(once.time_s, once.q, duration)
-    return Motion(time_s, q, np.zeros(len(q), bool))
-
-
-def minimum_distance(
-    robot: str, setup: str | Rings, thing: str, seed: int, mode: str, rate: float, duration: float
-) -> dict[str, float | None]:
-    """What rings make of the distance of a human or a thing while the robot does the paper's task: ``distance.cell``."""
-    motion = _task(robot, rate, duration)
-    where = scene_from({"robot": robot})
-    return distance.cell(where.robot, setup_from(setup, where), motion.time_s, motion.q, thing, seed, mode)
-
-
-def unseen_approach(robot: str, setup: str | Rings, q_deg: list[float], radii: list[float]) -> list[dict[str, Any]]:
-    """The ways of balls that come nearest to the robot's moving parts without being seen: see ``approach``."""
-    where = scene_from({"robot": robot})
-    found = unseen_approaches(where.robot, setup_from(setup, where), np.radians(q_deg), tuple(radii))
-    return [{"radius": a.radius, "gap_m": a.gap_m, "path": np.round(a.path, 6).tolist()} for a in found]
-
-
 def shared(cell: Cell) -> str:
     """What cells with costly preparation in common have in common: everything but the setup."""
     return Cell(cell.work, {key: value for key, value in cell.arguments.items() if key != "setup"}).key
 
 
-WORKS: dict[str, Callable[..., Any]] = {
+TASKS: dict[str, Callable[..., Any]] = {
     "zeta": zeta,
     "place": place,
     "place in time": place_in_time,
     "unseeing sensors": unseeing_sensors,
-    "share of points": share_of_points,
-    "bound": bound,
-    "minimum distance": minimum_distance,
-    "unseen approach": unseen_approach,
 }
+
+
+def register(name: str) -> Callable[[_Task], _Task]:
+    """Make a function a task that cells name so: each study registers those of its own, in its module ``tasks``.
+
+    Raises:
+        ValueError: if another function has that name already.
+    """
+
+    def add(function: _Task) -> _Task:
+        if TASKS.setdefault(name, function) is not function:
+            raise ValueError(f"found two tasks called {name!r}")
+        return function
+
+    return add

@@ -5,13 +5,13 @@ from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..formats.convert.scenes import ring_models, scene_model
-from ..formats.schema.proposal_models import ProposalFile
-from ..formats.writing import to_toml
-from ..reporting.pages import csv_text, html, table
-from ..reporting.plots import COLOURS, INK, MARKERS, plain, save, sheet
-from .pareto import Point, dominated, front, hypervolume, is_papers, setup_of_point
-from .works import scene_from
+from ...formats.convert.scenes import ring_models, scene_model
+from ...formats.schema.proposal_models import ProposalFile
+from ...formats.writing import to_toml
+from ...reporting.pages import csv_text, html, table
+from ...reporting.plots import COLOURS, INK, MARKERS, plain, save, sheet
+from ..engine.tasks import scene_from
+from .study import Point, dominated, front, hypervolume, is_papers, setup_of_point
 
 _POINTS = "points.csv"
 _POINT = re.compile(r"(?m)(?<=,)point_\d+_\d+\.toml$")

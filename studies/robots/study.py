@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.occlusion.model import OCCLUSIONS
-from ..coverage.targets import Target
-from ..formats.convert.scenes import ring_models
-from .store import Cell
-from .works import Rings, scene_from, setup_from
+from ...coverage.occlusion.model import OCCLUSIONS
+from ...coverage.targets import Target
+from ...formats.convert.scenes import ring_models
+from ..engine.store import Cell
+from ..engine.tasks import Rings, scene_from, setup_from
 
 ROBOTS = ("ur3e", "ur5e", "ur10", "ur10e", "panda", "iiwa14")
 TARGET = Target("V_S", 0.5)

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..reporting.plots import GREY, GRID, INK, save, sheet
-from .convergence import TARGETS, Row, errors, order
-from .paper import FAR, NEAR
-from .paper import PUBLISHED as _BOTH
+from ...reporting.plots import GREY, GRID, INK, save, sheet
+from ..paper.coverage_cells import FAR, NEAR
+from ..paper.coverage_cells import PUBLISHED as _BOTH
+from .study import TARGETS, Row, errors, order
 
 SHOWN = "n3_16_55"
 PUBLISHED = _BOTH | {"V_OT": 65.0}  # "over 65"

@@ -9,9 +9,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ..coverage.targets import Target
-from .store import Cell
-from .works import Rings
+from ...coverage.targets import Target
+from ..engine.store import Cell
+from ..engine.tasks import Rings
+from . import tasks  # noqa: F401  (they are registered)
 
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
 BUDGETS = (48, 80, 112)

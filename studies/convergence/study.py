@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ..coverage.robots.built_in import PAPER_ROBOTS
-from ..coverage.targets import Target
-from ..objectives.verify import RULES
-from .store import Cell
+from ...coverage.robots.built_in import PAPER_ROBOTS
+from ...coverage.targets import Target
+from ...objectives.verify import RULES
+from ..engine.store import Cell
 
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))

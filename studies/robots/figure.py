@@ -10,14 +10,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from ..coverage.occlusion.model import OCCLUSIONS
-from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import robot_capsules
-from ..reporting.plots import COLOURS, GREY, INK, save, sheet
-from ..reporting.rendering.faces import add_robot
-from ..reporting.rendering.sheet import LINK_COLOURS, Sheet
-from .robots import Row, where
-from .works import scene_from, setup_from
+from ...coverage.occlusion.model import OCCLUSIONS
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.link_bodies import robot_capsules
+from ...reporting.plots import COLOURS, GREY, INK, save, sheet
+from ...reporting.rendering.faces import add_robot
+from ...reporting.rendering.sheet import LINK_COLOURS, Sheet
+from ..engine.tasks import scene_from, setup_from
+from .study import Row, where
 
 SHOWN = "shadow"  # the search whose rings are drawn
 LABELS = {

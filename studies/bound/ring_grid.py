@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..coverage.rings.ring import Ring, Setup
-from ..coverage.rings.ring_kinematics import sensor_cones
-from ..coverage.soft.sampling import sample
-from ..coverage.targets import Target
-from ..objectives.scene import Scene
-from .maxcover import Choice, greedy, grouped, relaxed, solved
+from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.ring_kinematics import sensor_cones
+from ...coverage.soft.sampling import sample
+from ...coverage.targets import Target
+from ...objectives.scene import Scene
+from .max_cover import Choice, greedy, grouped, relaxed, solved
 
 _CLOSE = 1e-9  # m
 

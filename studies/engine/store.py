@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from ..formats.errors import UserError
+from ...formats.errors import UserError
 
 _FORM = 1  # of the table; a file of another form is refused
 
