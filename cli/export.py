@@ -47,7 +47,7 @@ def export(
     Example: place-rings export mounted.urdf --frames "tof_.*" --beam z --to json
     """
     from ..formats.export.formats import FORMATS
-    from ..formats.export.placed import Placed
+    from ..formats.export.placed import PlacedSetup
 
     unknown = next((name for name in to if name not in FORMATS), None)
     if unknown is not None or not to:
@@ -56,7 +56,7 @@ def export(
     if not 0 <= pose < len(found.poses):
         raise UserError(f"--pose: found {pose}, allowed: 0 to {len(found.poses) - 1}, the scene's poses")
     urdf = urdf or urdf_of(robot)
-    placed = Placed(found, setup, pose, out, None if urdf is None else read_urdf(urdf), packages, points)
+    placed = PlacedSetup(found, setup, pose, out, None if urdf is None else read_urdf(urdf), packages, points)
     files = {name: data for kind in dict.fromkeys(to) for name, data in FORMATS[kind](placed).items()}
     read = [Path(path).resolve() for path in (subject, scene, robot, urdf) if path is not None]
     for name in files:

@@ -20,7 +20,7 @@ from ..objectives.scene import Scene
 from ..objectives.verify import Verifier
 from ..placement.redesign import redesign as improving
 from ..placement.redesign.beam_search import WORTH, Answer
-from ..placement.redesign.changes import Change, Kind, turn
+from ..placement.redesign.changes import Change, ChangeKind, turn
 from ..placement.search.progress import Outcome
 from ..placement.search.progress import Progress as Told
 from ..placement.search.search import SearchResult
@@ -62,7 +62,7 @@ def told(change: Change, mounted: int, robot: Robot) -> str:
         angles = f"tilt {_deg(after.tilt)}, phase {math.degrees(after.phase):.1f}°"
         return f"{name}: {after.count} sensors on {after.link}{place}, {angles}"
     does = []
-    if change.kind is Kind.CARRIED:
+    if change.kind is ChangeKind.CARRIED:
         does.append(f"carry to {after.link}{place}")
     elif change.moved:
         way = "distal" if after.position > before.position else "proximal"

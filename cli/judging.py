@@ -137,7 +137,7 @@ def safety(
 
     Example: place-rings safety n3_16_55 --trajectory task.csv --sensor vl53l1x --ambient 50kcps
     """
-    from .safety import DARK_TARGET, TORSO, Asked
+    from .safety import DARK_TARGET, TORSO, SafetyOptions
     from .safety import safety as run
 
     if sensing.sensor is not None:
@@ -147,7 +147,7 @@ def safety(
     if motion.degrees and motion.trajectory is None:
         raise UserError("--degrees: found alone, allowed: only with --trajectory")
     own: Occlusion = "shadow" if found.occlusion == "ignore" else found.occlusion
-    asked = Asked(approaches, directions, rate, latency, occlusion or own, seed)
+    asked = SafetyOptions(approaches, directions, rate, latency, occlusion or own, seed)
     run(subject, setup, found, motion.trajectory, motion.degrees, asked, out, as_json)
 
 

@@ -19,7 +19,7 @@ from ..formats.schema.proposal_models import FoundModel, ProposalFile, ReachedMo
 from ..formats.schema.result_models import VerifyResult
 from ..formats.schema.scene_models import SceneFile
 from ..formats.writing import made_folder, to_toml, write_text
-from ..objectives.criterion import Aim, judge
+from ..objectives.criterion import Criterion, judge
 from ..objectives.pose_subset import MANY
 from ..objectives.scene import Scene
 from ..objectives.separation_summary import separations
@@ -62,7 +62,7 @@ def check_scene(scene: Scene, voxel: float) -> None:
 
 
 def find(
-    scene: Scene, space: Space, seed: int, time_cap: float, verifier: Verifier, console: Console, aim: Aim
+    scene: Scene, space: Space, seed: int, time_cap: float, verifier: Verifier, console: Console, aim: Criterion
 ) -> searching.SearchResult:
     """Run the search with a progress bar on ``console``; ``verifier`` counts its answer."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
@@ -80,7 +80,7 @@ def find(
 
 
 def find_fewest(
-    scene: Scene, wanted: float, seed: int, time_cap: float, voxel: float, console: Console, aim: Aim
+    scene: Scene, wanted: float, seed: int, time_cap: float, voxel: float, console: Console, aim: Criterion
 ) -> tuple[searching.SearchResult, ReachModel]:
     """Run the searches for fewest sensors with a progress bar on ``console``."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
@@ -121,7 +121,9 @@ def compare(
     return results
 
 
-def asked_values(scene: Scene, setup: Setup, value: float, voxel: float, console: Console, aim: Aim) -> dict[str, float]:
+def asked_values(
+    scene: Scene, setup: Setup, value: float, voxel: float, console: Console, aim: Criterion
+) -> dict[str, float]:
     """What was asked for, in percent, of the proposal and of the paper's setups, where it is not zeta itself."""
     if aim.plain:
         return {}
@@ -144,7 +146,7 @@ def place(
     voxel: float,
     out: Path,
     as_json: bool,
-    aim: Aim,
+    aim: Criterion,
 ) -> None:
     """Search a placement for ``scene`` that is good by ``aim``, verify it beside the paper's setups, and write proposal,
     picture and result; InfeasibleError where the rules leave none."""
@@ -237,9 +239,9 @@ _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely,
 Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive towards distal."""
 
 
-def found_model(result: searching.SearchResult, seed: int, aim: Aim | None = None) -> FoundModel:
+def found_model(result: searching.SearchResult, seed: int, aim: Criterion | None = None) -> FoundModel:
     """How a proposal was found, with this command and these versions."""
-    spent, aim = result.statistics, aim or Aim()
+    spent, aim = result.statistics, aim or Criterion()
     return FoundModel(
         outcome=result.outcome.value,
         seed=seed,

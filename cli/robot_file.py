@@ -13,7 +13,7 @@ from ..coverage.robots.built_in import ROBOTS
 from ..coverage.robots.robot import Robot
 from ..formats.errors import UserError, shown
 from ..formats.robots.meshes import Meshes, Which
-from ..formats.robots.robot_fit import Fit, fit_robot, outlines
+from ..formats.robots.robot_fit import RobotFit, fit_robot, outlines
 from ..formats.robots.urdf import read_urdf
 from ..formats.robots.urdf_chain import pick_chain
 from ..formats.schema.robot_convert import robot_file
@@ -37,7 +37,7 @@ def import_urdf(
     capsules: int = 3,
     surface: Which = "collision",
     name: str | None = None,
-) -> Fit:
+) -> RobotFit:
     """The robot in a URDF with bodies and mounts fitted to its meshes, told on stderr; UserError for one that is bad."""
     urdf = read_urdf(path)
     picked = pick_chain(urdf, base, tip)
@@ -105,7 +105,7 @@ def robot(
 ) -> None:
     """Write ``robot.toml``, ``scene.toml`` and ``robot.png`` of a robot that is built in or in a URDF."""
     if what in ROBOTS:
-        fit = Fit(ROBOTS[what], ())
+        fit = RobotFit(ROBOTS[what], ())
     elif what.lower().endswith((".urdf", ".xml")):
         fit = import_urdf(Path(what), base, tip, packages, capsules, surface, name)
     else:
@@ -137,7 +137,7 @@ def _mount_table(robot: Robot) -> Table:
     return table
 
 
-def _body_table(fit: Fit) -> Table:
+def _body_table(fit: RobotFit) -> Table:
     table = Table(title="capsules", title_justify="left")
     for column in ("link", "capsules", "radii, mm", "times its volume"):
         table.add_column(column, justify="left" if column == "link" else "right")

@@ -36,7 +36,7 @@ TORSO = "0.45x0.7"  # m, of a person
 
 
 @dataclass(frozen=True)
-class Asked:
+class SafetyOptions:
     """How approaches are drawn and reported: their number, directions that are told apart, rate of the sensors in Hz (None:
     theirs), latency s, occlusion, seed."""
 
@@ -48,7 +48,7 @@ class Asked:
     seed: int
 
 
-def timing(setup: Setup, asked: Asked) -> tuple[Timing, bool]:
+def timing(setup: Setup, asked: SafetyOptions) -> tuple[Timing, bool]:
     """Period and latency of each sensor, and whether a rate had to be assumed."""
     rates = [asked.rate or (MODELS[r.sensor.use.model].rate_hz if r.sensor.use else None) for r in setup.rings]
     period = np.repeat([1 / (rate or ASSUMED_HZ) for rate in rates], [r.count for r in setup.rings])
@@ -61,7 +61,7 @@ def safety(
     scene: Scene,
     trajectory: Path | None,
     degrees: bool,
-    asked: Asked,
+    asked: SafetyOptions,
     out: Path,
     as_json: bool,
 ) -> None:
@@ -123,7 +123,7 @@ def _result(
     name: str,
     setup: Setup,
     scene: Scene,
-    asked: Asked,
+    asked: SafetyOptions,
     moments: Moments,
     full: Moments,
     found: list[Approaches],

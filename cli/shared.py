@@ -11,7 +11,7 @@ from ..coverage.rings.ring import Setup
 from ..coverage.sensors.sensor import Sensor
 from ..formats.loader import resolve
 from ..formats.sensors.sensor_frames import Along
-from ..formats.sensors.urdf_frames import PATTERN, Asked
+from ..formats.sensors.urdf_frames import PATTERN, FramePattern
 from ..objectives.scene import Scene
 from .app import Radius, RobotOption, SceneFileOption, Targets
 from .options import parse_goals, resolve_scene, with_goals, with_motion, with_occlusion
@@ -58,7 +58,7 @@ class SensorOptions:
         """The sensor asked for; ``own`` is the one that conditions alone are about."""
         return resolve_sensor(self.sensor, self.ambient, self.reflectance, self.target_size, own)
 
-    def resolve(self, subject: str, scene: Scene | None, frames: Asked | None = None) -> tuple[Setup, Scene]:
+    def resolve(self, subject: str, scene: Scene | None, frames: FramePattern | None = None) -> tuple[Setup, Scene]:
         """A setup and its scene, as ``resolve`` has them, with the sensor asked for."""
         own = None
         if self.sensor is None and self != NO_SENSOR:
@@ -91,11 +91,11 @@ class FrameOptions:
     ] = None
     beam: Annotated[Along | None, Parameter(help="Of a .urdf: the axis along which these frames look: x.")] = None
 
-    def resolve(self) -> Asked | None:
+    def resolve(self) -> FramePattern | None:
         """What the two mean; None where nothing is asked."""
         if self == NO_FRAMES:
             return None
-        return Asked(PATTERN if self.frames is None else self.frames, self.beam or "x")
+        return FramePattern(PATTERN if self.frames is None else self.frames, self.beam or "x")
 
 
 REFERENCE, NO_SENSOR, NO_MOTION, NO_FRAMES = SceneOptions(), SensorOptions(), MotionOptions(), FrameOptions()

@@ -64,7 +64,7 @@ def run(
     """Serve the page until Ctrl-C."""
     from ..viewer.robot_surface import read_skin
     from ..viewer.server import LOOPBACK, Server
-    from ..viewer.session import Room
+    from ..viewer.session import Session
     from .place import check_scene
     from .sighting import check_sight
 
@@ -75,7 +75,7 @@ def run(
     folder = None if out is None else output_folder(out)
     console = Console(stderr=True)
     with console.status("drawing points"):
-        room = Room(scene, setups, folder, body)
+        room = Session(scene, setups, folder, body)
         try:
             for t in room.targets:
                 room.glance.zeta(next(iter(room.setups.values())), t, scene.occlusion)

@@ -24,7 +24,7 @@ from .schema.robot_models import RobotFile
 from .schema.scene_models import SceneFile
 from .sensors.sensor_lists import mounted_setup
 from .sensors.sensor_poses import setup_of_poses
-from .sensors.urdf_frames import Asked, setup_of_urdf
+from .sensors.urdf_frames import FramePattern, setup_of_urdf
 
 _LARGEST = 16 * 2**20  # bytes of a file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
@@ -135,7 +135,7 @@ def read_proposal(path: Path, sensor: Sensor | None = None) -> tuple[Setup, Scen
 
 
 def resolve(
-    name_or_path: str, scene: Scene | None, sensor: Sensor | None = None, frames: Asked | None = None
+    name_or_path: str, scene: Scene | None, sensor: Sensor | None = None, frames: FramePattern | None = None
 ) -> tuple[Setup, Scene]:
     """A setup and its scene: the paper's setup of that name in ``scene``, what is mounted there by a CSV of sensors (.csv)
     at its poses, by their poses on links (.json), or by the ``frames`` of a URDF (.urdf), or else a proposal's file.
@@ -159,7 +159,7 @@ def resolve(
             raise UserError(f"setup: {error}") from error
     elif path.suffix.lower() in (".csv", ".json", ".urdf"):
         scene = scene or with_sensor(Scene(), sensor)
-        setup = _mounted(path, scene, frames or Asked())
+        setup = _mounted(path, scene, frames or FramePattern())
     else:
         setup, own, _ = read_proposal(path, sensor)
         scene = scene or own
@@ -172,7 +172,7 @@ def resolve(
     return setup, scene
 
 
-def _mounted(path: Path, scene: Scene, frames: Asked) -> Setup:
+def _mounted(path: Path, scene: Scene, frames: FramePattern) -> Setup:
     match path.suffix.lower():
         case ".csv":
             return mounted_setup(str(path), _text(path, "CSV"), scene)

@@ -18,7 +18,7 @@ DRAWS = 16  # mountings that a search keeps in mind
 
 
 @dataclass(frozen=True)
-class Aim:
+class Criterion:
     """The default aim is zeta itself.
 
     seen: sensors that must see a point. losing: zeta without the ring, or the sensor, that is missed most. errors: where
@@ -67,7 +67,7 @@ class Aim:
         )
 
 
-def judge(verifier: Verifier, setup: Setup, aim: Aim) -> tuple[float, float]:
+def judge(verifier: Verifier, setup: Setup, aim: Criterion) -> tuple[float, float]:
     """By how much a setup falls short of the goals' floors, all together, and the exact value of an aim, both in [0, 1]: the
     weighted mean over the scene's goals and poses, and over mountings. Floors are of what is aimed at.
 
@@ -79,7 +79,7 @@ def judge(verifier: Verifier, setup: Setup, aim: Aim) -> tuple[float, float]:
     """
     if aim.plain:
         return verifier.judge(setup)
-    check_aim(verifier.scene, aim)
+    check_criterion(verifier.scene, aim)
     goals, weights = verifier.scene.goals, verifier.scene.goal_weights
     if aim.losing:
         lost = "without_ring" if aim.losing == "ring" else "without_sensor"
@@ -92,7 +92,7 @@ def judge(verifier: Verifier, setup: Setup, aim: Aim) -> tuple[float, float]:
     return short, weighted_mean(weights, means)
 
 
-def check_aim(scene: Scene, aim: Aim) -> None:
+def check_criterion(scene: Scene, aim: Criterion) -> None:
     """Refuse (ValueError) floors beside a loss, as the loss that is worst for one goal may not be the worst for another, and
     an aim beside the worst pose, which is told for zeta alone."""
     if aim.losing and any(goal.at_least > 0 for goal in scene.goals):

@@ -92,7 +92,7 @@ def segments(scene: Scene, clear: Mapping[str, Sequence[tuple[float, float]]] | 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Stretch:
+class Interval:
     """The segment of each of R rings, as arrays (R,): its number, low end, what is free of it beside the spacings of its
     rings, and the spacing. tilt_of, sign (R,): the ring whose tilt each has, and its sign."""
 
@@ -104,7 +104,7 @@ class Stretch:
     sign: Float[Array, "*batch R"]
 
 
-def stretch(found: list[Segment], which: Int[np.ndarray, " R"], shared: Any = None) -> Stretch:
+def stretch(found: list[Segment], which: Int[np.ndarray, " R"], shared: Any = None) -> Interval:
     """The stretches of rings that sit on segments ``which`` (R,), -1 for a place without a ring; ``shared``: signs (R,) of
     the one tilt that all rings have, None where each has its own."""
     none = Segment("", 0.0, 0.0, 0, 0.0)
@@ -115,10 +115,10 @@ def stretch(found: list[Segment], which: Int[np.ndarray, " R"], shared: Any = No
     number = np.where(which >= 0, which, -1 - np.arange(len(which)))
     tilt_of = np.arange(len(which)) if shared is None else np.zeros(len(which), int)
     sign = np.ones(len(which)) if shared is None else np.asarray(shared, float)
-    return Stretch(number, np.array([s.low for s in each]), np.maximum(free, 0.0), gap, tilt_of, sign)
+    return Interval(number, np.array([s.low for s in each]), np.maximum(free, 0.0), gap, tilt_of, sign)
 
 
-def decode(where: Stretch, values: Float[Array, "3 R"]) -> Float[Array, "3 R"]:
+def decode(where: Interval, values: Float[Array, "3 R"]) -> Float[Array, "3 R"]:
     """Positions, tilts and phases (3, R) of values in a box, of which the first row runs from 0 to 1 in what is free.
 
     The rings of a segment are ranked by that row, and each stands one spacing further for every ring below it: so all keep
@@ -134,13 +134,13 @@ def decode(where: Stretch, values: Float[Array, "3 R"]) -> Float[Array, "3 R"]:
 
 
 def value_slopes(
-    where: Stretch, position: Float[np.ndarray, " R"], tilt: Float[np.ndarray, " R"], phase: Float[np.ndarray, " R"]
+    where: Interval, position: Float[np.ndarray, " R"], tilt: Float[np.ndarray, " R"], phase: Float[np.ndarray, " R"]
 ) -> Float[np.ndarray, "3 R"]:
     """How fast something grows by the values that ``decode`` reads, from how fast it does by positions, tilts and phases."""
     return np.stack([position * where.free, np.bincount(where.tilt_of, where.sign * tilt, len(tilt)), phase])
 
 
-def encode(where: Stretch, position: Float[np.ndarray, " R"]) -> Float[np.ndarray, " R"]:
+def encode(where: Interval, position: Float[np.ndarray, " R"]) -> Float[np.ndarray, " R"]:
     """The first row of the values whose positions are nearest to ``position``."""
     order = np.lexsort((np.arange(len(position)), position))
     rank = np.zeros(len(position), int)

@@ -8,12 +8,12 @@ from jaxtyping import Float
 from scipy.special import logsumexp, softmax
 
 from ..coverage.rings.mounting_errors import misplaced
-from ..coverage.rings.ring_kinematics import Seats, Slots, in_links, ring_slopes, seats, seen_from
+from ..coverage.rings.ring_kinematics import RingArrays, SensorPoses, in_links, ring_slopes, seats, seen_from
 from ..coverage.robots.kinematics import forward
 from ..coverage.soft.estimator import SHARP, Soft
 from ..coverage.soft.sampling import BLOCK, Cloud, cloud, sample
-from .criterion import Aim, check_aim
-from .parameterization import Stretch, decode, value_slopes
+from .criterion import Criterion, check_criterion
+from .parameterization import Interval, decode, value_slopes
 from .scene import Scene
 from .soft_terms import Rows, SoftTerms
 
@@ -73,22 +73,22 @@ class CoverageObjective:
     number of rings and sensors; where the scene asks for the worst pose, the soft minimum over the poses of the mean over
     the goals, -T log(mean(exp(-zeta / T))).
 
-    A setup is given by its arrays (``Slots`` and ``Stretch``) and its values (3, R), which ``decode`` reads. A goal whose
-    zeta falls short of its floor lowers the value by a steep parabola. Only ``SoftTerms`` is compiled, for all setups with
-    one number of sensors; where these sit, and what their slopes mean for the values, is little work for NumPy. One object
-    serves many threads.
+    A setup is given by its arrays (``RingArrays`` and ``Interval``) and its values (3, R), which ``decode`` reads. A goal
+    whose zeta falls short of its floor lowers the value by a steep parabola. Only ``SoftTerms`` is compiled, for all setups
+    with one number of sensors; where these sit, and what their slopes mean for the values, is little work for NumPy. One
+    object serves many threads.
     """
 
-    def __init__(self, scene: Scene, points: TargetPoints, aim: Aim | None = None) -> None:
+    def __init__(self, scene: Scene, points: TargetPoints, aim: Criterion | None = None) -> None:
         """Take the scene's goals and poses, and the points that were drawn for them and for the aim's mountings.
 
         Raises:
             ValueError: if the points are for another number of mountings, or the goals have floors that the aim cannot keep.
         """
-        self.scene, self.aim = scene, aim or Aim()
+        self.scene, self.aim = scene, aim or Criterion()
         if points.mountings != self.aim.mountings:
             raise ValueError(f"points are for {points.mountings} mountings, the aim has {self.aim.mountings}")
-        check_aim(scene, self.aim)
+        check_criterion(scene, self.aim)
         self._goal, self._pose = (np.array(column) for column in zip(*points.terms, strict=True))
         self._mounting = np.arange(len(points.terms)) // (len(points.terms) // points.mountings)
         self._goal_weights = scene.goal_weights
@@ -96,13 +96,13 @@ class CoverageObjective:
         self._frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
         self._terms = SoftTerms(scene, self._frames, self.aim.seen)
 
-    def _seats(self, slots: Slots, where: Stretch, values: Any) -> Seats:
+    def _seats(self, slots: RingArrays, where: Interval, values: Any) -> SensorPoses:
         """Where all sensors sit, (D, K, 3), mounting by mounting."""
         meant = seats(slots, *decode(where, values))
         errors = self.aim.drawn(slots.length.shape[0], slots.ring.shape[0])
-        return Seats(*(v[None] for v in meant)) if errors is None else misplaced(slots, meant, errors)
+        return SensorPoses(*(v[None] for v in meant)) if errors is None else misplaced(slots, meant, errors)
 
-    def _looks(self, slots: Slots, here: Seats, some: Any) -> Rows:
+    def _looks(self, slots: RingArrays, here: SensorPoses, some: Any) -> Rows:
         """What the terms of numbers ``some`` (T,) look at of a setup in its seats."""
         at, pose = np.unique(self._pose[some], return_inverse=True)
         parts = seen_from(slots, here, self._frames[at], slots.half_up is not None)
@@ -128,7 +128,7 @@ class CoverageObjective:
             pull = pull + (least - poses)[pose] * weights[goal]
         return value - STEEP * float(short @ short), pull, by_pose
 
-    def _pulled_back(self, slots: Slots, where: Stretch, here: Seats, some: Any, slopes: list[Any]) -> Any:
+    def _pulled_back(self, slots: RingArrays, where: Interval, here: SensorPoses, some: Any, slopes: list[Any]) -> Any:
         """Slopes (3, R) by the values, from those by what ``some`` terms look at, (T, K, 3) each."""
         by = [np.zeros_like(here.apex) if a is not None else None for a in slopes]
         for total, slope in zip(by, slopes, strict=True):
@@ -190,7 +190,7 @@ class CoverageObjective:
         """Soft values of S setups, and their gradients by the setups' values.
 
         Args:
-            setups: their ``(Slots, Stretch)``, stacked along a first axis.
+            setups: their ``(RingArrays, Interval)``, stacked along a first axis.
             values: of the rings, as ``decode`` reads them.
             width: of the sigmoid, m.
             clouds: points of every goal at every pose.

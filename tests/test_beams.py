@@ -18,7 +18,7 @@ from place_rings.coverage.solids.base import Cones, Difference, sphere
 from place_rings.coverage.solids.polyhedra import box, half_space, hull, polyhedra
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
-from place_rings.coverage.voxels.k_coverage import seen_by, tally
+from place_rings.coverage.voxels.k_coverage import count_k_covered, tally
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.objectives.verify import target_voxels
 from scipy.spatial.transform import Rotation
@@ -169,7 +169,7 @@ def test_several_sensors_see_what_each_sees(seed, occlusion):
     found = tally(seen, group, wanted, 4)
     assert np.array_equal(found.at_least, [(each.sum(axis=0) >= k).sum() for k in range(1, 5)])
     assert np.array_equal(found.alone, (each & (each.sum(axis=0) == 1)).sum(axis=1))
-    assert seen_by(seen, wanted, 2) == (each.sum(axis=0) >= 2).sum()
+    assert count_k_covered(seen, wanted, 2) == (each.sum(axis=0) >= 2).sum()
 
 
 def test_each_model_sees_less(reference_pose):

@@ -11,8 +11,8 @@ from place_rings.objectives.scene import Rules, Scene
 from place_rings.placement.search.design import Space
 from place_rings.studies.bound import report as bound_report
 from place_rings.studies.bound import study as bound
-from place_rings.studies.bound.max_cover import Choice, certificate, greedy, grouped, relaxed, solved
-from place_rings.studies.bound.ring_grid import Grid, bounded, choice, covered, limits, points_in
+from place_rings.studies.bound.max_cover import CoverProblem, certificate, greedy, grouped, relaxed, solved
+from place_rings.studies.bound.ring_grid import RingGrid, bounded, choice, covered, limits, points_in
 from place_rings.studies.engine.tasks import TASKS
 
 from . import drawing
@@ -24,7 +24,7 @@ def tiny(rng):
     """Eight candidates of three costs over 40 points, some of which exclude each other."""
     covers, weight = grouped(rng.uniform(size=(8, 40)) < rng.uniform(0.05, 0.5))
     exclusive = (np.sort(rng.choice(8, 3, replace=False)), 1), (np.arange(8), int(rng.integers(1, 6)))
-    return Choice(covers, weight, rng.choice([3, 5, 8], 8), int(rng.integers(3, 30)), exclusive)
+    return CoverProblem(covers, weight, rng.choice([3, 5, 8], 8), int(rng.integers(3, 30)), exclusive)
 
 
 def best_of_all(asked):
@@ -61,7 +61,7 @@ def test_any_multipliers_give_a_bound(seed):
 
 def test_a_solver_without_time_still_gives_bounds():
     scene = Scene()
-    _, asked = choice(scene, Grid(3, 3, (8, 16), 1), points_in(scene, Target("V_S", 1.5), 300, 0), 48)
+    _, asked = choice(scene, RingGrid(3, 3, (8, 16), 1), points_in(scene, Target("V_S", 1.5), 300, 0), 48)
     hurried, best = solved(asked, 1e-3), solved(asked, 20.0)
     assert hurried.bound >= best.bound - TOLERANCE
     assert relaxed(asked, 1e-9) >= relaxed(asked, 10.0) - 1e-9
@@ -81,7 +81,7 @@ def test_equal_points_made_one_change_no_share(seed):
 @pytest.fixture(scope="module")
 def far():
     """A small grid over a far shell: its problem, and the rings."""
-    scene, grid, budget = Scene(), Grid(3, 5, (8, 16), 2), 40
+    scene, grid, budget = Scene(), RingGrid(3, 5, (8, 16), 2), 40
     points = points_in(scene, Target("V_S", 1.5), 200, 1)
     return scene, points, *choice(scene, grid, points, budget)
 
@@ -106,7 +106,7 @@ def test_no_setup_of_the_grid_exceeds_its_bounds(far):
 @pytest.mark.parametrize("spacing", [0.0, 0.03, 0.2, 0.35])
 def test_rings_exclude_each_other_as_the_rules_say(spacing):
     scene = Scene(rules=Rules(spacing=spacing, rings_per_link=3))
-    rings = Grid(7, 1, (8,), 1).rings(scene)
+    rings = RingGrid(7, 1, (8,), 1).rings(scene)
     sets = limits(scene, rings)
     for a, b in itertools.combinations(range(len(rings)), 2):
         mount = scene.robot.mount(rings[a].link)
@@ -131,7 +131,7 @@ def test_the_study_shows_bounds_and_gaps(monkeypatch, tmp_path):
     assert row.search_percent <= 20
     assert row.greedy_percent <= row.chosen_percent <= row.bound_percent + 100 * TOLERANCE
     assert row.bound_percent <= row.linear_bound_percent + 100 * TOLERANCE
-    again = bounded(Scene(), Target("V_S", 1.5), 48, Grid(2, 3, (16,), 1), 200, 0, 5.0)
+    again = bounded(Scene(), Target("V_S", 1.5), 48, RingGrid(2, 3, (16,), 1), 200, 0, 5.0)
     assert again["linear_bound_percent"] == row.linear_bound_percent
     bound_report.picture([row], tmp_path / "bound.png")
     assert (tmp_path / "bound.png").stat().st_size > 10_000

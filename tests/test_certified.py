@@ -13,7 +13,7 @@ from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.pose_curve import pose_curve
 from place_rings.coverage.solids.base import Cones, Difference, Spheres, sphere
-from place_rings.coverage.solids.volume_fraction import Share
+from place_rings.coverage.solids.volume_fraction import VolumeFraction
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels import certified_bounds as certified
 from place_rings.coverage.voxels.certified_bounds import Bracket, _Tally, bracket
@@ -201,7 +201,7 @@ def test_sums_of_many_cells_hold_their_rounding():
     """Adding less than half a unit in the last place, over and over, changes nothing; the bounds allow for it."""
     tally, one = _Tally(), np.ones(1)
     for volume in (1.0, *[2.0**-53] * 8_000):
-        tally.add(Share(one, one), Share(0 * one, 0 * one), volume, 0)
+        tally.add(VolumeFraction(one, one), VolumeFraction(0 * one, 0 * one), volume, 0)
     b = tally.bracket(1, 1.0, 0.1)
     assert b.volume_low <= 1 + 8_000 * 2.0**-53 <= b.volume_high
 

@@ -20,13 +20,13 @@ from place_rings.coverage.solids.polyhedra import box
 from place_rings.formats.convert.scenes import scene_model, scene_of
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
-from place_rings.objectives.feasibility.clearance import Clear
+from place_rings.objectives.feasibility.clearance import Clearance
 from place_rings.objectives.feasibility.mounting import alone, meeting
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.occlusion import occluders
 from place_rings.objectives.parameterization import segments
 from place_rings.objectives.scene import Limits, Obstacle, Pose, Rules, Scene
-from place_rings.placement.redesign.problem import Rework
+from place_rings.placement.redesign.problem import RedesignProblem
 from place_rings.placement.search.collision_repair import apart
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
@@ -47,7 +47,7 @@ def drawn_scene(rng: np.random.Generator, obstacles: tuple[Obstacle, ...] = ()) 
     return Scene(robot=robot, poses=tuple(Pose(q) for q in poses), occlusion="shadow", obstacles=obstacles)
 
 
-def band(clear: Clear, ring: Ring) -> np.ndarray:
+def band(clear: Clearance, ring: Ring) -> np.ndarray:
     """Points (P, N, 3) of a ring's circles at all poses, base frame; its body is within half its thickness of them."""
     mount, arm = clear.scene.robot.mount(ring.link), clear.scene.rules.arm
     places = ring.position * mount.length + np.linspace(-arm, arm, 5)
@@ -179,7 +179,7 @@ def test_rings_of_two_links_that_meet_are_named():
 
 def test_changes_to_what_is_mounted_stand_where_rings_are_clear():
     scene = Scene(occlusion="shadow")
-    work = Rework(scene, named_setup("n2_16_25"), 1)
+    work = RedesignProblem(scene, named_setup("n2_16_25"), 1)
     assert {s.link for s in work.segments((0,))} == {"upper_arm", "forearm"}
     assert work.radii["upper_arm"] == 0.113
     for s in work.segments((0, 1, 2, 3)):
@@ -239,7 +239,7 @@ def test_a_real_mount_is_read_back_from_its_file():
 
 @pytest.mark.parametrize("position", [0.0, 0.5, 1.0])
 def test_a_position_on_a_mount_without_length_hides_nothing(position):
-    clear = Clear(Scene(occlusion="shadow"))
+    clear = Clearance(Scene(occlusion="shadow"))
     assert clear.within("tool", 0.02, position)
     assert any("lies in" in f.text for f in alone(clear, 0, Ring("tool", position, 8, radius=0.02)))
 

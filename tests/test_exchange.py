@@ -24,7 +24,7 @@ from place_rings.placement.search.design import Space
 from place_rings.placement.search.exchange import Exchange, Round, exchange, share_of
 from place_rings.placement.search.exchange_points import Fields
 from place_rings.placement.search.layout import ring_layout
-from place_rings.placement.search.local_search import Brake
+from place_rings.placement.search.local_search import StopToken
 from place_rings.placement.search.moves import fresh, papers
 from place_rings.placement.search.ring_visibility import around, rings_see
 
@@ -125,7 +125,7 @@ def _exchanged(seed, brake=None, tell=lambda *_: None, ahead=()):
     rounds = (Round(256, 5, 2, 6, 0.2, 4, 1), Round(512, 2, 2, 6, 0.1, 2, 1))
     fields = Fields(space, TargetPoints(TWO, 256, 0))
     with ThreadPoolExecutor(2) as threads:
-        found = exchange(space, fields, seed, brake or Brake(math.inf), threads, tell, papers(space), rounds, ahead)
+        found = exchange(space, fields, seed, brake or StopToken(math.inf), threads, tell, papers(space), rounds, ahead)
     return found, fields, space
 
 
@@ -146,7 +146,7 @@ def test_the_best_of_the_first_round_go_ahead_and_change_nothing_but_what_is_tol
     assert [t[:2] for t in tells] == [*told[:2], *[(0, 1.0)] * 3, *told[2:]]
     worth = [share_of(space, fields, c) for *_, c in tells[:5]]
     assert worth[4] > worth[1]
-    brake = Brake(math.inf)
+    brake = StopToken(math.inf)
     calls = itertools.count()
     early, *_ = _exchanged(0, brake, lambda *_: brake.pulled.set() if next(calls) == 4 else None, ahead)
     assert any(np.array_equal(c.values, tells[4][2].values) for c in early)
@@ -154,7 +154,7 @@ def test_the_best_of_the_first_round_go_ahead_and_change_nothing_but_what_is_tol
 
 @pytest.mark.parametrize("sweeps", [1, 2, 3])
 def test_ctrl_c_in_an_exchange_keeps_the_best_so_far(sweeps):
-    left, brake = [None] * sweeps, Brake(math.inf, threading.Event())
+    left, brake = [None] * sweeps, StopToken(math.inf, threading.Event())
 
     def tell(*_):
         left.pop()

@@ -13,16 +13,16 @@ from place_rings.objectives.scene import Goal, Limits, Rules, Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.redesign import beam_search as beam
 from place_rings.placement.redesign import redesign as improving
-from place_rings.placement.redesign.beam_search import WORTH, Plan
-from place_rings.placement.redesign.changes import Kind
+from place_rings.placement.redesign.beam_search import WORTH, BeamPlan
+from place_rings.placement.redesign.changes import ChangeKind
 from place_rings.placement.redesign.redesign import improve
 from place_rings.placement.search.progress import Outcome
 from place_rings.placement.search.schedule import Stage
 
 from .test_rework import check_changes, check_rules
 
-SHORT = Plan(120, 512, 0.05, 5, (Stage(0.05, 1024, 12, 3), Stage(0.02, 2048, 12, 3)), 2)
-TINY = Plan(24, 256, 0.05, 3, (Stage(0.03, 512, 8, 2),), 1)
+SHORT = BeamPlan(120, 512, 0.05, 5, (Stage(0.05, 1024, 12, 3), Stage(0.02, 2048, 12, 3)), 2)
+TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 512, 8, 2),), 1)
 FAR = Scene(goals=(Goal(Target("V_S", 1.5)),))
 
 
@@ -51,7 +51,7 @@ def check(scene, found, most, more, voxel):
         assert rounded(answer.setup, scene.sensor) == answer.setup
         gone, new = check_changes(before, answer.setup.rings, len(answer.changes))
         check_rules(scene, before, answer.setup.rings, new)
-        assert len(answer.changes) == len(gone) + sum(c.kind is Kind.ADDED for c in answer.changes)
+        assert len(answer.changes) == len(gone) + sum(c.kind is ChangeKind.ADDED for c in answer.changes)
         assert answer.setup.sensors <= found.mounted.setup.sensors + more
         assert answer.work.sensors == answer.setup.sensors - found.mounted.setup.sensors
         last, fewer = answer, len(answer.changes)
@@ -100,7 +100,7 @@ def test_an_interrupt_keeps_what_is_found(monkeypatch):
 @pytest.fixture
 def run(run, monkeypatch):
     """Run the command line in an empty folder with a tiny plan: (exit code, stdout, stderr)."""
-    monkeypatch.setattr(improving, "Plan", lambda: TINY)
+    monkeypatch.setattr(improving, "BeamPlan", lambda: TINY)
     return run
 
 

@@ -8,7 +8,7 @@ import pytest
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
 from place_rings.formats.convert.results import verify_result
-from place_rings.objectives.criterion import Aim, judge
+from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.scene import Goal, Pose, Scene
 from place_rings.objectives.soft_objective import TEMPERATURE, CoverageObjective, TargetPoints
 from place_rings.objectives.verify import Verifier
@@ -80,7 +80,7 @@ def test_the_mean_is_the_weighted_mean_and_the_worst_the_least():
         min(0.7 * a.zeta + 0.3 * b.zeta for a, b in zip(each[0].poses, each[1].poses, strict=True))
     )
     with pytest.raises(ValueError, match="worst pose beside several sensors"):
-        judge(verifiers[1], setup, Aim(seen=2))
+        judge(verifiers[1], setup, Criterion(seen=2))
 
 
 @pytest.mark.parametrize("how", ["mean", "worst"])

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from place_rings.coverage.rings.ring import named_setup
-from place_rings.formats.export.placed import Placed
+from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.export.tables import json as poses
 from place_rings.formats.export.urdf import urdf
 from place_rings.formats.loader import resolve
@@ -20,7 +20,7 @@ SETUP = named_setup("n1_4_25")
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
     """The texts of both files of ``SETUP``."""
-    placed = Placed(Scene(), SETUP, 0, tmp_path_factory.mktemp("exported"))
+    placed = PlacedSetup(Scene(), SETUP, 0, tmp_path_factory.mktemp("exported"))
     return {"mounted.json": poses(placed)["sensors.json"].decode(), "mounted.urdf": urdf(placed)["robot.urdf"].decode()}
 
 

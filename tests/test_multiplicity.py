@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.solids.base import Cones
 from place_rings.coverage.targets import Target, target_solid
-from place_rings.coverage.voxels.k_coverage import seen_by, tally
+from place_rings.coverage.voxels.k_coverage import count_k_covered, tally
 from place_rings.coverage.voxels.octree import count, regions, voxels
 from place_rings.coverage.voxels.voxel_set import VoxelSet
 from place_rings.objectives.verify import target_voxels
@@ -42,7 +42,7 @@ def test_tally_is_the_dense_count(seed, most):
     assert np.array_equal(found.at_least, [(number >= k).sum() for k in range(1, most + 1)])
     assert np.array_equal(found.alone, alone)
     assert np.array_equal(found.alone_group, alone_group)
-    assert seen_by(cones, wanted, most) == found.at_least[-1]
+    assert count_k_covered(cones, wanted, most) == found.at_least[-1]
 
 
 @settings(max_examples=4)
@@ -112,6 +112,6 @@ def test_nothing_is_seen_where_nothing_is(reference_pose):
         found = tally(cones, np.zeros(len(cones), int), wanted, 2)
         assert not found.at_least.any()
         assert not found.alone.any()
-        assert seen_by(cones, wanted, 2) == 0
+        assert count_k_covered(cones, wanted, 2) == 0
     with pytest.raises(ValueError, match="1 and more"):
         tally(away, np.zeros(1, int), target, 0)

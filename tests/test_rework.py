@@ -11,9 +11,9 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.scene import Limits, Rules, Scene
-from place_rings.placement.redesign.changes import Kind, Touched, changes, work
+from place_rings.placement.redesign.changes import ChangeKind, Touched, changes, work
 from place_rings.placement.redesign.moves import touched
-from place_rings.placement.redesign.problem import Rework
+from place_rings.placement.redesign.problem import RedesignProblem
 from place_rings.placement.search.design import Space
 from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.moves import fresh
@@ -68,7 +68,7 @@ def test_touched_rings_keep_every_rule_whatever_the_climb_says(seed):
     except InfeasibleError:
         return
     more = int(rng.integers(0, 20))
-    rework = Rework(scene, mounted, 2, more)
+    rework = RedesignProblem(scene, mounted, 2, more)
     t = rework.start
     for _ in range(3):
         may = rework.may_touch(t)
@@ -138,7 +138,7 @@ def recount(scene, before, after):
 @given(drawing.seeds)
 def test_costs_equal_a_recount(seed):
     rng = np.random.default_rng(seed)
-    rework = Rework(Scene(), drawing.setup(rng), 2, 9)
+    rework = RedesignProblem(Scene(), drawing.setup(rng), 2, 9)
     t = rework.start
     for _ in range(3):
         trial = touched(rework, t, int(rng.choice(rework.may_touch(t))), rng)
@@ -153,11 +153,11 @@ def test_costs_equal_a_recount(seed):
 def test_kinds_of_changes():
     a, b = Ring("forearm", 0.5, 8, 0.1, 0.2), Ring("upper_arm", 0.5, 8, 0.1, 0.2)
     kinds = [c.kind for c in changes(Scene().robot, (a, a, a, None, a), (replace(a, count=9), b, None, b, a))]
-    assert kinds == [Kind.SET, Kind.CARRIED, Kind.TAKEN, Kind.ADDED]
+    assert kinds == [ChangeKind.SET, ChangeKind.CARRIED, ChangeKind.TAKEN, ChangeKind.ADDED]
 
 
 def test_what_became_as_it_was_is_touched_no_more():
-    rework = Rework(Scene(), named_setup("n2_16_25"), 1)
+    rework = RedesignProblem(Scene(), named_setup("n2_16_25"), 1)
     almost = replace(rework.mounted.rings[1], phase=1e-9)
     rings = (rework.mounted.rings[0], almost, *rework.before[2:])
     assert rework.rounded(Touched(rings, (1,))).free == ()
@@ -167,7 +167,7 @@ def test_what_became_as_it_was_is_touched_no_more():
 def test_every_change_is_told(seed):
     """In one line, with the ring's name; a new ring has no number."""
     rng = np.random.default_rng(seed)
-    rework = Rework(Scene(), drawing.setup(rng), 2, 9)
+    rework = RedesignProblem(Scene(), drawing.setup(rng), 2, 9)
     t = rework.start
     for _ in range(3):
         trial = touched(rework, t, int(rng.choice(rework.may_touch(t))), rng)
@@ -177,4 +177,4 @@ def test_every_change_is_told(seed):
         line = told(change, mounted, rework.scene.robot)
         assert line.startswith(f"ring {change.place}" if change.place < mounted else "new ring")
         assert line.isprintable()
-        assert ("take away" in line) == (change.kind is Kind.TAKEN)
+        assert ("take away" in line) == (change.kind is ChangeKind.TAKEN)

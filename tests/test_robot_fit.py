@@ -17,7 +17,7 @@ from place_rings.formats.loader import read_proposal, read_robot, read_scene
 from place_rings.formats.robots.capsule_fit import Capsule, enclosing, fit_capsules, union_volume
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.tubes import find_tube
-from place_rings.formats.robots.urdf import Shape
+from place_rings.formats.robots.urdf import UrdfShape
 from place_rings.formats.schema.robot_convert import robot_file, robot_of
 from place_rings.formats.schema.scene_models import SceneFile
 from place_rings.formats.writing import to_toml
@@ -122,10 +122,10 @@ def test_a_ball_and_a_disc_are_no_tubes():
 @pytest.mark.parametrize(
     ("shape", "inside", "outside"),
     [
-        (Shape("box", np.eye(4), (0.2, 0.4, 0.6)), [0.1, 0.2, 0.3], [0.11, 0, 0]),
-        (Shape("sphere", np.eye(4), (0.2,)), [0, 0, 0.2], [0, 0, 0.21]),
-        (Shape("cylinder", np.eye(4), (0.1, 0.6)), [0.1, 0, 0.3], [0, 0, 0.31]),
-        (Shape("capsule", np.eye(4), (0.1, 0.6)), [0, 0, 0.4], [0, 0, 0.41]),
+        (UrdfShape("box", np.eye(4), (0.2, 0.4, 0.6)), [0.1, 0.2, 0.3], [0.11, 0, 0]),
+        (UrdfShape("sphere", np.eye(4), (0.2,)), [0, 0, 0.2], [0, 0, 0.21]),
+        (UrdfShape("cylinder", np.eye(4), (0.1, 0.6)), [0.1, 0, 0.3], [0, 0, 0.31]),
+        (UrdfShape("capsule", np.eye(4), (0.1, 0.6)), [0, 0, 0.4], [0, 0, 0.41]),
     ],
 )
 def test_plain_shapes_are_where_they_should_be(tmp_path, shape, inside, outside):

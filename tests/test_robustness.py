@@ -17,7 +17,7 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.octree import count
-from place_rings.objectives.criterion import Aim, judge
+from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, Pose, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
@@ -129,7 +129,7 @@ def test_shares_of_what_is_seen_whole_are_no_more_than_one():
     verifier, setup = Verifier(scene, 0.05), named_setup("n3_24_55", scene.sensor)
     assert math.fsum(float(w) for w in scene.goal_weights) > 1
     assert verifier.judge(setup) == (0.0, 1.0)
-    assert judge(verifier, setup, Aim(seen=2)) == (0.0, 1.0)
+    assert judge(verifier, setup, Criterion(seen=2)) == (0.0, 1.0)
     assert redundancy(verifier, setup, goals[0].target).zeta == verifier.verify(setup, goals[0].target).zeta == 1.0
 
 
@@ -197,7 +197,9 @@ def one_pose(verifier):
     return Verifier(replace(verifier.scene, poses=verifier.scene.poses[:1]), 0.05)
 
 
-@pytest.mark.parametrize("aim", [Aim(2, ERRORS, draws=2), Aim(losing="ring")], ids=["twice, under errors", "losing"])
+@pytest.mark.parametrize(
+    "aim", [Criterion(2, ERRORS, draws=2), Criterion(losing="ring")], ids=["twice, under errors", "losing"]
+)
 def test_gradient_of_an_aim_is_the_central_difference(one_pose, aim):
     """In 32 bit: a step of 1e-2 and a tolerance to match; and sharp, the value is near the exact one."""
     space = Space(one_pose.scene, sensors=30)
@@ -218,7 +220,7 @@ def test_gradient_of_an_aim_is_the_central_difference(one_pose, aim):
 
 def test_a_search_is_judged_by_its_own_aim(one_pose):
     scene, schedule = one_pose.scene, Schedule(3, (Stage(0.1, 256, 8, 1),), draws=3)
-    layout, aim = ring_layout(scene, 2, 6), Aim(2)
+    layout, aim = ring_layout(scene, 2, 6), Criterion(2)
     found = search(scene, Space(scene, layout), seed=1, schedule=schedule, voxel=0.05, aim=aim)
     assert (found.short, found.exact) == judge(one_pose, found.setup, aim)
     assert found.exact > judge(one_pose, layout, aim)[1]
@@ -229,11 +231,11 @@ def test_a_search_is_judged_by_its_own_aim(one_pose):
 def test_floors_are_of_what_is_aimed_at(one_pose):
     floor = replace(one_pose.scene, goals=(Goal(NEAR, at_least=0.5),))
     setup, verifier = named_setup("n2_16_55"), Verifier(floor, 0.05)
-    for aim in (Aim(), Aim(2), Aim(3)):
+    for aim in (Criterion(), Criterion(2), Criterion(3)):
         short, value = judge(verifier, setup, aim)
         assert short == max(0.5 - value, 0)
     with pytest.raises(ValueError, match="floor"):
-        judge(verifier, setup, Aim(losing="ring"))
+        judge(verifier, setup, Criterion(losing="ring"))
 
 
 @settings(max_examples=5)
@@ -241,11 +243,11 @@ def test_floors_are_of_what_is_aimed_at(one_pose):
 def test_the_aim_of_a_loss_is_the_reports_worst(verifier, seed):
     setup = drawn_setup(seed)
     found = redundancy(verifier, setup, NEAR, 1)
-    assert judge(verifier, setup, Aim(losing="ring"))[1] == pytest.approx(found.worst_ring.zeta, abs=1e-12)
-    assert judge(verifier, setup, Aim(losing="sensor"))[1] == pytest.approx(found.worst_sensor.zeta, abs=1e-12)
+    assert judge(verifier, setup, Criterion(losing="ring"))[1] == pytest.approx(found.worst_ring.zeta, abs=1e-12)
+    assert judge(verifier, setup, Criterion(losing="sensor"))[1] == pytest.approx(found.worst_sensor.zeta, abs=1e-12)
 
 
 def test_aims_that_do_not_go_together_are_refused():
     for bad in ({"seen": 0}, {"draws": 0}, {"seen": 2, "losing": "ring"}, {"errors": ERRORS, "losing": "sensor"}):
         with pytest.raises(ValueError, match="allowed"):
-            Aim(**bad)
+            Criterion(**bad)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets import Target
-from place_rings.objectives.criterion import Aim
+from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.soft_terms import SoftTerms
@@ -255,7 +255,7 @@ def test_mean_over_poses_is_weighted(scene):
 def test_a_short_search_compiles_nothing_and_is_no_worse_than_what_it_starts_from(monkeypatch):
     scene = Scene(goals=NEAR_AND_FAR)
     space, known = Space(scene, ring_layout(scene, 2, 6)), named_setup("n2_6_55")
-    schedule = short(scene, space, Aim())
+    schedule = short(scene, space, Criterion())
     monkeypatch.setattr(SoftTerms, "__call__", None)
     result = search(scene, space, schedule=schedule, voxel=0.05, known=[known])
     assert result.exact >= Verifier(scene, 0.05).judge(known)[1]
@@ -265,4 +265,4 @@ def test_a_short_search_compiles_nothing_and_is_no_worse_than_what_it_starts_fro
 
 def test_a_short_search_climbs_where_bodies_are_in_the_way():
     scene = Scene(goals=NEAR_AND_FAR, occlusion="shadow")
-    assert short(scene, Space(scene, ring_layout(scene, 2, 6)), Aim()).stages
+    assert short(scene, Space(scene, ring_layout(scene, 2, 6)), Criterion()).stages

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from place_rings.coverage.solids.base import Cones, Spheres
 from place_rings.coverage.solids.swept_tube import Tube
-from place_rings.coverage.solids.volume_fraction import Share, share_under
+from place_rings.coverage.solids.volume_fraction import VolumeFraction, share_under
 
 from . import drawing
 
@@ -45,7 +45,7 @@ def shares(parts, points, side):
     known = np.zeros(len(points), bool)
     known[cell[inside]] = True
     found = parts.shares(points[cell[matters]], cell[matters], index[matters], len(points), side, 1e-12)
-    return Share(np.where(known, 1.0, found.low), np.where(known, 1.0, found.high))
+    return VolumeFraction(np.where(known, 1.0, found.low), np.where(known, 1.0, found.high))
 
 
 @given(drawing.seeds)

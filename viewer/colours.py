@@ -16,7 +16,7 @@ def rgb(colour: str) -> Rgb:
 
 
 @dataclass(frozen=True)
-class Kind:
+class DrawingKind:
     """A kind of points: what it is, in words; its colour, and how large a point is drawn where few are missed, as a share of
     the target's diagonal."""
 
@@ -27,10 +27,10 @@ class Kind:
 
 
 KINDS = (
-    Kind(UNSEEN, "not seen", UNSEEN_COLOUR, 0.0054),
-    Kind(SHADOWED, "shadowed: in a cone, but something is in the way", "#000000", 0.0054),
-    Kind(ONCE, "seen by one sensor", "#56B4E9", 0.0029),
-    Kind(TWICE, "seen by two or more", "#0072B2", 0.0029),
+    DrawingKind(UNSEEN, "not seen", UNSEEN_COLOUR, 0.0054),
+    DrawingKind(SHADOWED, "shadowed: in a cone, but something is in the way", "#000000", 0.0054),
+    DrawingKind(ONCE, "seen by one sensor", "#56B4E9", 0.0029),
+    DrawingKind(TWICE, "seen by two or more", "#0072B2", 0.0029),
 )
 _LINKS = ("#009E73", "#CC79A7", "#E69F00", "#F0E442", "#7A5230", "#999999")  # no blues: those are of points
 ROBOT, CURVE, OUTLINE, OBSTACLE, SENSOR, FLOOR = "#b4bbc3", "#23272b", "#8f8a80", "#c9b48c", "#23272b", "#d9dde1"

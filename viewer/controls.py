@@ -10,10 +10,10 @@ from ..coverage.occlusion.model import OCCLUSIONS
 from ..coverage.rings.ring import Setup
 from . import html as words
 from .colours import KINDS
-from .drawing import SHOWN_CONES, Choice
+from .drawing import SHOWN_CONES, DrawnParts
 from .edited_setup import MOST_SENSORS, STEEPEST_DEG
 from .quick_estimate import TWICE
-from .session import Room
+from .session import Session
 
 AS_ASKED = "as the scene asks"
 
@@ -25,7 +25,7 @@ def _label(i: int, link: str) -> str:
 class Controls:
     """The controls of one page, in the order in which they stand. What they do is said in ``Page``."""
 
-    def __init__(self, gui: viser.GuiApi, room: Room, names: Sequence[str]) -> None:
+    def __init__(self, gui: viser.GuiApi, room: Session, names: Sequence[str]) -> None:
         """Build them for the setups of that ``names``."""
         self._room, self._names = room, list(names)
         self._setups = [f"{chr(65 + i)}: {name[:60]}" for i, name in enumerate(names)]
@@ -45,7 +45,7 @@ class Controls:
                 hint="ignore: sensors see through it. shadow: it hides what is behind. blind: a sensor that meets it sees"
                 " no farther.",
             )
-            self.cones = gui.add_dropdown("Cones", SHOWN_CONES, initial_value=Choice.cones)
+            self.cones = gui.add_dropdown("Cones", SHOWN_CONES, initial_value=DrawnParts.cones)
             self.kinds = {k.number: gui.add_checkbox(f"Points {k.words.split(':')[0]}", k.number != TWICE) for k in KINDS}
             self.outline = gui.add_checkbox("Outline of the target", True)
             self.robot = gui.add_checkbox("Robot", True)
@@ -89,10 +89,10 @@ class Controls:
     def tell(
         self,
         setups: Sequence[Setup],
-        rows: Sequence[words.Row],
+        rows: Sequence[words.TableRow],
         seconds: float,
         shares: Sequence[float],
-        choice: Choice,
+        choice: DrawnParts,
         active: int,
     ) -> None:
         """Say what is shown: setups, ζ, the kinds' shares of the ``active`` one's points."""

@@ -16,7 +16,7 @@ from ..coverage.solids.base import Cones
 from ..coverage.targets import Target, robot_curve
 from ..reporting.rendering.faces import RING_WIDTH, band, faces_within, lengths_within
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
-from .quick_estimate import ONCE, SHADOWED, SHOWN, TWICE, UNSEEN, Glance
+from .quick_estimate import ONCE, SHADOWED, SHOWN, TWICE, UNSEEN, QuickEstimate
 from .robot_surface import Skin
 from .triangle_meshes import Surface, beams, bodies, chips, grid, loops, outline, skin
 
@@ -60,7 +60,7 @@ Item = Mesh | Dots | Edges
 
 
 @dataclass(frozen=True)
-class Choice:
+class DrawnParts:
     """What of it a page shows: the pose, the target, what the robot's body does to its sensors, whose cones, the ring that
     is chosen, the kinds of points, the target's outline, the robot."""
 
@@ -78,7 +78,7 @@ class Drawing:
     """Draws setups in one scene, for many pages at once. What belongs to one ring is kept: the same arrays again as long as
     that ring stays as it is."""
 
-    def __init__(self, glance: Glance, body: Skin | None = None) -> None:
+    def __init__(self, glance: QuickEstimate, body: Skin | None = None) -> None:
         """``body``: the robot's surface, where it is known; else its bodies are drawn."""
         self.scene, self.glance, self.body = glance.scene, glance, body
         self._outer = lru_cache(256)(lambda target, pose: self.scene.solid(target, pose).a)
@@ -88,7 +88,7 @@ class Drawing:
         self._beams = lru_cache(1024)(self._beams_of)
         self._colours = link_colours(self.scene.robot.links)
 
-    def backdrop(self, choice: Choice) -> dict[str, Item]:
+    def backdrop(self, choice: DrawnParts) -> dict[str, Item]:
         """The robot, its pose curve, the target's outline and the obstacles: what no ring changes."""
         found: dict[str, Item] = {}
         surface, curve = self._robot(choice.pose)
@@ -125,7 +125,7 @@ class Drawing:
         cones = self._cones(ring, pose)
         return beams(cones, lengths_within(cones, self._outer(target, pose)))
 
-    def rings(self, setup: Setup, choice: Choice) -> dict[str, Item]:
+    def rings(self, setup: Setup, choice: DrawnParts) -> dict[str, Item]:
         """The rings as bands with their sensors, and the cones of those that are chosen, as far as the target goes."""
         wanted = shown_cones(setup, choice)
         veil = min(_VEIL / max(sum(setup.rings[i].count for i in wanted), 1) ** 0.5, 0.25)
@@ -144,10 +144,10 @@ class Drawing:
         return found
 
     def points(
-        self, setup: Setup, choice: Choice, beside: Sequence[Setup] = ()
+        self, setup: Setup, choice: DrawnParts, beside: Sequence[Setup] = ()
     ) -> tuple[dict[str, Item], tuple[float, ...]]:
         """The target's points at the pose, kind by kind, and each kind's share of all of them; as large as those of the
-        setups ``beside``. BodilessError as for ``Glance.verdict``."""
+        setups ``beside``. BodilessError as for ``QuickEstimate.verdict``."""
         where = self.glance.points(choice.target, choice.pose, SHOWN)
         kind, *others = (self.glance.verdict(s, choice.target, choice.pose, choice.occlusion).kind for s in (setup, *beside))
         wide = float(np.linalg.norm(np.ptp(self.box(choice), axis=0)))
@@ -161,12 +161,12 @@ class Drawing:
         }
         return found, shares
 
-    def box(self, choice: Choice) -> Float[np.ndarray, "2 3"]:
+    def box(self, choice: DrawnParts) -> Float[np.ndarray, "2 3"]:
         """Lower and upper corner (2, 3) m of the target at the pose."""
         return self._outer(choice.target, choice.pose).bounds()
 
 
-def shown_cones(setup: Setup, choice: Choice) -> list[int]:
+def shown_cones(setup: Setup, choice: DrawnParts) -> list[int]:
     """The rings whose cones are shown."""
     link = setup.rings[choice.ring].link
     return [

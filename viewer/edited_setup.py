@@ -14,13 +14,13 @@ STEEPEST_DEG = 85.0
 
 
 @dataclass(frozen=True)
-class Draft:
+class EditedSetup:
     """A setup of a scene that can be changed ring by ring; what is out of bounds is brought to the nearest bound."""
 
     scene: Scene
     setup: Setup
 
-    def _with(self, rings: list[Ring]) -> "Draft":
+    def _with(self, rings: list[Ring]) -> "EditedSetup":
         return replace(self, setup=rounded(Setup(tuple(rings)), self.scene.sensor))
 
     def most(self, i: int) -> int:
@@ -35,7 +35,7 @@ class Draft:
         tilt_deg: float | None = None,
         phase_deg: float | None = None,
         count: int | None = None,
-    ) -> "Draft":
+    ) -> "EditedSetup":
         """Ring ``i`` changed in what is given. One that goes to another link takes the sensor and the radius of that link.
 
         Raises:
@@ -65,7 +65,7 @@ class Draft:
         radius = next((r.radius for r in self.setup.rings if r.link == link), self.scene.radius_of(link))
         return Ring(link, 0.0, count, 0.0, 0.0, radius, self.scene.sensor_of(link))
 
-    def added(self, link: str) -> "Draft":
+    def added(self, link: str) -> "EditedSetup":
         """One ring more, in the middle of the widest free stretch of ``link``, with as many sensors as most rings have.
 
         Raises:
@@ -85,7 +85,7 @@ class Draft:
         ring = replace(self._ring(link, count), position=place if length > 0 else 0.0)
         return self._with([*self.setup.rings, ring])
 
-    def removed(self, i: int) -> "Draft":
+    def removed(self, i: int) -> "EditedSetup":
         """Without ring ``i``. ValueError for the last one; IndexError for one that is not there."""
         rings = list(self.setup.rings)
         if len(rings) == 1:

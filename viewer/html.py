@@ -18,7 +18,7 @@ DISCLAIMER = "An engineering aid: it confers no safety rating."
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """A target, and ζ of it in [0, 1], as opened and now, of each setup that is shown."""
 
     target: str
@@ -50,7 +50,7 @@ def heading(names: Sequence[str], robot: str, sensors: Sequence[int], rings: Seq
     return _box(f"{'<br>'.join(each)}<br>robot {escape(robot)}<br><span style='color:#555'>{IDEA}</span>")
 
 
-def zeta_table(names: Sequence[str], rows: Sequence[Row], seconds: float, poses: str) -> str:
+def zeta_table(names: Sequence[str], rows: Sequence[TableRow], seconds: float, poses: str) -> str:
     """ζ of all targets, as opened and now, in percent."""
     several = len(names) > 1
     head = ["ζ in %"]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 _OFTEN = 0.2  # s, between looks at whether a waiting job is stopped
 
 
-class StoppedError(Exception):
+class JobStoppedError(Exception):
     """Raised in a job's thread where it was asked to stop."""
 
 
@@ -39,9 +39,9 @@ class Job:
         self._thread.join(seconds)
 
     def tell(self, what: str, over: float) -> None:
-        """Say what is being done and how much of it is over; StoppedError where it was asked to end."""
+        """Say what is being done and how much of it is over; JobStoppedError where it was asked to end."""
         if self.stopped:
-            raise StoppedError
+            raise JobStoppedError
         self._tell(what, over)
 
     def note(self, what: str, over: float) -> None:

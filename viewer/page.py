@@ -21,14 +21,14 @@ from ..formats.writing import write_bytes
 from . import html as words
 from .colours import KINDS
 from .controls import Controls
-from .drawing import SHOWN_CONES, Choice
-from .edited_setup import Draft
-from .jobs import Job, StoppedError
+from .drawing import SHOWN_CONES, DrawnParts
+from .edited_setup import EditedSetup
+from .jobs import Job, JobStoppedError
 from .saving import file_named, save
-from .scene_graph import Stage
-from .session import Room
+from .scene_graph import SceneGraph
+from .session import Session
 from .snapshot import picture
-from .tasks import Found, prove, search_from, seen_under
+from .tasks import SearchAnswer, prove, search_from, seen_under
 
 _OFTEN = 0.1  # s, between two words of a job
 _LONGEST = 30.0  # s, that a browser may take for a picture
@@ -38,7 +38,7 @@ _MOST_TOLD = 3  # broken rules in words
 class Page:
     """A page for one client."""
 
-    def __init__(self, client: viser.ClientHandle, room: Room) -> None:
+    def __init__(self, client: viser.ClientHandle, room: Session) -> None:
         """Build the controls and show the setups as opened."""
         self._client, self._room = client, room
         self._names = list(room.setups)
@@ -46,12 +46,12 @@ class Page:
         self._wanted, self._closed, self._told = False, False, 0.0
         self._job: Job | None = None
         self._proof: tuple[Setup, Occlusion, str] | None = None  # of what, under which model, and what it says
-        self._drafts = [Draft(room.scene, setup) for setup in room.setups.values()]
+        self._drafts = [EditedSetup(room.scene, setup) for setup in room.setups.values()]
         self._active = 0
         first = room.scene.goals[0].target
-        self._choice = Choice(0, first, room.scene.occlusion)
+        self._choice = DrawnParts(0, first, room.scene.occlusion)
         self._stages = [
-            Stage(client.scene, f"/setup{i}", place, partial(self._clicked, i)) for i, place in enumerate(room.places())
+            SceneGraph(client.scene, f"/setup{i}", place, partial(self._clicked, i)) for i, place in enumerate(room.places())
         ]
         client.scene.configure_default_lights(cast_shadow=False)
         client.scene.add_frame("/base", axes_length=0.25, axes_radius=0.006)
@@ -147,7 +147,7 @@ class Page:
     def _change(self, **what: Any) -> None:
         self._edit(lambda draft: draft.changed(self._choice.ring, **what))
 
-    def _edit(self, edit: Callable[[Draft], Draft], chosen: int | None = None) -> None:
+    def _edit(self, edit: Callable[[EditedSetup], EditedSetup], chosen: int | None = None) -> None:
         """Change the setup; then choose another ring, if one is said, counted from the end where negative."""
         with self._lock:
             draft = edit(self._drafts[self._active])
@@ -179,7 +179,7 @@ class Page:
             dots, shares = room.drawing.points(setup, mine, setups)
             drawn.append(({**room.drawing.backdrop(mine), **room.drawing.rings(setup, mine), **dots}, shares))
         rows = [
-            words.Row(
+            words.TableRow(
                 str(target),
                 tuple(
                     (room.glance.zeta(opened, target, choice.occlusion), room.glance.zeta(setup, target, choice.occlusion))
@@ -219,7 +219,7 @@ class Page:
     def _guarded(self, work: Callable[[Job], None], job: Job) -> None:
         try:
             work(job)
-        except StoppedError:
+        except JobStoppedError:
             self._note("stopped")
         except (ValueError, UserError) as error:
             self._note(str(error), True)
@@ -265,7 +265,7 @@ class Page:
 
         self._begin(work)
 
-    def _adopt(self, i: int, found: Found) -> None:
+    def _adopt(self, i: int, found: SearchAnswer) -> None:
         """Take what a search found."""
         change = f"{100 * found.before:.2f} → {100 * found.after:.2f} %, exact; {found.outcome}"
         if not found.better:

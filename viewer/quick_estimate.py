@@ -30,7 +30,7 @@ UNSEEN, SHADOWED, ONCE, TWICE = range(4)
 
 
 @dataclass(frozen=True)
-class Verdict:
+class PointVerdict:
     """How many sensors' beams hold each of N points were nothing in the way, and how many see it, both (N,)."""
 
     held: Int[np.ndarray, " N"]
@@ -47,7 +47,7 @@ class Verdict:
         return float(np.mean(self.seen > 0))
 
 
-class Glance:
+class QuickEstimate:
     """The share of points that setups see of a scene's targets, pose by pose; for many threads at once."""
 
     def __init__(self, scene: Scene, targets: Sequence[Target], points: int = POINTS, seed: int = 0) -> None:
@@ -70,18 +70,20 @@ class Glance:
         cones = sensor_cones(self.scene.robot, Setup((ring,)), q)
         return cones, sight(replace(self.scene, occlusion=occlusion), cones, q)
 
-    def _verdict(self, ring: Ring, target: Target, pose: int, occlusion: Occlusion, count: int) -> Verdict:
+    def _verdict(self, ring: Ring, target: Target, pose: int, occlusion: Occlusion, count: int) -> PointVerdict:
         points = self.points(target, pose, count)
         cones, seen = self._beams(ring, pose, occlusion)
         held = np.stack([cones.part(points, k) <= 0 for k in range(len(cones))])
         if seen is cones:
             number = held.sum(axis=0, dtype=np.int16)
-            return Verdict(number, number)
+            return PointVerdict(number, number)
         sensor, point = np.nonzero(held)
         clear = seen.part(points[point], sensor) <= 0
-        return Verdict(held.sum(axis=0, dtype=np.int16), np.bincount(point[clear], minlength=len(points)).astype(np.int16))
+        return PointVerdict(
+            held.sum(axis=0, dtype=np.int16), np.bincount(point[clear], minlength=len(points)).astype(np.int16)
+        )
 
-    def verdict(self, setup: Setup, target: Target, pose: int, occlusion: Occlusion, count: int = SHOWN) -> Verdict:
+    def verdict(self, setup: Setup, target: Target, pose: int, occlusion: Occlusion, count: int = SHOWN) -> PointVerdict:
         """What a setup's sensors see of the first ``count`` points of a target at a pose, under a model of occlusion.
 
         Raises:
@@ -89,7 +91,7 @@ class Glance:
         """
         each = [self._of_ring(ring, target, pose, occlusion, count) for ring in setup.rings]
         none = np.zeros(count, np.int16)
-        return Verdict(sum((v.held for v in each), none), sum((v.seen for v in each), none))
+        return PointVerdict(sum((v.held for v in each), none), sum((v.seen for v in each), none))
 
     def zeta(self, setup: Setup, target: Target, occlusion: Occlusion) -> float:
         """About ζ, in [0, 1]: the weighted mean over the poses of the share of the points that are seen. BodilessError as

@@ -10,7 +10,7 @@ from .colours import rgb
 from .drawing import Dots, Edges, Item, Mesh
 
 
-class Stage:
+class SceneGraph:
     """What one page shows below one frame of its scene."""
 
     def __init__(

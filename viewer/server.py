@@ -13,9 +13,9 @@ import viser
 from viser import _messages
 
 from ..formats.errors import UserError, shown
-from .drawing import Choice
+from .drawing import DrawnParts
 from .page import Page
-from .session import Room
+from .session import Session
 
 LOOPBACK = "127.0.0.1"
 FOV = 0.7  # rad, of the first look
@@ -55,7 +55,7 @@ def _check_address(host: str, port: int) -> None:
 class Server:
     """Serves a room's pages; a context, at whose end all is stopped."""
 
-    def __init__(self, room: Room, host: str = LOOPBACK, port: int = 0) -> None:
+    def __init__(self, room: Session, host: str = LOOPBACK, port: int = 0) -> None:
         """Begin to serve. ``port`` 0: any that is free. UserError where that cannot be."""
         _check_address(host, port)
         os.environ.pop("_VISER_PORT_OVERRIDE", None)
@@ -75,7 +75,7 @@ class Server:
         self._server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
         self._server.gui.main_panel.dock_right()
         camera = self._server.initial_camera
-        position, look_at = room.look(Choice(0, room.targets[0], room.scene.occlusion))
+        position, look_at = room.look(DrawnParts(0, room.targets[0], room.scene.occlusion))
         camera.position, camera.look_at, camera.fov = tuple(position), tuple(look_at), FOV
         self._server.on_client_connect(self._came)
         self._server.on_client_disconnect(self._went)

@@ -11,12 +11,12 @@ from ..coverage.occlusion.model import Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
 from ..coverage.targets import Target
-from ..objectives.feasibility.clearance import Clear
+from ..objectives.feasibility.clearance import Clearance
 from ..objectives.feasibility.violations import faults
 from ..objectives.occlusion import check_mounting
 from ..objectives.scene import Scene
-from .drawing import Choice, Drawing
-from .quick_estimate import Glance
+from .drawing import Drawing, DrawnParts
+from .quick_estimate import QuickEstimate
 from .robot_surface import Skin
 from .tasks import seen_under
 
@@ -33,7 +33,7 @@ def shown_targets(scene: Scene) -> tuple[Target, ...]:
     return tuple(dict.fromkeys([*own, *beside] if len(own) == 1 else own))
 
 
-class Room:
+class Session:
     """One scene and one or two setups in it, for many pages at once: nothing changes but what is kept of what was asked.
 
     turn: held by the page whose long work is being done.
@@ -44,17 +44,17 @@ class Room:
         self.scene, self.out = scene, out
         self.setups = {name: rounded(setup, scene.sensor) for name, setup in setups.items()}
         self.targets = shown_targets(scene)
-        self.glance = Glance(scene, self.targets)
+        self.glance = QuickEstimate(scene, self.targets)
         self.drawing = Drawing(self.glance, body)
         self.turn = threading.Lock()
-        self._clear = lru_cache(3)(lambda occlusion: Clear(seen_under(scene, occlusion)))
+        self._clear = lru_cache(3)(lambda occlusion: Clearance(seen_under(scene, occlusion)))
 
     def places(self) -> list[tuple[float, float, float]]:
         """Where each setup stands on the page, m: beside each other, as far apart as the first target is wide."""
-        low, high = self.drawing.box(Choice(0, self.targets[0], self.scene.occlusion))
+        low, high = self.drawing.box(DrawnParts(0, self.targets[0], self.scene.occlusion))
         return [(0.0, i * (float(high[1] - low[1]) + _GAP), 0.0) for i in range(len(self.setups))]
 
-    def look(self, choice: Choice) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
+    def look(self, choice: DrawnParts) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
         """From where to look, and at what, (3,) m both: at the whole target of all setups, from aside and a little above."""
         low, high = self.drawing.box(choice)
         high = high + np.array(self.places()[-1])

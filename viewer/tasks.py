@@ -10,7 +10,7 @@ from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
 from ..coverage.targets import Target
 from ..coverage.voxels.certified_bounds import Bracket
-from ..objectives.criterion import Aim, judge
+from ..objectives.criterion import Criterion, judge
 from ..objectives.feasibility.violations import held
 from ..objectives.pose_subset import MANY
 from ..objectives.scene import Goal, Scene
@@ -58,7 +58,7 @@ def prove(
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchAnswer:
     """What a search came to: the setup, ζ of what was asked for before and after, in [0, 1], whether that is better, and how
     it ended, in words."""
 
@@ -79,7 +79,7 @@ def search_from(
     seed: int = 0,
     schedule: Schedule | None = None,
     voxel: float = VOXEL,
-) -> Found:
+) -> SearchAnswer:
     """Search from ``setup`` on; what comes back is better by the exact count, or else ``setup`` itself.
 
     Args:
@@ -102,11 +102,11 @@ def search_from(
     fixed, _ = held(scene, present.rings)
     layout = Setup(tuple(ring for i, ring in enumerate(present.rings) if i not in fixed))
     space = Space(asked, sensors=present.sensors) if free else Space(asked, layout)
-    verifier, aim = Verifier(asked, voxel), Aim()
+    verifier, aim = Verifier(asked, voxel), Criterion()
     tell("counting what is there", 0.0)
     short, before = judge(verifier, present, aim)
     if stopped():
-        return Found(present, before, before, False, _STOPPED)
+        return SearchAnswer(present, before, before, False, _STOPPED)
 
     def progress(p: Progress) -> None:
         if p.to_count:
@@ -123,7 +123,7 @@ def search_from(
         lacks, after = judge(verifier, result.setup, aim)
     better = (lacks, -after) < (short, -before)
     ended = _STOPPED if stopped() else "the search ran to its end"
-    return Found(result.setup if better else present, before, after if better else before, better, ended)
+    return SearchAnswer(result.setup if better else present, before, after if better else before, better, ended)
 
 
 def seen_under(scene: Scene, occlusion: Occlusion) -> Scene:

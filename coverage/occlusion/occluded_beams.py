@@ -17,8 +17,8 @@ from ..arrays import dot, root, rows
 from ..solids.base import Cones, Parts
 from ..solids.polyhedra import largest, planes_share
 from ..solids.shadows import Shadow, behind, nearest_ball, way
-from ..solids.volume_fraction import Share, distance_tangent, either
-from ..voxels.voxel_bitmask import Grid, Words, within, words
+from ..solids.volume_fraction import VolumeFraction, distance_tangent, union_bounds
+from ..voxels.voxel_bitmask import Bitmask, BlockGrid, within, words
 from .shadow_bitmask import free_of_planes, free_of_shadows
 
 
@@ -94,7 +94,7 @@ class Beams(Parts):
         sure = value if self.late is self.stop else np.maximum(value, self._beyond(points, index, self.stop))
         return value <= reach, sure < -reach
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
         """See ``Parts.shares``. A shadow is convex: its share is bounded as that of any convex body, and what is left is the
         rest. A point of it lies as far from the ball that says its value at the cube's centre as from no other."""
         each, value, normal = self.cones.each_share(points, index, side, slack)
@@ -115,16 +115,16 @@ class Beams(Parts):
                 todo = todo[near]
                 both = each.only(todo) & -hidden
                 each.low[todo], each.high[todo] = both.low, both.high
-        return either(cell, cubes, each, value, normal, side, slack)
+        return union_bounds(cell, cubes, each, value, normal, side, slack)
 
-    def _share(self, points: Any, entry: Any, side: float, slack: float, reach: float) -> tuple[Any, Share]:
+    def _share(self, points: Any, entry: Any, side: float, slack: float, reach: float) -> tuple[Any, VolumeFraction]:
         """Which cubes a shadow may reach, and the share of these that it holds."""
         shadow = self.shadows.rows(entry)
         ball = nearest_ball(points, shadow)
         near = np.flatnonzero(ball.distance() <= reach)
         return near, distance_tangent(way(ball, shadow)[near], ball.radius[near], side).share(side, slack)
 
-    def _planes_share(self, points: Any, entry: Any, side: float, slack: float, reach: float) -> tuple[Any, Share]:
+    def _planes_share(self, points: Any, entry: Any, side: float, slack: float, reach: float) -> tuple[Any, VolumeFraction]:
         near = np.flatnonzero(self._behind_planes(points, entry) <= reach)
         return near, planes_share(points[near], self.normal[entry[near]], self.offset[entry[near]], side, slack)
 
@@ -137,7 +137,7 @@ class Beams(Parts):
 
 
 @words.register
-def _(parts: Beams, grid: Grid, points: Any, index: Any) -> Words:
+def _(parts: Beams, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
     """Voxels of blocks about ``points`` that lie in beam ``index``: those of the cone, of the ball where it is blinded, and
     of no shadow."""
     found = words(parts.cones, grid, points, index)

@@ -7,10 +7,10 @@ from jaxtyping import Float
 
 from ..arrays import dot
 from ..solids.shadows import Shadow, behind, nearest_ball, way
-from ..voxels.voxel_bitmask import CORNER, VOXELS, Grid, Words, packed, within
+from ..voxels.voxel_bitmask import CORNER, VOXELS, Bitmask, BlockGrid, packed, within
 
 
-def free_of_shadows(grid: Grid, points: Float[np.ndarray, "N 3"], shadow: Shadow) -> Words:
+def free_of_shadows(grid: BlockGrid, points: Float[np.ndarray, "N 3"], shadow: Shadow) -> Bitmask:
     """Voxels of blocks about ``points`` that shadows (N) leave free: first by the tangent plane of each, outside of which it
     does not reach, and by its nearest ball, which it holds; where the two leave a voxel open, by the shadow itself."""
     ball = nearest_ball(points, shadow)
@@ -19,7 +19,7 @@ def free_of_shadows(grid: Grid, points: Float[np.ndarray, "N 3"], shadow: Shadow
     sure[distance > reach] = maybe[distance > reach] = ~np.uint64(0)
     cut = np.flatnonzero(np.abs(distance) <= reach)
     if len(cut) == 0:
-        return Words(sure, maybe)
+        return Bitmask(sure, maybe)
     from_ball, radius = way(ball, shadow)[cut], ball.radius[cut]
     length = distance[cut] + radius
     plane = np.zeros((10, len(cut)))
@@ -33,10 +33,10 @@ def free_of_shadows(grid: Grid, points: Float[np.ndarray, "N 3"], shadow: Shadow
         value = behind(points[some][None] + offsets[:, None], shadow.rows(some))
         sure[some] = packed((value > grid.rounding).T)
         maybe[some] = packed((value >= -grid.rounding).T)
-    return Words(sure, maybe)
+    return Bitmask(sure, maybe)
 
 
-def free_of_planes(grid: Grid, points: Float[np.ndarray, "N 3"], normal: Any, offset: Any) -> Words:
+def free_of_planes(grid: BlockGrid, points: Float[np.ndarray, "N 3"], normal: Any, offset: Any) -> Bitmask:
     """Voxels of blocks about ``points`` above any of the planes that bound each block's shadow: normal (N, M, 3), offset
     (N, M) m."""
     sure, maybe = np.zeros((2, len(points)), np.uint64)
@@ -49,4 +49,4 @@ def free_of_planes(grid: Grid, points: Float[np.ndarray, "N 3"], normal: Any, of
             above = grid.words(plane)
             sure[some] |= above.sure
             maybe[some] |= above.maybe
-    return Words(sure, maybe)
+    return Bitmask(sure, maybe)

@@ -18,7 +18,7 @@ from ..robots.robot import Robot
 from ..solids.base import Cones
 from ..solids.sensor_beams import optics
 from .ring import Setup, ring_values
-from .ring_kinematics import Seats, Slots, seats, seen_from, slots
+from .ring_kinematics import RingArrays, SensorPoses, seats, seen_from, slots
 
 Law = Literal["uniform", "normal"]
 
@@ -77,7 +77,7 @@ def draw_errors(rings: int, sensors: int, errors: MountingErrors, draws: int, se
     return Misplaced(errors.position * ring[..., 0], errors.direction * ring[..., 1:], errors.direction * seat)
 
 
-def misplaced(slots: Slots, meant: Seats, errors: Misplaced) -> Seats:
+def misplaced(slots: RingArrays, meant: SensorPoses, errors: Misplaced) -> SensorPoses:
     """Where sensors really sit that are ``meant`` to sit there: all (D, K, 3), for each drawn mounting."""
     apex, look, centre, along, radial = (v[None] for v in meant)
     xp, dtype, ring = namespace(look), look.dtype, slots.ring
@@ -102,7 +102,7 @@ def misplaced(slots: Slots, meant: Seats, errors: Misplaced) -> Seats:
         return v + (sine * across + cosine * cross(turn, across))
 
     slipped = centre + like(errors.slip)[:, ring, None] * along
-    return Seats(slipped + turned(apex - centre), turned(look), slipped, turned(along), turned(radial))
+    return SensorPoses(slipped + turned(apex - centre), turned(look), slipped, turned(along), turned(radial))
 
 
 def misplaced_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"], errors: Misplaced) -> list[Cones]:

@@ -21,7 +21,7 @@ from .ring import Ring, Setup, ring_values, sensor_optics
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Slots:
+class RingArrays:
     """R rings and K sensors; a sensor beyond those of the rings has the range minus infinity and sees nothing.
 
     Of rings: frame (R,), index into ``forward``'s frames; start (R, 3) m, axis, zero and side (R, 3) of the mount; length
@@ -50,7 +50,7 @@ def any_square(rings: Iterable[Ring]) -> bool:
     return any(r.sensor.fov_up is not None for r in rings)
 
 
-def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, square: bool = False) -> Slots:
+def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, square: bool = False) -> RingArrays:
     """The rings of a setup, and their sensors filled up to ``sensors``; ``square``: there may be square beams among setups
     that are stacked with this one.
 
@@ -69,7 +69,7 @@ def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, squ
     start, axis, zero, side = (np.array([getattr(m, key) for m in mounts]) for key in ("start", "axis", "zero", "side"))
     turn = np.concatenate([np.arange(n) * (2 * np.pi / max(n, 1)) for n in counts] + [np.zeros(spare)])
     some_square = square or any_square(rings)
-    return Slots(
+    return RingArrays(
         np.array([m.frame for m in mounts]),
         start,
         axis,
@@ -86,7 +86,7 @@ def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, squ
     )
 
 
-class Seats(NamedTuple):
+class SensorPoses(NamedTuple):
     """Where K sensors sit, each in the frame of its link, all (K, 3).
 
     apex m; look: unit, where the sensor looks; centre m of its ring; along: unit, mount axis; radial: unit, from the centre
@@ -100,7 +100,9 @@ class Seats(NamedTuple):
     radial: Any
 
 
-def seats(slots: Slots, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"]) -> Seats:
+def seats(
+    slots: RingArrays, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"]
+) -> SensorPoses:
     """The seats of all sensors; for the arguments see ``slot_axes``."""
     xp, ring = namespace(position), slots.ring
 
@@ -113,10 +115,10 @@ def seats(slots: Slots, position: Float[Array, " R"], tilt: Float[Array, " R"], 
     lean = tilt[ring][:, None]
     centre = start + (position[ring] * of_sensor(slots.length))[:, None] * axis
     apex = centre + of_sensor(slots.radius)[:, None] * radial
-    return Seats(apex, xp.cos(lean) * radial + xp.sin(lean) * axis, centre, axis, radial)
+    return SensorPoses(apex, xp.cos(lean) * radial + xp.sin(lean) * axis, centre, axis, radial)
 
 
-def in_base(slots: Slots, apex: Any, look: Any, frames: Any) -> tuple[Any, Any]:
+def in_base(slots: RingArrays, apex: Any, look: Any, frames: Any) -> tuple[Any, Any]:
     """Apexes (..., K, 3) m and unit axes (..., K, 3) from the frames of their links to the base frame, where the robot's
     frames are ``frames``, T_base_frame (..., F, 4, 4); leading axes broadcast, and are as many."""
     T = frames[..., slots.frame[slots.ring], :, :]
@@ -125,7 +127,7 @@ def in_base(slots: Slots, apex: Any, look: Any, frames: Any) -> tuple[Any, Any]:
     return origin + dot(rotation, apex), dot(rotation, look)
 
 
-def in_links(slots: Slots, vectors: Any, frames: Any) -> Any:
+def in_links(slots: RingArrays, vectors: Any, frames: Any) -> Any:
     """Vectors (..., K, 3) of the sensors from the base frame to those of their links; for the others see ``in_base``."""
     rotation = frames[..., slots.frame[slots.ring], :3, :3]
     return dot(rotation.swapaxes(-1, -2), vectors[..., None, :])
@@ -139,7 +141,7 @@ def up_of(look: Any, along: Any, radial: Any) -> Any:
 
 
 def ring_slopes(
-    slots: Slots, here: Seats, by_apex: Any, by_look: Any, by_up: Any = None
+    slots: RingArrays, here: SensorPoses, by_apex: Any, by_look: Any, by_up: Any = None
 ) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
     """How fast a value grows by the rings' positions, tilts and phases, where it grows by ``by_apex`` (..., K, 3), 1/m, by
     ``by_look`` and by ``by_up`` with what the sensors in their seats are made of, all in the frames of their links.
@@ -159,13 +161,13 @@ def ring_slopes(
 
 
 def slot_beams(
-    slots: Slots, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
+    slots: RingArrays, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
 ) -> tuple[Any, ...]:
     """As ``slot_axes``, and the unit vectors ``up`` (..., K, 3) of square beams."""
     return seen_from(slots, seats(slots, position, tilt, phase), frames, up=True)
 
 
-def seen_from(slots: Slots, here: Seats, frames: Any, up: bool) -> tuple[Any, ...]:
+def seen_from(slots: RingArrays, here: SensorPoses, frames: Any, up: bool) -> tuple[Any, ...]:
     """Apexes m and unit axes of sensors in their seats, and with ``up`` the vectors of square beams, in the base frame, each
     with the leading axes of the seats, then those of ``frames``, then (K, 3)."""
     batch, frames = (1,) * (frames.ndim - 3), frames.reshape((1,) * (here.apex.ndim - 2) + frames.shape)
@@ -179,7 +181,7 @@ def seen_from(slots: Slots, here: Seats, frames: Any, up: bool) -> tuple[Any, ..
 
 
 def slot_axes(
-    slots: Slots, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
+    slots: RingArrays, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
 ) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
     """Apexes (..., K, 3) m and unit axes (..., K, 3) of all sensors in the base frame.
 

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, dot, namespace, root, rows
-from .volume_fraction import Share, Tangent, away, curvature, distance_tangent, either
+from .volume_fraction import Tangent, VolumeFraction, away, curvature, distance_tangent, union_bounds
 
 
 @runtime_checkable
@@ -83,7 +83,7 @@ class Parts(ABC):
         cubes: int,
         side: float,
         slack: float,
-    ) -> Share:
+    ) -> VolumeFraction:
         """Bounds of the share of each of ``cubes`` cubes in the union, second order where one smooth surface cuts a cube.
 
         Args:
@@ -152,7 +152,7 @@ class Cones(Parts):
         cosine, sine = xp.cos(self.half_angle)[index], xp.sin(self.half_angle)[index]
         return cone(points, rows(self.apex, index), rows(self.axis, index), cosine, sine, self.range_m[index])
 
-    def each_share(self, points: Any, index: Any, side: float, slack: float) -> tuple[Share, Any, Any]:
+    def each_share(self, points: Any, index: Any, side: float, slack: float) -> tuple[VolumeFraction, Any, Any]:
         """Bounds of the share of each pair's cube in its cone, and a plane below the cone's side: value and normal at the
         cube's centre. The side, rho cos a - d sin a, is convex and curves in one direction only, around the axis,
         by at most cos a / rho: with xi the step away from the axis and eta the one around it,
@@ -178,9 +178,9 @@ class Cones(Parts):
         """Cones that hold each part: themselves."""
         return self
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
         """See ``Parts.shares``."""
-        return either(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
+        return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Box of each cone: its apex and the disc of its base, whose extent along e is radius * sqrt(1 - axis_e^2)."""
@@ -207,10 +207,10 @@ class Spheres(Parts):
         v = points - rows(self.centre, index)
         return root(dot(v, v)) - self.radius[index]
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
         """See ``Parts.shares``."""
         t = distance_tangent(points - rows(self.centre, index), self.radius[index], side)
-        return either(cell, cubes, t.share(side, slack), t.value, t.normal, side, slack)
+        return union_bounds(cell, cubes, t.share(side, slack), t.value, t.normal, side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         centre, radius = np.asarray(self.centre), np.asarray(self.radius)[:, None]

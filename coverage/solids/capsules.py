@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from ..arrays import Array, dot, namespace, root, rows
 from .base import Parts
-from .volume_fraction import Share, distance_tangent, either
+from .volume_fraction import VolumeFraction, distance_tangent, union_bounds
 
 
 @jax.tree_util.register_dataclass
@@ -38,10 +38,10 @@ class Rods(Parts):
         v = self._away(points, index)
         return root(dot(v, v)) - self.radius[index]
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
         """See ``Parts.shares``."""
         t = distance_tangent(self._away(points, index), self.radius[index], side)
-        return either(cell, cubes, t.share(side, slack), t.value, t.normal, side, slack)
+        return union_bounds(cell, cubes, t.share(side, slack), t.value, t.normal, side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         start, end, radius = np.asarray(self.start), np.asarray(self.end), np.asarray(self.radius)[:, None]

@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ..arrays import Array, dot, namespace
 from .base import Parts
-from .volume_fraction import Share, Tangent, either
+from .volume_fraction import Tangent, VolumeFraction, union_bounds
 
 _DIGITS = 7  # of normals: faces of a hull that agree to these are one
 NOWHERE = 1e9  # m, offset that makes a plane function of normal 0 never count
@@ -151,9 +151,9 @@ def planes_share(
     offset: Float[np.ndarray, "P M"],
     side: float,
     slack: float,
-) -> Share:
+) -> VolumeFraction:
     """Bounds of the share of cubes about ``points`` where no plane function is above 0."""
-    total = Share(np.ones(len(points)), np.ones(len(points)))
+    total = VolumeFraction(np.ones(len(points)), np.ones(len(points)))
     for i in range(normal.shape[1]):
         n = normal[:, i]
         value = dot(points, n) - offset[:, i]
@@ -163,7 +163,7 @@ def planes_share(
         cut = np.flatnonzero(np.abs(value) <= reach)
         if len(cut):
             share = Tangent(value[cut], n[cut], np.zeros(len(cut))).share(side, slack)
-            both = Share(total.low[cut], total.high[cut]) & share
+            both = VolumeFraction(total.low[cut], total.high[cut]) & share
             total.low[cut], total.high[cut] = both.low, both.high
     return total
 
@@ -184,14 +184,14 @@ class Polyhedra(Parts):
     def part(self, points: Any, index: Any) -> Any:
         return largest(points, self.normal[index], self.offset[index])
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
         """See ``Parts.shares``: each face is a plane."""
         normal, offset = np.asarray(self.normal)[index], np.asarray(self.offset)[index]
         value = dot(points[:, None], normal) - offset
         top = value.argmax(axis=1)
         n = np.take_along_axis(normal, top[:, None, None], axis=1)[:, 0]
         share = planes_share(points, normal, offset, side, slack)
-        return either(cell, cubes, share, value.max(axis=1), n, side, slack)
+        return union_bounds(cell, cubes, share, value.max(axis=1), n, side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         return np.asarray(self.box)

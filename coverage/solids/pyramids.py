@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from ..arrays import Array, cross, dot, namespace, rows
 from .base import Parts
-from .volume_fraction import Share, Tangent, either
+from .volume_fraction import Tangent, VolumeFraction, union_bounds
 
 
 def pyramid(points: Any, apex: Any, axis: Any, up: Any, half: Any, half_up: Any, range_m: Any) -> Any:
@@ -67,12 +67,12 @@ class Pyramids(Parts):
                 normals.append(sign * c[:, None] * across - s[:, None] * axis)
         return np.stack(values), np.stack(normals)
 
-    def each_share(self, points: Any, index: Any, side: float, slack: float) -> tuple[Share, Any, Any]:
+    def each_share(self, points: Any, index: Any, side: float, slack: float) -> tuple[VolumeFraction, Any, Any]:
         """Bounds of the share of each pair's cube in its pyramid, and the furthest of its planes: value and normal at the
         cube's centre. All five surfaces are planes: nothing curves. Most cubes meet one of them; a cube that several cut
         lies in the pyramid by what all of them leave of it at least."""
         values, normals = self.planes(points, index)
-        share = Share(np.ones(len(index)), np.ones(len(index)))
+        share = VolumeFraction(np.ones(len(index)), np.ones(len(index)))
         for value, normal in zip(values, normals, strict=True):
             cut = value > -np.abs(normal).sum(axis=1) * side / 2 - slack
             if cut.any():
@@ -83,9 +83,9 @@ class Pyramids(Parts):
         at = np.arange(len(index))
         return share, values[furthest, at], normals[furthest, at]
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
         """See ``Parts.shares``."""
-        return either(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
+        return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """The box of all apexes and all corners of bases."""

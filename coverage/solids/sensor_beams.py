@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 from ..arrays import Array, namespace, rows
 from .base import Cones, cone
 from .pyramids import Pyramids, pyramid
-from .volume_fraction import Share
+from .volume_fraction import VolumeFraction
 
 
 @jax.tree_util.register_dataclass
@@ -42,10 +42,10 @@ class Optics(Cones):
         """``work(which pairs, union)`` for each of the shapes that occur among pairs of part ``index`` (P,)."""
         return [work(np.flatnonzero(which), parts) for which, parts in self._by_shape(index) if which.any()]
 
-    def each_share(self, points: Any, index: Any, side: float, slack: float) -> tuple[Share, Any, Any]:
+    def each_share(self, points: Any, index: Any, side: float, slack: float) -> tuple[VolumeFraction, Any, Any]:
         """See ``Cones.each_share``: each pair by its shape."""
         n = len(index)
-        share, value, normal = Share(np.zeros(n), np.zeros(n)), np.zeros(n), np.zeros((n, 3))
+        share, value, normal = VolumeFraction(np.zeros(n), np.zeros(n)), np.zeros(n), np.zeros((n, 3))
 
         def fill(k: Any, shape: Cones | Pyramids) -> None:
             found, value[k], normal[k] = shape.each_share(rows(points, k), index[k], side, slack)

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, dot, namespace, root, rows
 from .base import Parts
-from .volume_fraction import Share, Tangent, distance_tangent, either, first_of, share_under
+from .volume_fraction import Tangent, VolumeFraction, distance_tangent, first_of, share_under, union_bounds
 
 
 @jax.tree_util.register_dataclass
@@ -100,7 +100,7 @@ class Tube(Parts):
         joined[1:] = (cell[1:] == cell[:-1]) & (disc[1:] == disc[:-1] + 1) & near[1:] & near[:-1]
         return np.cumsum(~joined)
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> Share:
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
         """See ``Parts.shares``. A slab is what lies between two planes, on the positive side of one and the negative of
         the other, and near the segment.
 
@@ -117,7 +117,7 @@ class Tube(Parts):
         below = [_plane_share(*plane, side, slack) for plane in planes]
         between = -(-(-below[0] & below[1]) & -(below[0] & -below[1]))
         each = round_.share(side, slack) & between
-        union = either(cell, cubes, each, round_.value, round_.normal, side, slack)
+        union = union_bounds(cell, cubes, each, round_.value, round_.normal, side, slack)
         run = self._runs(cell, index, np.ones(len(cell), bool))
         positive, negative = np.zeros((2, len(cell) + 1), bool)
         for value, reach, _ in planes:
@@ -135,7 +135,7 @@ class Tube(Parts):
         return union
 
 
-def _plane_share(value: Any, reach: Any, normal: Any, side: float, slack: float) -> Share:
+def _plane_share(value: Any, reach: Any, normal: Any, side: float, slack: float) -> VolumeFraction:
     """Bounds of the share of cubes on the negative side of planes; most planes miss the cube."""
     low = np.where(value < -reach, 1.0, 0.0)
     high = np.where(value > reach, 0.0, 1.0)
@@ -143,4 +143,4 @@ def _plane_share(value: Any, reach: Any, normal: Any, side: float, slack: float)
     if len(cut):
         share = Tangent(value[cut], normal[cut], np.zeros(len(cut))).share(side, slack)
         low[cut], high[cut] = share.low, share.high
-    return Share(low, high)
+    return VolumeFraction(low, high)

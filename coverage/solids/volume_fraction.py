@@ -24,39 +24,41 @@ class _Algebra:
     """Shares obey the algebra of a solid's tree: min is union, max is intersection."""
 
     @staticmethod
-    def minimum(a: "Share", b: "Share") -> "Share":
+    def minimum(a: "VolumeFraction", b: "VolumeFraction") -> "VolumeFraction":
         """Bounds of the share in ``a`` or ``b``."""
-        return Share(np.maximum(a.low, b.low), np.minimum(a.high + b.high, 1.0))
+        return VolumeFraction(np.maximum(a.low, b.low), np.minimum(a.high + b.high, 1.0))
 
     @staticmethod
-    def maximum(a: "Share", b: "Share") -> "Share":
+    def maximum(a: "VolumeFraction", b: "VolumeFraction") -> "VolumeFraction":
         """Bounds of the share in ``a`` and ``b``."""
-        return Share(np.maximum(a.low + b.low - 1.0, 0.0), np.minimum(a.high, b.high))
+        return VolumeFraction(np.maximum(a.low + b.low - 1.0, 0.0), np.minimum(a.high, b.high))
 
 
 @dataclass(frozen=True)
-class Share:
+class VolumeFraction:
     """Bounds low <= share <= high (N,), in [0, 1], of N cubes."""
 
     low: Float[np.ndarray, " N"]
     high: Float[np.ndarray, " N"]
 
-    def __neg__(self) -> "Share":
-        return Share(1.0 - self.high, 1.0 - self.low)
+    def __neg__(self) -> "VolumeFraction":
+        return VolumeFraction(1.0 - self.high, 1.0 - self.low)
 
-    def __and__(self, other: "Share") -> "Share":
+    def __and__(self, other: "VolumeFraction") -> "VolumeFraction":
         return _Algebra.maximum(self, other)
 
-    def only(self, keep: Bool[np.ndarray, " N"] | Int[np.ndarray, " M"]) -> "Share":
+    def only(self, keep: Bool[np.ndarray, " N"] | Int[np.ndarray, " M"]) -> "VolumeFraction":
         """The shares of the cubes that are kept, by a truth value for each or by their numbers."""
-        return Share(self.low[keep], self.high[keep])
+        return VolumeFraction(self.low[keep], self.high[keep])
 
     def __array_namespace__(self) -> type[_Algebra]:
         """Lets ``fold`` combine shares as it combines values."""
         return _Algebra
 
 
-def share_under(above: Float[np.ndarray, " N"], below: Float[np.ndarray, " N"], normal: Float[np.ndarray, "N 3"]) -> Share:
+def share_under(
+    above: Float[np.ndarray, " N"], below: Float[np.ndarray, " N"], normal: Float[np.ndarray, "N 3"]
+) -> VolumeFraction:
     """Bounds of the share of the unit cube about the origin where ``value + normal . x <= 0``, ``below <= value <= above``.
 
     With components a >= b >= c > 0 of the normal and t the way from the lowest corner to the plane, at most half of the
@@ -82,7 +84,7 @@ def share_under(above: Float[np.ndarray, " N"], below: Float[np.ndarray, " N"], 
     total /= 6 * product
     total = np.where(offset > 0, total, 1 - total)
     rounding = ROUNDING / product
-    return Share(np.maximum(total[0] - rounding, 0.0), np.minimum(total[1] + rounding, 1.0))
+    return VolumeFraction(np.maximum(total[0] - rounding, 0.0), np.minimum(total[1] + rounding, 1.0))
 
 
 def _cube(x: Float[np.ndarray, "2 N"]) -> Float[np.ndarray, "2 N"]:
@@ -126,10 +128,10 @@ class Tangent:
             mean = (np.sqrt(np.maximum(1 - q * q, 0.0) / 12) + q / 2) ** 2
         return self.bend / 2 * mean * side / steep
 
-    def share(self, side: float, slack: float) -> Share:
+    def share(self, side: float, slack: float) -> VolumeFraction:
         """Bounds of the share of each cube where the function is at most 0; ``slack`` m, rounding of its value."""
         plane = share_under((self.value + slack) / side, (self.value - slack) / side, self.normal)
-        return Share(np.maximum(plane.low - self.between(side) * (1 + 1e-9), 0.0), plane.high)
+        return VolumeFraction(np.maximum(plane.low - self.between(side) * (1 + 1e-9), 0.0), plane.high)
 
 
 def first_of(cell: Int[np.ndarray, " P"]) -> Int[np.ndarray, " M"]:
@@ -137,9 +139,9 @@ def first_of(cell: Int[np.ndarray, " P"]) -> Int[np.ndarray, " M"]:
     return np.flatnonzero(np.diff(cell, prepend=-1))
 
 
-def either(
-    cell: Int[np.ndarray, " P"], cells: int, each: Share, value: Any, normal: Any, side: float, slack: float
-) -> Share:
+def union_bounds(
+    cell: Int[np.ndarray, " P"], cells: int, each: VolumeFraction, value: Any, normal: Any, side: float, slack: float
+) -> VolumeFraction:
     """Bounds of the share of each of ``cells`` cubes in the union of its parts.
 
     The sum over the parts is a poor bound where parts nearly coincide. All parts of a cube lie under their tangent planes,
@@ -155,7 +157,7 @@ def either(
     """
     low, high = np.zeros((2, cells))
     if len(cell) == 0:
-        return Share(low, high)
+        return VolumeFraction(low, high)
     first = first_of(cell)
     here = cell[first]
     low[here] = np.maximum.reduceat(each.low, first)
@@ -167,7 +169,7 @@ def either(
         depth = (np.minimum.reduceat(depth, first)[several] - 2 * slack) / side
         under = share_under(depth, depth, normal[first[several]])
         high[here[several]] = np.minimum(high[here[several]], under.high)
-    return Share(low, high)
+    return VolumeFraction(low, high)
 
 
 SHARP = 1e30  # curvature, 1/m, at an edge, an apex or a centre: nothing follows from it

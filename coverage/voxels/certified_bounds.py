@@ -19,7 +19,7 @@ from jaxtyping import Bool, Float, Int
 from ..arrays import rows
 from ..processors import processors
 from ..solids.base import Parts, Solid, fold
-from ..solids.volume_fraction import Share
+from ..solids.volume_fraction import VolumeFraction
 from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale, verdicts
 from .octree_cells import Cells, first_cells, leaves
@@ -70,7 +70,7 @@ class _Tally:
     level: int = _LEVELS + 2
     sums: int = 0
 
-    def add(self, covered: Share, uncovered: Share, volume: float, level: int) -> None:
+    def add(self, covered: VolumeFraction, uncovered: VolumeFraction, volume: float, level: int) -> None:
         """Settle cells of one ``volume``."""
         sums = [volume * float(v.sum()) for v in (covered.low, covered.high, uncovered.low, uncovered.high)]
         cells = len(covered.low)
@@ -140,7 +140,12 @@ class _Pass:
         v = np.where(cells.mark & _SEEN, -1, v)
         one = np.ones(np.count_nonzero((t < 0) & (v != 0)))
         seen = (v[(t < 0) & (v != 0)] < 0) * one
-        tally.add(Share(seen, seen), Share(one - seen, one - seen), (self.unit * (1 << cells.level)) ** 3, cells.level)
+        tally.add(
+            VolumeFraction(seen, seen),
+            VolumeFraction(one - seen, one - seen),
+            (self.unit * (1 << cells.level)) ** 3,
+            cells.level,
+        )
         mark = (np.where(t < 0, _IN_TARGET, 0) | np.where(v < 0, _SEEN, 0)).astype(np.int8)
         pairs = (*(_unless(t < 0, p) for p in pairs_t), *(_unless(v < 0, p) for p in pairs_v))
         return cells.left(pairs, mark).only((t == 0) | ((t < 0) & (v == 0)))
@@ -163,17 +168,17 @@ class _Pass:
 
     def _shares(
         self, solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple, side: float, inside: np.ndarray
-    ) -> Share:
+    ) -> VolumeFraction:
         turn = iter(pairs)
 
-        def leaf(parts: Parts) -> Share:
+        def leaf(parts: Parts) -> VolumeFraction:
             cell, index = next(turn)
             if len(cell) == 0:
-                return Share(np.zeros(len(points)), np.zeros(len(points)))
+                return VolumeFraction(np.zeros(len(points)), np.zeros(len(points)))
             return parts.shares(rows(points, cell), cell, index, len(points), side, self.slack)
 
         share = fold(solid, leaf)
-        return Share(np.where(inside, 1.0, share.low), np.where(inside, 1.0, share.high))
+        return VolumeFraction(np.where(inside, 1.0, share.low), np.where(inside, 1.0, share.high))
 
 
 def _unless(known: Bool[np.ndarray, " M"], pairs: tuple[Int[np.ndarray, " P"], Int[np.ndarray, " P"]]) -> tuple:

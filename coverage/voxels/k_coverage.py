@@ -19,7 +19,7 @@ from ..solids.base import Parts
 from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale
 from .octree_cells import Cells, Region, first_cells
-from .voxel_bitmask import CORNER, LEVEL, VOXELS, Grid, packed, words
+from .voxel_bitmask import CORNER, LEVEL, VOXELS, BlockGrid, packed, words
 from .voxel_set import VoxelSet, centre
 
 _CHUNK = 1 << 16  # pairs of cell and cone worked on at once
@@ -27,7 +27,7 @@ _ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 
 @dataclass(frozen=True)
-class Tally:
+class CoverageCounts:
     """at_least (N,): wanted voxels that at least 1 ... N cones hold. alone (K,): those that one cone holds and no other.
     alone_group (G,): those that only cones of one group hold."""
 
@@ -35,8 +35,8 @@ class Tally:
     alone: Int[np.ndarray, " K"]
     alone_group: Int[np.ndarray, " G"]
 
-    def __add__(self, other: "Tally") -> "Tally":
-        return Tally(*(a + b for a, b in zip(vars(self).values(), vars(other).values(), strict=True)))
+    def __add__(self, other: "CoverageCounts") -> "CoverageCounts":
+        return CoverageCounts(*(a + b for a, b in zip(vars(self).values(), vars(other).values(), strict=True)))
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class _Descent:
     chunk: int
     slack: float
 
-    def below(self, start: Cells, held: Held) -> Iterator[Tally]:
+    def below(self, start: Cells, held: Held) -> Iterator[CoverageCounts]:
         """Tallies of the cells ``start``, whose marks number the rows of ``held``."""
         for cells in start.slices(self.chunk):
             size, before = 1 << 3 * cells.level, held.rows(cells.mark)
@@ -145,12 +145,12 @@ class _Descent:
         first, last = group[held.first], group[held.last]
         return np.where(first == last, first, -2)
 
-    def _tally(self, at_least: np.ndarray) -> Tally:
+    def _tally(self, at_least: np.ndarray) -> CoverageCounts:
         groups = 0 if self.group is None else int(self.group.max(initial=-1)) + 1
         none = np.zeros(0 if self.group is None else len(self.cones), np.int64)
-        return Tally(at_least, none, np.zeros(groups, np.int64))
+        return CoverageCounts(at_least, none, np.zeros(groups, np.int64))
 
-    def _settled(self, held: Held, wanted: Int[np.ndarray, " M"]) -> Tally:
+    def _settled(self, held: Held, wanted: Int[np.ndarray, " M"]) -> CoverageCounts:
         """Of cells that the same cones hold throughout."""
         some = (held.count > 0) & (wanted > 0)
         held, wanted = held.rows(some), wanted[some]
@@ -163,7 +163,7 @@ class _Descent:
             np.add.at(tally.alone_group, group[group >= 0], wanted[group >= 0])
         return tally
 
-    def _in_blocks(self, cells: Cells, held: Held, points: Float[np.ndarray, "M 3"]) -> Tally:
+    def _in_blocks(self, cells: Cells, held: Held, points: Float[np.ndarray, "M 3"]) -> CoverageCounts:
         """Of cells that are blocks, voxel by voxel."""
         wanted = np.full(len(cells), _ALL)
         wanted[~held.full] = self.wanted.words(cells.key[~held.full])
@@ -191,7 +191,7 @@ class _Descent:
     def _words(self, cells: Cells, points: Float[np.ndarray, "M 3"]) -> UInt64[np.ndarray, " P"]:
         """The voxels of each pair's block whose centre its cone holds."""
         cell, cone = cells.pairs[0]
-        found = words(self.cones, Grid(self.wanted.voxel, self.slack * scale(self.cones)), rows(points, cell), cone)
+        found = words(self.cones, BlockGrid(self.wanted.voxel, self.slack * scale(self.cones)), rows(points, cell), cone)
         word, open_ = found.sure, np.flatnonzero(found.sure != found.maybe)
         for some in np.array_split(open_, len(open_) * VOXELS // self.chunk + 1):
             numbers = (cells.numbers[cell[some]].T[:, None, :] << LEVEL) + CORNER.T[:, :, None]
@@ -210,7 +210,7 @@ def _add_alone(
     np.add.at(alone, whole[held == 1], np.bitwise_count(once[held == 1]).astype(np.int64))
 
 
-def _all(descent: _Descent, region: Region | None) -> Tally:
+def _all(descent: _Descent, region: Region | None) -> CoverageCounts:
     total = descent._tally(np.zeros(descent.most, np.int64))
     if len(descent.cones) == 0 or len(descent.wanted) == 0:
         return total
@@ -230,7 +230,9 @@ def _descent(cones: Parts, wanted: VoxelSet, group: np.ndarray | None, least: in
     return _Descent(cones, wanted, group, least, most, _CHUNK, SLACK * scale(cones))
 
 
-def tally(cones: Parts, group: Int[np.ndarray, " K"], wanted: VoxelSet, most: int, region: Region | None = None) -> Tally:
+def tally(
+    cones: Parts, group: Int[np.ndarray, " K"], wanted: VoxelSet, most: int, region: Region | None = None
+) -> CoverageCounts:
     """Count the voxels of ``wanted`` by how many cones hold their centre, and those that hang on one cone or one group.
 
     Args:
@@ -246,7 +248,7 @@ def tally(cones: Parts, group: Int[np.ndarray, " K"], wanted: VoxelSet, most: in
     return _all(_descent(cones, wanted, group, 1, most), region)
 
 
-def seen_by(cones: Parts, wanted: VoxelSet, least: int, region: Region | None = None) -> int:
+def count_k_covered(cones: Parts, wanted: VoxelSet, least: int, region: Region | None = None) -> int:
     """Number of voxels of ``wanted`` whose centre at least ``least`` cones hold; sooner than a ``tally``. For what it takes
     and raises see there."""
     return int(_all(_descent(cones, wanted, None, least, least), region).at_least[-1])

@@ -22,7 +22,7 @@ from ..solids.base import Parts, Solid, fold
 from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale, values, verdicts
 from .octree_cells import Cells, Pairs, Region, first_cells, leaves
-from .voxel_bitmask import CORNER, LEVEL, VOXELS, Grid, Words, packed, words
+from .voxel_bitmask import CORNER, LEVEL, VOXELS, Bitmask, BlockGrid, packed, words
 from .voxel_set import VoxelSet, centre, runs
 
 Rule = Literal["centre", "touch"]
@@ -54,7 +54,7 @@ def _touched(
 
 
 @dataclass(frozen=True)
-class Found:
+class OctreeCount:
     """Octree cells inside a solid: first keys (C,), the keys of each, and whether all their voxels are wanted (C,). Of
     blocks inside in part only, ``word`` (C,) has the bits of the voxels inside."""
 
@@ -96,7 +96,7 @@ class Descent:
     scale: float
     chunk: int
 
-    def below(self, start: Cells) -> Iterator[Found]:
+    def below(self, start: Cells) -> Iterator[OctreeCount]:
         """Octree cells that the solid holds, as they are found below the cells ``start``; depth first, so that of each
         level no more waits than the children of one chunk."""
         for cells in start.slices(self.chunk):
@@ -108,23 +108,23 @@ class Descent:
             reach = math.sqrt(3) / 2 * self.voxel * (1 << cells.level) + SLACK * self.scale
             state, pairs = verdicts(self.solid, points, cells.pairs, reach)
             inside, undecided = state < 0, state == 0
-            yield Found(cells.key[inside], 1 << 3 * cells.level, cells.mark[inside] == _FULL)
+            yield OctreeCount(cells.key[inside], 1 << 3 * cells.level, cells.mark[inside] == _FULL)
             rest = cells.left(pairs, cells.mark).only(undecided)
             if len(rest) == 0:
                 continue
             if self.rule == "centre" and cells.level == LEVEL:
-                yield Found(rest.key, VOXELS, rest.mark == _FULL, self._words(rest, points[undecided]))
+                yield OctreeCount(rest.key, VOXELS, rest.mark == _FULL, self._words(rest, points[undecided]))
             elif cells.level > 0:
                 yield from self.below(rest.children())
             else:
                 held = _touched(self.solid, points[undecided], rest.pairs, self.voxel)
-                yield Found(rest.key[held], 1, rest.mark[held] == _FULL)
+                yield OctreeCount(rest.key[held], 1, rest.mark[held] == _FULL)
 
     def _words(self, cells: Cells, points: Float[np.ndarray, "M 3"]) -> UInt64[np.ndarray, " M"]:
         """The voxels, of cells that are blocks, whose centre is inside the solid."""
-        grid, turn = Grid(self.voxel, SLACK * self.scale**2), iter(cells.pairs)
+        grid, turn = BlockGrid(self.voxel, SLACK * self.scale**2), iter(cells.pairs)
 
-        def union(parts: Parts) -> Words:
+        def union(parts: Parts) -> Bitmask:
             cell, index = next(turn)
             return words(parts, grid, rows(points, cell), index).union(cell, len(cells))
 
@@ -151,7 +151,7 @@ def _each(
     within: VoxelSet | None,
     region: Region | None,
     memory: float | None,
-    gather: Callable[[Iterator[Found]], T],
+    gather: Callable[[Iterator[OctreeCount]], T],
 ) -> list[T]:
     """``gather`` over what is found: at once where it is little, else once for each processor, as NumPy lets go of the
     interpreter while it computes."""
@@ -258,7 +258,7 @@ def count(
 ) -> int:
     """Number of voxels of Omega(solid), or of those that also lie in ``within``, without storing them. See ``voxels``."""
 
-    def total(found: Iterator[Found]) -> int:
+    def total(found: Iterator[OctreeCount]) -> int:
         return sum(f.wanted(within) for f in found)
 
     return sum(_each(solid, voxel, rule, within, region, memory, total))

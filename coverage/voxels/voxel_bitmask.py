@@ -28,56 +28,56 @@ CORNER = np.stack([(_BITS >> i & 1) + 2 * (_BITS >> i + 3 & 1) for i in range(3)
 
 
 class _Algebra:
-    """Words obey the algebra of a solid's tree: min is union, max is intersection."""
+    """Bitmasks obey the algebra of a solid's tree: min is union, max is intersection."""
 
     @staticmethod
-    def minimum(a: "Words", b: "Words") -> "Words":
+    def minimum(a: "Bitmask", b: "Bitmask") -> "Bitmask":
         """Voxels in ``a`` or in ``b``."""
-        return Words(a.sure | b.sure, a.maybe | b.maybe)
+        return Bitmask(a.sure | b.sure, a.maybe | b.maybe)
 
     @staticmethod
-    def maximum(a: "Words", b: "Words") -> "Words":
+    def maximum(a: "Bitmask", b: "Bitmask") -> "Bitmask":
         """Voxels in ``a`` and in ``b``."""
-        return Words(a.sure & b.sure, a.maybe & b.maybe)
+        return Bitmask(a.sure & b.sure, a.maybe & b.maybe)
 
 
 @dataclass(frozen=True)
-class Words:
+class Bitmask:
     """For each block the voxels surely and those perhaps inside, by the bits of a word: bit k is the voxel k keys on."""
 
     sure: UInt64[np.ndarray, " N"]
     maybe: UInt64[np.ndarray, " N"]
 
-    def __neg__(self) -> "Words":
-        return Words(~self.maybe, ~self.sure)
+    def __neg__(self) -> "Bitmask":
+        return Bitmask(~self.maybe, ~self.sure)
 
-    def __or__(self, other: "Words") -> "Words":
+    def __or__(self, other: "Bitmask") -> "Bitmask":
         return _Algebra.minimum(self, other)
 
-    def __and__(self, other: "Words") -> "Words":
+    def __and__(self, other: "Bitmask") -> "Bitmask":
         return _Algebra.maximum(self, other)
 
     def __array_namespace__(self) -> type[_Algebra]:
         """Lets ``fold`` combine words as it combines values."""
         return _Algebra
 
-    def union(self, cell: Int[np.ndarray, " N"], cells: int) -> "Words":
+    def union(self, cell: Int[np.ndarray, " N"], cells: int) -> "Bitmask":
         """The words of ``cells`` blocks, from those of pairs of a block (ascending) and a part."""
         sure, maybe = np.zeros((2, cells), np.uint64)
         if len(cell):
             first = np.flatnonzero(np.diff(cell, prepend=-1))
             sure[cell[first]] = np.bitwise_or.reduceat(self.sure, first)
             maybe[cell[first]] = np.bitwise_or.reduceat(self.maybe, first)
-        return Words(sure, maybe)
+        return Bitmask(sure, maybe)
 
 
 def packed(inside: Any) -> UInt64[np.ndarray, " N"]:
-    """Words from truth values (N, 64)."""
+    """A bitmask from truth values (N, 64)."""
     return np.packbits(inside, bitorder="little").view("<u8").astype(np.uint64, copy=False)
 
 
 @dataclass(frozen=True)
-class Grid:
+class BlockGrid:
     """voxel: side, m. rounding: of a quadric on the blocks, m^2; what is nearer to 0 stays undecided."""
 
     voxel: float
@@ -92,7 +92,7 @@ class Grid:
         """From a block's centre to the voxel centres at its corners, m."""
         return 1.5 * 3**0.5 * self.voxel
 
-    def words(self, quadric: Float[np.ndarray, "10 P"]) -> Words:
+    def words(self, quadric: Float[np.ndarray, "10 P"]) -> Bitmask:
         """Where quadrics, by their coefficients about the centres of blocks, are at least 0."""
         monomials, n = self._monomials(), quadric.shape[1]
         sure, maybe = np.empty((2, n), np.uint64)
@@ -101,7 +101,7 @@ class Grid:
             run = slice(low, low + _GEMM)
             value = np.matmul(quadric[:, run].T, monomials, out=values[: n - low])
             sure[run], maybe[run] = packed(value > self.rounding), packed(value >= -self.rounding)
-        return Words(sure, maybe)
+        return Bitmask(sure, maybe)
 
 
 def product(a: Any, along_a: Any, b: Any, along_b: Any) -> Float[np.ndarray, "10 P"]:
@@ -127,17 +127,17 @@ def within(radius: Any, v: Any, share: Any = 1.0) -> Float[np.ndarray, "10 P"]:
 
 
 @singledispatch
-def words(parts: Parts, grid: Grid, points: Any, index: Any) -> Words:
+def words(parts: Parts, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
     """Voxels of blocks about ``points`` (P, 3) m that lie in part ``index`` (P,), whose surface may cross the block.
 
     A kind of parts without quadrics leaves all to its implicit function.
     """
     none = np.zeros(len(index), np.uint64)
-    return Words(none, ~none)
+    return Bitmask(none, ~none)
 
 
 @words.register
-def _(parts: Cones, grid: Grid, points: Any, index: Any) -> Words:
+def _(parts: Cones, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
     """With d along the axis: d^2 >= cos^2 a |v|^2, and d (range - d) >= 0 where base or apex are near."""
     axis, v, range_m = rows(parts.axis, index), points - rows(parts.apex, index), parts.range_m[index]
     d = dot(v, axis)
@@ -152,7 +152,7 @@ def _(parts: Cones, grid: Grid, points: Any, index: Any) -> Words:
 
 
 @words.register
-def _(parts: Pyramids, grid: Grid, points: Any, index: Any) -> Words:
+def _(parts: Pyramids, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
     """d^2 sin^2 a >= x^2 cos^2 a, the same for y, and d (range - d) >= 0: d >= 0, as the others hold behind the apex too."""
     axis, up, v = rows(parts.axis, index), rows(parts.up, index), points - rows(parts.apex, index)
     d, range_m = dot(v, axis), parts.range_m[index]
@@ -166,7 +166,7 @@ def _(parts: Pyramids, grid: Grid, points: Any, index: Any) -> Words:
 
 
 @words.register
-def _(parts: Optics, grid: Grid, points: Any, index: Any) -> Words:
+def _(parts: Optics, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
     """Each part by its shape."""
     sure, maybe = np.zeros((2, len(index)), np.uint64)
 
@@ -175,23 +175,23 @@ def _(parts: Optics, grid: Grid, points: Any, index: Any) -> Words:
         sure[some], maybe[some] = found.sure, found.maybe
 
     parts.split(index, fill)
-    return Words(sure, maybe)
+    return Bitmask(sure, maybe)
 
 
 @words.register
-def _(parts: Spheres, grid: Grid, points: Any, index: Any) -> Words:
+def _(parts: Spheres, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
     """|v|^2 <= radius^2."""
     return grid.words(within(parts.radius[index], points - rows(parts.centre, index)))
 
 
 @words.register
-def _(parts: Rods, grid: Grid, points: Any, index: Any) -> Words:
+def _(parts: Rods, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
     """In the ball about either end, or in the cylinder between them."""
     start, end = rows(parts.start, index), rows(parts.end, index)
     return _beside(grid, points, start, end, parts.radius[index])
 
 
-def _beside(grid: Grid, points: Any, start: Any, end: Any, radius: Any) -> Words:
+def _beside(grid: BlockGrid, points: Any, start: Any, end: Any, radius: Any) -> Bitmask:
     """Near the segments ``start``-``end`` (P, 3): in the ball about either end, or in the cylinder between them."""
     v, w = points - start, points - end
     length = np.sqrt(dot(end - start, end - start))
@@ -204,7 +204,7 @@ def _beside(grid: Grid, points: Any, start: Any, end: Any, radius: Any) -> Words
 
 
 @words.register
-def _(parts: Tube, grid: Grid, points: Any, index: Any) -> Words:
+def _(parts: Tube, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
     """Between the two planes, and near the segment: in the ball about either end, or in the cylinder between them."""
     i, radius = parts.first[index], float(parts.radius)
     start, end = rows(parts.centre, i), rows(parts.centre, i + 1)

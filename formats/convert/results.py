@@ -11,7 +11,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import degrees
 from ...coverage.robots.separation_distance import Safety, Terms
 from ...coverage.targets import Target
-from ...objectives.criterion import Aim
+from ...objectives.criterion import Criterion
 from ...objectives.redundancy import Loss, Redundancy
 from ...objectives.scene import Pose, Scene
 from ...objectives.separation_summary import separations
@@ -118,7 +118,7 @@ def errors_model(errors: MountingErrors, draws: int, seed: int) -> ErrorsModel:
     )
 
 
-def tolerant_model(aim: Aim) -> ErrorsModel | None:
+def tolerant_model(aim: Criterion) -> ErrorsModel | None:
     """The errors that a search kept in mind, if any."""
     return errors_model(aim.errors, aim.draws, aim.seed) if aim.errors else None
 

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from ...coverage.sensors.sensor import Sensor
 from ..robots.urdf_robot import plain_names
 from ..sensors.sensor_poses import place, quaternion
-from .placed import Placed
+from .placed import PlacedSetup
 
 _HEAD = """-- Proximity sensors of {robot}, for CoppeliaSim 4.3 and later: paste this into the Lua commander, or say there
 -- loadfile('FOLDER/sensors.lua')(). A link that the scene has no object for, called like it, becomes a dummy where it is
@@ -46,7 +46,7 @@ end
 """
 
 
-def coppeliasim(placed: Placed) -> dict[str, bytes]:
+def coppeliasim(placed: PlacedSetup) -> dict[str, bytes]:
     """``sensors.lua``. A cone there ends in a ball's cap at the range, not in a flat base; a pyramid ends flat."""
     names, used = plain_names(placed.links), sorted({placed.on_link(s)[0] for s in placed.sensors})
     text = _HEAD.format(robot=placed.robot_name)

@@ -14,7 +14,7 @@ from ...coverage.solids.sensor_beams import Optics
 from ...objectives.occlusion import setup_sight
 from ..robots.meshes import Meshes
 from ..robots.urdf_robot import find_robot, plain_names
-from .placed import BASE_LINK, Placed
+from .placed import BASE_LINK, PlacedSetup
 
 _ROBOT, _SENSOR, _OBSTACLE = (0.72, 0.73, 0.75, 1.0), (0.1, 0.1, 0.12, 1.0), (0.79, 0.71, 0.55, 1.0)
 # Okabe and Ito (2008), which colour-blind eyes tell apart.
@@ -27,7 +27,7 @@ _SIDES = 32
 _Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # glTF has y up
 
 
-def glb(placed: Placed) -> dict[str, bytes]:
+def glb(placed: PlacedSetup) -> dict[str, bytes]:
     """``scene.glb``: the node ``base_link`` is the base frame; nodes of the sensors' names look along their z."""
     scene = trimesh.Scene(base_frame="world")
     scene.graph.update(frame_to=BASE_LINK, matrix=_Y_UP)
@@ -69,7 +69,7 @@ def _add(scene: Any, name: str, mesh: Any, colour: tuple[float, ...]) -> None:
     scene.add_geometry(mesh, node_name=name, geom_name=name, parent_node_name=BASE_LINK)
 
 
-def _robot(placed: Placed) -> list[tuple[str, Any]]:
+def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
     """Meshes at the pose: those of the user's URDF where there is one, else the bodies."""
     if placed.urdf is not None:
         meshes, picked = Meshes(placed.urdf.path, placed.packages), find_robot(placed.urdf, placed.scene.robot)
@@ -89,7 +89,7 @@ def _robot(placed: Placed) -> list[tuple[str, Any]]:
     return [(f"body_{name}", _capsule(a, b, float(radius))) for name, a, b, radius in ends]
 
 
-def _base(placed: Placed, origin: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4 4"]:
+def _base(placed: PlacedSetup, origin: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4 4"]:
     """T_base_link of the link that holds the first joint, which a URDF may have elsewhere than the scene's base."""
     return placed.scene.robot.chain.origin[0] @ np.linalg.inv(origin)
 
@@ -103,7 +103,7 @@ def _capsule(start: Any, end: Any, radius: float) -> Any:
     return made.apply_transform(T)
 
 
-def _band(placed: Placed, i: int) -> Any:
+def _band(placed: PlacedSetup, i: int) -> Any:
     ring, robot = placed.setup.rings[i], placed.scene.robot
     mount = robot.mount(ring.link)
     T = np.eye(4)
@@ -128,7 +128,7 @@ def _beam(cones: Any, k: int) -> Any:
     return trimesh.convex.convex_hull(cones.apex[k] + np.vstack([np.zeros((1, 3)), height * axis + rim]))
 
 
-def _add_points(scene: Any, placed: Placed) -> None:
+def _add_points(scene: Any, placed: PlacedSetup) -> None:
     """Points of each target, those that a sensor sees past what stands in the way in one colour, the others in another."""
     q = placed.scene.poses[placed.pose].q
     for n, goal in enumerate(placed.scene.goals if placed.points else ()):

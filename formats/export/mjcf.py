@@ -13,13 +13,13 @@ from scipy.spatial.transform import Rotation
 from ...coverage.robots.robot import BASE
 from ..robots.urdf_robot import plain_names
 from .markup import document, words
-from .placed import BASE_LINK, Placed
+from .placed import BASE_LINK, PlacedSetup
 
 _SIZE = "0.004"  # m, of a site as it is shown
 _MASS = {"pos": "0 0 0", "mass": "0.001", "diaginertia": "1e-6 1e-6 1e-6"}  # of a link without a body
 
 
-def mjcf(placed: Placed) -> dict[str, bytes]:
+def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
     """``scene.xml``: nothing falls and nothing touches, as masses are not known; its keyframe is the pose."""
     robot, q = placed.scene.robot, placed.scene.poses[placed.pose].q
     root = ET.Element("mujoco", model=placed.robot_name)
@@ -57,7 +57,7 @@ def _place(T: Float[np.ndarray, "4 4"]) -> dict[str, str]:
     return {"pos": words(T[:3, 3]), "quat": words((w, x, y, z))}
 
 
-def _obstacles(placed: Placed, asset: ET.Element, world: ET.Element) -> None:
+def _obstacles(placed: PlacedSetup, asset: ET.Element, world: ET.Element) -> None:
     """Convex things of the cell as hulls of their corners; the floor as a plane."""
     things = placed.scene.obstacles
     for thing, name in zip(things, plain_names(f"obstacle_{i}_{o.name}" for i, o in enumerate(things)), strict=True):

@@ -19,7 +19,7 @@ BASE_LINK, TCP_LINK = "base_link", "tcp"
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedSetup:
     """A setup on the robot of a scene at its pose ``pose``.
 
     folder: where files will be written. urdf: the user's own, where the robot is from one, and the folders ``packages`` that

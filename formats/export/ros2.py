@@ -6,7 +6,7 @@ from ..errors import UserError, shown
 from ..robots.urdf_robot import ROS_NAME
 from ..sensors.sensor_frames import looking_along
 from ..sensors.sensor_poses import place, quaternion
-from .placed import Placed
+from .placed import PlacedSetup
 
 _LAUNCH = """# ros2 launch ./static_transforms.launch.yaml
 launch:
@@ -26,7 +26,7 @@ _NODE = """    - pkg: tf2_ros
 """
 
 
-def ros2(placed: Placed) -> dict[str, bytes]:
+def ros2(placed: PlacedSetup) -> dict[str, bytes]:
     """``static_transforms.yaml``, and ``static_transforms.launch.yaml``, which says the same to ROS.
 
     Raises:

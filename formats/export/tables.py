@@ -2,15 +2,15 @@
 
 from ..sensors.sensor_lists import sensor_list
 from ..sensors.sensor_poses import poses_file
-from .placed import Placed
+from .placed import PlacedSetup
 
 
-def csv(placed: Placed) -> dict[str, bytes]:
+def csv(placed: PlacedSetup) -> dict[str, bytes]:
     """``sensors.csv``: every sensor's beam at the pose, base frame."""
     return {"sensors.csv": sensor_list(placed.setup, placed.scene, [placed.pose]).encode()}
 
 
-def json(placed: Placed) -> dict[str, bytes]:
+def json(placed: PlacedSetup) -> dict[str, bytes]:
     """``sensors.json``: every sensor in the frame of its link, and in the base frame at the pose; it looks along z."""
     file = poses_file(placed.scene, placed.setup, placed.pose)
     return {"sensors.json": (file.model_dump_json(indent=1, exclude_none=True) + "\n").encode()}

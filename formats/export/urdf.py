@@ -12,10 +12,10 @@ from ..errors import UserError, shown
 from ..robots.urdf import LARGEST, Urdf, bounded_bytes, plain_xml
 from ..sensors.sensor_frames import SensorFrame, looking_along
 from .markup import document, origin, words
-from .placed import BASE_LINK, TCP_LINK, Placed
+from .placed import BASE_LINK, TCP_LINK, PlacedSetup
 
 
-def urdf(placed: Placed) -> dict[str, bytes]:
+def urdf(placed: PlacedSetup) -> dict[str, bytes]:
     """``robot.urdf``: the user's own with the sensors, or one made of the robot's chain and bodies.
 
     Raises:
@@ -62,7 +62,7 @@ def _own(urdf: Urdf, folder: Path) -> ET.Element:
     return root
 
 
-def _robot(placed: Placed) -> ET.Element:
+def _robot(placed: PlacedSetup) -> ET.Element:
     """The robot of the scene: a link for the base, each joint and the TCP, with the bodies that each carries."""
     robot, joints, links = placed.scene.robot, placed.joint_names, placed.link_names
     root = ET.Element("robot", name=placed.robot_name)

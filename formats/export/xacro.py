@@ -5,14 +5,14 @@ import xml.etree.ElementTree as ET
 from ..robots.urdf_robot import ROS_NAME
 from ..sensors.sensor_frames import looking_along
 from .markup import document, origin
-from .placed import Placed
+from .placed import PlacedSetup
 
 _NAMESPACE = "http://www.ros.org/wiki/xacro"
 _MACRO = "place_rings_sensors"
 ET.register_namespace("xacro", _NAMESPACE)
 
 
-def xacro(placed: Placed) -> dict[str, bytes]:
+def xacro(placed: PlacedSetup) -> dict[str, bytes]:
     """``sensors.xacro``. The link that joint J moves is the parameter ``link_of_J``; links have the frames of their joints.
 
     Raises:

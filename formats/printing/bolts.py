@@ -6,12 +6,12 @@ import numpy as np
 from manifold3d import CrossSection, Manifold
 
 from .primitives import SMALL, union
-from .print_plan import NUT_CLEARANCE, Plan
+from .print_plan import NUT_CLEARANCE, PrintPlan
 
 _ROOT = 0.5  # mm that an ear's slope goes on into the collar, whose facets lie within its radius
 
 
-def lugs(plan: Plan) -> Manifold:
+def lugs(plan: PrintPlan) -> Manifold:
     """The ears that the bolts draw together, carried at 45 degrees by the collar."""
     low, high = plan.lug
     end = plan.ear
@@ -33,7 +33,7 @@ def lugs(plan: Plan) -> Manifold:
     return union(some)
 
 
-def bolt_holes(plan: Plan) -> Manifold:
+def bolt_holes(plan: PrintPlan) -> Manifold:
     """Bores with a roof of 45 degrees, and the nuts' traps on the side of -y."""
     r = plan.bolt.hole / 2
     circle = CrossSection.circle(r, SMALL)
@@ -46,7 +46,7 @@ def bolt_holes(plan: Plan) -> Manifold:
     return _across(plan, holes)
 
 
-def bolts(plan: Plan) -> Manifold:
+def bolts(plan: PrintPlan) -> Manifold:
     """Both bolts with heads and nuts."""
     b, reach = plan.bolt, plan.reach
     trapped = plan.reach - b.nut_height - 0.3 if plan.printing.nut else plan.reach
@@ -56,7 +56,7 @@ def bolts(plan: Plan) -> Manifold:
     return _across(plan, shaft + head + nut)
 
 
-def _across(plan: Plan, solid: Manifold) -> Manifold:
+def _across(plan: PrintPlan, solid: Manifold) -> Manifold:
     """A solid about the z axis, laid along y at both bolts; its +z leads to +y."""
     z = sum(plan.lug) / 2
     laid = solid.rotate((-90.0, 0.0, 0.0))
@@ -65,5 +65,5 @@ def _across(plan: Plan, solid: Manifold) -> Manifold:
     )
 
 
-def _nut(plan: Plan, clear: float, height: float = 10.0) -> Manifold:
+def _nut(plan: PrintPlan, clear: float, height: float = 10.0) -> Manifold:
     return Manifold.cylinder(height, (plan.bolt.nut / 2 + clear) / math.cos(math.pi / 6), -1.0, 6).rotate((0.0, 0.0, 30.0))

@@ -11,7 +11,7 @@ from manifold3d import Manifold
 
 from ..schema.result_models import PrintCheck
 from .primitives import union
-from .print_plan import MM, Plan
+from .print_plan import MM, PrintPlan
 from .ring_solids import Assembly
 
 _RAYS = 1500  # that look for thin walls, of each half
@@ -70,7 +70,7 @@ def _sample(surface: trimesh.Trimesh, seed: int) -> tuple[Float[np.ndarray, "N 3
     return np.asarray(points), np.asarray(faces)
 
 
-def lens_of(board: Manifold, plan: Plan, k: int) -> float:
+def lens_of(board: Manifold, plan: PrintPlan, k: int) -> float:
     """How far the middle of the front of a board's sensor lies from the apex of its beam, mm: measured on the solid."""
     frame = plan.frame(k)
     corners = board.to_mesh().vert_properties[:, :3]
@@ -84,7 +84,7 @@ def neighbours(boards: list[Manifold]) -> float:
     return float(boards[0].min_gap(union(boards[1:]), _NEAR)) if len(boards) > 1 else _NEAR
 
 
-def check_ring(plan: Plan, made: Assembly, files: tuple[bytes, bytes]) -> list[PrintCheck]:
+def check_ring(plan: PrintPlan, made: Assembly, files: tuple[bytes, bytes]) -> list[PrintCheck]:
     """All that is measured of a ring."""
     meshes, boards = [read_stl(data) for data in files], union(made.boards)
     solid, p = made.halves[0] + made.halves[1] + made.bolts, plan.printing

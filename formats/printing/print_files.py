@@ -8,14 +8,14 @@ from ...objectives.scene import Scene
 from ..errors import UserError
 from ..schema.result_models import PrintedRing, PrintResult
 from .print_checks import check_ring, stl
-from .print_plan import MM, Plan, UnbuildableError, plan_ring
+from .print_plan import MM, PrintPlan, UnbuildableError, plan_ring
 from .ring_pictures import assembled_picture, ring_picture
 from .ring_solids import Assembly, assemble, thread
 
 
 def print_ring(
     scene: Scene, number: int, ring: Ring, printing: Printing | None = None
-) -> tuple[PrintedRing, tuple[bytes, bytes], Plan, Assembly]:
+) -> tuple[PrintedRing, tuple[bytes, bytes], PrintPlan, Assembly]:
     """A ring as it is printed: its record, its halves as STL, and what they were made from.
 
     Raises:

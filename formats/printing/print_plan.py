@@ -43,7 +43,7 @@ class Bolt:
 
 
 @dataclass(frozen=True)
-class Plan:
+class PrintPlan:
     """A ring to be printed, mm.
 
     angles (n,) rad: of the sensors; tilt: >= 0, rad; radius: of the circle of lenses. pocket: of each board, m, as coverage
@@ -109,7 +109,7 @@ class Plan:
         return np.stack([along, c * up - s * radial, c * radial + s * up, self.radius * radial], axis=1)
 
 
-def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> Plan:
+def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> PrintPlan:
     """What a ring of ``scene`` measures when it is printed.
 
     Raises:
@@ -149,7 +149,7 @@ def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> Pla
     back = max(first, MM * float(pocket.floor(ring.radius, np.array([tilt]))[0] - printing.channel))
     R = np.eye(3)
     R[:2, :2] = _rotation(-turn)
-    plan = Plan(
+    plan = PrintPlan(
         ring=ring,
         printing=printing,
         pocket=pocket,
@@ -193,7 +193,7 @@ def _split(angles: Float[np.ndarray, " n"], centre: Float[np.ndarray, " 2"]) -> 
     return min(turns, key=lambda turn: round(abs(float((_rotation(turn) @ centre)[1])), 6))
 
 
-def _lean(plan: Plan) -> float:
+def _lean(plan: PrintPlan) -> float:
     """Half a spacing's half for an odd number of sensors, whose blocks a plane would cut; 0 where it would not."""
     n = len(plan.angles)
     if n % 2 == 0 or n == 1:

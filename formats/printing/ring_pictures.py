@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from ..schema.result_models import PrintedRing
 from .depth_buffer import frame_of, looking, render
 from .primitives import union
-from .print_plan import Plan
+from .print_plan import PrintPlan
 from .ring_solids import Assembly
 
 _BODY, _OTHER = (0.93, 0.62, 0.28), (0.98, 0.76, 0.46)
@@ -57,7 +57,7 @@ def _png(figure: Figure) -> bytes:
     return out.getvalue()
 
 
-def ring_picture(plan: Plan, made: Assembly, record: PrintedRing) -> bytes:
+def ring_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
     """A PNG of a ring: both halves apart as printed, from above and from the side with dimensions, and what was measured."""
     figure = Figure(figsize=(13, 8.2), dpi=100, facecolor="white")
     one, other = made.halves
@@ -101,7 +101,7 @@ def _allowed(least: float | None, most: float | None) -> str:
     return "" if most is None else f" (at most {most:.3g})"
 
 
-def assembled_picture(plan: Plan, made: Assembly, record: PrintedRing) -> bytes:
+def assembled_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
     """A PNG of a ring with boards and bolts around its link, from two sides; arrows say where the sensors look."""
     figure = Figure(figsize=(13, 6.6), dpi=100, facecolor="white")
     reach = 0.35 * plan.radius

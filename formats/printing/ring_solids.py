@@ -8,7 +8,7 @@ from manifold3d import Manifold
 
 from .bolts import bolt_holes, bolts, lugs
 from .primitives import SMALL, box, tube, union
-from .print_plan import FRONT, MM, Plan
+from .print_plan import FRONT, MM, PrintPlan
 
 _FAR = 500.0
 _THREAD = 8.0  # of a screw in the ring, at most
@@ -29,13 +29,13 @@ class Assembly:
     beams: Manifold
 
 
-def collar(plan: Plan) -> Manifold:
+def collar(plan: PrintPlan) -> Manifold:
     """The plain clamp: the band around the link along the whole ring, before it is parted."""
     outer = tube(plan.collar, plan.low, plan.lug[1], plan.centre)
     return outer - tube(plan.bore, plan.low - 1, plan.lug[1] + 1, plan.centre)
 
 
-def _wedge(plan: Plan, k: int, solid: Manifold, inset: float = 0.0) -> Manifold:
+def _wedge(plan: PrintPlan, k: int, solid: Manifold, inset: float = 0.0) -> Manifold:
     """What of a solid lies nearer to sensor ``k`` than to its neighbours, by ``inset`` at least."""
     n = len(plan.angles)
     if n < 2:
@@ -46,12 +46,12 @@ def _wedge(plan: Plan, k: int, solid: Manifold, inset: float = 0.0) -> Manifold:
     return solid
 
 
-def _upright(plan: Plan, k: int, solid: Manifold) -> Manifold:
+def _upright(plan: PrintPlan, k: int, solid: Manifold) -> Manifold:
     """A solid that is about the x axis, turned to sensor ``k``."""
     return solid.rotate((0.0, 0.0, math.degrees(plan.angles[k])))
 
 
-def _block(plan: Plan, k: int) -> Manifold:
+def _block(plan: PrintPlan, k: int) -> Manifold:
     """What carries the board of sensor ``k``: from the middle outwards to the front of its pocket."""
     c, s, low = math.cos(plan.tilt), math.sin(plan.tilt), MM * plan.pocket.low
     outermost = plan.radius - plan.rim * c - low * s + plan.wall
@@ -61,7 +61,7 @@ def _block(plan: Plan, k: int) -> Manifold:
     return _wedge(plan, k, solid.trim_by_plane(tuple(-look), -front))
 
 
-def _window(plan: Plan, k: int) -> Manifold:
+def _window(plan: PrintPlan, k: int) -> Manifold:
     """What is left out of a block between collar and pocket where they are far apart."""
     end, half = plan.groove[0] - plan.wall, MM * plan.pocket.half - plan.wall
     if half <= 0 or end - plan.collar < plan.wall:
@@ -72,7 +72,7 @@ def _window(plan: Plan, k: int) -> Manifold:
     )
 
 
-def _pocket(plan: Plan, k: int) -> Manifold:
+def _pocket(plan: PrintPlan, k: int) -> Manifold:
     """The room of a board, open in front and above, and of what is soldered behind it."""
     p, board, clear = plan.pocket, plan.pocket.board, MM * plan.printing.clearance
     x, half = -MM * board.lens[0], MM * board.width / 2
@@ -84,13 +84,13 @@ def _pocket(plan: Plan, k: int) -> Manifold:
     return (room + relief).transform(plan.frame(k))
 
 
-def _at(plan: Plan, x: float, y: float) -> tuple[float, float]:
+def _at(plan: PrintPlan, x: float, y: float) -> tuple[float, float]:
     """A point of the board, m from its middle, in the frame of its lens, mm."""
     lens = plan.pocket.board.lens
     return MM * (x - lens[0]), MM * (y - lens[1])
 
 
-def thread(plan: Plan, y: float) -> float:
+def thread(plan: PrintPlan, y: float) -> float:
     """How deep a screw may go behind a board's back at height ``y`` up the board, mm from the lens."""
     c, s = math.cos(plan.tilt), math.sin(plan.tilt)
     inwards = plan.radius - plan.seat * c - y * s - plan.inner + plan.wall - _LEFT
@@ -98,7 +98,7 @@ def thread(plan: Plan, y: float) -> float:
     return min(_THREAD, inwards / max(c, 1e-9), down / max(s, 1e-9))
 
 
-def _screws(plan: Plan, k: int) -> tuple[Manifold, Manifold]:
+def _screws(plan: PrintPlan, k: int) -> tuple[Manifold, Manifold]:
     """The posts under a board's holes, and the holes for the screws' threads."""
     board, posts, holes = plan.pocket.board, [], []
     for at in board.holes:
@@ -111,7 +111,7 @@ def _screws(plan: Plan, k: int) -> tuple[Manifold, Manifold]:
     return union(posts), union(holes)
 
 
-def _channel(plan: Plan) -> Manifold:
+def _channel(plan: PrintPlan) -> Manifold:
     """The groove for cables: around behind the boards, and up to the back of each, so that no thin edge is left."""
     wide, c, s = MM * plan.printing.channel, math.cos(plan.tilt), math.sin(plan.tilt)
     low, high, half = plan.top - wide * c, plan.top + _OVER, MM * (plan.pocket.board.width / 2 + plan.printing.clearance)
@@ -122,7 +122,7 @@ def _channel(plan: Plan) -> Manifold:
     return around + held - tube(plan.groove[0], low - 1, high + 1, np.zeros(2))
 
 
-def board(plan: Plan, k: int) -> Manifold:
+def board(plan: PrintPlan, k: int) -> Manifold:
     """The board of sensor ``k`` with its sensor's package, whose front is at the lens."""
     b = plan.pocket.board
     x, y = _at(plan, 0.0, 0.0)
@@ -136,7 +136,7 @@ def board(plan: Plan, k: int) -> Manifold:
     return plate.transform(plan.frame(k))
 
 
-def beam(plan: Plan, k: int) -> Manifold:
+def beam(plan: PrintPlan, k: int) -> Manifold:
     """The beam of sensor ``k``, as far as the ring could be in its way."""
     sensor, length = plan.ring.sensor, min(MM * plan.ring.sensor.range_m, 4 * plan.radius)
     wide = length * math.tan(sensor.fov / 2)
@@ -149,7 +149,7 @@ def beam(plan: Plan, k: int) -> Manifold:
     return solid.transform(plan.frame(k))
 
 
-def _roof(plan: Plan, shift: float) -> Manifold:
+def _roof(plan: PrintPlan, shift: float) -> Manifold:
     """What lies below the split between the sensors, shifted by ``shift`` towards +y."""
     slope, far = math.tan(plan.lean), _FAR
     drop = shift / math.cos(plan.lean)
@@ -157,14 +157,14 @@ def _roof(plan: Plan, shift: float) -> Manifold:
     return Manifold.hull_points(np.array([(*at, z) for at in roof for z in (plan.low - 1, plan.top)]))
 
 
-def _below(plan: Plan, shift: float) -> Manifold:
+def _below(plan: PrintPlan, shift: float) -> Manifold:
     """What belongs to the half with -y, shifted by ``shift`` towards +y: parted by a plane where the bolts are, midway
     between sensors where these are."""
     level = float(plan.centre[1]) + shift
     return _roof(plan, shift) + box((-_FAR, -2 * _FAR, plan.top), (_FAR, level, plan.lug[1] + 1))
 
 
-def _arms(plan: Plan) -> Manifold:
+def _arms(plan: PrintPlan) -> Manifold:
     """Where a half reaches beyond the middle of the link, straight walls carry on its band."""
     (x, y), below, some = (float(v) for v in plan.centre), _roof(plan, 0.0), []
     for sign in (-1.0, 1.0):
@@ -174,7 +174,7 @@ def _arms(plan: Plan) -> Manifold:
     return union(some)
 
 
-def _ears(plan: Plan) -> Manifold:
+def _ears(plan: PrintPlan) -> Manifold:
     """The ears of the bolts, without what carries one from below where the split between sensors leaves too little of it."""
     ears, (x, y), far = lugs(plan), (float(v) for v in plan.centre), _FAR
     below, least = _roof(plan, 0.0), plan.wall + MM * plan.printing.gap / 2
@@ -188,7 +188,7 @@ def _ears(plan: Plan) -> Manifold:
     return ears
 
 
-def halves(plan: Plan) -> tuple[Manifold, Manifold]:
+def halves(plan: PrintPlan) -> tuple[Manifold, Manifold]:
     """Both halves of a ring."""
     n = len(plan.angles)
     band = tube(plan.collar, plan.low, plan.lug[1], plan.centre)
@@ -211,7 +211,7 @@ def _dusted(solid: Manifold) -> Manifold:
     return union([piece for piece in solid.decompose() if piece.volume() > 1.0])
 
 
-def assemble(plan: Plan) -> Assembly:
+def assemble(plan: PrintPlan) -> Assembly:
     """A ring as it is mounted."""
     n, length = len(plan.angles), 2 * (plan.lug[1] - plan.low)
     link = tube(plan.link, plan.low - length / 2, plan.lug[1] + length / 2, plan.centre)

@@ -11,7 +11,7 @@ import trimesh
 from jaxtyping import Float
 
 from ..errors import UserError, shown
-from .urdf import Shape, bounded_bytes, plain_xml
+from .urdf import UrdfShape, bounded_bytes, plain_xml
 from .urdf_chain import Carried
 
 FORMATS = (".stl", ".dae", ".obj")
@@ -91,7 +91,7 @@ class Meshes:
         self._read[file] = triangles
         return triangles
 
-    def shape(self, shape: Shape, link: str) -> Float[np.ndarray, "T 3 3"]:
+    def shape(self, shape: UrdfShape, link: str) -> Float[np.ndarray, "T 3 3"]:
         """Triangles (T, 3, 3) m of a shape in its link's frame; a round one is laid around by a polyhedron of 64 sides."""
         if shape.kind == "mesh":
             with np.errstate(over="ignore"):

@@ -42,7 +42,7 @@ class FittedLink:
 
 
 @dataclass(frozen=True)
-class Fit:
+class RobotFit:
     """A robot, and how its bodies were fitted link by link."""
 
     robot: Robot
@@ -121,7 +121,7 @@ def fit_robot(
     most: int = CAPSULES,
     which: Which = "collision",
     tell: Callable[[str], None] | None = None,
-) -> Fit:
+) -> RobotFit:
     """Fit capsules to every link's surface, and look for mount axes on its surface to be seen.
 
     Args:
@@ -160,7 +160,7 @@ def fit_robot(
     reach, home = _rest(chain, picked.limits)
     source = f"{picked.urdf.path.name}, {picked.base} to {picked.tip}"
     robot = Robot(name, chain, tuple(mounts), reach, tuple(bodies), picked.limits, home, source)
-    return Fit(robot, tuple(links))
+    return RobotFit(robot, tuple(links))
 
 
 def _drawn(limits: Float[np.ndarray, "J 2"]) -> Float[np.ndarray, "P J"]:

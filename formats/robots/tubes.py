@@ -18,7 +18,7 @@ _DIRECTIONS = np.stack([f(np.linspace(0, 2 * np.pi, 64, endpoint=False)) for f i
 
 
 @dataclass(frozen=True)
-class Tube:
+class MountTube:
     """A stretch of a link whose sections lie about one axis: from ``start`` to ``end`` (3,) m on the axis, all within
     ``radius`` m of it."""
 
@@ -86,9 +86,9 @@ def _run(fits: np.ndarray, k: int) -> tuple[int, int]:
     return int(max(no[no < k], default=-1)) + 1, int(min(no[no > k], default=len(fits))) - 1
 
 
-def _along(triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"], stations: int) -> Tube | None:
+def _along(triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"], stations: int) -> MountTube | None:
     """The best tube roughly along a direction, if there is any."""
-    best: Tube | None = None
+    best: MountTube | None = None
     for _ in range(_ROUNDS):
         frame = across(axis)
         if float(np.ptp(triangles @ axis)) < SHORTEST:
@@ -116,7 +116,7 @@ def _along(triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"],
         settled = (to - through) / np.linalg.norm(to - through)
         radius = float(cut.envelope(through, settled)[a : b + 1].max())
         better = best is None or (t[-1] - t[0]) / radius > best.length / best.radius
-        best = Tube(through, to, radius) if better else best
+        best = MountTube(through, to, radius) if better else best
         if not better or float(settled @ axis) > _STRAIGHT:
             break
         axis = settled
@@ -125,7 +125,7 @@ def _along(triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"],
 
 def find_tube(
     triangles: Float[np.ndarray, "T 3 3"], axes: Sequence[Float[np.ndarray, " 3"]], stations: int = STATIONS
-) -> Tube | None:
+) -> MountTube | None:
     """The stretch of a link that is most like a tube: longest for its thickness.
 
     Across each direction the link is cut at even places, and a circle is laid about each section. About the line through

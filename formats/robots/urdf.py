@@ -25,7 +25,7 @@ _SIZES = {"box": ("size", 3), "sphere": ("radius", 1), "cylinder": ("radius leng
 
 
 @dataclass(frozen=True)
-class Shape:
+class UrdfShape:
     """A shape of a link. kind: box, sphere, cylinder, capsule or mesh. T_link_shape (4, 4). size: m; edges of a box, radius,
     or radius and length along z. A mesh has the file's name as it is written, and its scale as size."""
 
@@ -36,12 +36,12 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Link:
+class UrdfLink:
     """A link with its shapes to collide and to be seen."""
 
     name: str
-    collision: tuple[Shape, ...] = ()
-    visual: tuple[Shape, ...] = ()
+    collision: tuple[UrdfShape, ...] = ()
+    visual: tuple[UrdfShape, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Urdf:
 
     path: Path
     name: str
-    links: dict[str, Link]
+    links: dict[str, UrdfLink]
     joints: dict[str, Joint]
 
 
@@ -138,7 +138,7 @@ class _Reader:
         xyz, rpy = (self.numbers(found.get(key, "0 0 0"), 3, f"{where}: origin {key}") for key in ("xyz", "rpy"))
         return transform(xyz, rpy)
 
-    def shape(self, element: ET.Element, where: str) -> Shape:
+    def shape(self, element: ET.Element, where: str) -> UrdfShape:
         T, geometry = self.origin(element, where), element.find("geometry")
         kinds = [] if geometry is None else list(geometry)
         if len(kinds) != 1 or kinds[0].tag not in (*_SIZES, "mesh"):
@@ -149,7 +149,7 @@ class _Reader:
             scale = self.numbers(one.get("scale", "1 1 1"), 3, f"{where}: mesh scale")
             if 0 in scale:
                 raise self.fail(f"{where}: mesh scale", one.get("scale"), "three numbers other than 0")
-            return Shape("mesh", T, scale, self.text(one, "filename", f"{where}: mesh"))
+            return UrdfShape("mesh", T, scale, self.text(one, "filename", f"{where}: mesh"))
         keys, count = _SIZES[one.tag]
         if one.tag == "box":
             size = self.numbers(one.get(keys), count, f"{where}: box size")
@@ -157,15 +157,15 @@ class _Reader:
             size = tuple(self.numbers(one.get(key), 1, f"{where}: {one.tag} {key}")[0] for key in keys.split())
         if min(size) <= 0:
             raise self.fail(f"{where}: {one.tag}", " ".join(f"{v:g}" for v in size), "sizes above 0")
-        return Shape(one.tag, T, size)
+        return UrdfShape(one.tag, T, size)
 
-    def link(self, element: ET.Element) -> Link:
+    def link(self, element: ET.Element) -> UrdfLink:
         name = self.text(element, "name", "link")
         each = {
             tag: tuple(self.shape(e, f"link {shown(name)}: {tag}") for e in element.findall(tag))
             for tag in ("collision", "visual")
         }
-        return Link(name, **each)
+        return UrdfLink(name, **each)
 
     def joint(self, element: ET.Element) -> Joint:
         name = self.text(element, "name", "joint")
@@ -204,7 +204,7 @@ def read_urdf(path: Path) -> Urdf:
     reader = _Reader(path)
     if root.tag != "robot":
         raise reader.fail("root", root.tag[:100], "robot, the root of a URDF")
-    links: dict[str, Link] = {}
+    links: dict[str, UrdfLink] = {}
     joints: dict[str, Joint] = {}
     for element in root:
         if element.tag == "link":

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from ...coverage.robots.kinematics import Chain
 from ...coverage.robots.robot import BASE
 from ..errors import UserError, shown
-from .urdf import Joint, Link, Urdf
+from .urdf import Joint, Urdf, UrdfLink
 
 MOST_JOINTS = 20
 _SHORTEST = 1e-3  # m, of a whole chain
@@ -19,7 +19,7 @@ _SHOWN = 8  # names in a message
 class Carried:
     """A link that rides on a frame of the chain (``BASE``: on none), and T_frame_link (4, 4)."""
 
-    link: Link
+    link: UrdfLink
     frame: int
     T_frame_link: Float[np.ndarray, "4 4"]
 

@@ -21,7 +21,7 @@ _LONGEST = 200  # characters of a pattern
 
 
 @dataclass(frozen=True)
-class Asked:
+class FramePattern:
     """Which frames of a URDF are sensors, by a regular expression for their whole names, and along which of its axes each
     looks."""
 
@@ -49,7 +49,7 @@ class Seat:
         return self.mount is other.mount and mm <= 2 * TOLERANCE_MM and deg <= 2 * TOLERANCE_DEG
 
 
-def setup_of_urdf(urdf: Urdf, asked: Asked, scene: Scene) -> Setup:
+def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
     """The setup whose sensors are the frames of ``urdf`` whose names match; their beams are those of the scene's sensor.
 
     Frames of one link in one place, at one distance and tilt, are a ring, which the first of them in the file begins.

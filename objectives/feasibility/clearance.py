@@ -39,7 +39,7 @@ class _Things:
     names: list[str]
 
 
-class Clear:
+class Clearance:
     """Where rings of a scene are clear; what was asked once is kept."""
 
     def __init__(self, scene: Scene) -> None:

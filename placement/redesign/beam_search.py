@@ -17,19 +17,19 @@ from ...coverage.soft.sampling import Cloud
 from ...objectives.soft_objective import CoverageObjective, TargetPoints
 from ...objectives.verify import Verifier
 from ..search.design import stacked
-from ..search.local_search import Brake, climb
+from ..search.local_search import StopToken, climb
 from ..search.progress import Progress
 from ..search.schedule import Stage
 from .changes import Change, Touched, Work, changes, work
 from .moves import as_it_is, touched
-from .problem import Placed, Rework
+from .problem import Placed, RedesignProblem
 
 WORTH = 5e-4  # of zeta: a change that gains less is not worth the work, and values that gain less stay as they were
 _EACH = 2  # setups of one set of touched rings that go on
 
 
 @dataclass(frozen=True)
-class Plan:
+class BeamPlan:
     """How hard to look for the best with a change more: setups drawn, points on which they are scored and the width there,
     climbs that start, stages of a climb (with how many go on), and setups that are simplified and counted."""
 
@@ -69,16 +69,16 @@ class Answer:
 
 
 @dataclass
-class Beam:
+class BeamSearch:
     """The search while it runs."""
 
-    rework: Rework
-    plan: Plan
+    rework: RedesignProblem
+    plan: BeamPlan
     points: TargetPoints
     objective: CoverageObjective
     verifier: Verifier
     threads: ThreadPoolExecutor
-    brake: Brake
+    brake: StopToken
     tell: Callable[[Progress], None]
     progress: Progress
     climbs: int = 0

@@ -15,7 +15,7 @@ from ...coverage.robots.robot import Robot
 Rings = tuple[Ring | None, ...]  # of each place, None: no ring
 
 
-class Kind(Enum):
+class ChangeKind(Enum):
     """What was done to a ring; the text is for its user."""
 
     SET = "set anew"
@@ -38,13 +38,13 @@ class Change:
     turned: float
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> ChangeKind:
         """What was done."""
         if self.before is None:
-            return Kind.ADDED
+            return ChangeKind.ADDED
         if self.after is None:
-            return Kind.TAKEN
-        return Kind.SET if self.before.link == self.after.link else Kind.CARRIED
+            return ChangeKind.TAKEN
+        return ChangeKind.SET if self.before.link == self.after.link else ChangeKind.CARRIED
 
     @property
     def sensors(self) -> int:
@@ -105,7 +105,7 @@ def work(some: list[Change]) -> Work:
     """The work of all changes together."""
     return Work(
         len(some),
-        sum(c.kind is Kind.CARRIED for c in some),
+        sum(c.kind is ChangeKind.CARRIED for c in some),
         sum(c.sensors for c in some),
         math.fsum(c.moved for c in some),
         math.fsum(c.tilted for c in some),

@@ -8,16 +8,16 @@ import numpy as np
 from ...coverage.rings.ring import Ring
 from ..search.feasible_set import Rng
 from .changes import Touched
-from .problem import Rework
+from .problem import RedesignProblem
 
 _WHERE = np.array([0.2, 0.2, 0.4, 0.2])  # odds: stays and tilts, moves and stays tilted, both, carried to another link
 _COUNT = 0.5  # odds that sensors change hands where they can
 _LEAST_LENGTH = 0.1  # m, that a link without length counts as where one is chosen
 
 
-def touched(work: Rework, t: Touched, place: int, rng: Rng) -> Touched | None:
+def touched(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched | None:
     """``t`` with one place more touched at random; None where that cannot be. The rules on place and tilt are left to
-    ``Rework.placed``; those on numbers are kept here."""
+    ``RedesignProblem.placed``; those on numbers are kept here."""
     free, before = tuple(sorted((*t.free, place))), work.before[place]
     if before is None:
         return _added(work, replace(t, free=free), place, rng)
@@ -32,7 +32,7 @@ def as_it_is(t: Touched, place: int) -> Touched:
     return replace(t, free=tuple(sorted((*t.free, place))))
 
 
-def _drawn(work: Rework, free: tuple[int, ...], ring: Ring, rng: Rng) -> Ring:
+def _drawn(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rng) -> Ring:
     """A ring somewhere else."""
     how = int(rng.choice(len(_WHERE), p=_WHERE))
     links = [s.link for s in work.segments(free)]
@@ -44,7 +44,7 @@ def _drawn(work: Rework, free: tuple[int, ...], ring: Ring, rng: Rng) -> Ring:
     return replace(drawn, tilt=ring.tilt) if how == 1 else drawn
 
 
-def _somewhere(work: Rework, free: tuple[int, ...], ring: Ring, rng: Rng) -> Ring:
+def _somewhere(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rng) -> Ring:
     """A ring with place, tilt and phase drawn anew, on its link or, where it has none, on any."""
     found = [s for s in work.segments(free) if ring.link in ("", s.link)]
     length = np.array([max((s.high - s.low) * work.scene.robot.mount(s.link).length, _LEAST_LENGTH) for s in found])
@@ -56,7 +56,7 @@ def _somewhere(work: Rework, free: tuple[int, ...], ring: Ring, rng: Rng) -> Rin
     return replace(ring, link=s.link, position=float(place), tilt=float(tilt), phase=float(phase))
 
 
-def _added(work: Rework, t: Touched, place: int, rng: Rng) -> Touched | None:
+def _added(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched | None:
     """A new ring of the sensors that are spare, or that another touched ring gives."""
     least, most = work.scene.rules.sensors
     spare = work.sensors - t.sensors
@@ -87,7 +87,7 @@ def _with_counts(t: Touched, more: dict[int, int]) -> Touched:
     return replace(t, rings=tuple(rings))
 
 
-def _shifted(work: Rework, t: Touched, place: int, rng: Rng) -> Touched:
+def _shifted(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched:
     """Sensors of the spare ones or of another touched ring to the ring at ``place``, or from it to another, all of them if
     that can be; ``t`` where nothing can change hands."""
     least, most = work.scene.rules.sensors

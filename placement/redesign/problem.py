@@ -14,9 +14,9 @@ from jaxtyping import Float
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square, slots
 from ...coverage.rings.rounding import rounded
-from ...objectives.feasibility.clearance import Clear
+from ...objectives.feasibility.clearance import Clearance
 from ...objectives.feasibility.violations import commonest_tilt, faults, held
-from ...objectives.parameterization import Segment, Stretch, decode, encode, segments, stretch
+from ...objectives.parameterization import Interval, Segment, decode, encode, segments, stretch
 from ...objectives.scene import Scene
 from .changes import Rings, Touched, turn
 
@@ -25,11 +25,11 @@ Values = Float[np.ndarray, "3 R"]
 
 @dataclass(frozen=True)
 class Placed:
-    """A touched setup for the objective: its ``(Slots, Stretch)``, its values (3, R) as ``decode`` reads them, and their
-    bounds, which are equal but for the touched rings."""
+    """A touched setup for the objective: its ``(RingArrays, Interval)``, its values (3, R) as ``decode`` reads them, and
+    their bounds, which are equal but for the touched rings."""
 
     touched: Touched
-    arrays: tuple[Any, Stretch]
+    arrays: tuple[Any, Interval]
     low: Values
     high: Values
     values: Values
@@ -40,7 +40,7 @@ class Placed:
         return bool(np.any(self.high > self.low))
 
 
-class Rework:
+class RedesignProblem:
     """A mounted setup in a scene, so many places more for rings that are added, and so many sensors more."""
 
     def __init__(self, scene: Scene, mounted: Setup, places: int, add_sensors: int = 0) -> None:
@@ -51,7 +51,7 @@ class Rework:
         self.sensors = self.mounted.sensors + add_sensors
         self.square = any_square(self.mounted.rings) or scene.square
         self.fixed, self._missing = held(scene, self.mounted.rings)
-        self.clear = Clear(scene) if scene.real else None
+        self.clear = Clearance(scene) if scene.real else None
         self.radii = {link: self._radius(link) for link in scene.robot.links}
         self._segments: dict[tuple[int, ...], list[Segment]] = {}
 
@@ -107,7 +107,7 @@ class Rework:
             links.append(ring.link)
         return which
 
-    def _tilts(self, t: Touched, rings: list[int], where: Stretch, low: Values, high: Values, values: Values) -> bool:
+    def _tilts(self, t: Touched, rings: list[int], where: Interval, low: Values, high: Values, values: Values) -> bool:
         """Set the bounds of the touched rings' tilts; False where a shared tilt is beyond a link's limits."""
         limits = {i: self.scene.limits_of(t.rings[i].link).tilt for i in rings}  # type: ignore[union-attr]
         if not self.scene.rules.shared_tilt:
@@ -203,7 +203,7 @@ class Rework:
         return t.sensors <= self.sensors
 
 
-def _where(found: list[Segment], which: np.ndarray, rings: list[Ring], staying: list[int]) -> Stretch:
+def _where(found: list[Segment], which: np.ndarray, rings: list[Ring], staying: list[int]) -> Interval:
     where = stretch(found, which)
     where.low[staying] = [rings[i].position for i in staying]
     return where

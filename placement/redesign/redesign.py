@@ -17,11 +17,11 @@ from ...objectives.feasibility.violations import Fault, faults
 from ...objectives.scene import Scene
 from ...objectives.soft_objective import CoverageObjective, TargetPoints
 from ...objectives.verify import Verifier
-from ..search.local_search import Brake
+from ..search.local_search import StopToken
 from ..search.progress import Outcome, Progress, Statistics
-from .beam_search import WORTH, Answer, Beam, Plan
+from .beam_search import WORTH, Answer, BeamPlan, BeamSearch
 from .changes import Touched
-from .problem import Rework
+from .problem import RedesignProblem
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def improve(
     add_sensors: int = 0,
     seed: int = 0,
     time_cap: float = float("inf"),
-    plan: Plan | None = None,
+    plan: BeamPlan | None = None,
     voxel: float = 0.01,
     tell: Callable[[Progress], None] = lambda progress: None,
 ) -> Improved:
@@ -66,14 +66,14 @@ def improve(
     Raises:
         ValueError: for an empty target, or a ring on a link that the robot has not.
     """
-    began, plan = time.monotonic(), plan or Plan()
-    brake, rework = Brake(began + time_cap), Rework(scene, mounted, most, add_sensors)
+    began, plan = time.monotonic(), plan or BeamPlan()
+    brake, rework = StopToken(began + time_cap), RedesignProblem(scene, mounted, most, add_sensors)
     terms = len(scene.goals) * len(scene.poses)
     points = TargetPoints(scene, max(256, max(plan.points, *(s.points for s in plan.stages)) // terms), seed)
     rng, progress = np.random.default_rng((seed, 2)), Progress(stages=2 * most - 1)
     with ThreadPoolExecutor(processors()) as threads:
         objective, verifier = CoverageObjective(scene, points), Verifier(scene, voxel)
-        search = Beam(rework, plan, points, objective, verifier, threads, brake, tell, progress)
+        search = BeamSearch(rework, plan, points, objective, verifier, threads, brake, tell, progress)
         start = search.count(rework.start)
         if start is None:
             raise ValueError("more sensors are mounted than there may be")
@@ -104,7 +104,7 @@ def improve(
     return Improved(start, broken, tuple(steps), outcome, spent)
 
 
-def _put_back(rework: Rework, t: Touched, place: int) -> Touched:
+def _put_back(rework: RedesignProblem, t: Touched, place: int) -> Touched:
     """``t`` with one place as it was mounted; what this gives or takes in sensors, others may not make up for."""
     rings = list(t.rings)
     rings[place] = rework.before[place]

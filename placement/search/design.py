@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Setup
-from ...coverage.rings.ring_kinematics import Slots, slots
-from ...objectives.parameterization import Segment, Stretch, decode, encode, stretch
+from ...coverage.rings.ring_kinematics import RingArrays, slots
+from ...objectives.parameterization import Interval, Segment, decode, encode, stretch
 from .feasible_set import Places
 
 
@@ -49,7 +49,7 @@ class Space(Places):
             low[1, 0], high[1, 0] = tilts
         return low, high
 
-    def stretch(self, c: Candidate) -> Stretch:
+    def stretch(self, c: Candidate) -> Interval:
         """Where a candidate's rings and the fixed ones may be."""
         shared = np.concatenate([c.sign, np.ones(len(self.fixed))]) if self.scene.rules.shared_tilt else None
         which = np.concatenate([c.segment, np.full(len(self.fixed), -1)])
@@ -60,7 +60,7 @@ class Space(Places):
             where.tilt_of[n:] = np.arange(n, n + len(self.fixed))
         return where
 
-    def arrays(self, c: Candidate) -> tuple[Slots, Stretch]:
+    def arrays(self, c: Candidate) -> tuple[RingArrays, Interval]:
         """A candidate for the objective; all candidates have one shape."""
         links = [self.segments[i].link if i >= 0 else self.scene.robot.links[0] for i in c.segment]
         rings = [self.ring(link, int(n)) for link, n in zip(links, c.count, strict=True)]

@@ -17,12 +17,12 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...coverage.rings.ring import Ring
-from ...objectives.parameterization import Stretch, decode
+from ...objectives.parameterization import Interval, decode
 from ...objectives.soft_objective import worth
 from .design import Candidate, Space
 from .exchange_points import Field, Fields
 from .feasible_set import Rng
-from .local_search import Brake
+from .local_search import StopToken
 from .moves import fresh, vary
 from .ring_visibility import Around, rings_see
 
@@ -53,7 +53,7 @@ class Exchange:
 
     def __init__(self, space: Space, c: Candidate, rng: Rng) -> None:
         self._space, self._rng, self.candidate, self.value = space, rng, c, -np.inf
-        self._rings, self._stretches = dict[tuple[int, int], Ring](), dict[bytes, Stretch]()
+        self._rings, self._stretches = dict[tuple[int, int], Ring](), dict[bytes, Interval]()
 
     def look(self, field: Field) -> None:
         """See the points of a field from here on."""
@@ -78,7 +78,7 @@ class Exchange:
             self._rings[key] = self._space.ring(self._space.segments[key[0]].link, key[1])
         return self._rings[key]
 
-    def _stretch(self, c: Candidate) -> Stretch:
+    def _stretch(self, c: Candidate) -> Interval:
         key = c.segment.tobytes() + c.sign.tobytes() * self._space.scene.rules.shared_tilt
         if key not in self._stretches:
             self._stretches[key] = self._space.stretch(c)
@@ -177,7 +177,7 @@ def exchange(
     space: Space,
     fields: Fields,
     seed: int,
-    brake: Brake,
+    brake: StopToken,
     threads: ThreadPoolExecutor,
     tell: Callable[[int, float, Candidate], None],
     known: Sequence[Candidate],

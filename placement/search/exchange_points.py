@@ -11,7 +11,7 @@ from ...objectives.occlusion import occluders
 from ...objectives.soft_objective import TargetPoints
 from .design import Space
 from .ring_visibility import Around, around
-from .visibility_table import Lookout, lookout
+from .visibility_table import VisibilityTable, lookout
 
 _FEWEST = 8  # points of a goal at a pose
 _LOOKED_AT = 8192  # points, where something stands in the way
@@ -25,7 +25,7 @@ class Field:
 
     part: Float[np.ndarray, "N G"]
     around: dict[str, Around]
-    past: dict[str, Lookout]
+    past: dict[str, VisibilityTable]
 
 
 class Fields:
@@ -37,7 +37,7 @@ class Fields:
         goal, pose = (np.array(column) for column in zip(*self._terms, strict=True))
         self._parts = scene.pose_weights[pose][:, None] * (goal[:, None] == np.arange(len(scene.goals)))
         frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
-        self._most, self._past = len(each[0]), dict[str, Lookout]()
+        self._most, self._past = len(each[0]), dict[str, VisibilityTable]()
         if scene.occlusion != "ignore" or scene.obstacles:
             self._most = min(self._most, max(_LOOKED_AT // len(each), _FEWEST))
             each = [some[: self._most] for some in each]
@@ -58,7 +58,7 @@ class Fields:
         return Field(part, {link: points._replace(number=number) for link, points in found.items()}, self._past)
 
 
-def _lookouts(space: Space, frames: Any, points: list[Any], pose: list[int]) -> dict[str, Lookout]:
+def _lookouts(space: Space, frames: Any, points: list[Any], pose: list[int]) -> dict[str, VisibilityTable]:
     """What stands in the way of each link's sensors."""
     scene, found = space.scene, {}
     way = [occluders(scene, p.q) for p in scene.poses]

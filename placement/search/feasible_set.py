@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square
-from ...objectives.feasibility.clearance import Clear
+from ...objectives.feasibility.clearance import Clearance
 from ...objectives.feasibility.packing import board_of, fitting_tilts
 from ...objectives.parameterization import Segment, segments
 from ...objectives.scene import Scene
@@ -36,7 +36,7 @@ class Places:
             InfeasibleError: if no setup keeps the rules.
         """
         self.scene, self.layout = scene, layout
-        self.clear = Clear(scene) if scene.real else None
+        self.clear = Clearance(scene) if scene.real else None
         self.radii = {link: self._radius(link) for link in scene.robot.links}
         self._tilts = dict[tuple[str, int], tuple[float, float] | None]()
         self.segments = segments(scene, self._stretches())
@@ -58,7 +58,7 @@ class Places:
             _check_layout(self, layout)
 
     def _radius(self, link: str) -> float:
-        """The radius of new rings on ``link``, m: the layout's, or the scene's; raised as ``Clear.radius`` says."""
+        """The radius of new rings on ``link``, m: the layout's, or the scene's; raised as ``Clearance.radius`` says."""
         like = next((r.radius for r in self.layout.rings if r.link == link), None) if self.layout else None
         if self.clear is None:
             return self.scene.radius_of(link) if like is None else like

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ...coverage.rings.ring import Setup
-from ...objectives.criterion import Aim
+from ...objectives.criterion import Criterion
 from ...objectives.scene import Scene
 from .design import Space
 from .feasible_set import InfeasibleError
@@ -38,7 +38,7 @@ def fewest_sensors(
     schedule: Schedule | None = None,
     voxel: float = 0.01,
     tell: Callable[[int, Progress], None] = lambda sensors, progress: None,
-    aim: Aim | None = None,
+    aim: Criterion | None = None,
 ) -> Reach:
     """Find a setup with few sensors whose exact value is at least ``wanted``.
 

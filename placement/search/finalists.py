@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...coverage.rings.ring import Setup
-from ...objectives.criterion import Aim, judge
+from ...objectives.criterion import Criterion, judge
 from ...objectives.pose_subset import MANY, representative
 from ...objectives.scene import Scene
 from ...objectives.verify import Verified, Verifier
-from .local_search import Brake
+from .local_search import StopToken
 
 # Of more than ``MANY`` poses the finalists are compared roughly, and the chosen one is then counted as asked.
 COARSE, ROUGH = 0.03, 64  # m, side of the voxels, and poses that stand for all (all, where the worst one counts)
@@ -31,8 +31,8 @@ class Chosen:
 def choose(
     verifier: Verifier,
     setups: Sequence[Setup],
-    aim: Aim,
-    brake: Brake,
+    aim: Criterion,
+    brake: StopToken,
     luck: np.random.Generator,
     tell: Callable[[int, int], None] = lambda counted, to_count: None,
 ) -> Chosen:
@@ -85,7 +85,7 @@ def _some(scene: Scene, luck: np.random.Generator) -> Scene:
     return replace(scene, poses=tuple(poses))
 
 
-def _judge(verifier: Verifier, setups: Sequence[Setup], aim: Aim, brake: Brake) -> list[tuple[float, float]]:
+def _judge(verifier: Verifier, setups: Sequence[Setup], aim: Criterion, brake: StopToken) -> list[tuple[float, float]]:
     """The verifier's judgements of the first setups: of all, unless Ctrl-C comes; of one at least."""
     found: list[tuple[float, float]] = []
     for setup in setups:

@@ -17,7 +17,7 @@ Values = Float[np.ndarray, "3 R"]
 
 
 @dataclass
-class Brake:
+class StopToken:
     """Asks all climbs to stop: when a clock, which counts seconds, is past the deadline, or by hand."""
 
     deadline: float
@@ -46,11 +46,11 @@ def climb(
     width: float,
     steps: int,
     clouds: Cloud,
-    brake: Brake,
+    brake: StopToken,
     poses: Any = None,
 ) -> Climb:
     """L-BFGS from ``start`` within ``box`` at one ``width`` (m), ``steps`` evaluations at most, for the rings and sensors of
-    ``setup`` (its ``Slots`` and ``Stretch`` with a first axis of 1) at poses of these weights.
+    ``setup`` (its ``RingArrays`` and ``Interval`` with a first axis of 1) at poses of these weights.
 
     Returns:
         The best point met, not the last; ``start`` at least, even with the brake on.

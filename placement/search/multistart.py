@@ -11,7 +11,7 @@ import numpy as np
 from ...coverage.processors import processors
 from ...coverage.soft.estimator import SHARP
 from ...coverage.soft.sampling import Cloud
-from ...objectives.criterion import Aim
+from ...objectives.criterion import Criterion
 from ...objectives.pose_subset import poses_at_once, representative, with_worst
 from ...objectives.scene import Scene
 from ...objectives.soft_objective import CoverageObjective, TargetPoints
@@ -19,7 +19,7 @@ from .design import Candidate, Space, stacked
 from .diversity import unlike_first
 from .exchange import exchange, share_of
 from .exchange_points import Fields
-from .local_search import Brake, climb
+from .local_search import StopToken, climb
 from .moves import fresh, vary
 from .progress import Progress
 from .schedule import FINALISTS, Schedule, Stage, exchange_sees, exchange_sees_all
@@ -37,10 +37,10 @@ class Pool:
         self,
         scene: Scene,
         space: Space,
-        aim: Aim,
+        aim: Criterion,
         schedule: Schedule,
         seed: int,
-        brake: Brake,
+        brake: StopToken,
         threads: ThreadPoolExecutor,
         tell: Callable[[Progress], None],
         known: list[Candidate],

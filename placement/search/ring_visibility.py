@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Ring
 from ...coverage.robots.robot import Mount
-from .visibility_table import Lookout
+from .visibility_table import VisibilityTable
 
 
 class Around(NamedTuple):
@@ -48,7 +48,7 @@ def rings_see(
     height: Float[np.ndarray, " K"],
     tilt: Float[np.ndarray, " K"],
     phase: Float[np.ndarray, " K"],
-    past: Lookout | None = None,
+    past: VisibilityTable | None = None,
 ) -> Bool[np.ndarray, "K N"]:
     """Which points lie in a cone of a ring, for K places of it: height m from the mount's start, tilt and phase rad.
 

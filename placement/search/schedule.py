@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ...objectives.criterion import Aim
+from ...objectives.criterion import Criterion
 from ...objectives.scene import Scene
 from .design import Space
 from .exchange import Round
@@ -74,7 +74,7 @@ _CLIMB = (Stage(0.03, 4096, 30, 4, variants=6), Stage(0.02, 8192, 40, 3, variant
 _REFINE = (Stage(0.01, 8192, 25, FINALISTS), Stage(0.008, 32768, 80, FINALISTS))
 
 
-def usual(scene: Scene, space: Space, aim: Aim) -> Schedule:
+def usual(scene: Scene, space: Space, aim: Criterion) -> Schedule:
     """How a search goes unless told: an exchange, with moves of sensors where the space leaves counts free; and climbs,
     which only refine what it finds where it goes by all that counts, or nearly so."""
     rounds = FIXED if space.layout else FREE
@@ -84,18 +84,18 @@ def usual(scene: Scene, space: Space, aim: Aim) -> Schedule:
     return Schedule(rounds=rounds)
 
 
-def short(scene: Scene, space: Space, aim: Aim) -> Schedule:
+def short(scene: Scene, space: Space, aim: Criterion) -> Schedule:
     """How a search goes that starts from good setups: where an exchange goes by all that counts, by that alone."""
     if exchange_sees_all(scene, space, aim):
         return Schedule(FINALISTS, (), rounds=_FROM_GOOD if space.layout else _FROM_GOOD_FREE)
     return Schedule(8, _CLIMB, draws=256)
 
 
-def exchange_sees_all(scene: Scene, space: Space, aim: Aim) -> bool:
+def exchange_sees_all(scene: Scene, space: Space, aim: Criterion) -> bool:
     """Does an exchange go by all that counts: the mean of zeta, of cones that nothing stands in the way of?"""
     return exchange_sees(scene, space, aim) and scene.occlusion == "ignore" and not scene.obstacles
 
 
-def exchange_sees(scene: Scene, space: Space, aim: Aim) -> bool:
+def exchange_sees(scene: Scene, space: Space, aim: Criterion) -> bool:
     """Does it go by that, but for what it looks up of things in the way?"""
     return aim.plain and scene.over_poses == "mean" and not space.square

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from ...coverage.processors import processors
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
-from ...objectives.criterion import Aim
+from ...objectives.criterion import Criterion
 from ...objectives.scene import Scene
 from ...objectives.verify import Verified, Verifier
 from .collision_repair import apart
 from .design import Space
 from .finalists import choose
-from .local_search import Brake
+from .local_search import StopToken
 from .moves import fitted, fresh, papers
 from .multistart import Pool
 from .progress import Outcome, Progress, Statistics
@@ -52,7 +52,7 @@ def search(
     voxel: float = 0.01,
     tell: Callable[[Progress], None] = lambda progress: None,
     known: Sequence[Setup] = (),
-    aim: Aim | None = None,
+    aim: Criterion | None = None,
     verifier: Verifier | None = None,
     clock: Callable[[], float] = time.monotonic,
 ) -> SearchResult:
@@ -81,9 +81,9 @@ def search(
         InfeasibleError: where rings of different links meet wherever they were tried.
         ValueError: for an empty target, or floors of goals that the aim cannot keep.
     """
-    began, aim = time.monotonic(), aim or Aim()
+    began, aim = time.monotonic(), aim or Criterion()
     schedule = schedule or usual(scene, space, aim)
-    brake = Brake(clock() + time_cap, clock=clock)
+    brake = StopToken(clock() + time_cap, clock=clock)
     starts = [*papers(space), *(c for c in (fitted(space, setup) for setup in known) if c is not None)]
     with ThreadPoolExecutor(processors()) as threads:
         pool = Pool(scene, space, aim, schedule, seed, brake, threads, tell, starts)

@@ -25,7 +25,7 @@ _SLACK = 0.002  # m, by which bodies are thinner: an apex in the middle of a rin
 
 
 @dataclass(frozen=True)
-class Lookout:
+class VisibilityTable:
     """Of one link's sensors at H heights and A azimuths: length m of its mount; pose (N,) of each point; and one of these:
     clear (H * A, N): is the way to a point clear; stop (P, H * A, T) m: how far a sensor sees before it is blinded, at P
     poses, tilted T ways."""
@@ -56,7 +56,7 @@ def lookout(
     points: list[Float[np.ndarray, "N 3"]],
     pose: list[int],
     blinded: bool,
-) -> Lookout:
+) -> VisibilityTable:
     """The lookout of sensors on a mount, in rings of this ``radius`` m.
 
     Args:
@@ -87,7 +87,9 @@ def lookout(
             apex = seat @ frames[p, :3, :3].T + frames[p, :3, 3]
             clear.append(np.asarray(_clear(*(jnp.asarray(a, jnp.float32) for a in (apex, some)), _bodies(occluders[p]))))
     each = np.repeat(pose, [len(some) for some in points])
-    return Lookout(mount.length, each, np.concatenate(clear, axis=1) if clear else None, np.stack(stops) if stops else None)
+    return VisibilityTable(
+        mount.length, each, np.concatenate(clear, axis=1) if clear else None, np.stack(stops) if stops else None
+    )
 
 
 def _stop(apex: Any, look: Any, sensor: Sensor, occluders: Occluders) -> Float[np.ndarray, "C T"]:

@@ -30,7 +30,7 @@ _FLAT = 1e-9  # share of a face's area that an eye sees of it from its edge, by 
 
 
 @dataclass(frozen=True)
-class Skin:
+class VoxelSkin:
     """The voxels of a set that show a face to the eye.
 
     voxel: side, m. numbers (N, 3): on the lattice, a voxel lies between k and k + 1 sides. side (3,): +1 or -1, which of
@@ -65,7 +65,7 @@ def holds(voxels: VoxelSet, numbers: Int[np.ndarray, "N 3"]) -> Bool[np.ndarray,
     return voxels.count_in(encode(numbers + OFFSET), 1) > 0
 
 
-def skin(voxels: VoxelSet, towards_eye: Float[np.ndarray, " 3"]) -> Skin:
+def skin(voxels: VoxelSet, towards_eye: Float[np.ndarray, " 3"]) -> VoxelSkin:
     """The voxels that show a face to an eye at infinity.
 
     Args:
@@ -79,7 +79,7 @@ def skin(voxels: VoxelSet, towards_eye: Float[np.ndarray, " 3"]) -> Skin:
         neighbour = numbers + side[axis] * np.eye(3, dtype=np.int64)[axis]
         exposed[:, axis] = ~holds(voxels, neighbour)
     shown = exposed.any(axis=1)
-    return Skin(voxels.voxel, numbers[shown], side, exposed[shown])
+    return VoxelSkin(voxels.voxel, numbers[shown], side, exposed[shown])
 
 
 def cut_open(voxels: VoxelSet, axis: int, at: float, side: float) -> VoxelSet:
@@ -89,7 +89,7 @@ def cut_open(voxels: VoxelSet, axis: int, at: float, side: float) -> VoxelSet:
     return voxel_set(voxels.voxel, np.rint(kept / voxels.voxel - 0.5).astype(np.int64))
 
 
-def openness(skin: Skin, voxels: VoxelSet) -> Float[np.ndarray, " N"]:
+def openness(skin: VoxelSkin, voxels: VoxelSet) -> Float[np.ndarray, " N"]:
     """How little the voxels near each voxel of the skin close it in, in [0, 1]: 1 on flat and bulging parts, less in
     corners and grooves. It looks in 26 ways, up to eight voxels off; of a flat face 9 ways are open."""
     ways = np.array([w for w in np.ndindex(3, 3, 3) if w != (1, 1, 1)]) - 1
@@ -113,7 +113,7 @@ def normals(solid: Solid, points: Float[np.ndarray, "N 3"], step: float) -> Floa
 
 def add_skin(
     sheet: Sheet,
-    skin: Skin,
+    skin: VoxelSkin,
     colour: Any,
     normal: Float[np.ndarray, "N 3"] | None = None,
     blend: float = 1.0,

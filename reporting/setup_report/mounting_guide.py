@@ -18,7 +18,7 @@ _SHORT = 5e-4  # m, that is not worth a word
 
 
 @dataclass(frozen=True)
-class Seat:
+class MountPlace:
     """A ring's place: the joint whose frame carries its link; along, m, from that joint's origin to the ring's centre along
     the mount axis, positive towards distal; aside, m, of the axis from the origin; look (3,): where the first sensor looks,
     base frame, in the scene's first pose."""
@@ -30,7 +30,7 @@ class Seat:
     look: Float[np.ndarray, " 3"]
 
 
-def seat_list(scene: Scene, setup: Setup) -> list[Seat]:
+def seat_list(scene: Scene, setup: Setup) -> list[MountPlace]:
     """The seats of a setup's rings, in their order."""
     joints, axis = (*scene.robot.chain.joints, TCP), sensor_cones(scene.robot, setup, scene.poses[0].q).axis
     first = np.cumsum([0, *(ring.count for ring in setup.rings)])
@@ -39,7 +39,7 @@ def seat_list(scene: Scene, setup: Setup) -> list[Seat]:
         m = scene.robot.mount(ring.link)
         start = float(m.start @ m.axis)
         aside = float(np.linalg.norm(m.start - start * m.axis))
-        found.append(Seat(ring, joints[m.frame], start + ring.position * m.length, aside, np.asarray(axis[k])))
+        found.append(MountPlace(ring, joints[m.frame], start + ring.position * m.length, aside, np.asarray(axis[k])))
     return found
 
 

@@ -20,7 +20,7 @@ _OPTIMAL = 0  # SciPy's status
 
 
 @dataclass(frozen=True)
-class Choice:
+class CoverProblem:
     """C candidates over M groups of points that the same candidates cover.
 
     covers (C, M); weight (M,): share of all points in each group; cost (C,) sensors; budget; limits: of the candidates with
@@ -63,7 +63,7 @@ def grouped(covers: Bool[np.ndarray, "C N"]) -> tuple[Bool[np.ndarray, "C M"], F
     return found[:, seen], times[seen] / covers.shape[1]
 
 
-def greedy(choice: Choice) -> Int[np.ndarray, " _"]:
+def greedy(choice: CoverProblem) -> Int[np.ndarray, " _"]:
     """Numbers of the candidates taken one by one, each the one that adds most for its cost, or the best single one.
 
     Were there candidates of one cost and no limits, this would reach 1 - 1/e of the best choice (Nemhauser, Wolsey and
@@ -84,7 +84,7 @@ def greedy(choice: Choice) -> Int[np.ndarray, " _"]:
     return max(np.array(taken, int), single, key=choice.share)
 
 
-def certificate(choice: Choice, pull: Float[np.ndarray, " M"], prices: Float[np.ndarray, " _"]) -> float:
+def certificate(choice: CoverProblem, pull: Float[np.ndarray, " M"], prices: Float[np.ndarray, " _"]) -> float:
     """An upper bound of any choice's share, whatever multipliers are given: so no solver's tolerance can spoil it.
 
     Args:
@@ -100,7 +100,7 @@ def certificate(choice: Choice, pull: Float[np.ndarray, " M"], prices: Float[np.
     return float((choice.weight - pull).sum() + held + np.maximum(worth, 0).sum())
 
 
-def relaxed(choice: Choice, seconds: float) -> float:
+def relaxed(choice: CoverProblem, seconds: float) -> float:
     """The linear programme's upper bound, recomputed from its multipliers; a weaker one if the time was too short."""
     c, m = choice.covers.shape
     a, b = choice.constraints()
@@ -112,7 +112,7 @@ def relaxed(choice: Choice, seconds: float) -> float:
 
 
 @dataclass(frozen=True)
-class Solved:
+class CoverSolution:
     """What the integer programme gave in its time: the best choice it met (numbers of candidates), an upper bound of any
     choice's share, and whether the two meet."""
 
@@ -121,7 +121,7 @@ class Solved:
     optimal: bool
 
 
-def solved(choice: Choice, seconds: float) -> Solved:
+def solved(choice: CoverProblem, seconds: float) -> CoverSolution:
     """The integer programme, for so many seconds at most."""
     c, m = choice.covers.shape
     a, b = choice.constraints()
@@ -136,4 +136,4 @@ def solved(choice: Choice, seconds: float) -> Solved:
     total = float(choice.weight.sum())
     dual = found.mip_dual_bound
     bound = total if dual is None or not np.isfinite(dual) else min(-float(dual), total)
-    return Solved(taken, bound, found.status == _OPTIMAL)
+    return CoverSolution(taken, bound, found.status == _OPTIMAL)

@@ -7,7 +7,7 @@ from matplotlib.patches import Patch
 
 from ...reporting.pages import table
 from ...reporting.plots import COLOURS, GREY, INK, plain, save, sheet
-from .study import BUDGETS, COUNTS, GRID, POINTS, SECONDS, Row
+from .study import BUDGETS, COUNTS, GRID, POINTS, SECONDS, BoundRow
 
 _WAYS = (
     ("search_percent", "the search", "o", COLOURS[0]),
@@ -16,7 +16,7 @@ _WAYS = (
 )
 
 
-def picture(rows: list[Row], file: Path) -> None:
+def picture(rows: list[BoundRow], file: Path) -> None:
     """Draw for each target what was found and what no setup of the grid exceeds, by the number of sensors."""
     names = list(dict.fromkeys(row.target for row in rows))
     figure = sheet(4.2 * len(names), 4.2)
@@ -45,7 +45,7 @@ def picture(rows: list[Row], file: Path) -> None:
     save(figure, file)
 
 
-def page(rows: list[Row], command: str) -> str:
+def page(rows: list[BoundRow], command: str) -> str:
     """The study in words and tables (Markdown)."""
     lines = ["# How good is it, really", "", f"`{command}`; the measurements are in `data.csv`.", ""]
     lines += ["![Found and bounded coverage by the number of sensors](bound.png)", "", *_what_is_bounded(rows)]
@@ -69,7 +69,7 @@ def page(rows: list[Row], command: str) -> str:
     return "\n".join([*lines, table(heads, body), *_verdict(rows)]) + "\n"
 
 
-def _what_is_bounded(rows: list[Row]) -> list[str]:
+def _what_is_bounded(rows: list[BoundRow]) -> list[str]:
     counts = ", ".join(map(str, COUNTS))
     return [
         f"The grid: {rows[0].rings} rings, at {GRID['positions']} positions of each link (one on the tool), {GRID['tilts']}"
@@ -92,7 +92,7 @@ def _what_is_bounded(rows: list[Row]) -> list[str]:
     ]
 
 
-def _verdict(rows: list[Row]) -> list[str]:
+def _verdict(rows: list[BoundRow]) -> list[str]:
     """What the rows say together."""
     beaten = sum(row.gap < 0 for row in rows)
     below = sum(row.search_percent < row.chosen_percent for row in rows)

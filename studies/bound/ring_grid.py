@@ -13,13 +13,13 @@ from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.soft.sampling import sample
 from ...coverage.targets import Target
 from ...objectives.scene import Scene
-from .max_cover import Choice, greedy, grouped, relaxed, solved
+from .max_cover import CoverProblem, greedy, grouped, relaxed, solved
 
 _CLOSE = 1e-9  # m
 
 
 @dataclass(frozen=True)
-class Grid:
+class RingGrid:
     """Rings at so many positions along each link and tilts (ends of their limits included), with these counts, and at so
     many phases within the spacing of their sensors."""
 
@@ -68,14 +68,16 @@ def covered(scene: Scene, setup: Setup, points: Float[np.ndarray, "N 3"]) -> Boo
     return np.asarray(sensor_cones(scene.robot, setup, scene.poses[0].q)(points) <= 0)
 
 
-def choice(scene: Scene, grid: Grid, points: Float[np.ndarray, "N 3"], budget: int) -> tuple[list[Ring], Choice]:
+def choice(scene: Scene, grid: RingGrid, points: Float[np.ndarray, "N 3"], budget: int) -> tuple[list[Ring], CoverProblem]:
     """The grid's rings, and the problem of choosing among them within a budget of sensors."""
     rings = grid.rings(scene)
     covers, weight = grouped(np.stack([covered(scene, Setup((ring,)), points) for ring in rings]))
-    return rings, Choice(covers, weight, np.array([ring.count for ring in rings]), budget, limits(scene, rings))
+    return rings, CoverProblem(covers, weight, np.array([ring.count for ring in rings]), budget, limits(scene, rings))
 
 
-def bounded(scene: Scene, target: Target, budget: int, grid: Grid, count: int, seed: int, seconds: float) -> dict[str, Any]:
+def bounded(
+    scene: Scene, target: Target, budget: int, grid: RingGrid, count: int, seed: int, seconds: float
+) -> dict[str, Any]:
     """Percents of ``count`` points: greedy, the best choice met, the integer and the linear programme's upper bounds;
     whether the integer programme was solved in its ``seconds``; rings of the grid, and groups of points."""
     rings, asked = choice(scene, grid, points_in(scene, target, count, seed), budget)

@@ -25,7 +25,7 @@ Measure = Callable[[str, list[Cell]], list[Any]]
 
 
 @dataclass(frozen=True)
-class Row:
+class BoundRow:
     """One target and budget; percents of the same points, but for ``search_exact_percent``, which is counted.
 
     ``optimal``: whether the integer programme was solved, so that its best choice is the grid's best.
@@ -72,7 +72,7 @@ def plan(seed: int) -> list[tuple[Target, int, Cell, Cell]]:
     return found
 
 
-def measure(run: Measure, seed: int = 0) -> list[Row]:
+def measure(run: Measure, seed: int = 0) -> list[BoundRow]:
     """All rows, where ``run`` measures cells under a heading; ``seed``: of searches and points."""
     wanted = plan(seed)
     searched: list[Rings] = run("searching setups", [search for *_, search, _ in wanted])
@@ -85,6 +85,6 @@ def measure(run: Measure, seed: int = 0) -> list[Row]:
     shares = run("counting on the same points", on_points)
     zetas = run("counting voxels", exact)
     return [
-        Row(str(target), budget, round(zeta["zeta_percent"], 4), round(share, 4), **bound)
+        BoundRow(str(target), budget, round(zeta["zeta_percent"], 4), round(share, 4), **bound)
         for (target, budget, *_), bound, share, zeta in zip(wanted, bounds, shares, zetas, strict=True)
     ]

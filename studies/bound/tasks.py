@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..engine.tasks import Rings, register, scene_from, setup_from
-from .ring_grid import Grid, bounded, covered, points_in
+from .ring_grid import RingGrid, bounded, covered, points_in
 
 
 @register("share of points")
@@ -21,4 +21,4 @@ def bound(
 ) -> dict[str, Any]:
     """Upper bounds of what setups of a grid cover of such points, and what some do: see ``ring_grid`` and ``max_cover``."""
     where = scene_from(scene)
-    return bounded(where, where.goals[0].target, sensors, Grid(**grid), points, seed, limit)
+    return bounded(where, where.goals[0].target, sensors, RingGrid(**grid), points, seed, limit)

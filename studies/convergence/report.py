@@ -8,14 +8,14 @@ from matplotlib.axes import Axes
 from ...reporting.plots import GREY, GRID, INK, save, sheet
 from ..paper.coverage_cells import FAR, NEAR
 from ..paper.coverage_cells import PUBLISHED as _BOTH
-from .study import TARGETS, Row, errors, order
+from .study import TARGETS, ConvergenceRow, errors, order
 
 SHOWN = "n3_16_55"
 PUBLISHED = _BOTH | {"V_OT": 65.0}  # "over 65"
 COLOURS = {"centre": "#0072B2", "touch": "#D55E00", "certified": "#009E73"}
 
 
-def _zeta(ax: Axes, rows: list[Row], robot: str, target: str) -> None:
+def _zeta(ax: Axes, rows: list[ConvergenceRow], robot: str, target: str) -> None:
     """Zeta of one setup against the voxel, rule by rule."""
     mine = [r for r in rows if (r.robot, r.setup, r.target) == (robot, SHOWN, target)]
     truth = next(r.zeta_percent for r in mine if r.rule == "truth")
@@ -33,7 +33,7 @@ def _zeta(ax: Axes, rows: list[Row], robot: str, target: str) -> None:
     ax.set_ylim(max(truth - 22, 0), min(max(truth, PUBLISHED[target]) + 12, 101))
 
 
-def _errors(ax: Axes, rows: list[Row], target: str) -> None:
+def _errors(ax: Axes, rows: list[ConvergenceRow], target: str) -> None:
     """Distance from the truth of all setups on both chains."""
     for rule, colour in COLOURS.items():
         label = f"{rule}: order {order(rows, rule, target):.1f}"
@@ -46,7 +46,7 @@ def _errors(ax: Axes, rows: list[Row], target: str) -> None:
     ax.set_title(f"all setups, both chains, {target}", fontsize=10, loc="left", color=INK)
 
 
-def picture(rows: list[Row], file: Path) -> None:
+def picture(rows: list[ConvergenceRow], file: Path) -> None:
     """Draw the study: a row of axes for each chain, and one for the errors."""
     robots = sorted({r.robot for r in rows})
     figure = sheet(13, 11)
@@ -71,7 +71,7 @@ def picture(rows: list[Row], file: Path) -> None:
     save(figure, file)
 
 
-def page(rows: list[Row], command: str) -> str:
+def page(rows: list[ConvergenceRow], command: str) -> str:
     """The study in words and tables (Markdown)."""
     truth = {r.key[:3]: r for r in rows if r.rule == "truth"}
     touch = {r.key[:3]: r.zeta_percent for r in rows if r.rule == "touch" and r.voxel == 0.1}
@@ -96,7 +96,7 @@ def page(rows: list[Row], command: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _verdict(truth: dict[tuple[str, str, str], Row], touch: dict[tuple[str, str, str], float]) -> list[str]:
+def _verdict(truth: dict[tuple[str, str, str], ConvergenceRow], touch: dict[tuple[str, str, str], float]) -> list[str]:
     """Whether a voxel's rule explains what was published for one setup."""
     lines = [
         f"The paper gives {SHOWN} {_BOTH[str(NEAR)]:.2f} % of {NEAR}, {_BOTH[str(FAR)]:.2f} % of {FAR} and over 65 % of",

@@ -21,7 +21,7 @@ _FINE = 0.1  # m, from where on an order is fitted: larger voxels are as large a
 
 
 @dataclass(frozen=True)
-class Row:
+class ConvergenceRow:
     """One measurement: ``rule`` is that of a count, or ``truth`` for an interval of 0.05 points; percents; voxel in m."""
 
     robot: str
@@ -53,7 +53,7 @@ def plan() -> list[tuple[str, str, Target, str, float]]:
     ]
 
 
-def measure(run: Callable[[list[Cell]], list[Any]]) -> list[Row]:
+def measure(run: Callable[[list[Cell]], list[Any]]) -> list[ConvergenceRow]:
     """All measurements of the plan, where ``run`` measures cells."""
     wanted = plan()
     results = run([_cell(*measurement) for measurement in wanted])
@@ -67,12 +67,12 @@ def _cell(robot: str, setup: str, target: Target, rule: str, voxel: float) -> Ce
     return Cell("zeta", arguments | {"rule": rule, "voxel": voxel})
 
 
-def _row(robot: str, setup: str, target: Target, rule: str, voxel: float, result: dict[str, float]) -> Row:
+def _row(robot: str, setup: str, target: Target, rule: str, voxel: float, result: dict[str, float]) -> ConvergenceRow:
     zeta, low, high = (round(result[f"{key}_percent"], 6) for key in ("zeta", "low", "high"))
-    return Row(robot, setup, str(target), rule, voxel, zeta, low, high, round(result["seconds"], 3))
+    return ConvergenceRow(robot, setup, str(target), rule, voxel, zeta, low, high, round(result["seconds"], 3))
 
 
-def errors(rows: list[Row], rule: str) -> dict[tuple[str, str, str], tuple[list[float], list[float]]]:
+def errors(rows: list[ConvergenceRow], rule: str) -> dict[tuple[str, str, str], tuple[list[float], list[float]]]:
     """For each robot, setup and target: voxels, and how far zeta lies from the truth, in points; when certified, how wide
     the interval is."""
     truth = {row.key[:3]: row.zeta_percent for row in rows if row.rule == "truth"}
@@ -86,7 +86,7 @@ def errors(rows: list[Row], rule: str) -> dict[tuple[str, str, str], tuple[list[
     return found
 
 
-def order(rows: list[Row], rule: str, target: str) -> float:
+def order(rows: list[ConvergenceRow], rule: str, target: str) -> float:
     """Exponent p of an error that falls as voxel^p: slope of the mean logarithm over all setups and robots."""
     fine = [
         (np.log(v), np.log(max(e, 1e-4)))

@@ -15,7 +15,7 @@ from ...coverage.targets import Target
 from ...formats.convert.scenes import ring_models, scene_of, setup_of
 from ...formats.schema.mount_models import RingModel
 from ...formats.schema.scene_models import SceneFile
-from ...objectives.criterion import Aim
+from ...objectives.criterion import Criterion
 from ...objectives.occlusion import unseeing
 from ...objectives.scene import Scene
 from ...objectives.verify import Rule, Verifier
@@ -85,7 +85,7 @@ def _searched(
     asked = scene_from(scene)
     space = Space(asked, None if sensors else ring_layout(asked, rings_per_link, sensors_per_ring), sensors)
     setups = [setup_from(rings, asked) for rings in known]
-    schedule = shorter(asked, space, Aim()) if short else None
+    schedule = shorter(asked, space, Criterion()) if short else None
     found = searching(asked, space, seed, processor_time, schedule, known=setups, clock=time.process_time)
     if found.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt

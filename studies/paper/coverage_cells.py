@@ -34,7 +34,7 @@ ALONG = 25  # poses along one cycle of the task
 
 
 @dataclass(frozen=True)
-class Row:
+class CoverageRow:
     """One zeta: table and variant it belongs to, chain, setup, target, rule, voxel in m, percent; ``at`` is what the table
     sweeps: an angle in degrees, a time in s."""
 
@@ -49,7 +49,7 @@ class Row:
     zeta_percent: float = float("nan")
 
 
-Question = tuple[Row, Cell]
+Question = tuple[CoverageRow, Cell]
 
 
 @cache
@@ -67,7 +67,7 @@ def scene(chain: str, q: Float[np.ndarray, " J"] | None = None, **keys: Any) -> 
     return {"robot": chain, "poses": [{"q_deg": angles}], **keys}
 
 
-def question(row: Row, where: Mapping[str, Any], setup: str | Rings, target: Target) -> Question:
+def question(row: CoverageRow, where: Mapping[str, Any], setup: str | Rings, target: Target) -> Question:
     """A row and the cell that fills it."""
     arguments = {"setup": setup, "target": target.name, "radius": target.radius, "rule": row.rule, "voxel": row.voxel}
     return row, Cell("zeta", {"scene": where, **arguments})
@@ -92,7 +92,7 @@ def searches(seed: int = 0) -> dict[str, Cell]:
 def configurations(searched: Mapping[str, Rings]) -> list[Question]:
     """The paper's bar chart: its six setups on both chains, and the searched ones on the chain they were searched for."""
     return [
-        question(Row("configurations", chain, "", 0.0, name, str(target), rule, voxel), scene(chain), setup, target)
+        question(CoverageRow("configurations", chain, "", 0.0, name, str(target), rule, voxel), scene(chain), setup, target)
         for chain in CHAINS
         for rule, voxel in COUNTS
         for target in dict.fromkeys([*TARGETS, *SHELLS])
@@ -105,7 +105,7 @@ def tilts() -> list[Question]:
     targets = dict.fromkeys([*TARGETS, *SHELLS])
     return [
         question(
-            Row("tilts", chain, "", theta, f"n2_16_{theta}", str(target), rule, voxel),
+            CoverageRow("tilts", chain, "", theta, f"n2_16_{theta}", str(target), rule, voxel),
             scene(chain),
             f"n2_16_{theta}",
             target,
@@ -126,7 +126,7 @@ def cycle(searched: Mapping[str, Rings]) -> list[Question]:
     setups = {n: n for n in ("n2_16_25", "n2_16_55", "n3_16_55")} | {n: searched[n] for n in ("both 80", "both 112")}
     return [
         question(
-            Row("cycle", "ur10", "", round(float(motion.time_s[i]), 3), name, str(target), "centre", 0.02),
+            CoverageRow("cycle", "ur10", "", round(float(motion.time_s[i]), 3), name, str(target), "centre", 0.02),
             scene("ur10", motion.q[i]),
             setup,
             target,
@@ -137,13 +137,13 @@ def cycle(searched: Mapping[str, Rings]) -> list[Question]:
     ]
 
 
-def answer(questions: Iterable[Question], run: Callable[[list[Cell]], list[Any]]) -> list[Row]:
+def answer(questions: Iterable[Question], run: Callable[[list[Cell]], list[Any]]) -> list[CoverageRow]:
     """The rows with their zeta, where ``run`` measures cells."""
     asked = list(questions)
     results = run([cell for _, cell in asked])
     return [replace(row, zeta_percent=round(r["zeta_percent"], 4)) for (row, _), r in zip(asked, results, strict=True)]
 
 
-def records(rows: Iterable[Row]) -> list[dict[str, Any]]:
+def records(rows: Iterable[CoverageRow]) -> list[dict[str, Any]]:
     """Rows for a CSV."""
     return [asdict(row) for row in rows]

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ...reporting.plots import COLOURS, GREY, INK, MARKERS, plain, save, sheet
-from .coverage_cells import BUDGETS, COUNTS, FAR, GOALS, NEAR, PUBLISHED, RADII, SETUPS, TARGETS, THETAS, Row
+from .coverage_cells import BUDGETS, COUNTS, FAR, GOALS, NEAR, PUBLISHED, RADII, SETUPS, TARGETS, THETAS, CoverageRow
 from .open_choices import AS_CHOSEN
 from .open_choices import SETUPS as OPEN_SETUPS
 
@@ -16,7 +16,7 @@ _EIGHTY = tuple(f"{goal} 80" for goal in GOALS)
 COUNT_NAMES = {"centre": "unbiased (centre, 1 cm)", "touch": "touched voxels of 10 cm"}
 
 
-def value(rows: Iterable[Row], **keys: object) -> float:
+def value(rows: Iterable[CoverageRow], **keys: object) -> float:
     """Zeta of the one row that has all these values; KeyError where there is none."""
     for row in rows:
         if all(getattr(row, key) == wanted for key, wanted in keys.items()):
@@ -24,7 +24,7 @@ def value(rows: Iterable[Row], **keys: object) -> float:
     raise KeyError(f"no row with {keys}")
 
 
-def configurations(rows: Sequence[Row], file: Path) -> None:
+def configurations(rows: Sequence[CoverageRow], file: Path) -> None:
     """Bars: every setup over all targets, under both rules, on `ur10`."""
     searched = [f"{goal} {n}" for n in BUDGETS for goal in GOALS]
     names = [*SETUPS, *searched]
@@ -51,7 +51,7 @@ def configurations(rows: Sequence[Row], file: Path) -> None:
     save(figure, file)
 
 
-def _best(rows: Sequence[Row], rule: str, target: str) -> float:
+def _best(rows: Sequence[CoverageRow], rule: str, target: str) -> float:
     """The best that a searched setup of 80 sensors reaches; NaN where none was counted."""
     found = [r.zeta_percent for r in rows if (r.rule, r.target) == (rule, target) and r.setup in _EIGHTY]
     return max(found, default=float("nan"))
@@ -63,7 +63,7 @@ def _searched(ax: Axes, levels: dict[str, tuple[float, str]]) -> None:
         ax.plot([1.0, 1.025], [level, level], color=colour, lw=2.5, transform=ax.get_yaxis_transform(), clip_on=False)
 
 
-def tilts(rows: Sequence[Row], configurations: Sequence[Row], targets: Sequence[str], file: Path) -> None:
+def tilts(rows: Sequence[CoverageRow], configurations: Sequence[CoverageRow], targets: Sequence[str], file: Path) -> None:
     """Lines: n2_16_theta over theta, both rules and chains; the searched setup of 80 sensors as marks at the right."""
     figure = sheet(12, 8.4)
     axes = figure.subplots(2, 2, sharex=True, sharey=True)
@@ -89,17 +89,17 @@ def tilts(rows: Sequence[Row], configurations: Sequence[Row], targets: Sequence[
     save(figure, file)
 
 
-def sweep(rows: Sequence[Row], configurations: Sequence[Row], file: Path) -> None:
+def sweep(rows: Sequence[CoverageRow], configurations: Sequence[CoverageRow], file: Path) -> None:
     """Coverage of all targets over theta."""
     tilts(rows, configurations, [str(t) for t in TARGETS], file)
 
 
-def shells(rows: Sequence[Row], configurations: Sequence[Row], file: Path) -> None:
+def shells(rows: Sequence[CoverageRow], configurations: Sequence[CoverageRow], file: Path) -> None:
     """Coverage of the shell over theta, for each radius."""
     tilts(rows, configurations, [f"V_S({r:g})" for r in RADII], file)
 
 
-def cycle(rows: Sequence[Row], time: Any, speed: Any, file: Path) -> None:
+def cycle(rows: Sequence[CoverageRow], time: Any, speed: Any, file: Path) -> None:
     """Coverage along one cycle of the task, and the TCP's speed (time in s, speed in m/s)."""
     figure = sheet(11, 8)
     axes = figure.subplots(3, 1, sharex=True, height_ratios=(1, 1, 0.6))
@@ -118,7 +118,7 @@ def cycle(rows: Sequence[Row], time: Any, speed: Any, file: Path) -> None:
     save(figure, file)
 
 
-def openness(rows: Sequence[Row], file: Path) -> None:
+def openness(rows: Sequence[CoverageRow], file: Path) -> None:
     """Dots: how far each open choice moves zeta from what was chosen, in points, under `centre`."""
     variants = [v for v in dict.fromkeys(r.variant for r in rows) if v != AS_CHOSEN]
     targets = list(dict.fromkeys(r.target for r in rows))

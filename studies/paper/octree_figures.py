@@ -18,7 +18,7 @@ from ...reporting.plots import GREY, INK
 from ...reporting.rendering.faces import circle, cone
 from ...reporting.rendering.sheet import UNSEEN_COLOUR, Sheet, write_png
 from ...reporting.rendering.voxels import add_axes, add_bar, add_skin, normals, skin
-from .octree_view import EYE, SHELL_COLOUR, View, draw_both, draw_cones, draw_discs, draw_left, paler, sheet_of
+from .octree_view import EYE, SHELL_COLOUR, OctreeView, draw_both, draw_cones, draw_discs, draw_left, paler, sheet_of
 
 CONE_VOXELS = (0.2, 0.1, 0.05, 0.025)  # m
 PAPER_CONE, PAPER_OCTREE = 0.173, 0.17  # m^3: the paper's cone, by its formula and by its octree
@@ -80,7 +80,7 @@ def _fit(sheets: Sequence[Sheet], alike: bool) -> None:
             add_axes(sheet, (right - 0.11 * size[1], bottom + 0.05 * size[1]), 0.07 * size[1])
 
 
-def _key(figure: Figure, view: View, *more: tuple[Any, str]) -> None:
+def _key(figure: Figure, view: OctreeView, *more: tuple[Any, str]) -> None:
     """Say below what the colours of the voxels mean."""
     seen = [(view.colours[link], f"seen from the {link.replace('_', ' ')}") for link in dict.fromkeys(view.links)]
     patches = [Patch(fc=colour, label=label) for colour, label in (*seen, (SHELL_COLOUR, "V_S, unseen"), *more)]
@@ -101,7 +101,7 @@ def four_panels(file: Path, scene: Scene, setup_name: str, radius: float, voxel:
         What is drawn: radius, voxel, shell_voxels, fov_voxels, covered_voxels, left_voxels, shell_m3, fov_m3 and
         zeta_percent.
     """
-    view = View.of(scene, setup_name, radius, voxel)
+    view = OctreeView.of(scene, setup_name, radius, voxel)
     found = view.numbers()
     figure, axes = _axes((10, 9.7), 2, 2, left=0.02, right=0.98, bottom=0.045, top=0.865, hspace=0.14, wspace=0.06)
     counts = f"{found['shell_voxels']:,} and {found['fov_voxels']:,} voxels of {100 * voxel:g} cm"
@@ -129,7 +129,7 @@ def shells(file: Path, scene: Scene, setup_name: str, radii: tuple[float, ...], 
 
     The other arguments and what each of the dictionaries holds: see ``four_panels``.
     """
-    views = [View.of(scene, setup_name, radius, voxel) for radius in radii]
+    views = [OctreeView.of(scene, setup_name, radius, voxel) for radius in radii]
     found = [view.numbers() for view in views]
     width = 0.15 + 4.1 * len(radii)
     figure, axes = _axes((width, 5.1), 1, len(radii), left=0.01, right=0.99, bottom=0.07, top=0.75, wspace=0.04)

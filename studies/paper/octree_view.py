@@ -36,7 +36,7 @@ def paler(colour: Any, share: float) -> Any:
 
 
 @dataclass(frozen=True)
-class View:
+class OctreeView:
     """A setup in a scene's first pose and a shell V_S around it: solids, and the voxels of each."""
 
     scene: Scene
@@ -48,13 +48,13 @@ class View:
     seen: VoxelSet
 
     @staticmethod
-    def of(scene: Scene, setup_name: str, radius: float, voxel: float) -> "View":
+    def of(scene: Scene, setup_name: str, radius: float, voxel: float) -> "OctreeView":
         """Of the paper's setup of that name, a shell of ``radius`` m and voxels of side ``voxel`` m that count by their
         centres."""
         q, setup = scene.poses[0].q, named_setup(setup_name, scene.sensor, scene.ring_radius)
         target = Target("V_S", radius)
         shell, cones = scene.solid(target, 0), sensor_cones(scene.robot, setup, q)
-        return View(scene, setup, target, shell, cones, target_voxels(shell, voxel, "centre"), voxels(cones, voxel))
+        return OctreeView(scene, setup, target, shell, cones, target_voxels(shell, voxel, "centre"), voxels(cones, voxel))
 
     @property
     def frames(self) -> Any:
@@ -94,18 +94,18 @@ class View:
         return np.array([to_rgb(self.colours[name]) for name in parts])[np.argmin(depth, axis=0)]
 
 
-def sheet_of(ax: Axes, view: View) -> Sheet:
+def sheet_of(ax: Axes, view: OctreeView) -> Sheet:
     """A sheet for the drawings below, seen from infinity."""
     ax.set_aspect("equal")
     ax.axis("off")
     return Sheet(ax, view.shell.bounds(), *EYE)
 
 
-def _add_robot(sheet: Sheet, view: View) -> None:
+def _add_robot(sheet: Sheet, view: OctreeView) -> None:
     add_robot(sheet, view.scene.robot, view.frames, view.setup, view.colours)
 
 
-def draw_discs(sheet: Sheet, view: View) -> None:
+def draw_discs(sheet: Sheet, view: OctreeView) -> None:
     """V_S as it is swept: grey discs where the pose curve bends, a colour each where it is straight."""
     radius, shape, shades = view.target.radius or 0.0, view.scene.shape, cycle(_STRAIGHT)
     for piece in robot_curve(view.scene.robot, view.scene.poses[0].q, shape).pieces:
@@ -122,7 +122,7 @@ def draw_discs(sheet: Sheet, view: View) -> None:
     sheet.paint(smooth=False, fit=True)
 
 
-def draw_cones(sheet: Sheet, view: View) -> None:
+def draw_cones(sheet: Sheet, view: OctreeView) -> None:
     """V_FOV: cones in the colours of their links; those that point at the eye in outline, so that the robot is seen."""
     c: Any = view.cones
     towards = c.axis @ sheet.rotation[2] > _TOWARDS
@@ -145,7 +145,7 @@ def draw_cones(sheet: Sheet, view: View) -> None:
     sheet.paint(smooth=False, fit=True)
 
 
-def _section(sheet: Sheet, view: View, kept: VoxelSet, solid: Solid, colour: Any) -> None:
+def _section(sheet: Sheet, view: OctreeView, kept: VoxelSet, solid: Solid, colour: Any) -> None:
     """A set of voxels cut open upright along the arm, the half nearer to the eye away, without the robot's own V_R."""
     axis = int(np.argmax(np.abs(sheet.rotation[2, :2])))
     line = body(view.scene.robot, view.frames)[:, axis]
@@ -163,7 +163,7 @@ def _section(sheet: Sheet, view: View, kept: VoxelSet, solid: Solid, colour: Any
     sheet.paint(smooth=False, fit=True, zorder=3)
 
 
-def draw_both(sheet: Sheet, view: View) -> None:
+def draw_both(sheet: Sheet, view: OctreeView) -> None:
     """Omega(V_S) and Omega(V_FOV), cut open: what is seen in the colours of the links, paler where it is not in V_S."""
     both = Union(view.cones, view.shell.a)
     body_voxels = voxels(view.shell.b, view.seen.voxel)
@@ -176,7 +176,7 @@ def draw_both(sheet: Sheet, view: View) -> None:
     _section(sheet, view, (view.wanted | view.seen) - body_voxels, Difference(both, view.shell.b), colour)
 
 
-def draw_left(sheet: Sheet, view: View) -> None:
+def draw_left(sheet: Sheet, view: OctreeView) -> None:
     """Omega(V_S) less Omega(V_FOV), cut open."""
     left = Difference(view.shell, view.cones)
     _section(sheet, view, view.wanted - view.seen, left, lambda s: np.tile(paler(UNSEEN_COLOUR, 0.1), (len(s.numbers), 1)))

@@ -10,7 +10,7 @@ from ...coverage.sensors.sensor import PAPER_SENSOR
 from ...coverage.targets import Target
 from ...formats.convert.scenes import ring_models
 from ..engine.tasks import Rings
-from .coverage_cells import COUNTS, FAR, NEAR, Question, Row, question, scene
+from .coverage_cells import COUNTS, FAR, NEAR, CoverageRow, Question, question, scene
 
 SETUPS = ("n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
 TARGETS = (NEAR, FAR, Target("V_OT"))
@@ -67,6 +67,8 @@ def openness() -> list[Question]:
         for rule, voxel in COUNTS:
             for target in TARGETS:
                 for name in SETUPS:
-                    row = Row("open", where["robot"], variant.name, 0.0, name, str(target), rule, voxel * variant.voxels)
+                    row = CoverageRow(
+                        "open", where["robot"], variant.name, 0.0, name, str(target), rule, voxel * variant.voxels
+                    )
                     found.append(question(row, where, rings(name, **variant.rings), target))
     return found

@@ -16,7 +16,7 @@ from . import coverage_cells as paper
 from . import distance_cells as paper_distance
 from . import figures as paper_figures
 from . import octree_figures
-from .coverage_cells import CHAINS, COUNTS, SETUPS, TARGETS, Row
+from .coverage_cells import CHAINS, COUNTS, SETUPS, TARGETS, CoverageRow
 from .figures import COUNT_NAMES, value
 from .open_choices import SETUPS as OPEN_SETUPS
 from .open_choices import TARGETS as OPEN_TARGETS
@@ -188,7 +188,7 @@ def _name(setup: str) -> str:
     return f"searched for {goal}, {sensors} sensors" if sensors else setup
 
 
-def _open(rows: Sequence[Row]) -> Iterator[str]:
+def _open(rows: Sequence[CoverageRow]) -> Iterator[str]:
     """The spread of zeta over all open choices."""
     names = [str(t) for t in OPEN_TARGETS]
 

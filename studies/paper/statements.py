@@ -15,7 +15,7 @@ from scipy.stats import spearmanr
 
 from ...coverage.sensors.sensor import PAPER_SENSOR
 from ...coverage.targets import Target
-from .coverage_cells import CHAINS, COUNTS, FAR, NEAR, PUBLISHED, TARGETS, THETAS, Row
+from .coverage_cells import CHAINS, COUNTS, FAR, NEAR, PUBLISHED, TARGETS, THETAS, CoverageRow
 from .figures import value
 
 
@@ -60,7 +60,7 @@ def judged(
     return Statement(said, "; ".join(parts), verdict, why.get(verdict, ""))
 
 
-def _line(rows: Sequence[Row], reading: Reading, target: Target) -> np.ndarray:
+def _line(rows: Sequence[CoverageRow], reading: Reading, target: Target) -> np.ndarray:
     """Zeta of n2_16_theta over theta."""
     chain, rule = reading
     return np.array([value(rows, chain=chain, rule=rule, target=str(target), at=theta) for theta in THETAS])
@@ -72,7 +72,7 @@ _INFLATED = (
 )
 
 
-def coverage(configurations: Sequence[Row], tilts: Sequence[Row]) -> Iterator[Statement]:
+def coverage(configurations: Sequence[CoverageRow], tilts: Sequence[CoverageRow]) -> Iterator[Statement]:
     """The statements on coverage."""
 
     def zeta(setup: str, target: Target, reading: Reading) -> float:

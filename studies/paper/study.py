@@ -9,7 +9,7 @@ from ..engine.tasks import Rings
 from . import coverage_cells as paper
 from . import distance_cells as paper_distance
 from . import open_choices as paper_open
-from .coverage_cells import Row
+from .coverage_cells import CoverageRow
 from .distance_cells import Results
 
 Measure = Callable[[str, list[Cell]], list[Any]]
@@ -20,10 +20,10 @@ class Findings:
     """What was measured: searched setups by name, and the rows of each table."""
 
     searched: dict[str, Rings]
-    configurations: list[Row]
-    tilts: list[Row]
-    cycle: list[Row]
-    open: list[Row]
+    configurations: list[CoverageRow]
+    tilts: list[CoverageRow]
+    cycle: list[CoverageRow]
+    open: list[CoverageRow]
     distances: Results
     approaches: dict[str, Any]
 
@@ -33,7 +33,7 @@ def measure(run: Measure, seed: int = 0) -> Findings:
     asked = paper.searches(seed)
     searched = dict(zip(asked, run("searching setups", list(asked.values())), strict=True))
 
-    def rows(heading: str, questions: list[paper.Question]) -> list[Row]:
+    def rows(heading: str, questions: list[paper.Question]) -> list[CoverageRow]:
         return paper.answer(questions, lambda cells: run(heading, cells))
 
     cells, ways = paper_distance.distances(searched, seed), paper_distance.approaches(searched)

@@ -17,7 +17,7 @@ from ...reporting.plots import COLOURS, GREY, INK, save, sheet
 from ...reporting.rendering.faces import add_robot
 from ...reporting.rendering.sheet import LINK_COLOURS, Sheet
 from ..engine.tasks import scene_from, setup_from
-from .study import Row, where
+from .study import RobotRow, where
 
 SHOWN = "shadow"  # the search whose rings are drawn
 LABELS = {
@@ -34,7 +34,7 @@ _UNDER = 0.09  # m, from a robot to the ruler under it
 _COLUMNS = 2
 
 
-def picture(rows: Sequence[Row], file: Path) -> None:
+def picture(rows: Sequence[RobotRow], file: Path) -> None:
     """Draw the robots to one scale, and beside each what its setups see."""
     names = list(dict.fromkeys(row.robot for row in rows))
     lines = -(-len(names) // _COLUMNS)
@@ -71,7 +71,7 @@ def _keys() -> list[Line2D]:
     return [*(key for pair in zip(models, links, strict=True) for key in pair), best]
 
 
-def _paint(ax: Axes, name: str, row: Row) -> Any:
+def _paint(ax: Axes, name: str, row: RobotRow) -> Any:
     """The robot with the rings of ``row``; returns its corners (2, 2) m on the sheet."""
     scene = scene_from(where(name, {}))
     robot, frames = scene.robot, forward(scene.robot.chain, scene.poses[0].q)
@@ -88,7 +88,7 @@ def _paint(ax: Axes, name: str, row: Row) -> Any:
     return np.stack([xy.min(axis=0), xy.max(axis=0)])
 
 
-def _dumbbells(ax: Axes, rows: Sequence[Row]) -> None:
+def _dumbbells(ax: Axes, rows: Sequence[RobotRow]) -> None:
     """Zeta of each setup under the three models."""
     shown = [(row, LABELS.get(row.name) or _HANDS[row.name]) for row in rows if row.name in LABELS or row.name in _HANDS]
     for at, (row, _) in enumerate(shown):

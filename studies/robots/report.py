@@ -11,7 +11,7 @@ from ...formats.writing import to_toml
 from ...reporting.pages import csv_text, html, table
 from ..engine.tasks import scene_from
 from .figure import picture
-from .study import PROCESSORS, SEARCHES, SECONDS, SENSORS, TARGET, VOXEL, Row, pose_deg, where
+from .study import PROCESSORS, SEARCHES, SECONDS, SENSORS, TARGET, VOXEL, RobotRow, pose_deg, where
 
 _SAID = {
     "ignore": "searched under `ignore`",
@@ -21,7 +21,7 @@ _SAID = {
 }
 
 
-def write(rows: Sequence[Row], folder: Path, command: str) -> dict[str, str]:
+def write(rows: Sequence[RobotRow], folder: Path, command: str) -> dict[str, str]:
     """Draw the picture into ``folder`` and return the texts of the other files by name."""
     picture(rows, folder / "robots.png")
     text = "\n".join(_page(rows, command))
@@ -31,11 +31,11 @@ def write(rows: Sequence[Row], folder: Path, command: str) -> dict[str, str]:
     return files | {_file(row): _proposal(row) for row in searched}
 
 
-def _file(row: Row) -> str:
+def _file(row: RobotRow) -> str:
     return f"{row.robot}_{row.name}.toml"
 
 
-def _record(row: Row) -> dict[str, object]:
+def _record(row: RobotRow) -> dict[str, object]:
     head = {"robot": row.robot, "setup": row.name, "sensors": row.sensors, "rings": len(row.rings)}
     percents = {f"{model}_percent": getattr(row, model) for model in OCCLUSIONS}
     spent = (row.processor_seconds, row.wall_seconds, row.finished)
@@ -44,7 +44,7 @@ def _record(row: Row) -> dict[str, object]:
     return head | percents | {"unseeing": row.unseeing} | dict(zip(names, cells, strict=True))
 
 
-def _proposal(row: Row) -> str:
+def _proposal(row: RobotRow) -> str:
     seen = ", ".join(f"{model} {getattr(row, model):.2f} %" for model in OCCLUSIONS)
     heading = f"{TARGET} of {row.robot}, {_SAID[row.name].replace('`', '')}: {seen} (rule centre, voxels of 1 cm)."
     rings = [RingModel.model_validate(ring) for ring in row.rings]
@@ -52,7 +52,7 @@ def _proposal(row: Row) -> str:
     return to_toml(ProposalFile(rings=rings, scene=scene), heading)
 
 
-def _page(rows: Sequence[Row], command: str) -> Iterator[str]:
+def _page(rows: Sequence[RobotRow], command: str) -> Iterator[str]:
     yield "# What ignoring the robot's body costs\n"
     yield f"`{command}`: the best ζ of {TARGET} that {SENSORS} sensors in any rings reach on six robots, each in its"
     yield f"own pose, searched under each model of occlusion in what {PROCESSORS} processors do in {SECONDS:g} s, and seen"
@@ -81,14 +81,14 @@ def _page(rows: Sequence[Row], command: str) -> Iterator[str]:
         )
 
 
-def _line(row: Row) -> list[str]:
+def _line(row: RobotRow) -> list[str]:
     cut = "" if row.finished else " *"
     seconds = f"{row.processor_seconds:.0f}{cut} ({row.wall_seconds:.0f})" if row.searched else ""
     percents = [f"{getattr(row, model):.2f}" for model in OCCLUSIONS]
     return [_SAID.get(row.name, row.name), f"{row.sensors}", f"{len(row.rings)}", *percents, f"{row.unseeing}", seconds]
 
 
-def _prices(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
+def _prices(rows: Sequence[RobotRow]) -> tuple[list[str], list[list[str]]]:
     """Robot by robot what a search under ``ignore`` promises, what of it is kept, and what one that knew better finds."""
     models = [model for model in OCCLUSIONS if model != "ignore"]
     heads = ["robot", "promised"] + [
@@ -104,11 +104,11 @@ def _prices(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
     return heads, lines
 
 
-def _by_robot(rows: Sequence[Row]) -> dict[str, dict[str, Row]]:
+def _by_robot(rows: Sequence[RobotRow]) -> dict[str, dict[str, RobotRow]]:
     return {robot: {row.name: row for row in rows if row.robot == robot} for robot in dict.fromkeys(r.robot for r in rows)}
 
 
-def _verdict(rows: Sequence[Row]) -> str:
+def _verdict(rows: Sequence[RobotRow]) -> str:
     """What the tables say together."""
 
     def span(values: Sequence[float]) -> str:

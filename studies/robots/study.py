@@ -34,7 +34,7 @@ Measure = Callable[[str, list[Cell]], list[Any]]
 
 
 @dataclass(frozen=True)
-class Row:
+class RobotRow:
     """A setup on a robot: its name (the paper's, or that of a search), its rings, zeta in percent under each model, its
     sensors that see nothing past the body; and of a search its seconds of processors, all together, and on the wall, and
     whether these were enough."""
@@ -69,7 +69,7 @@ def pose_deg(robot: str) -> list[float]:
     return [round(float(a), 3) + 0.0 for a in np.degrees(scene_from(where(robot, {})).poses[0].q)]
 
 
-def measure(run: Measure, seed: int = 0) -> list[Row]:
+def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
     """All rows, where ``run`` measures cells under a heading; ``seed``: of the searches."""
     asked = {"seed": seed, "sensors": SENSORS, "seconds": PROCESSORS * SECONDS}
     wanted = [(robot, name) for robot in ROBOTS for name in SEARCHES]
@@ -94,7 +94,7 @@ def measure(run: Measure, seed: int = 0) -> list[Row]:
     for robot in ROBOTS:
         for name in (*SEARCHES, *PAPERS):
             percents = [round(zetas[robot, name, model]["zeta_percent"], 4) for model in OCCLUSIONS]
-            row = Row(robot, name, setups[robot, name], *percents, unseeing=unseeing[robot, name])
+            row = RobotRow(robot, name, setups[robot, name], *percents, unseeing=unseeing[robot, name])
             if one := found.get((robot, name)):
                 row = replace(row, **{key: one[key] for key in ("processor_seconds", "wall_seconds", "finished")})
             rows.append(row)
