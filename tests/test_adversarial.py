@@ -13,7 +13,7 @@ from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count, voxels
 
 from . import drawing
-from .test_certified import one_cone
+from .test_certified_bounds import one_cone
 from .test_octree import dense, lattice
 
 

@@ -14,7 +14,7 @@ from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.base import Cones
 
 from . import drawing
-from .test_soft import ALL, drawn, on_device, smooth
+from .test_soft_estimator import ALL, drawn, on_device, smooth
 
 CONES, POINTS = 6, 200
 compiled = jax.jit(soft_seen, static_argnums=3)

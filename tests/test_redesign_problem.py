@@ -19,7 +19,7 @@ from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.moves import fresh
 
 from . import drawing
-from .test_space import drawn_scene
+from .test_design import drawn_scene
 
 PLACE, ANGLE = 1e-8, 1e-6  # what files round positions (inward) and angles to
 

@@ -19,7 +19,7 @@ from place_rings.placement.redesign.redesign import improve
 from place_rings.placement.search.progress import Outcome
 from place_rings.placement.search.schedule import Stage
 
-from .test_rework import check_changes, check_rules
+from .test_redesign_problem import check_changes, check_rules
 
 SHORT = BeamPlan(120, 512, 0.05, 5, (Stage(0.05, 1024, 12, 3), Stage(0.02, 2048, 12, 3)), 2)
 TINY = BeamPlan(24, 256, 0.05, 3, (Stage(0.03, 512, 8, 2),), 1)

@@ -14,7 +14,7 @@ from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.base import Cones
 
 from . import drawing
-from .test_soft import ALL, drawn, on_device, plain, smooth
+from .test_soft_estimator import ALL, drawn, on_device, plain, smooth
 
 GROUP = np.array([0, 0, 1, 1, 1, 3])  # nothing is lost with group 2
 CONES, POINTS = len(GROUP), 200
