@@ -12,7 +12,7 @@ from common import BALL, cone_task, installed, medians, missing, table
 from meshes import mesh_share
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
-from place_rings.coverage.solids.base import sphere
+from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.objectives.scene import Scene

@@ -20,7 +20,7 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.soft.estimator import soft_zeta
 from place_rings.coverage.soft.sampling import cloud, sample
-from place_rings.coverage.solids.base import Cones, cone
+from place_rings.coverage.solids.cones import Cones, cone
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.objectives.scene import Scene
 

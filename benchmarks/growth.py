@@ -66,7 +66,7 @@ def soft(sensors: int, poses: int, points: int) -> float:
 def octree(voxel: float) -> float:
     """Seconds of a count on the cone task, the ball's voxels counted in."""
     from common import BALL, cone_task
-    from place_rings.coverage.solids.base import sphere
+    from place_rings.coverage.solids.spheres import sphere
     from place_rings.coverage.voxels.octree import count, voxels
 
     cones = cone_task()

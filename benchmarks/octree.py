@@ -12,7 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 from common import BALL, HALF_ANGLE, RANGE, cone_task, installed, medians, missing, table
 from meshes import cone_mesh, mesh_share
-from place_rings.coverage.solids.base import Cones, sphere
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.octree import count, voxels
 
 PEERS: tuple[str, ...] = ("open3d", "manifold3d")

@@ -18,7 +18,7 @@ from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.soft.estimator import SHARP, soft_zeta
 from place_rings.coverage.soft.sampling import cloud
-from place_rings.coverage.solids.base import Cones
+from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Goal, Pose, Rules, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints

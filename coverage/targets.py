@@ -10,8 +10,9 @@ from .robots.pose_curve import PoseCurve, pose_curve
 from .robots.protective_volume import protective
 from .robots.robot import Robot
 from .robots.separation_distance import Safety
-from .solids.base import Difference, Solid, Union, sphere
+from .solids.base import Difference, Solid, Union
 from .solids.polyhedra import Polyhedron, polyhedra
+from .solids.spheres import sphere
 
 NAMES = ("V_O", "V_T", "V_OT", "V_S", "V_P")
 ROBOT_RADIUS = 0.15  # m, of V_R: the widest link of a UR10 (the paper)

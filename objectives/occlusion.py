@@ -14,7 +14,8 @@ from ..coverage.rings.ring_kinematics import seats, sensor_cones, slots
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import point_to_segment, robot_capsules
 from ..coverage.robots.ring_section import tube_of
-from ..coverage.solids.base import Cones, Parts
+from ..coverage.solids.base import Parts
+from ..coverage.solids.cones import Cones
 from ..coverage.solids.sensor_beams import Optics
 from .scene import Scene
 

@@ -14,7 +14,7 @@ from ..coverage.soft.leave_one_out import soft_losses
 from ..coverage.soft.obstacle_occlusion import InCell
 from ..coverage.soft.robot_occlusion import Hidden
 from ..coverage.soft.sampling import Cloud
-from ..coverage.solids.base import Cones
+from ..coverage.solids.cones import Cones
 from ..coverage.solids.sensor_beams import optics
 from .scene import Scene
 

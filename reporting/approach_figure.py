@@ -16,7 +16,7 @@ from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import Capsules, gap_to_capsules, robot_capsules
 from ..coverage.robots.robot import Robot
-from ..coverage.solids.base import Cones
+from ..coverage.solids.cones import Cones
 from ..simulation.approach import Approach
 from ..simulation.detection import turned
 from ..simulation.human import PEDESTAL

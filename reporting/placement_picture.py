@@ -20,7 +20,8 @@ from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.built_in import PAPER_ROBOTS
 from ..coverage.robots.kinematics import forward
 from ..coverage.soft.sampling import sample
-from ..coverage.solids.base import Cones, Solid
+from ..coverage.solids.base import Solid
+from ..coverage.solids.cones import Cones
 from ..objectives.occlusion import sight
 from ..objectives.scene import Scene
 from .plots import GREY, GRID, INK

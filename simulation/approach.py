@@ -22,7 +22,7 @@ from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import gap_to_capsules, robot_capsules
 from ..coverage.robots.robot import Robot
-from ..coverage.solids.base import cone
+from ..coverage.solids.cones import cone
 from .human import PEDESTAL
 
 HAND_RADIUS, ARM_RADIUS, HEAD_RADIUS = 0.05, 0.075, 0.1  # m: balls as large as a hand, a sleeved forearm, a head

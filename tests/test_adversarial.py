@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from place_rings.coverage.soft.estimator import soft_zeta
 from place_rings.coverage.soft.sampling import EmptySolidError, cloud, sample
-from place_rings.coverage.solids.base import Cones, Difference, sphere
+from place_rings.coverage.solids.base import Difference
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.solids.swept_tube import Tube
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count, voxels

@@ -12,7 +12,9 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.pose_curve import pose_curve
-from place_rings.coverage.solids.base import Cones, Difference, Spheres, sphere
+from place_rings.coverage.solids.base import Difference
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.spheres import Spheres, sphere
 from place_rings.coverage.solids.volume_fraction import VolumeFraction
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels import certified_bounds as certified

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.robots.built_in import UR10
-from place_rings.coverage.solids.base import Cones
+from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.k_coverage import count_k_covered, tally
 from place_rings.coverage.voxels.octree import count, regions, voxels

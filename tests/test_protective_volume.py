@@ -13,8 +13,8 @@ from place_rings.coverage.robots.link_bodies import point_to_segment, robot_caps
 from place_rings.coverage.robots.protective_volume import distances, moving, protective
 from place_rings.coverage.robots.robot import BASE
 from place_rings.coverage.robots.separation_distance import Safety, separation, stopping_time
-from place_rings.coverage.solids.base import sphere
 from place_rings.coverage.solids.capsules import Rods
+from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count

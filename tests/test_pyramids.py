@@ -20,9 +20,10 @@ from place_rings.coverage.soft.estimator import SHARP, soft_zeta
 from place_rings.coverage.soft.k_coverage import soft_seen
 from place_rings.coverage.soft.leave_one_out import soft_losses
 from place_rings.coverage.soft.sampling import cloud
-from place_rings.coverage.solids.base import Cones, sphere
+from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.pyramids import Pyramids
 from place_rings.coverage.solids.sensor_beams import Optics, optics
+from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
-from place_rings.coverage.solids.base import sphere
+from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.coverage.voxels.voxel_set import VoxelSet

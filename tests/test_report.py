@@ -22,7 +22,7 @@ from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.catalogue import SUPPLIES
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Use
-from place_rings.coverage.solids.base import sphere
+from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.octree import voxels
 from place_rings.formats.loader import how_found, resolve
 from place_rings.objectives.blind_spots import Beside

@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.soft.estimator import CUT, SHARP, soft_zeta
 from place_rings.coverage.soft.sampling import EmptySolidError, cloud, sample
-from place_rings.coverage.solids.base import Cones, Difference, sphere
+from place_rings.coverage.solids.base import Difference
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.spheres import sphere
 
 from . import drawing
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.soft.estimator import CUT, SHARP
 from place_rings.coverage.soft.k_coverage import soft_seen
 from place_rings.coverage.soft.sampling import cloud
-from place_rings.coverage.solids.base import Cones
+from place_rings.coverage.solids.cones import Cones
 
 from . import drawing
 from .test_soft_estimator import ALL, drawn, on_device, smooth

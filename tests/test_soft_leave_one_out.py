@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.soft.estimator import CUT, SHARP
 from place_rings.coverage.soft.leave_one_out import soft_losses
 from place_rings.coverage.soft.sampling import cloud
-from place_rings.coverage.solids.base import Cones
+from place_rings.coverage.solids.cones import Cones
 
 from . import drawing
 from .test_soft_estimator import ALL, drawn, on_device, plain, smooth

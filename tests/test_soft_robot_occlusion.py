@@ -12,7 +12,7 @@ from place_rings.coverage.soft.first_return import BALLS, GRAZE, soft_stop
 from place_rings.coverage.soft.obstacle_occlusion import InCell
 from place_rings.coverage.soft.robot_occlusion import Hidden
 from place_rings.coverage.soft.sampling import cloud
-from place_rings.coverage.solids.base import Cones
+from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.polyhedra import box, hull
 
 from . import drawing

@@ -20,8 +20,9 @@ from place_rings.coverage.soft.k_coverage import soft_seen
 from place_rings.coverage.soft.obstacle_occlusion import InCell
 from place_rings.coverage.soft.robot_occlusion import Hidden
 from place_rings.coverage.soft.sampling import cloud
-from place_rings.coverage.solids.base import Cones, sphere
+from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.polyhedra import box, half_space, hull
+from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels

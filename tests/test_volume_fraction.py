@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given
-from place_rings.coverage.solids.base import Cones, Spheres
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.spheres import Spheres
 from place_rings.coverage.solids.swept_tube import Tube
 from place_rings.coverage.solids.volume_fraction import VolumeFraction, share_under
 

@@ -12,7 +12,7 @@ from ..coverage.occlusion.model import Occlusion
 from ..coverage.rings.ring import Ring, Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
-from ..coverage.solids.base import Cones
+from ..coverage.solids.cones import Cones
 from ..coverage.targets import Target, robot_curve
 from ..reporting.rendering.faces import RING_WIDTH, band, faces_within, lengths_within
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours

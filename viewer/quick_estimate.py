@@ -15,7 +15,8 @@ from ..coverage.occlusion.model import Occlusion
 from ..coverage.rings.ring import Ring, Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.soft.sampling import sample
-from ..coverage.solids.base import Cones, Parts
+from ..coverage.solids.base import Parts
+from ..coverage.solids.cones import Cones
 from ..coverage.targets import Target
 from ..objectives.occlusion import sight
 from ..objectives.pose_subset import representative

@@ -8,8 +8,10 @@ from jaxtyping import Float, Int
 from ..coverage.arrays import Array
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Robot
-from ..coverage.solids.base import Cones, Solid, Spheres, Union
+from ..coverage.solids.base import Solid, Union
 from ..coverage.solids.capsules import Rods
+from ..coverage.solids.cones import Cones
+from ..coverage.solids.spheres import Spheres
 from ..coverage.solids.swept_tube import Tube
 from ..reporting.rendering.faces import body, capsule, circle, rim_of, rod
 

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..arrays import Array, cross, dot, namespace, root
-from ..solids.base import cone
+from ..solids.cones import cone
 from ..solids.polyhedra import Polyhedron
 from .ranging import ball_in_cone
 

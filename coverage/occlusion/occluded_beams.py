@@ -14,7 +14,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..arrays import dot, root, rows
-from ..solids.base import Cones, Parts
+from ..solids.base import Parts
+from ..solids.cones import Cones
 from ..solids.polyhedra import largest, planes_share
 from ..solids.shadows import Shadow, behind, nearest_ball, way
 from ..solids.volume_fraction import VolumeFraction, distance_tangent, union_bounds

@@ -12,7 +12,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..robots.link_bodies import Capsules, gap_to_capsules
-from ..solids.base import Cones, Parts
+from ..solids.base import Parts
+from ..solids.cones import Cones
 from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
 from ..solids.sensor_beams import Optics
 from ..solids.shadows import Shadow, capsule_shadow

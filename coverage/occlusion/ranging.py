@@ -17,7 +17,7 @@ from jaxtyping import Float
 
 from ..arrays import dot, namespace, root
 from ..robots.link_bodies import Capsules, gap_to_capsules, segment_to_segment
-from ..solids.base import cone
+from ..solids.cones import cone
 from ..solids.polyhedra import Polyhedron, crossed, polyhedra
 
 BLOCK = 16  # neighbouring balls that are sought together

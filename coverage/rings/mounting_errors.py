@@ -15,7 +15,7 @@ from jaxtyping import Float
 from ..arrays import Array, cross, dot, namespace
 from ..robots.kinematics import forward
 from ..robots.robot import Robot
-from ..solids.base import Cones
+from ..solids.cones import Cones
 from ..solids.sensor_beams import optics
 from .ring import Setup, ring_values
 from .ring_kinematics import RingArrays, SensorPoses, seats, seen_from, slots

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 from ..arrays import Array, cross, dot, namespace, root
 from ..robots.kinematics import forward
 from ..robots.robot import Robot
-from ..solids.base import Cones
+from ..solids.cones import Cones
 from ..solids.sensor_beams import optics
 from .ring import Ring, Setup, ring_values, sensor_optics
 

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 
 from ..arrays import dot
-from ..solids.base import Cones, cone
+from ..solids.cones import Cones, cone
 
 _PIECE = {"cpu": 16}  # beams a block worked on at once: in cache on a CPU,
 _PIECE_ELSEWHERE = 64  # many on an accelerator

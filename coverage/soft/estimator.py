@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Float
 
-from ..solids.base import Cones
+from ..solids.cones import Cones
 from .cones import Near, SoftBeams
 from .obstacle_occlusion import InCell
 from .pyramids import soft_beams

@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 
 from ..arrays import dot
-from ..solids.base import Cones
+from ..solids.cones import Cones
 from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
 from ..solids.sensor_beams import Optics
 from .cones import Near, SoftBeams, by_apex

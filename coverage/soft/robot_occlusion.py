@@ -21,7 +21,7 @@ from ..arrays import dot, root
 from ..occlusion.first_return import Beam, capsule_gap
 from ..occlusion.model import Occlusion
 from ..robots.link_bodies import Capsules, from_segment
-from ..solids.base import Cones
+from ..solids.cones import Cones
 from ..solids.polyhedra import Polyhedron
 from ..solids.sensor_beams import Optics
 from ..solids.shadows import capsule_shadow, nearest_ball

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ..arrays import Array, namespace, rows
-from .base import Cones, cone
+from .cones import Cones, cone
 from .pyramids import Pyramids, pyramid
 from .volume_fraction import VolumeFraction
 

@@ -14,10 +14,12 @@ import numpy as np
 from jaxtyping import Float, Int, UInt64
 
 from ..arrays import cross, dot, rows
-from ..solids.base import Cones, Parts, Spheres
+from ..solids.base import Parts
 from ..solids.capsules import Rods
+from ..solids.cones import Cones
 from ..solids.pyramids import Pyramids
 from ..solids.sensor_beams import Optics
+from ..solids.spheres import Spheres
 from ..solids.swept_tube import Tube
 
 LEVEL = 2  # of the octree cells that are blocks

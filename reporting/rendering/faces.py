@@ -10,11 +10,13 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import Robot
-from ...coverage.solids.base import Cones, Solid, Spheres, Union
+from ...coverage.solids.base import Solid, Union
 from ...coverage.solids.capsules import Rods
+from ...coverage.solids.cones import Cones
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.pyramids import Pyramids
 from ...coverage.solids.sensor_beams import Optics
+from ...coverage.solids.spheres import Spheres
 from .sheet import Sheet
 
 _LINK, _JOINT = "#b4bbc3", "#7d8791"

@@ -16,7 +16,7 @@ from ...coverage.rings.ring import Setup, ring_values
 from ...coverage.rings.ring_kinematics import slot_beams, slots
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import Capsules, point_to_segment, robot_capsules
-from ...coverage.solids.base import cone
+from ...coverage.solids.cones import cone
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.sensor_beams import Optics
 from ...objectives.scene import Scene

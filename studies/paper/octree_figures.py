@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull
 
 from ...coverage.sensors.sensor import PAPER_SENSOR
-from ...coverage.solids.base import Cones
+from ...coverage.solids.cones import Cones
 from ...coverage.voxels.octree import Rule, count, voxels
 from ...objectives.scene import Scene
 from ...reporting.plots import GREY, INK

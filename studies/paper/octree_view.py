@@ -12,7 +12,8 @@ from scipy.spatial import ConvexHull
 from ...coverage.rings.ring import Setup, named_setup
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.kinematics import forward
-from ...coverage.solids.base import Cones, Difference, Solid, Union
+from ...coverage.solids.base import Difference, Solid, Union
+from ...coverage.solids.cones import Cones
 from ...coverage.targets import Target, robot_curve
 from ...coverage.voxels.octree import voxels
 from ...coverage.voxels.voxel_set import VoxelSet
