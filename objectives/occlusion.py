@@ -10,7 +10,7 @@ from ..coverage.occlusion.model import Occlusion
 from ..coverage.occlusion.occluded_beams import Beams
 from ..coverage.occlusion.occluders import INSIDE, Occluders, beams
 from ..coverage.rings.ring import Setup, ring_values
-from ..coverage.rings.ring_kinematics import seats, sensor_cones, slots
+from ..coverage.rings.ring_kinematics import ring_arrays, sensor_cones, sensor_poses
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import point_to_segment, robot_capsules
 from ..coverage.robots.ring_section import tube_of
@@ -72,7 +72,7 @@ def check_mounting(scene: Scene, setup: Setup) -> None:
     if not setup.rings:
         return
     values = ring_values(setup)
-    apex = seats(slots(scene.robot, setup.rings), values.position, values.tilt, values.phase).apex
+    apex = sensor_poses(ring_arrays(scene.robot, setup.rings), values.position, values.tilt, values.phase).apex
     first = np.cumsum([0, *(r.count for r in setup.rings)])
     for i, ring in enumerate(setup.rings):
         for body in tube_of(scene.robot.mount(ring.link), scene.robot.bodies):

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from scipy.special import logsumexp, softmax
 
 from ..coverage.rings.mounting_errors import misplaced
-from ..coverage.rings.ring_kinematics import RingArrays, SensorPoses, in_links, ring_slopes, seats, seen_from
+from ..coverage.rings.ring_kinematics import RingArrays, SensorPoses, in_links, ring_slopes, seen_from, sensor_poses
 from ..coverage.robots.kinematics import forward
 from ..coverage.soft.estimator import SHARP, Soft
 from ..coverage.soft.sampling import BLOCK, Cloud, cloud, sample
@@ -98,7 +98,7 @@ class CoverageObjective:
 
     def _seats(self, slots: RingArrays, where: Interval, values: Any) -> SensorPoses:
         """Where all sensors sit, (D, K, 3), mounting by mounting."""
-        meant = seats(slots, *decode(where, values))
+        meant = sensor_poses(slots, *decode(where, values))
         errors = self.aim.drawn(slots.length.shape[0], slots.ring.shape[0])
         return SensorPoses(*(v[None] for v in meant)) if errors is None else misplaced(slots, meant, errors)
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.mounting_errors import MountingErrors, draw_errors, misplaced
 from place_rings.coverage.rings.ring import Ring
-from place_rings.coverage.rings.ring_kinematics import in_links, ring_slopes, seats, seen_from, slots
+from place_rings.coverage.rings.ring_kinematics import in_links, ring_arrays, ring_slopes, seen_from, sensor_poses
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.soft.sampling import sample
@@ -15,7 +15,7 @@ from place_rings.coverage.targets import Shape, robot_curve
 
 from . import drawing
 
-RINGS = slots(UR10, tuple(Ring(link, 0.0, n) for link, n in (("upper_arm", 5), ("forearm", 3), ("forearm", 4))))
+RINGS = ring_arrays(UR10, tuple(Ring(link, 0.0, n) for link, n in (("upper_arm", 5), ("forearm", 3), ("forearm", 4))))
 
 
 @settings(max_examples=20)
@@ -28,7 +28,7 @@ def test_moments_are_the_central_difference(seed, draws):
     errors = draw_errors(3, 12, MountingErrors(0.02, 0.2), draws, 0) if draws else None
 
     def there(x):
-        meant = seats(RINGS, *x)
+        meant = sensor_poses(RINGS, *x)
         return misplaced(RINGS, meant, errors) if errors else type(meant)(*(v[None] for v in meant))
 
     by = [rng.normal(size=(max(draws, 1), 2, 12, 3)) for _ in range(3)]

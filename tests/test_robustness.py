@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.mounting_errors import MountingErrors, draw_errors, misplaced, misplaced_cones
 from place_rings.coverage.rings.ring import Setup, named_setup, ring_values
-from place_rings.coverage.rings.ring_kinematics import seats, seen_from, sensor_axes, sensor_cones, slots
+from place_rings.coverage.rings.ring_kinematics import ring_arrays, seen_from, sensor_axes, sensor_cones, sensor_poses
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
@@ -134,7 +134,7 @@ def test_shares_of_what_is_seen_whole_are_no_more_than_one():
 
 
 def misplaced_axes(here, position, tilt, phase, frames, errors):
-    return seen_from(here, misplaced(here, seats(here, position, tilt, phase), errors), frames, up=False)
+    return seen_from(here, misplaced(here, sensor_poses(here, position, tilt, phase), errors), frames, up=False)
 
 
 @settings(max_examples=25)
@@ -143,7 +143,7 @@ def test_misplaced_sensors_are_where_the_errors_say(seed):
     """Rings stay rigid, slip along the link as said, look as far astray as said; axes stay unit."""
     setup, q = drawn_setup(seed), drawing.pose(np.random.default_rng(seed))
     frames = forward(UR10.chain, q)[None]
-    rings = (slots(UR10, setup.rings), *vars(ring_values(setup)).values())
+    rings = (ring_arrays(UR10, setup.rings), *vars(ring_values(setup)).values())
     apex, axis = sensor_axes(UR10, setup, frames[0])
     drawn = draw_errors(len(setup.rings), setup.sensors, MountingErrors(0.01, 0.1), 4, seed)
     none = 0 * drawn.slip, 0 * drawn.turn, 0 * drawn.seat
@@ -167,7 +167,7 @@ def test_misplaced_sensors_are_where_the_errors_say(seed):
 def test_misplaced_sensors_are_the_same_in_jax(reference_pose):
     setup, frames = named_setup("n2_8_25"), forward(UR10.chain, reference_pose)[None]
     drawn = draw_errors(len(setup.rings), setup.sensors, ERRORS, 4, 0)
-    rings = (slots(UR10, setup.rings), *vars(ring_values(setup)).values())
+    rings = (ring_arrays(UR10, setup.rings), *vars(ring_values(setup)).values())
     there = jax.jit(lambda *v: misplaced_axes(*v, jnp.asarray(frames), drawn))
     on_device = jax.tree.map(jnp.asarray, rings)
     for mine, other in zip(misplaced_axes(*rings, frames, drawn), there(*on_device), strict=True):

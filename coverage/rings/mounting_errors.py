@@ -18,7 +18,7 @@ from ..robots.robot import Robot
 from ..solids.cones import Cones
 from ..solids.sensor_beams import optics
 from .ring import Setup, ring_values
-from .ring_kinematics import RingArrays, SensorPoses, seats, seen_from, slots
+from .ring_kinematics import RingArrays, SensorPoses, ring_arrays, seen_from, sensor_poses
 
 Law = Literal["uniform", "normal"]
 
@@ -77,10 +77,10 @@ def draw_errors(rings: int, sensors: int, errors: MountingErrors, draws: int, se
     return Misplaced(errors.position * ring[..., 0], errors.direction * ring[..., 1:], errors.direction * seat)
 
 
-def misplaced(slots: RingArrays, meant: SensorPoses, errors: Misplaced) -> SensorPoses:
+def misplaced(arrays: RingArrays, meant: SensorPoses, errors: Misplaced) -> SensorPoses:
     """Where sensors really sit that are ``meant`` to sit there: all (D, K, 3), for each drawn mounting."""
     apex, look, centre, along, radial = (v[None] for v in meant)
-    xp, dtype, ring = namespace(look), look.dtype, slots.ring
+    xp, dtype, ring = namespace(look), look.dtype, arrays.ring
 
     def like(values: Any) -> Any:
         return xp.asarray(values, dtype=dtype)
@@ -93,7 +93,9 @@ def misplaced(slots: RingArrays, meant: SensorPoses, errors: Misplaced) -> Senso
     square = dot(errors.turn, errors.turn)[..., None]
     angle = np.sqrt(np.where(square > 0, square, 1.0))  # at angle 0 the products vanish, whatever stands before them
     sine, cosine = (like(a)[:, ring] for a in (np.sin(angle) / angle, (1 - np.cos(angle)) / angle**2))
-    turn = sum(like(errors.turn[..., i : i + 1]) * like(e)[None] for i, e in enumerate((slots.zero, slots.side, slots.axis)))
+    turn = sum(
+        like(errors.turn[..., i : i + 1]) * like(e)[None] for i, e in enumerate((arrays.zero, arrays.side, arrays.axis))
+    )
     turn = turn[:, ring]
 
     def turned(v: Any) -> Any:
@@ -108,7 +110,7 @@ def misplaced(slots: RingArrays, meant: SensorPoses, errors: Misplaced) -> Senso
 def misplaced_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"], errors: Misplaced) -> list[Cones]:
     """V_FOV at pose ``q`` (J,) rad for each drawn mounting, in the base frame (64-bit NumPy)."""
     v = ring_values(setup)
-    here = slots(robot, setup.rings)
-    there = misplaced(here, seats(here, v.position, v.tilt, v.phase), errors)
+    here = ring_arrays(robot, setup.rings)
+    there = misplaced(here, sensor_poses(here, v.position, v.tilt, v.phase), errors)
     each = zip(*seen_from(here, there, forward(robot.chain, q), up=True), strict=True)
     return [optics(a, x, here.half_angle, here.range_m, up, here.half_up, here.zoned) for a, x, up in each]

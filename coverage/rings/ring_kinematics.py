@@ -50,7 +50,7 @@ def any_square(rings: Iterable[Ring]) -> bool:
     return any(r.sensor.fov_up is not None for r in rings)
 
 
-def slots(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, square: bool = False) -> RingArrays:
+def ring_arrays(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, square: bool = False) -> RingArrays:
     """The rings of a setup, and their sensors filled up to ``sensors``; ``square``: there may be square beams among setups
     that are stacked with this one.
 
@@ -100,36 +100,36 @@ class SensorPoses(NamedTuple):
     radial: Any
 
 
-def seats(
-    slots: RingArrays, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"]
+def sensor_poses(
+    arrays: RingArrays, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"]
 ) -> SensorPoses:
-    """The seats of all sensors; for the arguments see ``slot_axes``."""
-    xp, ring = namespace(position), slots.ring
+    """The poses of all sensors; for the arguments see ``ring_axes``."""
+    xp, ring = namespace(position), arrays.ring
 
     def of_sensor(values: Any) -> Any:
         return xp.asarray(values, dtype=position.dtype)[ring]
 
-    start, axis, zero, side = (of_sensor(v) for v in (slots.start, slots.axis, slots.zero, slots.side))
-    angle = phase[ring] + xp.asarray(slots.turn, dtype=position.dtype)
+    start, axis, zero, side = (of_sensor(v) for v in (arrays.start, arrays.axis, arrays.zero, arrays.side))
+    angle = phase[ring] + xp.asarray(arrays.turn, dtype=position.dtype)
     radial = xp.cos(angle)[:, None] * zero + xp.sin(angle)[:, None] * side
     lean = tilt[ring][:, None]
-    centre = start + (position[ring] * of_sensor(slots.length))[:, None] * axis
-    apex = centre + of_sensor(slots.radius)[:, None] * radial
+    centre = start + (position[ring] * of_sensor(arrays.length))[:, None] * axis
+    apex = centre + of_sensor(arrays.radius)[:, None] * radial
     return SensorPoses(apex, xp.cos(lean) * radial + xp.sin(lean) * axis, centre, axis, radial)
 
 
-def in_base(slots: RingArrays, apex: Any, look: Any, frames: Any) -> tuple[Any, Any]:
+def in_base(arrays: RingArrays, apex: Any, look: Any, frames: Any) -> tuple[Any, Any]:
     """Apexes (..., K, 3) m and unit axes (..., K, 3) from the frames of their links to the base frame, where the robot's
     frames are ``frames``, T_base_frame (..., F, 4, 4); leading axes broadcast, and are as many."""
-    T = frames[..., slots.frame[slots.ring], :, :]
+    T = frames[..., arrays.frame[arrays.ring], :, :]
     rotation, origin = T[..., :3, :3], T[..., :3, 3]
     apex, look = (v[..., None, :] for v in (apex, look))
     return origin + dot(rotation, apex), dot(rotation, look)
 
 
-def in_links(slots: RingArrays, vectors: Any, frames: Any) -> Any:
+def in_links(arrays: RingArrays, vectors: Any, frames: Any) -> Any:
     """Vectors (..., K, 3) of the sensors from the base frame to those of their links; for the others see ``in_base``."""
-    rotation = frames[..., slots.frame[slots.ring], :3, :3]
+    rotation = frames[..., arrays.frame[arrays.ring], :3, :3]
     return dot(rotation.swapaxes(-1, -2), vectors[..., None, :])
 
 
@@ -141,7 +141,7 @@ def up_of(look: Any, along: Any, radial: Any) -> Any:
 
 
 def ring_slopes(
-    slots: RingArrays, here: SensorPoses, by_apex: Any, by_look: Any, by_up: Any = None
+    arrays: RingArrays, here: SensorPoses, by_apex: Any, by_look: Any, by_up: Any = None
 ) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
     """How fast a value grows by the rings' positions, tilts and phases, where it grows by ``by_apex`` (..., K, 3), 1/m, by
     ``by_look`` and by ``by_up`` with what the sensors in their seats are made of, all in the frames of their links.
@@ -152,22 +152,22 @@ def ring_slopes(
     moment = cross(here.look, by_look)
     if by_up is not None:
         moment = moment + cross(up_of(here.look, here.along, here.radial), by_up)
-    moved = dot(by_apex, slots.axis[slots.ring])
+    moved = dot(by_apex, arrays.axis[arrays.ring])
     tilted = -dot(moment, cross(here.along, here.radial))
     turned = dot(moment + cross(here.apex - here.centre, by_apex), here.along)
     each = (v.reshape(-1, v.shape[-1]).sum(axis=0) for v in (moved, tilted, turned))
-    position, tilt, phase = (np.bincount(slots.ring, v, len(slots.length)) for v in each)
-    return position * slots.length, tilt, phase
+    position, tilt, phase = (np.bincount(arrays.ring, v, len(arrays.length)) for v in each)
+    return position * arrays.length, tilt, phase
 
 
-def slot_beams(
-    slots: RingArrays, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
+def ring_beams(
+    arrays: RingArrays, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
 ) -> tuple[Any, ...]:
-    """As ``slot_axes``, and the unit vectors ``up`` (..., K, 3) of square beams."""
-    return seen_from(slots, seats(slots, position, tilt, phase), frames, up=True)
+    """As ``ring_axes``, and the unit vectors ``up`` (..., K, 3) of square beams."""
+    return seen_from(arrays, sensor_poses(arrays, position, tilt, phase), frames, up=True)
 
 
-def seen_from(slots: RingArrays, here: SensorPoses, frames: Any, up: bool) -> tuple[Any, ...]:
+def seen_from(arrays: RingArrays, here: SensorPoses, frames: Any, up: bool) -> tuple[Any, ...]:
     """Apexes m and unit axes of sensors in their seats, and with ``up`` the vectors of square beams, in the base frame, each
     with the leading axes of the seats, then those of ``frames``, then (K, 3)."""
     batch, frames = (1,) * (frames.ndim - 3), frames.reshape((1,) * (here.apex.ndim - 2) + frames.shape)
@@ -176,12 +176,12 @@ def seen_from(slots: RingArrays, here: SensorPoses, frames: Any, up: bool) -> tu
         return v.reshape(*v.shape[:-2], *batch, *v.shape[-2:])
 
     apex, look = beside(here.apex), beside(here.look)
-    found = in_base(slots, apex, look, frames)
-    return (*found, in_base(slots, apex, beside(up_of(here.look, here.along, here.radial)), frames)[1]) if up else found
+    found = in_base(arrays, apex, look, frames)
+    return (*found, in_base(arrays, apex, beside(up_of(here.look, here.along, here.radial)), frames)[1]) if up else found
 
 
-def slot_axes(
-    slots: RingArrays, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
+def ring_axes(
+    arrays: RingArrays, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
 ) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
     """Apexes (..., K, 3) m and unit axes (..., K, 3) of all sensors in the base frame.
 
@@ -190,7 +190,7 @@ def slot_axes(
         position, tilt, phase: of each ring, NumPy or JAX, differentiable in the latter.
         frames: T_base_frame (..., F, 4, 4) from ``forward``.
     """
-    apex, axis = seen_from(slots, seats(slots, position, tilt, phase), frames, up=False)
+    apex, axis = seen_from(arrays, sensor_poses(arrays, position, tilt, phase), frames, up=False)
     return apex, axis
 
 
@@ -200,13 +200,13 @@ def sensor_axes(
     """Apexes (..., K, 3) m and unit axes (..., K, 3) of a setup's sensors, ring by ring, where the robot's frames are
     ``frames``, T_base_frame (..., F, 4, 4) from ``forward``."""
     values = ring_values(setup)
-    return slot_axes(slots(robot, setup.rings), values.position, values.tilt, values.phase, frames)
+    return ring_axes(ring_arrays(robot, setup.rings), values.position, values.tilt, values.phase, frames)
 
 
 def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cones:
     """V_FOV at pose ``q`` (J,) rad: one beam for each sensor, ring by ring, in the base frame (64-bit NumPy)."""
-    here, v, frames = slots(robot, setup.rings), ring_values(setup), forward(robot.chain, q)
+    here, v, frames = ring_arrays(robot, setup.rings), ring_values(setup), forward(robot.chain, q)
     if here.half_up is None:
         return Cones(*sensor_axes(robot, setup, frames), *sensor_optics(setup))
-    apex, axis, up = slot_beams(here, v.position, v.tilt, v.phase, frames)
+    apex, axis, up = ring_beams(here, v.position, v.tilt, v.phase, frames)
     return optics(apex, axis, here.half_angle, here.range_m, up, here.half_up, here.zoned)

@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from ...coverage.arrays import cross
 from ...coverage.rings.ring import Setup, ring_values
-from ...coverage.rings.ring_kinematics import seats, slots, up_of
+from ...coverage.rings.ring_kinematics import ring_arrays, sensor_poses, up_of
 from ...coverage.robots.kinematics import Chain, forward
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
@@ -47,8 +47,8 @@ def sensor_frames(robot: Robot, setup: Setup) -> tuple[SensorFrame, ...]:
     Raises:
         ValueError: if a ring sits on a link that the robot has not.
     """
-    here, v = slots(robot, setup.rings), ring_values(setup)
-    seat = seats(here, v.position, v.tilt, v.phase)
+    here, v = ring_arrays(robot, setup.rings), ring_values(setup)
+    seat = sensor_poses(here, v.position, v.tilt, v.phase)
     up = up_of(seat.look, seat.along, seat.radial)
     T = np.tile(np.eye(4), (setup.sensors, 1, 1))
     T[:, :3, :3] = np.stack([cross(up, seat.look), up, seat.look], axis=-1)

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Ring, Setup
-from ...coverage.rings.ring_kinematics import any_square, slots
+from ...coverage.rings.ring_kinematics import any_square, ring_arrays
 from ...coverage.rings.rounding import rounded
 from ...objectives.feasibility.clearance import Clearance
 from ...objectives.feasibility.violations import commonest_tilt, faults, held
@@ -148,7 +148,7 @@ class RedesignProblem:
         for i in touched:
             turn = 2 * math.pi / rings[i].count
             high[0, i], low[2, i], high[2, i] = float(where.free[i] > 0), rings[i].phase - turn, rings[i].phase + turn
-        arrays = slots(self.scene.robot, tuple(rings), self.sensors, self.square), where
+        arrays = ring_arrays(self.scene.robot, tuple(rings), self.sensors, self.square), where
         return Placed(t, arrays, low, high, np.clip(values, low, high))
 
     def as_it_stands(self, t: Touched) -> Placed:
@@ -156,7 +156,7 @@ class RedesignProblem:
         rings, values = self._rings(t), _values(self._rings(t))
         values[0] = 0.0
         where = _where([], np.full(len(rings), -1), rings, list(range(len(rings))))
-        arrays = slots(self.scene.robot, tuple(rings), self.sensors, self.square)
+        arrays = ring_arrays(self.scene.robot, tuple(rings), self.sensors, self.square)
         return Placed(t, (arrays, where), values, values, values)
 
     def _rings(self, t: Touched) -> list[Ring]:

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Setup
-from ...coverage.rings.ring_kinematics import RingArrays, slots
+from ...coverage.rings.ring_kinematics import RingArrays, ring_arrays
 from ...objectives.parameterization import Interval, Segment, decode, encode, stretch
 from .feasible_set import Places
 
@@ -64,7 +64,7 @@ class Space(Places):
         """A candidate for the objective; all candidates have one shape."""
         links = [self.segments[i].link if i >= 0 else self.scene.robot.links[0] for i in c.segment]
         rings = [self.ring(link, int(n)) for link, n in zip(links, c.count, strict=True)]
-        return slots(self.scene.robot, (*rings, *self.fixed), self.sensors, self.square), self.stretch(c)
+        return ring_arrays(self.scene.robot, (*rings, *self.fixed), self.sensors, self.square), self.stretch(c)
 
     def values(self, c: Candidate) -> Float[np.ndarray, "3 R"]:
         """Values of a candidate's rings and of the fixed ones."""
