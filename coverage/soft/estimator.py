@@ -5,7 +5,7 @@ zeta is the mean over the points. As the width goes to zero this becomes the sha
 
 Three things make it fast. A cone further than CUT widths from a whole block of points is left out of that block, and loops
 run as far as the blocks need, so that no shape depends on how many cones are left. Each pair costs one exponential, as a
-product of sigmoids needs no logarithm. And the gradient is written down rather than derived (``soft_beams``).
+product of sigmoids needs no logarithm. And the gradient is written down rather than derived (``cones``, ``pyramids``).
 """
 
 from collections.abc import Callable

@@ -1,8 +1,8 @@
 """Where single-zone sensors are blinded, as the soft estimator sees it.
 
-The exact distance (``blinding``) jumps where something is just grazed. Here it is smooth: what stands beside the beam by x
-counts as if it stood ``GRAZE`` x further off. A body of the robot is a row of balls. Of an obstacle the points count among
-which the exact nearest one is, so that where it stands in the beam the distance is the exact one.
+The exact distance (``occlusion.first_return``) jumps where something is just grazed. Here it is smooth: what stands beside
+the beam by x counts as if it stood ``GRAZE`` x further off. A body of the robot is a row of balls. Of an obstacle the points
+count among which the exact nearest one is, so that where it stands in the beam the distance is the exact one.
 """
 
 from functools import reduce

@@ -1,7 +1,7 @@
 """The soft estimator for redundancy: a differentiable share of a target that at least n sensors see.
 
-Cone j holds a point to the degree p_j = sigmoid(-f_j / width), as in ``soft``. Taken as independent chances, how many cones
-hold the point follows the Poisson binomial law, and the point counts by the chance that they are n or more; with n = 1
+Cone j holds a point to the degree p_j = sigmoid(-f_j / width), as in ``estimator``. Taken as independent chances, how many
+cones hold the point follows the Poisson binomial law, and the point counts by the chance that they are n or more; with n = 1
 that is 1 - prod(1 - p). As the width goes to zero it becomes the share of the points that lie in n cones.
 
 The law is built up cone by cone: q_m, the chance of exactly m < n, becomes q_m (1 - p) + q_{m-1} p. For the gradient,

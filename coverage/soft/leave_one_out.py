@@ -1,7 +1,7 @@
 """The soft estimator after a loss: a differentiable zeta without each of several groups of cones (the sensors of a ring).
 
 A point stays unseen after the loss of group g by the product of 1 - p over all cones outside g. All these products come from
-one product for each group, multiplied from both ends so that nothing is divided by; and as in ``soft``, the slope of a
+one product for each group, multiplied from both ends so that nothing is divided by; and as in ``estimator``, the slope of a
 weighted sum of them by the f of cone j is p_j times the sum itself, less the term of its own group, which is gone there.
 """
 

@@ -4,7 +4,8 @@ Convex polyhedra throw shadows with plane sides. Where the apex moves, the faces
 edge turns about the edge: what it says of a point changes by its normal times how far the point lies from the edge, in the
 plane, over how far the apex does. Within an obstacle a sensor sees nothing, and nothing says which way is out.
 
-Under ``blind`` obstacles blind sensors of one zone, as the robot's bodies do (``soft_stops``), and shadow the others alone.
+Under ``blind`` obstacles blind sensors of one zone, as the robot's bodies do (``first_return``), and shadow the others
+alone.
 """
 
 from dataclasses import dataclass

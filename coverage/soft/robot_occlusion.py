@@ -1,11 +1,11 @@
 """Beams past the robot's bodies, as the soft estimator sees them.
 
-Under ``shadow`` a beam is the larger of the cone's function and of minus that of each shadow in it (``occlusion``). Only the
+Under ``shadow`` a beam is the larger of the cone's function and of minus that of each shadow in it (``shadows``). Only the
 bodies that come near a cone are looked at, and of the points only the blocks that their shadows reach. Slopes come from the
 shadow that counts at each point alone.
 
 Under ``blind`` the beam of a sensor of one zone ends where the nearest body stands in it, or in the cone around a square one
-(``soft_stops``). That of a sensor of many zones is not blinded as a whole: under ``blind`` it is shadowed.
+(``first_return``). That of a sensor of many zones is not blinded as a whole: under ``blind`` it is shadowed.
 
 A sensor within a body sees nothing, and the slope there says no more than which way is out.
 """

@@ -1,7 +1,7 @@
 """Convex polyhedra: the obstacles of a cell, and the shadows behind them.
 
 A convex polyhedron is the intersection of half-spaces, the largest of plane functions with unit normals: 1-Lipschitz, convex
-and without curvature. Its shadow from an apex outside (see ``occlusion``) is such a thing again: the half-spaces of the
+and without curvature. Its shadow from an apex outside (see ``shadows``) is such a thing again: the half-spaces of the
 faces that look at the apex, and those of the planes through the apex and an edge between a face that looks at it and one
 that does not.
 """

@@ -1,9 +1,9 @@
 """A guaranteed interval for zeta, as narrow as asked.
 
 Cells wholly inside or outside are settled at once. Of a cell that surfaces cut, the covered and the uncovered volume are
-bounded from below and above (``share``); a cell whose bounds still leave more open than a threshold is split. The threshold
-falls from pass to pass until the interval is narrow enough. Passes go depth first and keep no cells, so that memory stays
-bounded however narrow the interval, and each pass leaves a valid interval.
+bounded from below and above (``volume_fraction``); a cell whose bounds still leave more open than a threshold is split. The
+threshold falls from pass to pass until the interval is narrow enough. Passes go depth first and keep no cells, so that
+memory stays bounded however narrow the interval, and each pass leaves a valid interval.
 """
 
 import itertools

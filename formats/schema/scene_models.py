@@ -1,7 +1,7 @@
 """The models of every file and of ``--json``. Degrees in files, radians in code.
 
 A file is judged here and nowhere else: each key's limits and description also make the JSON Schema and the words of an
-error. What a model stands for in code is made in ``convert``.
+error. What a model stands for in code is made in ``formats/convert``.
 """
 
 import math

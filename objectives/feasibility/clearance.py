@@ -2,7 +2,8 @@
 
 A ring's body is a band about its circle: all points within half its thickness of the circle's copies along the axis, so that
 its width is kept. It is clear at a position where the circle is clear, by half the thickness, all along the band: one
-function of one place, which ``clearance`` bounds from below. The sensors' apexes lie on the circle, and are clear with it.
+function of one place, which ``circle_clearance`` bounds from below. The sensors' apexes lie on the circle, and are clear
+with it.
 """
 
 from dataclasses import dataclass

@@ -134,7 +134,7 @@ def run(
     store: Store,
     tell: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[Any]:
-    """The results of ``cells`` in their order, measured by the workers of ``client``; else like ``engine.run``.
+    """The results of ``cells`` in their order, measured by the workers of ``client``; else like ``runner.run``.
 
     A cell whose worker is lost is measured again.
 
