@@ -11,8 +11,8 @@ from ..formats.loader import resolve
 from ..formats.robots.urdf import read_urdf
 from ..formats.writing import output_folder, write_bytes
 from .app import RobotOption, SceneFileOption, Subject, app
+from .option_groups import NO_FRAMES, FrameOptions
 from .options import resolve_scene, urdf_of
-from .shared import NO_FRAMES, FrameOptions
 
 
 @app.command

@@ -27,8 +27,8 @@ from ..placement.search.search import SearchResult
 from ..reporting.placement_picture import comparison_picture
 from ..reporting.tables import target_label
 from ..reporting.text import counted
-from .place import check_scene, found_model
-from .sighting import check_sight
+from .place import found_model
+from .scene_checks import check_scene, check_sight
 
 _MOST_TOLD = 5  # broken rules
 

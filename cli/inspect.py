@@ -19,8 +19,7 @@ from ..reporting.lines.protective_volume import protective_lines
 from ..reporting.lines.sensors import sensor_lines
 from ..reporting.tables import percent, proof_line, target_label, zeta_table
 from .options import Counting
-from .place import check_scene
-from .sighting import check_sight
+from .scene_checks import check_scene, check_sight
 
 _SHOWN = 16  # poses up to which each is shown
 

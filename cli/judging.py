@@ -22,13 +22,7 @@ from .app import (
     Voxel,
     app,
 )
-from .options import (
-    resolve_counting,
-    resolve_scene,
-    resolve_time,
-    with_floors,
-)
-from .shared import (
+from .option_groups import (
     AS_IT_IS,
     NO_FRAMES,
     NO_MOTION,
@@ -39,6 +33,12 @@ from .shared import (
     SceneOptions,
     SensorOptions,
     SubjectOptions,
+)
+from .options import (
+    resolve_counting,
+    resolve_scene,
+    resolve_time,
+    with_floors,
 )
 
 

@@ -13,7 +13,7 @@ from ..formats.loader import with_sensor
 from ..objectives.criterion import Losing
 from ..objectives.scene import Scene
 from ..placement.search.feasible_set import InfeasibleError
-from . import checking, export, judging, report, robots, tools, view  # noqa: F401  (they add their commands)
+from . import checking, export, judging, report, robots, side_commands, view  # noqa: F401  (they add their commands)
 from .aim_options import resolve_aim
 from .app import (
     Count,
@@ -23,13 +23,13 @@ from .app import (
     Voxel,
     app,
 )
+from .option_groups import NO_MOTION, NO_SENSOR, REFERENCE, MotionOptions, SceneOptions, SensorOptions
 from .options import (
     resolve_reach,
     resolve_space,
     resolve_time,
     with_floors,
 )
-from .shared import NO_MOTION, NO_SENSOR, REFERENCE, MotionOptions, SceneOptions, SensorOptions
 
 
 @app.default

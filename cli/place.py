@@ -6,7 +6,6 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from pydantic import ValidationError
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -14,16 +13,13 @@ from ..coverage.rings.ring import Setup
 from ..formats.convert.results import tolerant_model
 from ..formats.convert.scenes import ring_models, scene_model
 from ..formats.convert.sensor_records import sensor_records
-from ..formats.errors import UserError, explain
 from ..formats.schema.proposal_models import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
 from ..formats.schema.result_models import VerifyResult
-from ..formats.schema.scene_models import SceneFile
 from ..formats.writing import made_folder, to_toml, write_text
 from ..objectives.criterion import Criterion, judge
 from ..objectives.pose_subset import MANY
 from ..objectives.scene import Scene
-from ..objectives.separation_summary import separations
-from ..objectives.verify import Verified, Verifier, check_voxel, target_voxels
+from ..objectives.verify import Verified, Verifier
 from ..placement.search import search as searching
 from ..placement.search.design import Space
 from ..placement.search.fewest_sensors import fewest_sensors
@@ -35,30 +31,9 @@ from ..reporting.lines.protective_volume import protective_lines
 from ..reporting.lines.sensors import sensor_lines
 from ..reporting.placement_picture import placement_picture
 from ..reporting.tables import ring_table, target_label, zeta_table
-from .sighting import check_scene_sight
+from .scene_checks import check_scene, check_scene_sight
 
-_COARSE = 0.1  # m: from here on it is quick to see whether a target holds a voxel at all
 PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
-
-
-def check_scene(scene: Scene, voxel: float) -> None:
-    """Refuse what cannot be counted or written before anything is tried: UserError in one line."""
-    try:
-        scene_model(scene)
-    except ValidationError as error:
-        raise explain("the scene", error, SceneFile) from error
-    for goal in scene.goals:
-        try:
-            separations(scene, goal.target)
-        except ValueError as error:
-            raise UserError(f"--target {goal.target}: {error}") from error
-        try:
-            solid = scene.solid(goal.target, 0)
-            check_voxel(solid, voxel)
-            if voxel > _COARSE and len(target_voxels(solid, voxel, "centre")) == 0:
-                raise ValueError(f"voxel {voxel:g} m is larger than target {goal.target}; allowed: smaller")
-        except ValueError as error:
-            raise UserError(f"--voxel: {error}") from error
 
 
 def find(

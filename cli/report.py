@@ -21,7 +21,7 @@ from .app import (
     Voxel,
     app,
 )
-from .shared import AS_IT_IS, SubjectOptions
+from .option_groups import AS_IT_IS, SubjectOptions
 
 FILE = "report.html"
 
@@ -54,8 +54,8 @@ def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: i
     from ..reporting.setup_report.report_page import PICTURE, answer, blind_name, listed_spots, page
     from ..reporting.tables import target_label
     from ..rig.rings.protocol import length
-    from .place import PACKAGES, check_scene
-    from .sighting import check_sight
+    from .place import PACKAGES
+    from .scene_checks import check_scene, check_sight
 
     check_scene(scene, voxel)
     check_sight(scene, setup)

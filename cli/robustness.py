@@ -6,8 +6,7 @@ from ..coverage.rings.ring import Setup
 from ..objectives.scene import Scene
 from ..reporting.robustness import Robustness, assess, lines, robustness_table
 from ..reporting.tables import target_label
-from .place import check_scene
-from .sighting import check_sight
+from .scene_checks import check_scene, check_sight
 
 
 def robustness(name: str, setup: Setup, scene: Scene, asked: Robustness, as_json: bool) -> None:

@@ -17,8 +17,8 @@ from ..formats.loader import resolve
 from ..formats.writing import output_folder
 from ..objectives.scene import Scene
 from .app import Subject, app
+from .option_groups import AS_IT_IS, SubjectOptions
 from .options import urdf_of
-from .shared import AS_IT_IS, SubjectOptions
 
 _PATIENCE = 0.5  # s, for the server to take leave of its pages
 
@@ -65,8 +65,7 @@ def run(
     from ..viewer.robot_surface import read_skin
     from ..viewer.server import LOOPBACK, Server
     from ..viewer.session import Session
-    from .place import check_scene
-    from .sighting import check_sight
+    from .scene_checks import check_scene, check_sight
 
     check_scene(scene, 0.01)
     for setup in setups.values():

@@ -1,4 +1,4 @@
-"""What commands show of motions: the paper's task as CSV, and where a scene's poses come from."""
+"""The paper's task as CSV."""
 
 import csv
 import sys

@@ -1,4 +1,4 @@
-"""Commands beside: cones, sensors, task, study, schema."""
+"""Commands beside the main ones: cones, sensors, task, study, schema."""
 
 import json
 from pathlib import Path
@@ -52,7 +52,7 @@ def task(
 
     Example: place-rings task > task.csv
     """
-    from .motion import task as run
+    from .paper_task import task as run
 
     if robot is not None and robot not in PAPER_ROBOTS:
         raise UserError(f"--robot: found {shown(robot)}, allowed: {', '.join(PAPER_ROBOTS)}, as the task is the paper's")
