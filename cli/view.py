@@ -64,7 +64,7 @@ def run(
     """Serve the page until Ctrl-C."""
     from ..viewer.robot_surface import read_skin
     from ..viewer.server import LOOPBACK, Server
-    from ..viewer.session import Session
+    from ..viewer.session import ViewerSession
     from .scene_checks import check_scene, check_sight
 
     check_scene(scene, 0.01)
@@ -74,7 +74,7 @@ def run(
     folder = None if out is None else output_folder(out)
     console = Console(stderr=True)
     with console.status("drawing points"):
-        room = Session(scene, setups, folder, body)
+        room = ViewerSession(scene, setups, folder, body)
         try:
             for t in room.targets:
                 room.glance.zeta(next(iter(room.setups.values())), t, scene.occlusion)

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from ..coverage.robots.robot import Robot
 from ..objectives.scene import Scene
-from ..objectives.trajectory import CELL, CELLS, Record, Thinning, recorded, thin
+from ..objectives.trajectory import CELL, CELLS, MotionRecord, Thinning, recorded, thin
 from .errors import UserError, shown
 from .schema.field_types import MOST_DEG_S
 
@@ -25,7 +25,7 @@ _CHUNK = 1 << 15  # rows that are checked at once
 _SHOWN = 12  # columns that an error names
 
 
-def read_record(path: Path, robot: Robot, degrees: bool = False) -> Record:
+def read_record(path: Path, robot: Robot, degrees: bool = False) -> MotionRecord:
     """The motion of ``robot`` in a CSV file.
 
     The first line names the columns, parted by commas, semicolons, tabs or blanks: one of ``TIMES`` in seconds, and one for
@@ -72,7 +72,7 @@ def check_limits(path: Path, robot: Robot, moments: Iterable[tuple[float, Float[
             )
 
 
-def _check_rates(path: Path, robot: Robot, record: Record) -> None:
+def _check_rates(path: Path, robot: Robot, record: MotionRecord) -> None:
     """Refuse (UserError) a joint that jumps, as one does whose angle is cut at half a turn."""
     total = float(record.time_s[-1] - record.time_s[0])
     step = np.maximum(np.diff(record.time_s), min(CELL, total / CELLS[0]))
@@ -150,7 +150,7 @@ class _Reader:
         names = [found[0], *scheme]
         return [lower.index(name) for name in names], names
 
-    def read(self, file: TextIO) -> Record:
+    def read(self, file: TextIO) -> MotionRecord:
         rows = self._rows(file)
         _, header = next(rows)
         places, names = self._columns(header)
@@ -212,7 +212,7 @@ class _Reader:
             allowed = f"{-self.most:.5g} to {self.most:.5g} {unit}{hint}"
         raise self._refuse(number, names[column], shown(value), allowed)
 
-    def _record(self, chunks: list[Float[np.ndarray, "_ K"]]) -> Record:
+    def _record(self, chunks: list[Float[np.ndarray, "_ K"]]) -> MotionRecord:
         count = sum(len(chunk) for chunk in chunks)
         if count < 2:
             raise UserError(f"{self.name}: found {count} rows of data, allowed: 2 and more")
@@ -222,7 +222,7 @@ class _Reader:
             allowed = f"{_LEAST_SECONDS:g} to {_MOST_SECONDS:g}"
             raise UserError(f"{self.name}: found {seconds:g} s from first to last, allowed: {allowed}")
         q = np.ascontiguousarray(table[:, 1:])
-        return Record(table[:, 0].copy(), np.radians(q) if self.degrees else q)
+        return MotionRecord(table[:, 0].copy(), np.radians(q) if self.degrees else q)
 
 
 def _fields(line: str, separator: str | None) -> list[str]:

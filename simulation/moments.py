@@ -12,7 +12,7 @@ from ..coverage.robots.protective_volume import distances, moving
 from ..coverage.robots.robot import Robot
 from ..coverage.robots.separation_distance import Safety
 from ..objectives.scene import Scene
-from ..objectives.trajectory import Record
+from ..objectives.trajectory import MotionRecord
 
 STEP = 0.02  # s, from one moment to the next
 
@@ -69,7 +69,7 @@ def _moments(
     )
 
 
-def moments_of_record(robot: Robot, record: Record, safety: Safety) -> Moments:
+def moments_of_record(robot: Robot, record: MotionRecord, safety: Safety) -> Moments:
     """The whole record at steps of ``STEP``; the joints' speeds are differences over a step either way.
 
     Raises:

@@ -28,7 +28,7 @@ _FINE = 200.0  # Hz, at which the highest speed is looked for
 
 
 @dataclass(frozen=True)
-class Motion:
+class TaskMotion:
     """A timed joint trajectory: time_s (T,) ascending, q (T, J) rad, and ``swing`` (T,): whether the base is swinging."""
 
     time_s: Float[np.ndarray, " T"]
@@ -40,11 +40,11 @@ class Motion:
         tcp = forward(robot.chain, self.q)[:, -1, :3, 3]
         return np.linalg.norm(np.gradient(tcp, self.time_s, axis=0), axis=1)
 
-    def every(self, rate: float) -> "Motion":
+    def every(self, rate: float) -> "TaskMotion":
         """The same motion at ``rate`` Hz."""
         time = np.arange(0.0, self.time_s[-1], 1 / rate)
         q = np.stack([np.interp(time, self.time_s, joint) for joint in self.q.T], axis=1)
-        return Motion(time, q, self.swing[np.searchsorted(self.time_s, time)])
+        return TaskMotion(time, q, self.swing[np.searchsorted(self.time_s, time)])
 
 
 def reach_down(robot: Robot, place: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " J"]:
@@ -88,7 +88,7 @@ def _move(start: Float[np.ndarray, " J"], end: Float[np.ndarray, " J"], rate: fl
     return np.array([answer.at_time(answer.duration * k / steps)[0] for k in range(1, steps + 1)])
 
 
-def pick_and_place(robot: Robot, rate: float = _FINE) -> Motion:
+def pick_and_place(robot: Robot, rate: float = _FINE) -> TaskMotion:
     """The whole task at about ``rate`` Hz: each move takes a whole number of samples, so up to one sample longer."""
     q, swing = [_above(robot, _places(-math.pi / 2)[0])[None]], [np.zeros(1, bool)]
 
@@ -108,13 +108,13 @@ def pick_and_place(robot: Robot, rate: float = _FINE) -> Motion:
             add(np.repeat(q[-1][-1:], math.ceil(GRIP * rate), axis=0), False)
             go(above)
     joints = np.concatenate(q)
-    return Motion(np.arange(len(joints)) / rate, joints, np.concatenate(swing))
+    return TaskMotion(np.arange(len(joints)) / rate, joints, np.concatenate(swing))
 
 
 def _above(robot: Robot, spot: Float[np.ndarray, " 2"]) -> Float[np.ndarray, " J"]:
     return reach_down(robot, np.append(spot, HIGH))
 
 
-def fastest(robot: Robot, motion: Motion) -> int:
+def fastest(robot: Robot, motion: TaskMotion) -> int:
     """The sample at which the TCP is fastest."""
     return int(np.argmax(motion.tcp_speed(robot)))

@@ -20,7 +20,7 @@ from place_rings.coverage.solids.polyhedra import box
 from place_rings.formats.convert.scenes import scene_model, scene_of
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
-from place_rings.objectives.feasibility.clearance import Clearance
+from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.feasibility.mounting import alone, meeting
 from place_rings.objectives.feasibility.violations import faults
 from place_rings.objectives.occlusion import occluders
@@ -47,7 +47,7 @@ def drawn_scene(rng: np.random.Generator, obstacles: tuple[Obstacle, ...] = ()) 
     return Scene(robot=robot, poses=tuple(Pose(q) for q in poses), occlusion="shadow", obstacles=obstacles)
 
 
-def band(clear: Clearance, ring: Ring) -> np.ndarray:
+def band(clear: MountClearance, ring: Ring) -> np.ndarray:
     """Points (P, N, 3) of a ring's circles at all poses, base frame; its body is within half its thickness of them."""
     mount, arm = clear.scene.robot.mount(ring.link), clear.scene.rules.arm
     places = ring.position * mount.length + np.linspace(-arm, arm, 5)
@@ -239,7 +239,7 @@ def test_a_real_mount_is_read_back_from_its_file():
 
 @pytest.mark.parametrize("position", [0.0, 0.5, 1.0])
 def test_a_position_on_a_mount_without_length_hides_nothing(position):
-    clear = Clearance(Scene(occlusion="shadow"))
+    clear = MountClearance(Scene(occlusion="shadow"))
     assert clear.within("tool", 0.02, position)
     assert any("lies in" in f.text for f in alone(clear, 0, Ring("tool", position, 8, radius=0.02)))
 

@@ -21,7 +21,7 @@ from place_rings.coverage.voxels.octree import count
 from place_rings.formats.convert.scenes import scene_model, scene_of
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.separation_summary import separations
-from place_rings.objectives.trajectory import Record, Thinning, thin
+from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
 
 SEED = st.integers(0, 2**32 - 1)
 
@@ -144,7 +144,7 @@ def test_distances_of_a_scene():
 def test_a_pose_of_a_record_has_the_speeds_of_its_fastest_moment():
     time = np.linspace(0, 2, 201)
     q = np.radians([0, -45, 60, -105, -90, 0]) + np.where(time < 1, 0.1 * time, 0.1 - 0.6 * (time - 1))[:, None]
-    poses = thin(Record(time, q), UR10).poses
+    poses = thin(MotionRecord(time, q), UR10).poses
     assert all(np.allclose(np.abs(p.rate), np.abs(p.rate[0])) for p in poses)
     assert max(abs(p.rate[0]) for p in poses) == pytest.approx(0.6, rel=1e-5)
 
@@ -152,7 +152,7 @@ def test_a_pose_of_a_record_has_the_speeds_of_its_fastest_moment():
 def test_a_link_that_only_turns_about_itself_has_a_speed():
     time = np.linspace(0, 2, 201)
     q = np.radians([0, -45, 60, -105, -90, 0]) + np.outer(np.maximum(time - 1, 0), np.eye(6)[5])
-    (pose,) = thin(Record(time, q), UR10, Thinning(poses=1)).poses
+    (pose,) = thin(MotionRecord(time, q), UR10, Thinning(poses=1)).poses
     assert pose.rate[5] == pytest.approx(1.0)
 
 

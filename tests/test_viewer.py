@@ -32,7 +32,7 @@ from place_rings.viewer.quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, Qui
 from place_rings.viewer.robot_surface import read_skin
 from place_rings.viewer.saving import file_named, save
 from place_rings.viewer.server import own
-from place_rings.viewer.session import Session, shown_targets
+from place_rings.viewer.session import ViewerSession, shown_targets
 from place_rings.viewer.tasks import prove, search_from
 from place_rings.viewer.triangle_meshes import bodies
 
@@ -320,7 +320,7 @@ def test_a_scene_with_one_target_shows_the_papers_beside_it():
 
 def test_a_room_says_which_rules_are_broken():
     close = Setup((Ring("forearm", 0.5, 4), Ring("forearm", 0.501, 4)))
-    room = Session(Scene(), {"a": close})
+    room = ViewerSession(Scene(), {"a": close})
     assert any("rings 0 and 1" in text for text in room.broken(close, "ignore"))
     assert room.broken(SMALL, "ignore") == []
     assert len(KINDS) == 4

@@ -13,7 +13,7 @@ from .colours import KINDS
 from .drawing import SHOWN_CONES, DrawnParts
 from .edited_setup import MOST_SENSORS, STEEPEST_DEG
 from .quick_estimate import TWICE
-from .session import Session
+from .session import ViewerSession
 
 AS_ASKED = "as the scene asks"
 
@@ -25,7 +25,7 @@ def _label(i: int, link: str) -> str:
 class Controls:
     """The controls of one page, in the order in which they stand. What they do is said in ``Page``."""
 
-    def __init__(self, gui: viser.GuiApi, room: Session, names: Sequence[str]) -> None:
+    def __init__(self, gui: viser.GuiApi, room: ViewerSession, names: Sequence[str]) -> None:
         """Build them for the setups of that ``names``."""
         self._room, self._names = room, list(names)
         self._setups = [f"{chr(65 + i)}: {name[:60]}" for i, name in enumerate(names)]

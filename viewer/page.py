@@ -26,7 +26,7 @@ from .edited_setup import EditedSetup
 from .jobs import Job, JobStoppedError
 from .saving import file_named, save
 from .scene_graph import SceneGraph
-from .session import Session
+from .session import ViewerSession
 from .snapshot import picture
 from .tasks import SearchAnswer, prove, search_from, seen_under
 
@@ -38,7 +38,7 @@ _MOST_TOLD = 3  # broken rules in words
 class Page:
     """A page for one client."""
 
-    def __init__(self, client: viser.ClientHandle, room: Session) -> None:
+    def __init__(self, client: viser.ClientHandle, room: ViewerSession) -> None:
         """Build the controls and show the setups as opened."""
         self._client, self._room = client, room
         self._names = list(room.setups)

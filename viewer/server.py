@@ -15,7 +15,7 @@ from viser import _messages
 from ..formats.errors import UserError, shown
 from .drawing import DrawnParts
 from .page import Page
-from .session import Session
+from .session import ViewerSession
 
 LOOPBACK = "127.0.0.1"
 FOV = 0.7  # rad, of the first look
@@ -55,7 +55,7 @@ def _check_address(host: str, port: int) -> None:
 class Server:
     """Serves a room's pages; a context, at whose end all is stopped."""
 
-    def __init__(self, room: Session, host: str = LOOPBACK, port: int = 0) -> None:
+    def __init__(self, room: ViewerSession, host: str = LOOPBACK, port: int = 0) -> None:
         """Begin to serve. ``port`` 0: any that is free. UserError where that cannot be."""
         _check_address(host, port)
         os.environ.pop("_VISER_PORT_OVERRIDE", None)

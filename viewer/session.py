@@ -11,7 +11,7 @@ from ..coverage.occlusion.model import Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
 from ..coverage.targets import Target
-from ..objectives.feasibility.clearance import Clearance
+from ..objectives.feasibility.clearance import MountClearance
 from ..objectives.feasibility.violations import faults
 from ..objectives.occlusion import check_mounting
 from ..objectives.scene import Scene
@@ -33,7 +33,7 @@ def shown_targets(scene: Scene) -> tuple[Target, ...]:
     return tuple(dict.fromkeys([*own, *beside] if len(own) == 1 else own))
 
 
-class Session:
+class ViewerSession:
     """One scene and one or two setups in it, for many pages at once: nothing changes but what is kept of what was asked.
 
     turn: held by the page whose long work is being done.
@@ -47,7 +47,7 @@ class Session:
         self.glance = QuickEstimate(scene, self.targets)
         self.drawing = Drawing(self.glance, body)
         self.turn = threading.Lock()
-        self._clear = lru_cache(3)(lambda occlusion: Clearance(seen_under(scene, occlusion)))
+        self._clear = lru_cache(3)(lambda occlusion: MountClearance(seen_under(scene, occlusion)))
 
     def places(self) -> list[tuple[float, float, float]]:
         """Where each setup stands on the page, m: beside each other, as far apart as the first target is wide."""

@@ -25,7 +25,7 @@ _ROWS, _HITS = 1 << 12, 1 << 13  # rows and pairs worked on at once: some megaby
 _TRIPLES = 1 << 20  # of a pose, a sensor and a block, sorted out at once: some hundred megabytes
 
 
-class Readings(NamedTuple):
+class RangeReadings(NamedTuple):
     """What K sensors read in T poses. distance (T, K) m: infinite where a sensor sees nothing. point (T, K, 3) m: the
     nearest point, which was read; not a number where nothing was."""
 
@@ -135,7 +135,7 @@ def readings(
     radius: Float[np.ndarray, " B"],
     bodies: Capsules | None = None,
     obstacles: tuple[Polyhedron, ...] = (),
-) -> Readings:
+) -> RangeReadings:
     """What every sensor reads in every pose, some poses at a time in bounded memory.
 
     Args:
@@ -163,7 +163,7 @@ def readings(
         )
         for t in some
     ]
-    return Readings(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+    return RangeReadings(*(np.concatenate(values) for values in zip(*parts, strict=True)))
 
 
 def _read(

@@ -28,7 +28,7 @@ _TIE = 3  # decimals of a misfit, in tolerances: links that fit alike are told a
 
 
 @dataclass(frozen=True)
-class RingFit:
+class SetupFit:
     """A ring on a link, and by how much its sensors are off at most: apexes in mm, axes in degrees."""
 
     ring: Ring
@@ -129,7 +129,7 @@ def _fit(
     axis: Float[np.ndarray, "P K 3"],
     up: Float[np.ndarray, "P K 3"] | None,
     sensor: Sensor,
-) -> RingFit:
+) -> SetupFit:
     """The ring on a mount that is nearest to K sensors seen at P poses, where the mount's frame is T_base_frame.
 
     In the frame (zero, side, axis) of the mount, sensor k turned back by its share of the circle lies at radius and phase,
@@ -157,4 +157,4 @@ def _fit(
     if abs(tilt) >= math.pi / 2:
         angle = max(angle, math.pi / 2)  # looking inward is no ring
     ring = Ring(mount.link, place, count, tilt, (phase + _TURN) % math.tau - _TURN, radius, sensor)
-    return RingFit(ring, 1000 * float(off), math.degrees(float(angle)))
+    return SetupFit(ring, 1000 * float(off), math.degrees(float(angle)))

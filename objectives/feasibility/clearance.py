@@ -40,7 +40,7 @@ class _Things:
     names: list[str]
 
 
-class Clearance:
+class MountClearance:
     """Where rings of a scene are clear; what was asked once is kept."""
 
     def __init__(self, scene: Scene) -> None:

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from ...coverage.occlusion.circle_clearance import circle
 from ...coverage.rings.ring import Ring
 from ...coverage.robots.ring_section import axes_of
-from .clearance import Clearance
+from .clearance import MountClearance
 
 REAL = ("mount", "standoff")  # keys of the rules that are broken here
 _ROUNDING = 1e-6  # m of a radius, as files hold it
@@ -28,13 +28,13 @@ class Standing:
     text: str
 
 
-def standing(clear: Clearance, rings: Sequence[Ring]) -> list[Standing]:
+def standing(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
     """All that a real mount does not allow of ``rings``, beside their spacing on one link."""
     found = [f for i, ring in enumerate(rings) for f in alone(clear, i, ring)]
     return found + meeting(clear, rings)
 
 
-def alone(clear: Clearance, i: int, ring: Ring) -> list[Standing]:
+def alone(clear: MountClearance, i: int, ring: Ring) -> list[Standing]:
     """What ring number ``i`` breaks by itself."""
     name, least, found = f"ring {i} ({ring.link})", clear.scene.least_radius(ring.link), []
     if ring.radius < least - _ROUNDING:
@@ -51,7 +51,7 @@ def alone(clear: Clearance, i: int, ring: Ring) -> list[Standing]:
     return found
 
 
-def meeting(clear: Clearance, rings: Sequence[Ring]) -> list[Standing]:
+def meeting(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
     """Rings of different links of which one lies in another at some pose, by points of the one: what is found is so;
     rings that graze each other by a few millimetres may go unseen."""
     found = []
@@ -64,7 +64,7 @@ def meeting(clear: Clearance, rings: Sequence[Ring]) -> list[Standing]:
     return found
 
 
-def _between(clear: Clearance, one: Ring, other: Ring) -> Float[np.ndarray, " P"]:
+def _between(clear: MountClearance, one: Ring, other: Ring) -> Float[np.ndarray, " P"]:
     """The distance of points of a ring's band from the other's, pose by pose, m, from what is midway in their thickness."""
     robot, arm = clear.scene.robot, clear.scene.rules.arm
     mount, against = robot.mount(one.link), robot.mount(other.link)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ...coverage.rings.ring import Ring
 from ..scene import Scene
-from .clearance import Clearance
+from .clearance import MountClearance
 from .mounting import standing
 from .packing import unfit
 
@@ -56,7 +56,7 @@ def commonest_tilt(rings: Sequence[Ring]) -> float:
     return next(abs(ring.tilt) for ring in rings if round(abs(ring.tilt), 5) == most)
 
 
-def faults(scene: Scene, rings: Sequence[Ring], clear: Clearance | None = None) -> list[Fault]:
+def faults(scene: Scene, rings: Sequence[Ring], clear: MountClearance | None = None) -> list[Fault]:
     """All rules of ``scene`` that ``rings`` break. The scene's fixed rings may tilt and sit as they do. ``clear``: the
     scene's, if there is one."""
     fixed, missing = held(scene, rings)
@@ -71,7 +71,7 @@ def faults(scene: Scene, rings: Sequence[Ring], clear: Clearance | None = None) 
                     Fault((i, j), "spacing", f"rings {i} and {j} ({rings[i].link}) {_spacing(scene, apart, length)}")
                 )
     if scene.real:
-        real = standing(clear or Clearance(scene), rings)
+        real = standing(clear or MountClearance(scene), rings)
         found += [Fault(f.rings, f.rule, f.text) for f in real if not set(f.rings) <= fixed]
     for link in scene.robot.links:
         there = [i for i, ring in enumerate(rings) if ring.link == link]

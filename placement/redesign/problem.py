@@ -14,7 +14,7 @@ from jaxtyping import Float
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square, ring_arrays
 from ...coverage.rings.rounding import rounded
-from ...objectives.feasibility.clearance import Clearance
+from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.violations import commonest_tilt, faults, held
 from ...objectives.parameterization import Interval, Segment, decode, encode, segments, stretch
 from ...objectives.scene import Scene
@@ -51,7 +51,7 @@ class RedesignProblem:
         self.sensors = self.mounted.sensors + add_sensors
         self.square = any_square(self.mounted.rings) or scene.square
         self.fixed, self._missing = held(scene, self.mounted.rings)
-        self.clear = Clearance(scene) if scene.real else None
+        self.clear = MountClearance(scene) if scene.real else None
         self.radii = {link: self._radius(link) for link in scene.robot.links}
         self._segments: dict[tuple[int, ...], list[Segment]] = {}
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...objectives.feasibility.clearance import Clearance
+from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.mounting import Standing, meeting
 from .design import Candidate, Space
 from .feasible_set import InfeasibleError, Rng
@@ -38,14 +38,14 @@ def apart(space: Space, some: Sequence[Candidate], rng: Rng) -> list[Candidate]:
     return kept
 
 
-def _meeting(clear: Clearance, space: Space, c: Candidate) -> list[Standing]:
+def _meeting(clear: MountClearance, space: Space, c: Candidate) -> list[Standing]:
     """What meets at some pose, but for fixed rings among themselves."""
     rings = space.setup(c).rings
     held = {i for i, ring in enumerate(rings) if ring in space.fixed}
     return [found for found in meeting(clear, rings) if not set(found.rings) <= held]
 
 
-def _moved(clear: Clearance, space: Space, c: Candidate, rng: Rng) -> Candidate | None:
+def _moved(clear: MountClearance, space: Space, c: Candidate, rng: Rng) -> Candidate | None:
     """The candidate with rings of the links that meet moved along them, the first that is clear of ever further moves."""
     rings = space.setup(c).rings
     links = {rings[i].link for found in _meeting(clear, space, c) for i in found.rings}

@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.ring_kinematics import RingArrays, ring_arrays
 from ...objectives.parameterization import Interval, Segment, decode, encode, stretch
-from .feasible_set import Places
+from .feasible_set import FeasibleSet
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Candidate:
         return np.flatnonzero(self.segment >= 0)
 
 
-class Space(Places):
+class Space(FeasibleSet):
     """All setups that keep a scene's rules: with the links and counts of a layout, or with so many sensors in any rings."""
 
     def holds(self, c: Candidate) -> bool:

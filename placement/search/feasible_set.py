@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.rings.ring_kinematics import any_square
-from ...objectives.feasibility.clearance import Clearance
+from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.packing import board_of, fitting_tilts
 from ...objectives.parameterization import Segment, segments
 from ...objectives.scene import Scene
@@ -26,7 +26,7 @@ class InfeasibleError(ValueError):
         super().__init__(f"{key}: {text}")
 
 
-class Places:
+class FeasibleSet:
     """Room for rings, by a scene's rules: for those of a layout, or for so many sensors in any rings."""
 
     def __init__(self, scene: Scene, layout: Setup | None = None, sensors: int | None = None) -> None:
@@ -36,7 +36,7 @@ class Places:
             InfeasibleError: if no setup keeps the rules.
         """
         self.scene, self.layout = scene, layout
-        self.clear = Clearance(scene) if scene.real else None
+        self.clear = MountClearance(scene) if scene.real else None
         self.radii = {link: self._radius(link) for link in scene.robot.links}
         self._tilts = dict[tuple[str, int], tuple[float, float] | None]()
         self.segments = segments(scene, self._stretches())
@@ -58,7 +58,7 @@ class Places:
             _check_layout(self, layout)
 
     def _radius(self, link: str) -> float:
-        """The radius of new rings on ``link``, m: the layout's, or the scene's; raised as ``Clearance.radius`` says."""
+        """The radius of new rings on ``link``, m: the layout's, or the scene's; raised as ``MountClearance.radius`` says."""
         like = next((r.radius for r in self.layout.rings if r.link == link), None) if self.layout else None
         if self.clear is None:
             return self.scene.radius_of(link) if like is None else like
@@ -166,7 +166,7 @@ class Places:
         return ring if like is None else replace(ring, sensor=like.sensor)
 
 
-def _check_budget(space: Places, each: list[int], held: int) -> None:
+def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
     least, most = space.least, space.most
     if space.free < 0:
         raise InfeasibleError(f"{space.sensors} sensors are fewer than the {held} of the fixed rings")
@@ -188,7 +188,7 @@ def _check_budget(space: Places, each: list[int], held: int) -> None:
         raise InfeasibleError(f"{space.free} sensors are no sum of rings of {size}")
 
 
-def _check_layout(space: Places, layout: Setup) -> None:
+def _check_layout(space: FeasibleSet, layout: Setup) -> None:
     used: list[int] = []
     for ring in sorted(layout.rings, key=lambda r: r.link):
         free = space.room(used, ring.link)
@@ -201,7 +201,7 @@ def _check_layout(space: Places, layout: Setup) -> None:
             raise InfeasibleError(_too_many(space, ring))
 
 
-def _too_many(space: Places, ring: Ring) -> str:
+def _too_many(space: FeasibleSet, ring: Ring) -> str:
     ring = space.ring(ring.link, ring.count)
     board, most = board_of(space.scene, ring.sensor), ring.count
     while most and space.tilts(ring.link, most) is None:

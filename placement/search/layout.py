@@ -3,14 +3,14 @@
 import numpy as np
 
 from ...coverage.rings.ring import Ring, Setup
-from ...objectives.feasibility.clearance import Clearance
+from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.scene import Scene
 
 
 def ring_layout(scene: Scene, rings_per_link: int, sensors_per_ring: int) -> Setup:
     """Rings as evenly placed as the paper's, without tilt, on every link with a length; one ring on each other link. Where
     rings have bodies, a link on which none is clear at all poses has none, as long as there is another."""
-    clear, rings = Clearance(scene) if scene.real else None, []
+    clear, rings = MountClearance(scene) if scene.real else None, []
     radii = {link: clear.radius(link) if clear else scene.radius_of(link) for link in scene.robot.links}
     free = {link for link, radius in radii.items() if clear is None or clear.stretches(link, radius)}
     for mount in scene.robot.mounts:

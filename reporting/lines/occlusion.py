@@ -9,7 +9,7 @@ from rich.table import Table
 from ...coverage.occlusion.model import OCCLUSIONS
 from ...coverage.rings.ring import Setup
 from ...formats.schema.result_models import UnseeingModel, VerifyResult
-from ...objectives.feasibility.clearance import Clearance
+from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.mounting import REAL
 from ...objectives.feasibility.violations import faults
 from ...objectives.scene import Scene
@@ -31,7 +31,7 @@ def without_lines(scene: Scene, setup: Setup) -> list[str]:
     """The links that have no ring because a real one is clear nowhere on them."""
     if not scene.real:
         return []
-    clear, bare = Clearance(scene), [link for link in scene.robot.links if link not in {r.link for r in setup.rings}]
+    clear, bare = MountClearance(scene), [link for link in scene.robot.links if link not in {r.link for r in setup.rings}]
     barred = [(link, radius) for link in bare if not clear.stretches(link, radius := clear.radius(link))]
     return [f"No ring on {link}: {clear.why(link, radius)}." for link, radius in barred]
 

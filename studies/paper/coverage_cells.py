@@ -15,7 +15,7 @@ from jaxtyping import Float
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.targets import Target
 from ...objectives.verify import Rule
-from ...simulation.task import Motion, fastest, pick_and_place
+from ...simulation.task import TaskMotion, fastest, pick_and_place
 from ..engine.store import Cell
 from ..engine.tasks import Rings
 
@@ -53,7 +53,7 @@ Question = tuple[CoverageRow, Cell]
 
 
 @cache
-def task(chain: str) -> tuple[Motion, int]:
+def task(chain: str) -> tuple[TaskMotion, int]:
     """The task's motion, and its sample of highest TCP speed."""
     robot = ROBOTS[chain]
     motion = pick_and_place(robot)

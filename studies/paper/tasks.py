@@ -9,16 +9,16 @@ from ...coverage.robots.built_in import ROBOTS
 from ...simulation.approach import unseen_approaches
 from ...simulation.distance import cell as distance_cell
 from ...simulation.distance import repeated
-from ...simulation.task import Motion, pick_and_place
+from ...simulation.task import TaskMotion, pick_and_place
 from ..engine.tasks import Rings, register, scene_from, setup_from
 
 
 @cache
-def _task(robot: str, rate: float, duration: float) -> Motion:
+def _task(robot: str, rate: float, duration: float) -> TaskMotion:
     """The paper's task, again and again for so many seconds."""
     once = pick_and_place(ROBOTS[robot]).every(rate)
     time_s, q = repeated(once.time_s, once.q, duration)
-    return Motion(time_s, q, np.zeros(len(q), bool))
+    return TaskMotion(time_s, q, np.zeros(len(q), bool))
 
 
 @register("minimum distance")
