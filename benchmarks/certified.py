@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from common import BALL, cone_task, installed, medians, missing, table
 from meshes import mesh_share
-from place_rings.coverage.certified import bracket
-from place_rings.coverage.rings import named_setup
-from place_rings.coverage.slots import sensor_cones
-from place_rings.coverage.solids import sphere
+from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Target, target_solid
+from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.objectives.scene import Scene
 
 PEERS: tuple[str, ...] = ("manifold3d",)

@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
-from place_rings.coverage.solids import Cones
+from place_rings.coverage.solids.cones import Cones
 
 CONES, HALF_ANGLE, RANGE, BALL = 112, math.radians(11), 1.0, 1.0
 

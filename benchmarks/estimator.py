@@ -16,12 +16,11 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from place_rings.coverage.cloud import cloud
-from place_rings.coverage.points import sample
-from place_rings.coverage.rings import named_setup
-from place_rings.coverage.slots import sensor_cones
-from place_rings.coverage.soft import soft_zeta
-from place_rings.coverage.solids import Cones, cone
+from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.soft.estimator import soft_zeta
+from place_rings.coverage.soft.sampling import cloud, sample
+from place_rings.coverage.solids.cones import Cones, cone
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.objectives.scene import Scene
 
@@ -34,9 +33,9 @@ MEMORY_MB = 300
 
 _MEMORY = """
 import jax, jax.numpy as jnp, numpy as np
-from place_rings.coverage.cloud import Cloud
-from place_rings.coverage.soft import soft_zeta
-from place_rings.coverage.solids import Cones
+from place_rings.coverage.soft.cloud import Cloud
+from place_rings.coverage.soft.estimator import soft_zeta
+from place_rings.coverage.solids.base import Cones
 
 rng = np.random.default_rng(0)
 axis = rng.normal(size=(1000, 3))

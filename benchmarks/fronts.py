@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 from common import installed, missing, table
-from place_rings.coverage.rings import Setup
+from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.targets import Target
-from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Goal, Rules, Scene
-from place_rings.studies import pareto
-from place_rings.studies.store import Cell
-from place_rings.studies.works import WORKS, setup_from
+from place_rings.objectives.verify import Verifier
+from place_rings.studies.engine.store import Cell
+from place_rings.studies.engine.tasks import TASKS, setup_from
+from place_rings.studies.pareto import study as pareto
 from search_task import OverError, Question, Watch, layout
 
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5))
@@ -48,7 +48,7 @@ def ours(seed: int, any_rings: bool) -> tuple[list[Setup], float]:
             arguments = dict(cell.arguments)
             if cell.work == "place" and not any_rings:
                 arguments |= {"sensors": None, "rings_per_link": 2, "sensors_per_ring": 16}
-            found.append(WORKS[cell.work](**arguments))
+            found.append(TASKS[cell.work](**arguments))
         return found
 
     began = _work()

@@ -39,11 +39,10 @@ def soft(sensors: int, poses: int, points: int) -> float:
     """Seconds of one value and gradient: five rings about the reference scene's links, ``points`` at each pose."""
     import jax
     import jax.numpy as jnp
-    from place_rings.coverage.cloud import cloud
-    from place_rings.coverage.points import sample
-    from place_rings.coverage.rings import Ring, Setup
-    from place_rings.coverage.slots import sensor_cones
-    from place_rings.coverage.soft import soft_zeta
+    from place_rings.coverage.rings.ring import Ring, Setup
+    from place_rings.coverage.rings.ring_kinematics import sensor_cones
+    from place_rings.coverage.soft.estimator import soft_zeta
+    from place_rings.coverage.soft.sampling import cloud, sample
     from place_rings.coverage.targets import Target, target_solid
     from place_rings.objectives.scene import Scene
 
@@ -67,8 +66,8 @@ def soft(sensors: int, poses: int, points: int) -> float:
 def octree(voxel: float) -> float:
     """Seconds of a count on the cone task, the ball's voxels counted in."""
     from common import BALL, cone_task
-    from place_rings.coverage.octree import count, voxels
-    from place_rings.coverage.solids import sphere
+    from place_rings.coverage.solids.spheres import sphere
+    from place_rings.coverage.voxels.octree import count, voxels
 
     cones = cone_task()
     return median_seconds(lambda: count(cones, voxel, within=voxels(sphere(np.zeros(3), BALL), voxel)))

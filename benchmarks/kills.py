@@ -21,9 +21,9 @@ import numpy as np
 import psutil
 from common import table
 from noted import NOTES, cells
-from place_rings.studies import engine
-from place_rings.studies.store import Store
-from place_rings.studies.works import WORKS
+from place_rings.studies.engine import runner as engine
+from place_rings.studies.engine.store import Store
+from place_rings.studies.engine.tasks import TASKS
 
 _START = 6.0  # s, that a study takes to start, roughly: some kills come before it has
 _BETWEEN = 12  # cells, at most, from one kill to the next, and then a moment
@@ -156,7 +156,7 @@ def results(file: Path) -> dict[str, tuple[Any, float]]:
 def undisturbed(count: int) -> dict[str, Any]:
     """Results by cell of a study that nothing disturbs."""
     with tempfile.TemporaryDirectory() as folder, Store(Path(folder) / "cells.sqlite", "kills") as store:
-        found = engine.run(cells(count), WORKS, store)
+        found = engine.run(cells(count), TASKS, store)
     return {cell.key: _timeless(result) for cell, result in zip(cells(count), found, strict=True)}
 
 

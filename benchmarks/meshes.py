@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
-from place_rings.coverage.solids import Cones
+from place_rings.coverage.solids.cones import Cones
 
 
 def _frame(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -13,9 +13,9 @@ from typing import Any
 
 import dask
 import numpy as np
-from place_rings.studies import cluster, machines
-from place_rings.studies.store import Cell, Store
-from place_rings.studies.works import WORKS, zeta
+from place_rings.studies.engine import cluster
+from place_rings.studies.engine.store import Cell, Store
+from place_rings.studies.engine.tasks import TASKS, zeta
 
 NOTES = "PLACE_RINGS_NOTES"
 
@@ -46,12 +46,12 @@ def noted(**arguments: Any) -> Any:
     return zeta(**arguments)
 
 
-NOTED = {**WORKS, "zeta": noted}
+NOTED = {**TASKS, "zeta": noted}
 
 
 def dask_setup(worker: object) -> None:
     """Called by dask in each worker: it works as the driver does."""
-    WORKS.update(NOTED)
+    TASKS.update(NOTED)
 
 
 class NotedStore(Store):
@@ -70,7 +70,7 @@ def drive(folder: Path, count: int) -> None:
         suppress(KeyboardInterrupt),
         dask.config.set({"distributed.worker.preload": [__file__]}),
         NotedStore(folder / "cells.sqlite", "kills") as store,
-        machines.here(2) as client,
+        cluster.here(2) as client,
     ):
         cluster.run(client, cells(count), NOTED, store)
 

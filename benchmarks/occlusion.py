@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from place_rings.coverage.capsules import robot_capsules
-from place_rings.coverage.chain import forward
-from place_rings.coverage.occluders import Occluders, beams
-from place_rings.coverage.points import sample
-from place_rings.coverage.rings import named_setup
-from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.occlusion.occluders import Occluders, beams
+from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import robot_capsules
+from place_rings.coverage.soft.sampling import sample
 from place_rings.objectives.scene import Scene
 
 SETUPS = ("n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")

@@ -12,8 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 from common import BALL, HALF_ANGLE, RANGE, cone_task, installed, medians, missing, table
 from meshes import cone_mesh, mesh_share
-from place_rings.coverage.octree import count, voxels
-from place_rings.coverage.solids import Cones, sphere
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.spheres import sphere
+from place_rings.coverage.voxels.octree import count, voxels
 
 PEERS: tuple[str, ...] = ("open3d", "manifold3d")
 VOXELS = (0.05, 0.025, 0.0125)

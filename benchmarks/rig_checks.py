@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 from common import table
 from jaxtyping import Bool
-from place_rings.coverage.polyhedra import box, half_space
-from place_rings.coverage.rings import Ring, Setup
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Obstacle, Pose, Scene
 from place_rings.rig.mount.as_built import AsBuilt, truth_of

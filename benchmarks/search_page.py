@@ -6,8 +6,8 @@ import statistics
 from dataclasses import dataclass
 from pathlib import Path
 
-from place_rings.studies.pages import csv_text, table
-from place_rings.studies.plotting import COLOURS, GREY, plain, save, sheet
+from place_rings.reporting.pages import csv_text, table
+from place_rings.reporting.plots import COLOURS, GREY, plain, save, sheet
 
 MINE, ANY = "ours", "ours, any rings"
 SLACK = 0.3  # points below the best peer's last value: the level to be reached

@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 from place_rings.objectives.scene import Scene
-from place_rings.placement.candidates import Space
-from place_rings.placement.progress import Progress
-from place_rings.placement.search import search
+from place_rings.placement.search.design import Space
+from place_rings.placement.search.progress import Progress
+from place_rings.placement.search.search import search
 from search_task import OverError, Question, Watch, layout
 
 Peer = Callable[[Question, int], None]

@@ -12,19 +12,19 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
-from place_rings.coverage.chain import forward
-from place_rings.coverage.cloud import cloud
-from place_rings.coverage.rings import Setup, sensor_optics
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.slots import sensor_axes
-from place_rings.coverage.soft import SHARP, soft_zeta
-from place_rings.coverage.solids import Cones
+from place_rings.coverage.rings.ring import Setup, sensor_optics
+from place_rings.coverage.rings.ring_kinematics import sensor_axes
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.soft.estimator import SHARP, soft_zeta
+from place_rings.coverage.soft.sampling import cloud
+from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.targets import Target
-from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.scene import Goal, Pose, Rules, Scene
-from place_rings.placement.candidates import Space, stacked
-from place_rings.placement.layout import ring_layout
-from place_rings.studies.task import pick_and_place
+from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
+from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.layout import ring_layout
+from place_rings.simulation.task import pick_and_place
 
 POINTS = 8192  # of all goals and poses together, on which the peers' candidates are judged
 HELD_OUT = 100_000  # others, on which all methods' answers are judged afterwards

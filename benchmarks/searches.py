@@ -18,8 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from common import installed, missing
-from place_rings.studies.engine import program
-from place_rings.studies.store import Cell, Store
+from place_rings.placement.search.search import search
+from place_rings.studies.engine.runner import program
+from place_rings.studies.engine.store import Cell, Store
 from search_page import ANY, MINE, Run, pages
 from search_peers import PEERS, ours, space_of, until_over
 from search_task import HELD_OUT, POINTS, RINGS_PER_LINK, SCENES, Question, Watch, held_out, layout, scene_named
@@ -59,7 +60,7 @@ def plan(scenes: list[str], sensors: list[int], seeds: int, seconds: float, cloc
     A peer's run is measured anew with another version of the peer, one of ours with other code of ours.
     """
     made_of = {name: f"{package} {version(package)}" for name, (package, _) in PEERS.items() if installed(package)}
-    made_of = dict.fromkeys(OURS, program({})) | made_of
+    made_of = dict.fromkeys(OURS, program({"search": search})) | made_of
     order = [(s, n) for s in SCENES for n in RINGS_PER_LINK if s in scenes and n in sensors]
     order.sort(key=lambda sn: (sn[1], sn[0] not in _FIRST))
     return [

@@ -9,12 +9,12 @@ import time
 from pathlib import Path
 
 from common import table
-from place_rings.cli.viewer.room import Room
-from place_rings.cli.viewer.server import Server
-from place_rings.coverage.occlusion import OCCLUSIONS
-from place_rings.coverage.rings import named_setup
-from place_rings.objectives.exact import Verifier
+from place_rings.coverage.occlusion.model import OCCLUSIONS
+from place_rings.coverage.rings.ring import named_setup
 from place_rings.objectives.scene import Scene
+from place_rings.objectives.verify import Verifier
+from place_rings.viewer.server import Server
+from place_rings.viewer.session import ViewerSession
 
 sys.path.append(str(Path(__file__).parent.parent))
 from tests.viser_client import Client
@@ -28,7 +28,7 @@ def off() -> float:
     worst = 0.0
     for occlusion in OCCLUSIONS:
         scene = Scene(occlusion=occlusion)
-        room, verifier = Room(scene, {"": named_setup(SETUPS[0])}), Verifier(scene)
+        room, verifier = ViewerSession(scene, {"": named_setup(SETUPS[0])}), Verifier(scene)
         for name in SETUPS:
             for target in room.targets:
                 setup = named_setup(name)
@@ -40,7 +40,7 @@ def off() -> float:
 def waits(occlusion: str) -> list[float]:
     """Seconds from a slider's message to the page's new figures of all targets, over loopback."""
     found = []
-    with Server(Room(Scene(occlusion=occlusion), {"n3_16_55": named_setup("n3_16_55")})) as server:
+    with Server(ViewerSession(Scene(occlusion=occlusion), {"n3_16_55": named_setup("n3_16_55")})) as server:
         client = Client(server.port)
         client.until(lambda: client.zeta("V_OT") is not None, "the page says no ζ")
         for i in range(EVENTS):

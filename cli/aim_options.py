@@ -1,28 +1,17 @@
 """What the options of redundancy and tolerance mean, for a search and for a report."""
 
 import math
-from dataclasses import dataclass
 
-from ..coverage.mounting import Law, MountingErrors
-from ..objectives.aim import Aim, Losing, check_aim
+from ..coverage.rings.mounting_errors import Law, MountingErrors
+from ..formats.errors import UserError
+from ..objectives.criterion import Criterion, Losing, check_criterion
 from ..objectives.scene import Scene
-from ..placement.errors import UserError
+from ..reporting.robustness import Robustness
 
 POSITION_MM, DIRECTION_DEG = 5.0, 2.0  # errors of mounting where none are given
 _MOST_SEEN = 100  # sensors that see one point: more than any setup has use for
 _MOST_SOUGHT = 10  # the same for a search, whose time grows with it
 _MOST_DRAWS = 100_000
-
-
-@dataclass(frozen=True)
-class Robustness:
-    """What a report is asked: sensors told apart, voxel m, errors of mounting, how many draws, their seed."""
-
-    most: int
-    voxel: float
-    errors: MountingErrors
-    draws: int
-    seed: int
 
 
 def _within(option: str, value: float, low: float, high: float) -> None:
@@ -51,7 +40,7 @@ def resolve_aim(
     tolerant: bool,
     position_mm: float | None,
     direction_deg: float | None,
-) -> Aim:
+) -> Criterion:
     """What ``--redundancy``, ``--losing``, ``--tolerant`` and its errors mean together, for a search in ``scene``."""
     _within("--redundancy", redundancy, 1, _MOST_SOUGHT)
     if losing is not None and (tolerant or redundancy > 1):
@@ -59,13 +48,13 @@ def resolve_aim(
     if scene.over_poses == "worst" and (losing is not None or tolerant or redundancy > 1):
         raise UserError("--worst: found with another aim, allowed: only without --redundancy, --losing and --tolerant")
     try:
-        check_aim(scene, Aim(losing=losing))
+        check_criterion(scene, Criterion(losing=losing))
     except ValueError as error:
         raise UserError(f"--losing: {error}") from error
     if not tolerant:
         for option, value in (("--position-error-mm", position_mm), ("--direction-error-deg", direction_deg)):
             if value is not None:
                 raise UserError(f"{option}: found {value:g}, allowed: only with --tolerant")
-        return Aim(redundancy, losing=losing)
+        return Criterion(redundancy, losing=losing)
     errors = (POSITION_MM if position_mm is None else position_mm, DIRECTION_DEG if direction_deg is None else direction_deg)
-    return Aim(redundancy, mounting_errors(*errors))
+    return Criterion(redundancy, mounting_errors(*errors))

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 from cyclopts.validators import Number
 
-from .terminal import Terminal
+from ..reporting.terminal import Terminal
 
 app = App(
     name="place-rings",

@@ -10,12 +10,14 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import ValidationError
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
+from ..coverage.rings.rounding import rounded
+from ..formats.convert.scenes import ring_models, scene_model
+from ..formats.errors import UserError, explain
+from ..formats.schema.proposal_models import ProposalFile
+from ..formats.writing import output_folder
 from ..objectives.scene import Scene
-from ..placement.errors import UserError, explain
-from ..placement.files.convert import ring_models, rounded, scene_model
-from ..placement.files.proposals import ProposalFile
-from ..placement.writing import output_folder
+from ..reporting.terminal import Terminal, say
 from ..rig.check_models import AboutFile, PortModel
 from ..rig.checked import Checked
 from ..rig.judge import judge
@@ -43,7 +45,6 @@ from .check_talk import tell
 from .check_view import View
 from .pipes import ended_by_signals, gone_is_an_error
 from .rig_options import ring_names
-from .terminal import Terminal, say
 
 _REAL, _SIMULATED = 1.0, 40.0  # patience: a real rig's limits of time hold, a simulated one shares its machine
 _FIRST = 3.0  # s, for the rings to be heard

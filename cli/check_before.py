@@ -4,15 +4,15 @@ import math
 
 from rich.table import Table
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
+from ..formats.errors import UserError
 from ..objectives.scene import Scene
-from ..placement.errors import UserError
+from ..reporting.terminal import Terminal
 from ..rig.check_models import DISCLAIMER
 from ..rig.operators import Itinerary
 from ..rig.poses.near_stops import NearStops, by_ring
 from ..rig.procedure import Plans
 from .rig_options import ring_names
-from .terminal import Terminal
 
 EXEMPT = (
     "The simulated rig knows its whole cell, and nobody can be hurt: it moves without --move, without a floor and"

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from ..placement.writing import write_text
+from ..formats.writing import write_text
+from ..reporting.pages import csv_text, escaped, html, table
 from ..rig.check_models import CheckResult, RingFitModel, WavingModel
 from ..rig.checked import Checked
 from ..rig.judge import Judged
 from ..rig.sensing.expected import expected
-from ..studies.pages import csv_text, escaped, html, table
 
 
 def write_files(checked: Checked, judged: Judged, folder: Path) -> list[str]:

@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..placement.errors import UserError
-from ..placement.loader import resolve
+from ..formats.errors import UserError
+from ..formats.loader import resolve
 from .app import Json, Radius, SceneFileOption, Seed, Targets, Voxel, app
 from .options import parse_goals, resolve_scene, with_goals
 

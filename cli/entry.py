@@ -17,8 +17,8 @@ def main() -> None:
     try:
         if heeded:
             signal.signal(signal.SIGINT, _nothing_to_keep)  # an exception through a half imported library can crash it
+        from ..reporting.terminal import guard
         from .main import main as run
-        from .terminal import guard
 
         guard()
 

@@ -6,14 +6,14 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..placement.errors import UserError, shown
-from ..placement.loader import resolve
-from ..placement.robot.urdf import read_urdf
-from ..placement.writing import output_folder, write_bytes
+from ..formats.errors import UserError, shown
+from ..formats.loader import resolve
+from ..formats.robots.urdf import read_urdf
+from ..formats.writing import output_folder, write_bytes
+from ..reporting.terminal import say
 from .app import RobotOption, SceneFileOption, Subject, app
+from .option_groups import NO_FRAMES, FrameOptions
 from .options import resolve_scene, urdf_of
-from .shared import NO_FRAMES, FrameOptions
-from .terminal import say
 
 
 @app.command
@@ -47,8 +47,8 @@ def export(
 
     Example: place-rings export mounted.urdf --frames "tof_.*" --beam z --to json
     """
-    from ..placement.export.formats import FORMATS
-    from ..placement.export.placed import Placed
+    from ..formats.export.formats import FORMATS
+    from ..formats.export.placed import PlacedSetup
 
     unknown = next((name for name in to if name not in FORMATS), None)
     if unknown is not None or not to:
@@ -57,7 +57,7 @@ def export(
     if not 0 <= pose < len(found.poses):
         raise UserError(f"--pose: found {pose}, allowed: 0 to {len(found.poses) - 1}, the scene's poses")
     urdf = urdf or urdf_of(robot)
-    placed = Placed(found, setup, pose, out, None if urdf is None else read_urdf(urdf), packages, points)
+    placed = PlacedSetup(found, setup, pose, out, None if urdf is None else read_urdf(urdf), packages, points)
     files = {name: data for kind in dict.fromkeys(to) for name, data in FORMATS[kind](placed).items()}
     read = [Path(path).resolve() for path in (subject, scene, robot, urdf) if path is not None]
     for name in files:

@@ -7,28 +7,28 @@ from pathlib import Path
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ..coverage.rings import Setup
-from ..coverage.robots import Robot
-from ..objectives.exact import Verifier
+from ..coverage.rings.ring import Setup
+from ..coverage.robots.robot import Robot
+from ..formats.convert.redesign_records import change_model, work_model
+from ..formats.convert.results import verify_result
+from ..formats.convert.scenes import ring_models, scene_model
+from ..formats.schema.proposal_models import ImproveResult, ProposalFile, StepModel
+from ..formats.schema.result_models import VerifyResult
+from ..formats.writing import made_folder, to_toml, write_text
 from ..objectives.scene import Scene
-from ..placement.files.convert import ring_models, scene_model
-from ..placement.files.proposals import ImproveResult, ProposalFile, StepModel
-from ..placement.files.result_convert import verify_result
-from ..placement.files.results import VerifyResult
-from ..placement.improving import improve as improving
-from ..placement.improving.beam import WORTH, Answer
-from ..placement.improving.changes import Change, Kind, turn
-from ..placement.improving.records import change_model, work_model
-from ..placement.progress import Outcome
-from ..placement.progress import Progress as Told
-from ..placement.search import SearchResult
-from ..placement.writing import made_folder, to_toml, write_text
-from .picture import comparison_picture
-from .place import check_scene, found_model
-from .sighting import check_sight
-from .tables import target_label
-from .terminal import Terminal, say_json
-from .words import counted
+from ..objectives.verify import Verifier
+from ..placement.redesign import redesign as improving
+from ..placement.redesign.beam_search import WORTH, Answer
+from ..placement.redesign.changes import Change, ChangeKind, turn
+from ..placement.search.progress import Outcome
+from ..placement.search.progress import Progress as Told
+from ..placement.search.search import SearchResult
+from ..reporting.placement_picture import comparison_picture
+from ..reporting.tables import target_label
+from ..reporting.terminal import Terminal, say_json
+from ..reporting.text import counted
+from .place import found_model
+from .scene_checks import check_scene, check_sight
 
 _MOST_TOLD = 5  # broken rules
 
@@ -67,7 +67,7 @@ def told(change: Change, mounted: int, robot: Robot) -> str:
         angles = f"tilt {_deg(after.tilt)}, phase {math.degrees(after.phase):.1f}°"
         return f"{name}: {after.count} sensors on {after.link}{place}, {angles}"
     does = []
-    if change.kind is Kind.CARRIED:
+    if change.kind is ChangeKind.CARRIED:
         does.append(f"carry to {after.link}{place}")
     elif change.moved:
         way = "distal" if after.position > before.position else "proximal"

@@ -1,23 +1,22 @@
 """The commands that look at a setup: its exact zeta, its cones."""
 
-from ..coverage.certified import Bracket
-from ..coverage.rings import Setup
-from ..objectives.exact import Verifier
+from ..coverage.rings.ring import Setup
+from ..coverage.voxels.certified_bounds import Bracket
+from ..formats.convert.occlusion_records import with_sight
+from ..formats.convert.results import verify_result
+from ..formats.convert.sensor_records import sensor_records
+from ..formats.sensors.sensor_lists import sensor_list
+from ..objectives.occlusion import unseeing
 from ..objectives.scene import Scene
-from ..objectives.side_by_side import by_occlusion
-from ..objectives.sight import unseeing
-from ..placement.files.result_convert import verify_result
-from ..placement.files.sensing import sensor_records
-from ..placement.files.sighting import with_sight
-from ..placement.mounted.lists import sensor_list
-from .motion import record_line, worst_line
+from ..objectives.verify import Verifier, by_occlusion
+from ..reporting.lines.motion import record_line, worst_line
+from ..reporting.lines.occlusion import mounting_lines, print_sight
+from ..reporting.lines.protective_volume import protective_lines
+from ..reporting.lines.sensors import sensor_lines
+from ..reporting.tables import percent, proof_line, target_label, zeta_table
+from ..reporting.terminal import Terminal, say_json, say_lines
 from .options import Counting
-from .place import check_scene
-from .protective import protective_lines
-from .sensing import sensor_lines
-from .sighting import check_sight, mounting_lines, print_sight
-from .tables import percent, proof_line, target_label, zeta_table
-from .terminal import Terminal, say_json, say_lines
+from .scene_checks import check_scene, check_sight
 
 _SHOWN = 16  # poses up to which each is shown
 

@@ -7,10 +7,10 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..coverage.mounting import Law
-from ..coverage.occlusion import Occlusion
-from ..objectives.exact import Rule
-from ..placement.errors import UserError
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.rings.mounting_errors import Law
+from ..formats.errors import UserError
+from ..objectives.verify import Rule
 from .aim_options import mounting_errors, resolve_robustness
 from .app import (
     Floors,
@@ -22,13 +22,7 @@ from .app import (
     Voxel,
     app,
 )
-from .options import (
-    resolve_counting,
-    resolve_scene,
-    resolve_time,
-    with_floors,
-)
-from .shared import (
+from .option_groups import (
     AS_IT_IS,
     NO_FRAMES,
     NO_MOTION,
@@ -39,6 +33,12 @@ from .shared import (
     SceneOptions,
     SensorOptions,
     SubjectOptions,
+)
+from .options import (
+    resolve_counting,
+    resolve_scene,
+    resolve_time,
+    with_floors,
 )
 
 
@@ -137,7 +137,7 @@ def safety(
 
     Example: place-rings safety n3_16_55 --trajectory task.csv --sensor vl53l1x --ambient 50kcps
     """
-    from .safety import DARK_TARGET, TORSO, Asked
+    from .safety import DARK_TARGET, TORSO, SafetyOptions
     from .safety import safety as run
 
     if sensing.sensor is not None:
@@ -147,7 +147,7 @@ def safety(
     if motion.degrees and motion.trajectory is None:
         raise UserError("--degrees: found alone, allowed: only with --trajectory")
     own: Occlusion = "shadow" if found.occlusion == "ignore" else found.occlusion
-    asked = Asked(approaches, directions, rate, latency, occlusion or own, seed)
+    asked = SafetyOptions(approaches, directions, rate, latency, occlusion or own, seed)
     run(subject, setup, found, motion.trajectory, motion.degrees, asked, out, as_json)
 
 

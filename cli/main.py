@@ -8,12 +8,13 @@ from typing import Annotated
 from cyclopts import CycloptsError, Parameter
 from cyclopts.validators import Number
 
-from ..objectives.aim import Losing
+from ..formats.errors import UserError
+from ..formats.loader import with_sensor
+from ..objectives.criterion import Losing
 from ..objectives.scene import Scene
-from ..placement.errors import UserError
-from ..placement.loader import with_sensor
-from ..placement.places import InfeasibleError
-from . import checking, export, judging, report, robots, tools, view  # noqa: F401  (they add their commands)
+from ..placement.search.feasible_set import InfeasibleError
+from ..reporting.terminal import say
+from . import checking, export, judging, report, robots, side_commands, view  # noqa: F401  (they add their commands)
 from .aim_options import resolve_aim
 from .app import (
     Count,
@@ -23,14 +24,13 @@ from .app import (
     Voxel,
     app,
 )
+from .option_groups import NO_MOTION, NO_SENSOR, REFERENCE, MotionOptions, SceneOptions, SensorOptions
 from .options import (
     resolve_reach,
     resolve_space,
     resolve_time,
     with_floors,
 )
-from .shared import NO_MOTION, NO_SENSOR, REFERENCE, MotionOptions, SceneOptions, SensorOptions
-from .terminal import say
 
 
 @app.default

@@ -9,19 +9,19 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
-from ..coverage.occlusion import Occlusion
-from ..coverage.robots import Robot
-from ..coverage.robots import robot as built_in
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.robots.built_in import robot as built_in
+from ..coverage.robots.robot import Robot
 from ..coverage.targets import Target
-from ..objectives.exact import VOXEL, Rule
+from ..formats.convert.scenes import scene_model
+from ..formats.errors import UserError, explain, shown
+from ..formats.loader import read_robot, read_scene
+from ..formats.recorded_motion import with_record
+from ..formats.schema.scene_models import SceneFile
 from ..objectives.scene import Goal, Pose, Rules, Scene
-from ..placement.candidates import Space
-from ..placement.errors import UserError, explain, shown
-from ..placement.files.convert import scene_model
-from ..placement.files.models import SceneFile
-from ..placement.files.record import with_record
-from ..placement.layout import ring_layout
-from ..placement.loader import read_robot, read_scene
+from ..objectives.verify import VOXEL, Rule
+from ..placement.search.design import Space
+from ..placement.search.layout import ring_layout
 
 _TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
 _MOST_WEIGHT = 1e6

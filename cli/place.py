@@ -2,84 +2,42 @@
 
 import shlex
 import sys
-from collections.abc import Collection, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from pydantic import ValidationError
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ..coverage.rings import Setup, named_setup
-from ..coverage.targets import Target
-from ..objectives.aim import Aim, judge
-from ..objectives.exact import Verified, Verifier, check_voxel, target_voxels
+from ..coverage.rings.ring import Setup
+from ..formats.convert.results import tolerant_model
+from ..formats.convert.scenes import ring_models, scene_model
+from ..formats.convert.sensor_records import sensor_records
+from ..formats.schema.proposal_models import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
+from ..formats.schema.result_models import VerifyResult
+from ..formats.writing import made_folder, to_toml, write_text
+from ..objectives.criterion import Criterion, judge
+from ..objectives.pose_subset import MANY
 from ..objectives.scene import Scene
-from ..objectives.separations import separations
-from ..objectives.side_by_side import by_occlusion
-from ..objectives.sight import unseeing
-from ..placement import search as searching
-from ..placement.candidates import Space
-from ..placement.errors import UserError, explain
-from ..placement.files.convert import ring_models, scene_model
-from ..placement.files.models import SceneFile
-from ..placement.files.proposals import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
-from ..placement.files.result_convert import tolerant_model, verify_result
-from ..placement.files.results import VerifyResult
-from ..placement.files.sensing import sensor_records
-from ..placement.files.sighting import with_sight
-from ..placement.finalists import MANY
-from ..placement.progress import Progress as Told
-from ..placement.reach import fewest_sensors
-from ..placement.writing import made_folder, to_toml, write_text
-from .motion import record_line, worst_line
-from .picture import placement_picture
-from .protective import protective_lines
-from .sensing import sensor_lines
-from .sighting import check_scene_sight, mounting_lines, print_sight, without_lines
-from .tables import ring_table, target_label, zeta_table
-from .terminal import Terminal, say_json
+from ..objectives.verify import Verified, Verifier
+from ..placement.search import search as searching
+from ..placement.search.design import Space
+from ..placement.search.fewest_sensors import fewest_sensors
+from ..placement.search.progress import Progress as Told
+from ..reporting.comparison import PAPER_TARGETS, compared, counted, papers
+from ..reporting.lines.motion import record_line, worst_line
+from ..reporting.lines.occlusion import mounting_lines, print_sight, without_lines
+from ..reporting.lines.protective_volume import protective_lines
+from ..reporting.lines.sensors import sensor_lines
+from ..reporting.placement_picture import placement_picture
+from ..reporting.tables import ring_table, target_label, zeta_table
+from ..reporting.terminal import Terminal, say_json
+from .scene_checks import check_scene, check_scene_sight
 
-PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
-PAPER_TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 0.5), Target("V_S", 1.5))
-_COARSE = 0.1  # m: from here on it is quick to see whether a target holds a voxel at all
-_FEW_POSES = 4  # up to here all of the paper's targets are compared, beyond only those that were asked for
 PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
 
 
-def check_scene(scene: Scene, voxel: float) -> None:
-    """Refuse what cannot be counted or written before anything is tried: UserError in one line."""
-    try:
-        scene_model(scene)
-    except ValidationError as error:
-        raise explain("the scene", error, SceneFile) from error
-    for goal in scene.goals:
-        try:
-            separations(scene, goal.target)
-        except ValueError as error:
-            raise UserError(f"--target {goal.target}: {error}") from error
-        try:
-            solid = scene.solid(goal.target, 0)
-            check_voxel(solid, voxel)
-            if voxel > _COARSE and len(target_voxels(solid, voxel, "centre")) == 0:
-                raise ValueError(f"voxel {voxel:g} m is larger than target {goal.target}; allowed: smaller")
-        except ValueError as error:
-            raise UserError(f"--voxel: {error}") from error
-
-
-def comparable(scene: Scene) -> tuple[str, ...]:
-    """The paper's setups that the scene's robot can carry: none where it lacks one of their links."""
-    links = {ring.link for ring in named_setup(PAPER_SETUPS[0]).rings}
-    return tuple(PAPER_SETUPS) if links <= set(scene.robot.links) else ()
-
-
-def papers(scene: Scene) -> dict[str, Setup]:
-    """These setups by name, with the scene's sensors."""
-    return {name: named_setup(name, scene.sensor, scene.ring_radius) for name in comparable(scene)}
-
-
 def find(
-    scene: Scene, space: Space, seed: int, time_cap: float, verifier: Verifier, console: Terminal, aim: Aim
+    scene: Scene, space: Space, seed: int, time_cap: float, verifier: Verifier, console: Terminal, aim: Criterion
 ) -> searching.SearchResult:
     """Run the search with a progress bar on ``console``; ``verifier`` counts its answer."""
     columns = (
@@ -102,7 +60,7 @@ def find(
 
 
 def find_fewest(
-    scene: Scene, wanted: float, seed: int, time_cap: float, voxel: float, console: Terminal, aim: Aim
+    scene: Scene, wanted: float, seed: int, time_cap: float, voxel: float, console: Terminal, aim: Criterion
 ) -> tuple[searching.SearchResult, ReachModel]:
     """Run the searches for fewest sensors with a progress bar on ``console``."""
     columns = (
@@ -128,34 +86,6 @@ def find_fewest(
     return found.result, ReachModel(wanted_percent=100 * wanted, reached=found.reached, tried=tried)
 
 
-def counted(
-    verifier: Verifier,
-    setups: Mapping[str, Setup],
-    targets: Sequence[Target],
-    sighted: Collection[Target],
-    known: Mapping[tuple[str, Target], Verified],
-) -> Iterator[VerifyResult]:
-    """Zeta of each target for each setup by one verifier, with all models of occlusion for those ``sighted``; ``known``:
-    what is counted already, by the setup's name and the target."""
-    scene, goals = verifier.scene, [g.target for g in verifier.scene.goals]
-    for target in targets:
-        if target not in goals:  # its voxels serve nobody else
-            verifier = Verifier(scene, verifier.voxel, at=verifier.at)
-        for name, one in setups.items():
-            verified = known.get((name, target)) or verifier.verify(one, target)
-            result = verify_result(name, verified, scene)
-            if target in sighted:
-                result = with_sight(result, scene, by_occlusion(verifier, one, verified), unseeing(scene, one))
-            yield result
-
-
-def compared(scene: Scene) -> list[Target]:
-    """The targets that setups are compared by: the scene's goals and, of few poses, the paper's."""
-    goals = [g.target for g in scene.goals]
-    common = [t for t in PAPER_TARGETS if t.radius is None or t.radius > scene.shape.robot_radius]
-    return list(dict.fromkeys([*goals, *common] if len(scene.poses) <= _FEW_POSES else goals))
-
-
 def compare(
     scene: Scene, setup: Setup, known: tuple[Verified, ...], verifier: Verifier, console: Terminal
 ) -> list[VerifyResult]:
@@ -176,7 +106,9 @@ def compare(
     return results
 
 
-def asked_values(scene: Scene, setup: Setup, value: float, voxel: float, console: Terminal, aim: Aim) -> dict[str, float]:
+def asked_values(
+    scene: Scene, setup: Setup, value: float, voxel: float, console: Terminal, aim: Criterion
+) -> dict[str, float]:
     """What was asked for, in percent, of the proposal and of the paper's setups, where it is not zeta itself."""
     if aim.plain:
         return {}
@@ -199,7 +131,7 @@ def place(
     voxel: float,
     out: Path,
     as_json: bool,
-    aim: Aim,
+    aim: Criterion,
 ) -> None:
     """Search a placement for ``scene`` that is good by ``aim``, verify it beside the paper's setups, and write proposal,
     picture and result; InfeasibleError where the rules leave none."""
@@ -292,9 +224,9 @@ _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely,
 Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive towards distal."""
 
 
-def found_model(result: searching.SearchResult, seed: int, aim: Aim | None = None) -> FoundModel:
+def found_model(result: searching.SearchResult, seed: int, aim: Criterion | None = None) -> FoundModel:
     """How a proposal was found, with this command and these versions."""
-    spent, aim = result.statistics, aim or Aim()
+    spent, aim = result.statistics, aim or Criterion()
     return FoundModel(
         outcome=result.outcome.value,
         seed=seed,

@@ -10,18 +10,18 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
+from ..formats.loader import how_found
+from ..formats.writing import output_folder, write_text
 from ..objectives.scene import Scene
-from ..placement.loader import how_found
-from ..placement.writing import output_folder, write_text
+from ..reporting.terminal import Terminal, say
 from .app import (
     Seed,
     Subject,
     Voxel,
     app,
 )
-from .shared import AS_IT_IS, SubjectOptions
-from .terminal import Terminal, say
+from .option_groups import AS_IT_IS, SubjectOptions
 
 FILE = "report.html"
 
@@ -47,14 +47,15 @@ def report(
 
 def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: int, out: Path) -> None:
     """Count, draw and write the report of ``setup``, which is called ``name``."""
-    from ..studies.pages import html
-    from .picture import placement_picture
-    from .place import PACKAGES, check_scene
-    from .reporting.blind_picture import blind_picture
-    from .reporting.facts import gather
-    from .reporting.page import PICTURE, answer, blind_name, listed_spots, page
-    from .sighting import check_sight
-    from .tables import target_label
+    from ..reporting.pages import html
+    from ..reporting.placement_picture import placement_picture
+    from ..reporting.setup_report.blind_spot_picture import blind_picture
+    from ..reporting.setup_report.facts import gather
+    from ..reporting.setup_report.report_page import PICTURE, answer, blind_name, listed_spots, page
+    from ..reporting.tables import target_label
+    from ..rig.rings.protocol import length
+    from .place import PACKAGES
+    from .scene_checks import check_scene, check_sight
 
     check_scene(scene, voxel)
     check_sight(scene, setup)
@@ -68,7 +69,9 @@ def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: i
             if shown := listed_spots(blind):
                 blind_picture(Path(pictures) / blind_name(n), scene, setup, blind, shown)
         created = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
-        text = html(page(facts, sys.argv[1:], versions, created), Path(pictures), f"Placement report: {Path(name).name}")
+        text = html(
+            page(facts, sys.argv[1:], versions, created, length), Path(pictures), f"Placement report: {Path(name).name}"
+        )
     write_text(folder / FILE, text)
     say(answer(facts).replace("**", ""))
     say(f"  {folder / FILE}")

@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..coverage.rings import Setup
-from ..placement.errors import UserError, shown
+from ..coverage.rings.ring import Setup
+from ..formats.errors import UserError, shown
 from ..rig.check_models import PortModel
 from ..rig.rings.decoders import DECODERS
 from ..rig.rings.health import BAUD

@@ -9,19 +9,19 @@ import numpy as np
 import tomli_w
 from rich.table import Table
 
-from ..coverage.robot import Robot
-from ..coverage.robots import ROBOTS
+from ..coverage.robots.built_in import ROBOTS
+from ..coverage.robots.robot import Robot
+from ..formats.errors import UserError, shown
+from ..formats.escaping import printable
+from ..formats.robots.meshes import Meshes, Which
+from ..formats.robots.robot_fit import RobotFit, fit_robot, outlines
+from ..formats.robots.urdf import read_urdf
+from ..formats.robots.urdf_chain import pick_chain
+from ..formats.schema.robot_convert import robot_file
+from ..formats.writing import output_folder, to_toml, write_text
 from ..objectives.scene import Rules, Scene
-from ..placement.errors import UserError, shown
-from ..placement.escaping import printable
-from ..placement.files.robot_convert import robot_file
-from ..placement.robot.meshes import Meshes, Which
-from ..placement.robot.robot_fit import Fit, fit_robot, outlines
-from ..placement.robot.urdf import read_urdf
-from ..placement.robot.urdf_chain import pick_chain
-from ..placement.writing import output_folder, to_toml, write_text
-from .robot_picture import robot_picture
-from .terminal import Terminal
+from ..reporting.robot_picture import robot_picture
+from ..reporting.terminal import Terminal
 
 _LIST = re.compile(r"\[\n[-+.\deE,\s]+\]")  # of numbers, over several lines
 _CLEARANCE = 0.02  # m, from what a ring surrounds to its sensors
@@ -39,7 +39,7 @@ def import_urdf(
     capsules: int = 3,
     surface: Which = "collision",
     name: str | None = None,
-) -> Fit:
+) -> RobotFit:
     """The robot in a URDF with bodies and mounts fitted to its meshes, told on stderr; UserError for one that is bad."""
     urdf = read_urdf(path)
     picked = pick_chain(urdf, base, tip)
@@ -105,7 +105,7 @@ def robot(
 ) -> None:
     """Write ``robot.toml``, ``scene.toml`` and ``robot.png`` of a robot that is built in or in a URDF."""
     if what in ROBOTS:
-        fit = Fit(ROBOTS[what], ())
+        fit = RobotFit(ROBOTS[what], ())
     elif what.lower().endswith((".urdf", ".xml")):
         fit = import_urdf(Path(what), base, tip, packages, capsules, surface, name)
     else:
@@ -137,7 +137,7 @@ def _mount_table(robot: Robot) -> Table:
     return table
 
 
-def _body_table(fit: Fit) -> Table:
+def _body_table(fit: RobotFit) -> Table:
     table = Table(title="capsules", title_justify="left")
     for column in ("link", "capsules", "radii, mm", "times its volume"):
         table.add_column(column, justify="left" if column == "link" else "right")

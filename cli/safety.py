@@ -10,25 +10,25 @@ from pathlib import Path
 import numpy as np
 from rich.progress import Progress
 
-from ..coverage.catalogue import MODELS
-from ..coverage.occlusion import Occlusion
-from ..coverage.rings import Setup, sensor_optics
-from ..coverage.separation import separation, stopping_time
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.rings.ring import Setup, sensor_optics
+from ..coverage.robots.separation_distance import separation, stopping_time
+from ..coverage.sensors.catalogue import MODELS
+from ..formats.convert.results import separation_model
+from ..formats.convert.sensor_records import sensor_records
+from ..formats.errors import UserError
+from ..formats.recorded_motion import check_limits, read_record
+from ..formats.schema.result_models import DirectionModel, SafetyResult, ShareModel
+from ..formats.writing import output_folder, write_text
 from ..objectives.scene import Scene
-from ..placement.errors import UserError
-from ..placement.files.record import check_limits, read_record
-from ..placement.files.result_convert import separation_model
-from ..placement.files.results import DirectionModel, SafetyResult, ShareModel
-from ..placement.files.sensing import sensor_records
-from ..placement.writing import output_folder, write_text
-from ..studies import detection_page
-from ..studies.detection import Approaches, Timing, approach, floor_of, seeing_as_far, start_of, walker
-from ..studies.detection_figure import picture
-from ..studies.moments import STEP, Moments, moments_of_record, moments_of_scene
-from ..studies.pages import csv_text
-from .protective import formula
-from .sensing import sensor_lines
-from .terminal import Terminal, say_json
+from ..reporting import detection_page
+from ..reporting.detection_figure import picture
+from ..reporting.lines.protective_volume import formula
+from ..reporting.lines.sensors import sensor_lines
+from ..reporting.pages import csv_text
+from ..reporting.terminal import Terminal, say_json
+from ..simulation.detection import Approaches, Timing, approach, floor_of, seeing_as_far, start_of, walker
+from ..simulation.moments import STEP, Moments, moments_of_record, moments_of_scene
 
 ASSUMED_HZ = 20.0  # where no rate is sourced
 DARK_TARGET = 0.17  # reflectance where none is asked: the darkest that is sourced for the most common sensor
@@ -36,7 +36,7 @@ TORSO = "0.45x0.7"  # m, of a person
 
 
 @dataclass(frozen=True)
-class Asked:
+class SafetyOptions:
     """How approaches are drawn and reported: their number, directions that are told apart, rate of the sensors in Hz (None:
     theirs), latency s, occlusion, seed."""
 
@@ -48,7 +48,7 @@ class Asked:
     seed: int
 
 
-def timing(setup: Setup, asked: Asked) -> tuple[Timing, bool]:
+def timing(setup: Setup, asked: SafetyOptions) -> tuple[Timing, bool]:
     """Period and latency of each sensor, and whether a rate had to be assumed."""
     rates = [asked.rate or (MODELS[r.sensor.use.model].rate_hz if r.sensor.use else None) for r in setup.rings]
     period = np.repeat([1 / (rate or ASSUMED_HZ) for rate in rates], [r.count for r in setup.rings])
@@ -61,7 +61,7 @@ def safety(
     scene: Scene,
     trajectory: Path | None,
     degrees: bool,
-    asked: Asked,
+    asked: SafetyOptions,
     out: Path,
     as_json: bool,
 ) -> None:
@@ -123,7 +123,7 @@ def _result(
     name: str,
     setup: Setup,
     scene: Scene,
-    asked: Asked,
+    asked: SafetyOptions,
     moments: Moments,
     full: Moments,
     found: list[Approaches],

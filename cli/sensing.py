@@ -5,13 +5,12 @@ from dataclasses import replace
 
 from rich.table import Table
 
-from ..coverage.catalogue import MODELS, Model
-from ..coverage.effective import effective, size_of
-from ..coverage.sensors import Sensor, Use
-from ..placement.errors import UserError
-from ..placement.files.results import SensorRecord
-from ..placement.files.sensing import sensor_record
-from .terminal import Terminal, say, say_json
+from ..coverage.sensors.catalogue import MODELS, Model
+from ..coverage.sensors.effective_range import effective, size_of
+from ..coverage.sensors.sensor import Sensor, Use
+from ..formats.convert.sensor_records import sensor_record
+from ..formats.errors import UserError
+from ..reporting.terminal import Terminal, say, say_json
 
 
 def resolve_sensor(
@@ -40,25 +39,6 @@ def resolve_sensor(
         return effective(use).sensor
     except ValueError as error:
         raise UserError(f"--sensor {use.model}: {error}") from error
-
-
-def sensor_lines(records: list[SensorRecord]) -> list[str]:
-    """How each range came about, rule by rule."""
-    lines = []
-    for r in records:
-        lines.append(f"{r.title}: {r.range_m:.3f} m used, beam of {r.fov_deg:.3g}°. How it came about:")
-        for rule in r.rules:
-            basis = "" if rule.measured else " (a law, not a measurement)"
-            lines.append(f"  {rule.rule}: {rule.found}: {rule.range_m:.3f} m{basis}")
-        best = [
-            what
-            for what, found in (("light", r.ambient), ("reflectance", r.reflectance), ("size", r.target_size))
-            if found is None
-        ]
-        if best:
-            lines.append(f"  not asked, so the best case is taken: {', '.join(best)}")
-        lines.append(f"  source: {r.source}{'; ' + r.note if r.note else ''}")
-    return lines
 
 
 def _figures(model: Model) -> str:

@@ -11,29 +11,27 @@ from typing import Any
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from ..coverage.targets import Target
+from ..formats.convert.scenes import scene_model
+from ..formats.writing import made_folder, output_folder, write_text
 from ..objectives.scene import Scene
-from ..placement.candidates import Space
-from ..placement.files.convert import scene_model
-from ..placement.places import InfeasibleError
-from ..placement.writing import made_folder, output_folder, write_text
-from ..studies import (
-    bound,
-    bound_report,
-    convergence,
-    convergence_report,
-    paper_page,
-    paper_study,
-    pareto,
-    pareto_report,
-    robots,
-    robots_report,
-)
-from ..studies.engine import program, run
-from ..studies.pages import csv_text
-from ..studies.store import Cell, Store
-from ..studies.works import MEASURING, WORKS
+from ..placement.search.design import Space
+from ..placement.search.feasible_set import InfeasibleError
+from ..reporting.pages import csv_text
+from ..reporting.terminal import Terminal, say
+from ..studies.bound import report as bound_report
+from ..studies.bound import study as bound
+from ..studies.convergence import report as convergence_report
+from ..studies.convergence import study as convergence
+from ..studies.engine.runner import program, run
+from ..studies.engine.store import Cell, Store
+from ..studies.engine.tasks import TASKS
+from ..studies.paper import report as paper_page
+from ..studies.paper import study as paper_study
+from ..studies.pareto import report as pareto_report
+from ..studies.pareto import study as pareto
+from ..studies.robots import report as robots_report
+from ..studies.robots import study as robots
 from .pipes import gone_is_an_error
-from .terminal import Terminal, say
 
 _SENSORS, _PAPERS = 80, (24, 48, 80, 112)  # of the front with most points, and of the others
 Measure = Callable[[str, list[Cell]], list[Any]]
@@ -45,9 +43,9 @@ def _runner(workers: int, scheduler: str | None) -> Iterator[Callable[..., list[
     if workers == 1 and scheduler is None:
         yield run
         return
-    from ..studies import cluster, machines
+    from ..studies.engine import cluster
 
-    with gone_is_an_error(), machines.there(scheduler) if scheduler is not None else machines.here(workers) as client:
+    with gone_is_an_error(), cluster.there(scheduler) if scheduler is not None else cluster.here(workers) as client:
         yield partial(cluster.run, client)
 
 
@@ -61,7 +59,7 @@ def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Me
         TimeElapsedColumn(),
     )
     with (
-        Store(folder / "cells.sqlite", program(WORKS, MEASURING)) as store,
+        Store(folder / "cells.sqlite", program(TASKS)) as store,
         Progress(*columns, console=Terminal(stderr=True), transient=True) as bar,
     ):
         try:
@@ -69,7 +67,7 @@ def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Me
 
                 def measure(heading: str, cells: list[Cell]) -> list[Any]:
                     task = bar.add_task(heading, total=len(cells))
-                    return run_cells(cells, WORKS, store, partial(_show, bar, task))
+                    return run_cells(cells, TASKS, store, partial(_show, bar, task))
 
                 yield measure
         except KeyboardInterrupt:

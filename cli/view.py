@@ -10,15 +10,15 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..coverage.points import EmptySolidError
+from ..coverage.soft.sampling import EmptySolidError
+from ..formats.errors import UserError
+from ..formats.loader import resolve
+from ..formats.writing import output_folder
 from ..objectives.scene import Scene
-from ..placement.errors import UserError
-from ..placement.loader import resolve
-from ..placement.writing import output_folder
+from ..reporting.terminal import Terminal, say
 from .app import Subject, app
+from .option_groups import AS_IT_IS, SubjectOptions
 from .options import urdf_of
-from .shared import AS_IT_IS, SubjectOptions
-from .terminal import Terminal, say
 
 _PATIENCE = 0.5  # s, for the server to take leave of its pages
 
@@ -62,11 +62,10 @@ def run(
     browser: bool,
 ) -> None:
     """Serve the page until Ctrl-C."""
-    from .place import check_scene
-    from .sighting import check_sight
-    from .viewer.room import Room
-    from .viewer.server import LOOPBACK, Server
-    from .viewer.surface import read_skin
+    from ..viewer.robot_surface import read_skin
+    from ..viewer.server import LOOPBACK, Server
+    from ..viewer.session import ViewerSession
+    from .scene_checks import check_scene, check_sight
 
     check_scene(scene, 0.01)
     for setup in setups.values():
@@ -75,7 +74,7 @@ def run(
     folder = None if out is None else output_folder(out)
     console = Terminal(stderr=True)
     with console.status("drawing points"):
-        room = Room(scene, setups, folder, body)
+        room = ViewerSession(scene, setups, folder, body)
         try:
             for t in room.targets:
                 room.glance.zeta(next(iter(room.setups.values())), t, scene.occlusion)

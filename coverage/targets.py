@@ -5,13 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from .chain import forward, joint_origins
-from .curve import PoseCurve, pose_curve
-from .polyhedra import Polyhedron, polyhedra
-from .protective import protective
-from .robots import Robot
-from .separation import Safety
-from .solids import Difference, Solid, Union, sphere
+from .robots.kinematics import forward, joint_origins
+from .robots.pose_curve import PoseCurve, pose_curve
+from .robots.protective_volume import protective
+from .robots.robot import Robot
+from .robots.separation_distance import Safety
+from .solids.base import Difference, Solid, Union
+from .solids.polyhedra import Polyhedron, polyhedra
+from .solids.spheres import sphere
 
 NAMES = ("V_O", "V_T", "V_OT", "V_S", "V_P")
 ROBOT_RADIUS = 0.15  # m, of V_R: the widest link of a UR10 (the paper)

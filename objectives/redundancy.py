@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..coverage.multiplicity import Tally, tally
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
 from ..coverage.targets import Target
-from .exact import Verifier, weighted_mean
-from .sight import setup_sight
+from ..coverage.voxels.k_coverage import CoverageCounts, tally
+from .occlusion import setup_sight
+from .verify import Verifier, weighted_mean
 
 MOST = 3  # sensors that are told apart where nobody says how many
 
@@ -37,10 +37,10 @@ class Redundancy:
     voxel: float
     weights: Float[np.ndarray, " P"]
     target_voxels: Int[np.ndarray, " P"]
-    tallies: tuple[Tally, ...]
+    tallies: tuple[CoverageCounts, ...]
     seconds: float
 
-    def _mean(self, voxels: Callable[[Tally], np.ndarray]) -> np.ndarray:
+    def _mean(self, voxels: Callable[[CoverageCounts], np.ndarray]) -> np.ndarray:
         each = np.stack([voxels(t) for t in self.tallies]) / self.target_voxels[:, None]
         return np.array([weighted_mean(self.weights, column) for column in each.T])
 

@@ -7,15 +7,16 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.occlusion import Occlusion
-from ..coverage.pockets import Printing, roomy_radius
-from ..coverage.polyhedra import Polyhedron
-from ..coverage.rings import RING_RADIUS, Ring
-from ..coverage.robots import UR10, Robot
-from ..coverage.sensors import PAPER_SENSOR, Sensor
-from ..coverage.separation import Safety
-from ..coverage.solids import Difference
-from ..coverage.surround import surrounded
+from ..coverage.occlusion.model import Occlusion
+from ..coverage.rings.ring import RING_RADIUS, Ring
+from ..coverage.robots.built_in import UR10
+from ..coverage.robots.ring_section import surrounded
+from ..coverage.robots.robot import Robot
+from ..coverage.robots.separation_distance import Safety
+from ..coverage.sensors.board_packing import Printing, roomy_radius
+from ..coverage.sensors.sensor import PAPER_SENSOR, Sensor
+from ..coverage.solids.base import Difference
+from ..coverage.solids.polyhedra import Polyhedron
 from ..coverage.targets import Shape, Target, target_solid
 
 REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)

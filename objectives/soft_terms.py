@@ -7,15 +7,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..coverage.capsules import Capsules, robot_capsules
-from ..coverage.cloud import Cloud
-from ..coverage.optics import optics
-from ..coverage.soft import Seen, Soft
-from ..coverage.soft_cell import InCell
-from ..coverage.soft_hidden import Hidden
-from ..coverage.soft_loss import soft_losses
-from ..coverage.soft_seen import soft_seen
-from ..coverage.solids import Cones
+from ..coverage.robots.link_bodies import Capsules, robot_capsules
+from ..coverage.soft.estimator import Seen, Soft
+from ..coverage.soft.k_coverage import soft_seen
+from ..coverage.soft.leave_one_out import soft_losses
+from ..coverage.soft.obstacle_occlusion import InCell
+from ..coverage.soft.robot_occlusion import Hidden
+from ..coverage.soft.sampling import Cloud
+from ..coverage.solids.cones import Cones
+from ..coverage.solids.sensor_beams import optics
 from .scene import Scene
 
 _ROWS = {"cpu": (16, None)}  # rows in one call, and how many of these at once: on a CPU one after the other,

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.mounting import Misplaced, MountingErrors, draw_errors, misplaced_cones
-from ..coverage.multiplicity import seen_by
-from ..coverage.octree import count
-from ..coverage.rings import Setup
-from ..coverage.solids import Parts
+from ..coverage.rings.mounting_errors import Misplaced, MountingErrors, draw_errors, misplaced_cones
+from ..coverage.rings.ring import Setup
+from ..coverage.solids.base import Parts
 from ..coverage.targets import Target
-from .exact import Verifier, weighted_mean
-from .sight import setup_sight, sight
+from ..coverage.voxels.k_coverage import count_k_covered
+from ..coverage.voxels.octree import count
+from .occlusion import setup_sight, sight
+from .verify import Verifier, weighted_mean
 
 DRAWS = 100  # mountings where nobody says how many
 
@@ -87,7 +87,7 @@ def exact_zetas(
                 if seen == 1:
                     covered[i] += count(one, voxel, "centre", wanted, region, verifier.memory / 2)
                 else:
-                    covered[i] += seen_by(one, wanted, seen, region)
+                    covered[i] += count_k_covered(one, wanted, seen, region)
                 tell()
         each.append(covered / total)
     return np.array([weighted_mean(verifier.scene.pose_weights, shares) for shares in np.stack(each).T])

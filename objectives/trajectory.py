@@ -7,10 +7,9 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
-from ..coverage.capsules import robot_capsules
-from ..coverage.chain import forward
-from ..coverage.robot import BASE
-from ..coverage.robots import Robot
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import robot_capsules
+from ..coverage.robots.robot import BASE, Robot
 from .scene import Pose, Recorded
 
 REDUCED_SPEED = 0.25  # m/s, at the TCP: ISO 10218-1's limit of reduced speed
@@ -21,7 +20,7 @@ _RATE_DIGITS = 6  # decimals of a joint's speed, rad/s
 
 
 @dataclass(frozen=True)
-class Record:
+class MotionRecord:
     """A recorded motion: time_s (T,) s, strictly ascending, and joint angles q (T, J) rad; straight in joint space between
     two samples."""
 
@@ -67,7 +66,7 @@ def _travelled(robot: Robot, q: Float[np.ndarray, "T J"]) -> tuple[Float[np.ndar
     return np.concatenate(tcp), np.concatenate(most)
 
 
-def _at(record: Record, time: Float[np.ndarray, " C"]) -> Float[np.ndarray, "C J"]:
+def _at(record: MotionRecord, time: Float[np.ndarray, " C"]) -> Float[np.ndarray, "C J"]:
     return np.stack([np.interp(time, record.time_s, joint) for joint in record.q.T], axis=1)
 
 
@@ -96,7 +95,7 @@ def _middles(
     return order[np.unique(owner[order], return_index=True)[1]]
 
 
-def thin(record: Record, robot: Robot, how: Thinning | None = None) -> Thinned:
+def thin(record: MotionRecord, robot: Robot, how: Thinning | None = None) -> Thinned:
     """The poses that stand for a record, and how near they are to it.
 
     Time is cut into equal cells of 10 ms (1,000 to 200,000 of them, whatever the rate of the record). Cells are grouped by
@@ -141,7 +140,7 @@ def thin(record: Record, robot: Robot, how: Thinning | None = None) -> Thinned:
     return Thinned(tuple(poses), float(max(distance)))
 
 
-def recorded(file: str, record: Record, thinned: Thinned, how: Thinning) -> Recorded:
+def recorded(file: str, record: MotionRecord, thinned: Thinned, how: Thinning) -> Recorded:
     """What a scene remembers of where its poses come from."""
     seconds = float(record.time_s[-1] - record.time_s[0])
     return Recorded(file, len(record.time_s), seconds, thinned.within, how.speed_weight)

@@ -5,8 +5,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..coverage.rings import Setup
-from ..objectives.exact import Verifier
+from ..coverage.rings.ring import Setup
+from ..objectives.verify import Verifier
 from .check_models import (
     CoverageModel,
     ErrorModel,

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
+from ..formats.convert.scenes import scene_of, setup_of
 from ..objectives.scene import Scene
-from ..placement.files.convert import scene_of, setup_of
 from .check_models import AboutFile
 from .plan_files import mount_plan_of, rod_plan_of
 from .procedure import Plans

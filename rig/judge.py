@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..objectives.exact import Verifier
+from ..objectives.verify import Verifier
 from .check_models import CheckResult
 from .check_records import coverage_of, events_of, lines_of, link_of, looks_of, mount_of, seconds_of, warnings_of
 from .checked import Checked

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
 from ..objectives.scene import Scene
 from .listening.session import Session
 from .listening.stop_conditions import StopConditions, StopRules

@@ -8,10 +8,10 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from ..coverage.targets import Target
-from ..placement.files.kinds import Metres, Percent
-from ..placement.files.strict import StrictModel, refuse
-from ..placement.loader import read_model
-from ..placement.writing import to_toml, write_text
+from ..formats.loader import read_model
+from ..formats.schema.base_model import StrictModel, refuse
+from ..formats.schema.field_types import Metres, Percent
+from ..formats.writing import to_toml, write_text
 from .mount.plan import MountPlan
 from .rod.plan import RodPlan, Stratum
 from .rod.rod import Detection, Rod

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..coverage.rings import Setup
+from ..coverage.rings.ring import Setup
 from ..objectives.scene import Scene
 from .sensing.expected import ROBOT, expected
 from .sensing.noise import Noise

@@ -3,16 +3,19 @@ what JAX compiles for a session: its workers, and the processes that tests start
 
 import os
 import sys
-from pathlib import Path
+from collections.abc import Callable
 from tempfile import TemporaryDirectory
 from types import ModuleType
 
 import jax
 import numpy as np
 import pytest
-from beartype import BeartypeConf, beartype
+from beartype import BeartypeConf, FrozenDict, beartype
+from beartype.roar import BeartypeDecorHintPep3119Exception
 from hypothesis import settings
 from jaxtyping import install_import_hook
+
+from .rooms import shaped_modules
 
 if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
     _folder = TemporaryDirectory(prefix="place-rings-jax-", ignore_cleanup_errors=True)  # gone when this process ends
@@ -22,29 +25,23 @@ if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
         jax.config.update(_name, _value)
         os.environ[_name.upper()] = str(_value)
 
-# An int is a float where a float is asked for, as PEP 484 says. The hook wants its checker by an importable name.
-_checker = ModuleType("place_rings_checker")
-_checker.check = beartype(conf=BeartypeConf(is_pep484_tower=True))
+# An int is a float where a float is asked for, as PEP 484 says, and a scalar of NumPy's is what Python's is.
+_SCALARS = FrozenDict({bool: bool | np.bool_, int: int | np.integer, float: float | int | np.number})
+_check = beartype(conf=BeartypeConf(hint_overrides=_SCALARS))
+
+
+def _checked(function: Callable) -> Callable:
+    """The function with its shapes checked; as it is where it names a protocol that cannot be asked for."""
+    try:
+        return _check(function)
+    except BeartypeDecorHintPep3119Exception:
+        return function
+
+
+_checker = ModuleType("place_rings_checker")  # the hook wants its checker by an importable name
+_checker.check = _checked
 sys.modules[_checker.__name__] = _checker
-_STUDIES = (
-    f"place_rings.studies.{name}" for name in ("human", "walk", "objects", "distance", "approach", "moments", "detection")
-)
-_PLACEMENT = (f"place_rings.placement.{name}" for name in ("search", "finalists", "subset", "files.record"))
-_RIG = (
-    f"place_rings.rig.{name}"
-    for name in (
-        *("mount", "sensing", "self_check", "simulated_cell.world"),
-        *("listening.gathering", "poses.clear", "recording.clocks", "rings.protocol", "robot.state", "robot.vetting"),
-        *("rod.check", "rod.plan", "rod.rod"),
-    )
-)
-_SHAPED = (  # the others name no shapes to check
-    f"place_rings.{room}.{file.stem}"
-    for room in ("coverage", "objectives")
-    for file in (Path(__file__).parent.parent / room).glob("*.py")
-    if "from jaxtyping import" in file.read_text()
-)
-install_import_hook([*_SHAPED, *_PLACEMENT, *_STUDIES, *_RIG], f"{_checker.__name__}.check")
+install_import_hook(shaped_modules(), f"{_checker.__name__}.check")
 
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_rank_promotion", "raise")

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 from hypothesis import strategies as st
-from place_rings.coverage.rings import Ring, Setup
-from place_rings.coverage.sensors import Sensor
-from place_rings.coverage.solids import Cones
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.coverage.solids.cones import Cones
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -4,7 +4,7 @@ import os
 import signal
 from pathlib import Path
 
-from place_rings.studies.works import WORKS
+from place_rings.studies.engine.tasks import TASKS
 
 
 def end(x: int, times: int, folder: str) -> int:
@@ -22,9 +22,9 @@ def refuse(x: int) -> int:
     raise ValueError(f"{x} is refused")
 
 
-ALL = {**WORKS, "end": end, "refuse": refuse}
+ALL = {**TASKS, "end": end, "refuse": refuse}
 
 
 def dask_setup(worker: object) -> None:
     """Called by dask in each worker."""
-    WORKS.update(ALL)
+    TASKS.update(ALL)

@@ -1,11 +1,11 @@
 """A small rig for tests: a UR10 with two rings in a cell of floor, table and box."""
 
 import numpy as np
-from place_rings.coverage.rings import Ring, Setup
-from place_rings.coverage.sensors import Sensor
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.formats.convert.obstacles import obstacles_of
+from place_rings.formats.schema.scene_models import ObstacleModel
 from place_rings.objectives.scene import Scene
-from place_rings.placement.files.cell import obstacles_of
-from place_rings.placement.files.models import ObstacleModel
 
 FLOOR, TABLE, BOX = obstacles_of(
     [

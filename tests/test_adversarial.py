@@ -5,16 +5,17 @@ import math
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from place_rings.coverage.certified import bracket
-from place_rings.coverage.cloud import cloud
-from place_rings.coverage.octree import count, voxels
-from place_rings.coverage.points import EmptySolidError, sample
-from place_rings.coverage.soft import soft_zeta
-from place_rings.coverage.solids import Cones, Difference, sphere
-from place_rings.coverage.tube import Tube
+from place_rings.coverage.soft.estimator import soft_zeta
+from place_rings.coverage.soft.sampling import EmptySolidError, cloud, sample
+from place_rings.coverage.solids.base import Difference
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.spheres import sphere
+from place_rings.coverage.solids.swept_tube import Tube
+from place_rings.coverage.voxels.certified_bounds import bracket
+from place_rings.coverage.voxels.octree import count, voxels
 
 from . import drawing
-from .test_certified import one_cone
+from .test_certified_bounds import one_cone
 from .test_octree import dense, lattice
 
 

@@ -5,14 +5,15 @@ import itertools
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.rings import Setup
+from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Rules, Scene
-from place_rings.placement.candidates import Space
-from place_rings.studies import bound, bound_report
-from place_rings.studies.grid import Grid, bounded, choice, covered, limits, points_in
-from place_rings.studies.maxcover import Choice, certificate, greedy, grouped, relaxed, solved
-from place_rings.studies.works import WORKS
+from place_rings.placement.search.design import Space
+from place_rings.studies.bound import report as bound_report
+from place_rings.studies.bound import study as bound
+from place_rings.studies.bound.max_cover import CoverProblem, certificate, greedy, grouped, relaxed, solved
+from place_rings.studies.bound.ring_grid import RingGrid, bounded, choice, covered, limits, points_in
+from place_rings.studies.engine.tasks import TASKS
 
 from . import drawing
 
@@ -23,7 +24,7 @@ def tiny(rng):
     """Eight candidates of three costs over 40 points, some of which exclude each other."""
     covers, weight = grouped(rng.uniform(size=(8, 40)) < rng.uniform(0.05, 0.5))
     exclusive = (np.sort(rng.choice(8, 3, replace=False)), 1), (np.arange(8), int(rng.integers(1, 6)))
-    return Choice(covers, weight, rng.choice([3, 5, 8], 8), int(rng.integers(3, 30)), exclusive)
+    return CoverProblem(covers, weight, rng.choice([3, 5, 8], 8), int(rng.integers(3, 30)), exclusive)
 
 
 def best_of_all(asked):
@@ -60,7 +61,7 @@ def test_any_multipliers_give_a_bound(seed):
 
 def test_a_solver_without_time_still_gives_bounds():
     scene = Scene()
-    _, asked = choice(scene, Grid(3, 3, (8, 16), 1), points_in(scene, Target("V_S", 1.5), 300, 0), 48)
+    _, asked = choice(scene, RingGrid(3, 3, (8, 16), 1), points_in(scene, Target("V_S", 1.5), 300, 0), 48)
     hurried, best = solved(asked, 1e-3), solved(asked, 20.0)
     assert hurried.bound >= best.bound - TOLERANCE
     assert relaxed(asked, 1e-9) >= relaxed(asked, 10.0) - 1e-9
@@ -80,7 +81,7 @@ def test_equal_points_made_one_change_no_share(seed):
 @pytest.fixture(scope="module")
 def far():
     """A small grid over a far shell: its problem, and the rings."""
-    scene, grid, budget = Scene(), Grid(3, 5, (8, 16), 2), 40
+    scene, grid, budget = Scene(), RingGrid(3, 5, (8, 16), 2), 40
     points = points_in(scene, Target("V_S", 1.5), 200, 1)
     return scene, points, *choice(scene, grid, points, budget)
 
@@ -105,7 +106,7 @@ def test_no_setup_of_the_grid_exceeds_its_bounds(far):
 @pytest.mark.parametrize("spacing", [0.0, 0.03, 0.2, 0.35])
 def test_rings_exclude_each_other_as_the_rules_say(spacing):
     scene = Scene(rules=Rules(spacing=spacing, rings_per_link=3))
-    rings = Grid(7, 1, (8,), 1).rings(scene)
+    rings = RingGrid(7, 1, (8,), 1).rings(scene)
     sets = limits(scene, rings)
     for a, b in itertools.combinations(range(len(rings)), 2):
         mount = scene.robot.mount(rings[a].link)
@@ -124,13 +125,13 @@ def test_the_study_shows_bounds_and_gaps(monkeypatch, tmp_path):
     given_rings = [{"link": "forearm", "position": 0.5, "count": 16, "tilt_deg": 20.0}]
 
     def run(heading, cells):
-        return [given_rings if cell.work == "place" else WORKS[cell.work](**cell.arguments) for cell in cells]
+        return [given_rings if cell.work == "place" else TASKS[cell.work](**cell.arguments) for cell in cells]
 
     (row,) = bound.measure(run)
     assert row.search_percent <= 20
     assert row.greedy_percent <= row.chosen_percent <= row.bound_percent + 100 * TOLERANCE
     assert row.bound_percent <= row.linear_bound_percent + 100 * TOLERANCE
-    again = bounded(Scene(), Target("V_S", 1.5), 48, Grid(2, 3, (16,), 1), 200, 0, 5.0)
+    again = bounded(Scene(), Target("V_S", 1.5), 48, RingGrid(2, 3, (16,), 1), 200, 0, 5.0)
     assert again["linear_bound_percent"] == row.linear_bound_percent
     bound_report.picture([row], tmp_path / "bound.png")
     assert (tmp_path / "bound.png").stat().st_size > 10_000

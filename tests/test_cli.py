@@ -18,21 +18,21 @@ import pytest
 import trimesh
 from place_rings.cli.entry import never_lost
 from place_rings.cli.options import resolve_space, with_motion
-from place_rings.cli.place import comparable
-from place_rings.coverage.rings import named_setup
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.slots import sensor_cones
-from place_rings.objectives.exact import Verifier
+from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.formats.convert.scenes import scene_model
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_proposal, read_scene
+from place_rings.formats.schema.proposal_models import SearchFile
+from place_rings.formats.schema.result_models import RobustnessResult, SafetyResult, VerifyResult
 from place_rings.objectives.scene import Rules, Scene
-from place_rings.placement import search as searching
-from place_rings.placement.errors import UserError
-from place_rings.placement.files.convert import scene_model
-from place_rings.placement.files.proposals import SearchFile
-from place_rings.placement.files.results import RobustnessResult, SafetyResult, VerifyResult
-from place_rings.placement.loader import read_proposal, read_scene
-from place_rings.placement.schedule import Schedule, Stage
-from place_rings.studies import pareto
-from place_rings.studies.works import scene_from
+from place_rings.objectives.verify import Verifier
+from place_rings.placement.search import search as searching
+from place_rings.placement.search.schedule import Schedule, Stage
+from place_rings.reporting.comparison import comparable
+from place_rings.studies.engine.tasks import scene_from
+from place_rings.studies.pareto import study as pareto
 
 REFUSED = {
     "unknown target": ["--target", "V_X"],

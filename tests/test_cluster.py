@@ -9,10 +9,11 @@ import dask
 import psutil
 import pytest
 from distributed import LocalCluster
-from place_rings.placement.errors import UserError
-from place_rings.studies import cluster, engine, machines
-from place_rings.studies.store import Cell, Store
-from place_rings.studies.works import WORKS
+from place_rings.formats.errors import UserError
+from place_rings.studies.engine import cluster
+from place_rings.studies.engine import runner as engine
+from place_rings.studies.engine.store import Cell, Store
+from place_rings.studies.engine.tasks import TASKS
 
 from . import odd_works
 from .odd_works import ALL
@@ -25,7 +26,7 @@ ODD = {"distributed.worker.preload": [odd_works.__file__]}
 def client():
     """Two workers that know some odd works."""
     before = set(os.environ)
-    with dask.config.set(ODD), machines.here(2) as found:
+    with dask.config.set(ODD), cluster.here(2) as found:
         yield found
     assert set(os.environ) <= before
 
@@ -61,7 +62,7 @@ def test_many_workers_find_what_one_finds(client, store, tmp_path):
     told = []
     found = cluster.run(client, zetas(), ALL, store, lambda *at: told.append(at))
     with Store(tmp_path / "one.sqlite", "test") as one:
-        assert timeless(engine.run(zetas(), WORKS, one)) == timeless(found)
+        assert timeless(engine.run(zetas(), TASKS, one)) == timeless(found)
     assert told == [(i, 8) for i in range(9)]
     assert engine.run(zetas(), {}, store) == found  # all was kept
     assert cluster.run(client, zetas(), ALL, store) == found
@@ -111,7 +112,7 @@ def test_an_error_of_a_work_is_the_same_as_with_one_process(client, store):
 def test_a_worker_with_another_program_measures_nothing(client, store):
     cells = zetas()
     with pytest.raises(UserError, match=r"found a worker of place-rings .* as here"):
-        cluster.run(client, cells, {**WORKS, "run": engine.run}, store)
+        cluster.run(client, cells, {**TASKS, "run": engine.run}, store)
     assert [store.get(cell) for cell in cells] == [None] * len(cells)
 
 
@@ -124,33 +125,33 @@ def certificate(client):
 
 
 def test_a_running_scheduler_is_joined(client, certificate, store, tmp_path):
-    with machines.there(client.scheduler.address) as joined:
+    with cluster.there(client.scheduler.address) as joined:
         assert cluster.run(joined, ends(tmp_path, 0, 0), ALL, store) == [0, 1]
 
 
 @pytest.mark.parametrize("needed", ["place_rings.soul", "soul.place_rings"])
 def test_a_cluster_without_the_program_is_refused_in_a_line(needed, client, certificate, monkeypatch):
-    monkeypatch.setattr(machines, "_NEEDED", needed)
-    with pytest.raises(UserError, match=f"without {needed}"), machines.there(client.scheduler.address):
+    monkeypatch.setattr(cluster, "_NEEDED", needed)
+    with pytest.raises(UserError, match=f"without {needed}"), cluster.there(client.scheduler.address):
         pass
 
 
 def test_the_local_cluster_is_joined_by_no_other(client, monkeypatch):
-    monkeypatch.setattr(machines, "_ANSWER", 1.0)
+    monkeypatch.setattr(cluster, "_ANSWER", 1.0)
     plain = client.scheduler.address.replace("tls://", "tcp://")
-    with pytest.raises(UserError, match="none answers"), machines.there(plain):
+    with pytest.raises(UserError, match="none answers"), cluster.there(plain):
         pass
 
 
 def test_a_scheduler_that_cannot_be_used_is_refused_in_a_line(monkeypatch):
-    monkeypatch.setattr(machines, "_WORKER", 0.1)
+    monkeypatch.setattr(cluster, "_WORKER", 0.1)
     quiet = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
     with LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address=None, scheduler_kwargs=quiet) as empty:
         address = empty.scheduler_address
-        with pytest.raises(UserError, match="without workers"), machines.there(address):
+        with pytest.raises(UserError, match="without workers"), cluster.there(address):
             pass
-    monkeypatch.setattr(machines, "_ANSWER", 1.0)
-    with pytest.raises(UserError, match="none answers"), machines.there(address):
+    monkeypatch.setattr(cluster, "_ANSWER", 1.0)
+    with pytest.raises(UserError, match="none answers"), cluster.there(address):
         pass
 
 

@@ -7,20 +7,30 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.capsules import Capsules, point_to_segment, robot_capsules
-from place_rings.coverage.chain import forward
-from place_rings.coverage.effective import effective
-from place_rings.coverage.occluders import Occluders, beams
-from place_rings.coverage.polyhedra import box, half_space
-from place_rings.coverage.rings import Ring, Setup, named_setup
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.sensors import Sensor, Use
-from place_rings.coverage.separation import Safety
-from place_rings.coverage.slots import sensor_axes, sensor_cones
+from place_rings.coverage.occlusion.occluders import Occluders, beams
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_axes, sensor_cones
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import Capsules, point_to_segment, robot_capsules
+from place_rings.coverage.robots.separation_distance import Safety
+from place_rings.coverage.sensors.effective_range import effective
+from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.objectives.scene import Obstacle, Pose, Scene
-from place_rings.objectives.trajectory import Record
-from place_rings.studies.detection import Timing, approach, floor_of, lasting, seeing_as_far, start_of, stops, turned, walker
-from place_rings.studies.moments import STEP, moments_of_record, moments_of_scene
+from place_rings.objectives.trajectory import MotionRecord
+from place_rings.simulation.detection import (
+    Timing,
+    approach,
+    floor_of,
+    lasting,
+    seeing_as_far,
+    start_of,
+    stops,
+    turned,
+    walker,
+)
+from place_rings.simulation.moments import STEP, moments_of_record, moments_of_scene
 
 POSE = np.radians([0, -45, 60, -105, -90, 0])
 AZIMUTHS = np.linspace(0, 2 * np.pi, 8, endpoint=False) + 0.1
@@ -96,7 +106,7 @@ def test_later_shorter_or_hidden_never_helps(worse):
 def test_a_moving_robot_asks_for_more_than_one_that_stands():
     time = np.linspace(0, 6, 121)
     q = POSE + np.outer(0.8 * time, [1, 0, 0, 0, 0, 0])
-    moving = moments_of_record(UR10, Record(time, q), Safety(reaction=0.0))
+    moving = moments_of_record(UR10, MotionRecord(time, q), Safety(reaction=0.0))
     assert moving.together
     assert np.allclose(moving.speed[5:-5].max(axis=1), moving.speed[20].max(), rtol=1e-6)
     assert moving.asked.max() > STILL.asked.max()
@@ -108,7 +118,7 @@ def test_a_moving_robot_asks_for_more_than_one_that_stands():
 
 def test_a_short_motion_comes_round_again_and_no_moment_is_preferred():
     time = np.linspace(0, 1, 21)
-    short = moments_of_record(UR10, Record(time, POSE + np.outer(0.3 * time, np.eye(6)[0])), Safety())
+    short = moments_of_record(UR10, MotionRecord(time, POSE + np.outer(0.3 * time, np.eye(6)[0])), Safety())
     count, rng = len(short.weight), np.random.default_rng(0)
     walks = np.stack([short.drawn(rng, 3 * count + 7) for _ in range(40 * count)])
     assert np.all(np.diff(walks, axis=1) % count == 1)

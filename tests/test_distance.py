@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.capsules import gap_to_capsules, robot_capsules
-from place_rings.coverage.chain import forward
-from place_rings.coverage.ranging import readings
-from place_rings.coverage.rings import Ring, Setup, named_setup, sensor_optics
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.sensors import Sensor
-from place_rings.coverage.slots import sensor_axes, sensor_cones
-from place_rings.studies import approach_figure, distance_figures
-from place_rings.studies import distance as study
-from place_rings.studies.approach import unseen_approaches
-from place_rings.studies.distance import MODES, beliefs, cell, measures, repeated, series, summary
+from place_rings.coverage.occlusion.ranging import readings
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup, sensor_optics
+from place_rings.coverage.rings.ring_kinematics import sensor_axes, sensor_cones
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import gap_to_capsules, robot_capsules
+from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.reporting import approach_figure, distance_figures
+from place_rings.simulation import distance as study
+from place_rings.simulation.approach import unseen_approaches
+from place_rings.simulation.distance import MODES, beliefs, cell, measures, repeated, series, summary
 
 from . import drawing
 

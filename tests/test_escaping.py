@@ -21,27 +21,27 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from place_rings.cli.main import app
-from place_rings.cli.terminal import Terminal, say, say_json, say_lines
-from place_rings.cli.viewer import words
-from place_rings.cli.viewer.colours import KINDS
-from place_rings.cli.viewer.controls import labelled
-from place_rings.coverage.rings import Ring, Setup
-from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.targets import Target
+from place_rings.formats.convert.scenes import ring_models, scene_model
+from place_rings.formats.errors import UserError
+from place_rings.formats.escaping import printable, printable_json, printable_lines
+from place_rings.formats.loader import read_scene
+from place_rings.formats.printing.ring_pictures import _png
+from place_rings.formats.schema.proposal_models import ProposalFile
+from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Goal, Scene
-from place_rings.placement.errors import UserError
-from place_rings.placement.escaping import printable, printable_json, printable_lines
-from place_rings.placement.files.convert import ring_models, scene_model
-from place_rings.placement.files.proposals import ProposalFile
-from place_rings.placement.loader import read_scene
-from place_rings.placement.printing.picture import _png
-from place_rings.placement.writing import to_toml
+from place_rings.reporting.pages import code, escaped, html, table
+from place_rings.reporting.plots import save
+from place_rings.reporting.rendering.sheet import write_png
+from place_rings.reporting.terminal import Terminal, say, say_json, say_lines
 from place_rings.rig.check_models import AboutFile, PortModel
 from place_rings.rig.recording.recording import Recording
 from place_rings.rig.recording.records import Kind, Record
-from place_rings.studies.pages import code, escaped, html, table
-from place_rings.studies.plotting import save
-from place_rings.studies.sheet import write_png
+from place_rings.viewer import html as words
+from place_rings.viewer.colours import KINDS
+from place_rings.viewer.controls import labelled
 from rich.cells import cell_len
 from rich.progress import Progress, TextColumn
 from rich.style import Style
@@ -49,6 +49,7 @@ from rich.table import Table
 from rich.text import Text
 
 from .rig_cell import SCENE, SETUP
+from .rooms import rooms
 from .viser_client import Client
 
 ROOT = Path(__file__).parent.parent
@@ -227,11 +228,10 @@ def calls(tree):
 
 
 def test_nobody_else_prints():
-    """Only cli/terminal.py does; processes of rig/ write to their parents."""
-    rooms = ("cli", "coverage", "objectives", "placement", "studies")
-    for path in (path for room in rooms for path in (ROOT / room).rglob("*.py")):
+    """Only reporting/terminal.py does; processes of rig/ write to their parents."""
+    for path in (path for room in rooms() if room != "rig" for path in (ROOT / room).rglob("*.py")):
         name = path.relative_to(ROOT).as_posix()
-        if name == "cli/terminal.py":
+        if name == "reporting/terminal.py":
             continue
         tree = ast.parse(path.read_text())
         plain = [n for n in calls(tree) if isinstance(n.func, ast.Attribute)]
@@ -259,7 +259,7 @@ def test_nobody_else_prints():
                 names = {alias.name for alias in node.names}
                 assert not names & {"print", "get_console", "inspect"}, where
                 assert node.module != "rich.prompt", where
-                assert name.startswith("cli/"), where
+                assert name.startswith(("cli/", "reporting/")), where
 
 
 def test_help_goes_the_same_way():
@@ -502,7 +502,7 @@ def test_a_real_terminal_gets_colours_and_moves_of_the_cursor_only(robot):
 def test_what_python_itself_prints_shows(tmp_path):
     program = f"""
 import logging, sys, threading, warnings
-from place_rings.cli.terminal import guard
+from place_rings.reporting.terminal import guard
 guard()
 text = {NASTY!r}
 warnings.warn(text)
@@ -565,7 +565,7 @@ def test_names_in_pictures_show(tmp_path, write):
 def test_the_viewers_words_show(text):
     said = words.heading([text], text, [1], [1]) + words.note(text)
     said += words.legend([0.1] * len(KINDS), text, text) + words.proof_table(text, [])
-    said += words.zeta_table([text], [words.Row(text, ((0.1, 0.2),))], 1.0, text)
+    said += words.zeta_table([text], [words.TableRow(text, ((0.1, 0.2),))], 1.0, text)
     assert unreadable(said) == set()
 
 
@@ -577,11 +577,11 @@ def test_the_viewers_choices_show_and_mean_one_name_each(names):
 
 
 def test_the_viewers_controls_show_and_choose_links():
-    from place_rings.cli.viewer.room import Room
-    from place_rings.cli.viewer.server import Server
+    from place_rings.viewer.server import Server
+    from place_rings.viewer.session import ViewerSession
 
     scene, setup = hostile_scene()
-    with Server(Room(replace(scene, obstacles=()), {NASTY: setup, f"b{NASTY}": setup})) as server:
+    with Server(ViewerSession(replace(scene, obstacles=()), {NASTY: setup, f"b{NASTY}": setup})) as server:
         client = Client(server.port)
         try:
             client.until(lambda: client.zeta("V_S(0.25)") is not None, "the page says no ζ")

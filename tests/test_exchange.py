@@ -10,23 +10,23 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.coverage.azimuth import around, rings_see
-from place_rings.coverage.chain import forward
-from place_rings.coverage.rings import Ring, Setup
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.sensors import Sensor
-from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
-from place_rings.objectives.coverage_objective import TargetPoints
-from place_rings.objectives.faults import faults
+from place_rings.objectives.feasibility.violations import faults
+from place_rings.objectives.parameterization import decode
 from place_rings.objectives.scene import Goal, Pose, Rules, Scene
-from place_rings.objectives.space import decode
-from place_rings.placement.candidates import Space
-from place_rings.placement.climb import Brake
-from place_rings.placement.drawing import fresh, papers
-from place_rings.placement.exchange import Exchange, Round, exchange, share_of
-from place_rings.placement.fields import Fields
-from place_rings.placement.layout import ring_layout
+from place_rings.objectives.soft_objective import TargetPoints
+from place_rings.placement.search.design import Space
+from place_rings.placement.search.exchange import Exchange, Round, exchange, share_of
+from place_rings.placement.search.exchange_points import Fields
+from place_rings.placement.search.layout import ring_layout
+from place_rings.placement.search.local_search import StopToken
+from place_rings.placement.search.moves import fresh, papers
+from place_rings.placement.search.ring_visibility import around, rings_see
 
 Q = np.radians([-20.0, -60.0, 80.0, -110.0, -90.0, 10.0])
 TWO = Scene(
@@ -125,7 +125,7 @@ def _exchanged(seed, brake=None, tell=lambda *_: None, ahead=()):
     rounds = (Round(256, 5, 2, 6, 0.2, 4, 1), Round(512, 2, 2, 6, 0.1, 2, 1))
     fields = Fields(space, TargetPoints(TWO, 256, 0))
     with ThreadPoolExecutor(2) as threads:
-        found = exchange(space, fields, seed, brake or Brake(math.inf), threads, tell, papers(space), rounds, ahead)
+        found = exchange(space, fields, seed, brake or StopToken(math.inf), threads, tell, papers(space), rounds, ahead)
     return found, fields, space
 
 
@@ -146,7 +146,7 @@ def test_the_best_of_the_first_round_go_ahead_and_change_nothing_but_what_is_tol
     assert [t[:2] for t in tells] == [*told[:2], *[(0, 1.0)] * 3, *told[2:]]
     worth = [share_of(space, fields, c) for *_, c in tells[:5]]
     assert worth[4] > worth[1]
-    brake = Brake(math.inf)
+    brake = StopToken(math.inf)
     calls = itertools.count()
     early, *_ = _exchanged(0, brake, lambda *_: brake.pulled.set() if next(calls) == 4 else None, ahead)
     assert any(np.array_equal(c.values, tells[4][2].values) for c in early)
@@ -154,7 +154,7 @@ def test_the_best_of_the_first_round_go_ahead_and_change_nothing_but_what_is_tol
 
 @pytest.mark.parametrize("sweeps", [1, 2, 3])
 def test_ctrl_c_in_an_exchange_keeps_the_best_so_far(sweeps):
-    left, brake = [None] * sweeps, Brake(math.inf, threading.Event())
+    left, brake = [None] * sweeps, StopToken(math.inf, threading.Event())
 
     def tell(*_):
         left.pop()

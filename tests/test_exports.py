@@ -16,23 +16,23 @@ import yaml
 import yourdfpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.capsules import robot_capsules
-from place_rings.coverage.chain import forward
-from place_rings.coverage.effective import effective
-from place_rings.coverage.optics import Optics
-from place_rings.coverage.rings import Ring, Setup, named_setup
-from place_rings.coverage.robots import ROBOTS
-from place_rings.coverage.sensors import Sensor, Use
-from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import robot_capsules
+from place_rings.coverage.sensors.effective_range import effective
+from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.solids.sensor_beams import Optics
 from place_rings.coverage.targets import Target
+from place_rings.formats.errors import UserError
+from place_rings.formats.export.formats import FORMATS
+from place_rings.formats.export.placed import PlacedSetup
+from place_rings.formats.loader import resolve
+from place_rings.formats.robots.urdf import read_urdf
+from place_rings.formats.sensors.sensor_frames import looking_along, looking_along_z, sensor_frames
+from place_rings.formats.sensors.urdf_frames import FramePattern
 from place_rings.objectives.scene import Goal, Pose, Scene
-from place_rings.placement.errors import UserError
-from place_rings.placement.export.formats import FORMATS
-from place_rings.placement.export.placed import Placed
-from place_rings.placement.loader import resolve
-from place_rings.placement.mounted.frames import Asked
-from place_rings.placement.mounted.sensor_frames import looking_along, looking_along_z, sensor_frames
-from place_rings.placement.robot.urdf import read_urdf
 from place_rings.rig.sensing.fan import ray_to_capsule, ray_to_polyhedron
 
 from . import drawing
@@ -56,7 +56,7 @@ def drawn(seed: int, name: str, square: bool = True) -> tuple[Scene, Setup]:
 
 def written(folder, scene: Scene, setup: Setup, *to: str, **keys) -> None:
     """The files of these formats at the scene's last pose."""
-    placed = Placed(scene, setup, len(scene.poses) - 1, folder, **keys)
+    placed = PlacedSetup(scene, setup, len(scene.poses) - 1, folder, **keys)
     for name in to:
         for file, data in FORMATS[name](placed).items():
             (folder / file).write_bytes(data)
@@ -222,7 +222,7 @@ def test_a_glb_has_all_that_is_there(tmp_path):
         seen = made.geometry[f"ring_{i}_sees"]
         assert seen.volume == pytest.approx(ring.count * ring.sensor.volume, rel=0.01)
         assert seen.visual.material.alphaMode == "BLEND"
-    placed = Placed(scene, setup, 1, tmp_path)
+    placed = PlacedSetup(scene, setup, 1, tmp_path)
     for b, a, c, r in zip(scene.robot.bodies, placed.bodies.start, placed.bodies.end, placed.bodies.radius, strict=True):
         mesh = made.geometry[f"body_{b.name}"]
         assert mesh.volume == pytest.approx(math.pi * r**2 * (np.linalg.norm(c - a) + 4 / 3 * r), rel=0.05)
@@ -339,7 +339,7 @@ def test_frames_of_any_names_in_any_order_are_rings(tmp_path_factory, seed, beam
         parent = "tip" if s.frame == 6 else f"link_{s.frame}"
         joint(root, f"j {n}", "fixed", parent, f"range sensor {n}", looking_along(s.T_frame_sensor, beam))
     (folder / "mounted.urdf").write_text(ET.tostring(root, encoding="unicode"))
-    again = resolve(str(folder / "mounted.urdf"), scene, None, Asked(r"range sensor \d+", beam))[0]
+    again = resolve(str(folder / "mounted.urdf"), scene, None, FramePattern(r"range sensor \d+", beam))[0]
     one, other = (sensor_cones(scene.robot, s, scene.poses[0].q) for s in (setup, again))
     order = [np.lexsort(np.round(np.hstack([c.apex, c.axis]), 5).T) for c in (one, other)]
     np.testing.assert_allclose(other.apex[order[1]], one.apex[order[0]], atol=CLOSE)
@@ -405,7 +405,7 @@ def same_pose(pose: np.ndarray, T: np.ndarray) -> None:
 
 def test_a_users_link_with_an_odd_name_is_no_default_of_the_macro_and_refused_for_ros(tmp_path):
     (tmp_path / "odd.urdf").write_text(chain_text(ROBOTS["ur10"].chain).replace('"link_1"', '"$(eval 1)"'))
-    placed = Placed(Scene(), named_setup("n1_3_0"), 0, tmp_path, read_urdf(tmp_path / "odd.urdf"))
+    placed = PlacedSetup(Scene(), named_setup("n1_3_0"), 0, tmp_path, read_urdf(tmp_path / "odd.urdf"))
     macro = ET.fromstring(FORMATS["urdf"](placed)["sensors.xacro"])[0]
     assert macro.attrib["params"] == "prefix:='' link_of_shoulder_lift link_of_elbow:=link_2 link_of_wrist_3:=link_5"
     with pytest.raises(UserError, match=r'odd\.urdf: link: found "\$\(eval 1\)", allowed: a name of letters'):

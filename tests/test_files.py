@@ -5,17 +5,20 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.rings import Ring, Setup, named_setup
-from place_rings.coverage.robots import ROBOTS
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.rounding import rounded
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.sensors.effective_range import effective
+from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.coverage.targets import Shape, Target
+from place_rings.formats import writing
+from place_rings.formats.convert.scenes import ring_models, scene_model, scene_of, setup_of
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_proposal, read_scene, resolve
+from place_rings.formats.schema.proposal_models import ProposalFile
+from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.writing import to_toml, write_text
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
-from place_rings.placement import writing
-from place_rings.placement.errors import UserError
-from place_rings.placement.files.convert import ring_models, rounded, scene_model, scene_of
-from place_rings.placement.files.models import SceneFile
-from place_rings.placement.files.proposals import ProposalFile
-from place_rings.placement.loader import read_proposal, read_scene, resolve
-from place_rings.placement.writing import to_toml, write_text
 
 from . import drawing
 
@@ -187,3 +190,27 @@ def test_names_and_files_resolve(tmp_path):
     ):
         with pytest.raises(UserError, match=line):
             resolve(name, None)
+
+
+@given(drawing.seeds)
+def test_rounded_rings_are_those_that_a_file_gives_back(seed):
+    scene, rng = Scene(), np.random.default_rng(seed)
+    sensors = (
+        scene.sensor,
+        Sensor(0.4321, 1.2345),
+        Sensor(0.5, 1.0, None, 0.61, 4),
+        effective(Use("vl53l5cx", "5klx")).sensor,
+    )
+    rings = tuple(
+        Ring(
+            "forearm_link",
+            float(rng.uniform()),
+            int(rng.integers(1, 9)),
+            float(rng.choice([rng.uniform(-1.5, 1.5), math.nextafter(math.pi / 2, 0)])),
+            float(rng.normal(scale=5)),
+            float(rng.uniform(0.05, 0.2)),
+            sensors[rng.integers(len(sensors))],
+        )
+        for _ in range(5)
+    )
+    assert rounded(Setup(rings), scene.sensor) == setup_of(ring_models(Setup(rings), scene.sensor), scene.sensor)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.capsules import point_to_segment, robot_capsules
-from place_rings.coverage.chain import forward
-from place_rings.coverage.ranging import least_gap
-from place_rings.coverage.robots import UR10
-from place_rings.studies import human
-from place_rings.studies.human import BALL_ERROR, PEDESTAL, TALLEST, body_balls, bones, two_bones
-from place_rings.studies.objects import GAP, SHAPES, object_balls
-from place_rings.studies.walk import HAND, START, STATION, STATURE, WALK, walk
+from place_rings.coverage.occlusion.ranging import least_gap
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import point_to_segment, robot_capsules
+from place_rings.simulation import human
+from place_rings.simulation.human import BALL_ERROR, PEDESTAL, TALLEST, body_balls, bones, two_bones
+from place_rings.simulation.objects import GAP, SHAPES, object_balls
+from place_rings.simulation.walk import HAND, START, STATION, STATURE, WALK, walk
 
 from . import drawing
 

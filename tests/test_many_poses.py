@@ -5,21 +5,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from place_rings.coverage.robots import UR10
+from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
-from place_rings.objectives.aim import Aim, judge
-from place_rings.objectives.coverage_objective import TEMPERATURE, CoverageObjective, TargetPoints
-from place_rings.objectives.exact import Verifier
+from place_rings.formats.convert.results import verify_result
+from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.scene import Goal, Pose, Scene
-from place_rings.placement import finalists
-from place_rings.placement.candidates import Space, stacked
-from place_rings.placement.drawing import fresh
-from place_rings.placement.files.result_convert import verify_result
-from place_rings.placement.layout import ring_layout
-from place_rings.placement.progress import Outcome
-from place_rings.placement.schedule import Schedule, Stage
-from place_rings.placement.search import search
-from place_rings.studies.task import pick_and_place
+from place_rings.objectives.soft_objective import TEMPERATURE, CoverageObjective, TargetPoints
+from place_rings.objectives.verify import Verifier
+from place_rings.placement.search import finalists
+from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.layout import ring_layout
+from place_rings.placement.search.moves import fresh
+from place_rings.placement.search.progress import Outcome
+from place_rings.placement.search.schedule import Schedule, Stage
+from place_rings.placement.search.search import search
+from place_rings.simulation.task import pick_and_place
 
 SHORT = Schedule(4, (Stage(0.05, 4096, 10, 1),), draws=8)
 GOALS = (Goal(Target("V_S", 0.4), 0.7), Goal(Target("V_S", 0.6), 0.3))
@@ -80,7 +80,7 @@ def test_the_mean_is_the_weighted_mean_and_the_worst_the_least():
         min(0.7 * a.zeta + 0.3 * b.zeta for a, b in zip(each[0].poses, each[1].poses, strict=True))
     )
     with pytest.raises(ValueError, match="worst pose beside several sensors"):
-        judge(verifiers[1], setup, Aim(seen=2))
+        judge(verifiers[1], setup, Criterion(seen=2))
 
 
 @pytest.mark.parametrize("how", ["mean", "worst"])

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import trimesh
 from hypothesis import given, settings
-from place_rings.coverage.blinding import MARGIN, Beam, capsule_in_beam, cone_gap, polyhedron_in_beam
-from place_rings.coverage.capsules import gap_to_capsules, segment_to_segment
-from place_rings.coverage.occlusion import behind, capsule_shadow
-from place_rings.coverage.polyhedra import box, half_space, hull, largest, polyhedron_shadow
-from place_rings.coverage.solids import cone
+from place_rings.coverage.occlusion.first_return import MARGIN, Beam, capsule_in_beam, cone_gap, polyhedron_in_beam
+from place_rings.coverage.robots.link_bodies import gap_to_capsules, segment_to_segment
+from place_rings.coverage.solids.cones import cone
+from place_rings.coverage.solids.polyhedra import box, half_space, hull, largest, polyhedron_shadow
+from place_rings.coverage.solids.shadows import behind, capsule_shadow
 from scipy.spatial.transform import Rotation
 
 from . import drawing

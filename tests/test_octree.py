@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.octree import PROBES, count, regions, voxels
-from place_rings.coverage.robots import ROBOTS, UR10
-from place_rings.coverage.slots import sensor_cones
-from place_rings.coverage.solids import Cones, Difference, sphere
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import ROBOTS, UR10
+from place_rings.coverage.solids.base import Difference
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Shape, Target, target_solid
-from place_rings.coverage.voxelset import VoxelSet
-from place_rings.objectives.exact import target_voxels
+from place_rings.coverage.voxels.octree import PROBES, count, regions, voxels
+from place_rings.coverage.voxels.voxel_set import VoxelSet
+from place_rings.objectives.verify import target_voxels
 
 from . import drawing
 

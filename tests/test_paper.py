@@ -7,14 +7,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.coverage.rings import named_setup
+from place_rings.coverage.rings.ring import named_setup
 from place_rings.objectives.scene import Scene
-from place_rings.studies import octree_figures, paper, paper_open, paper_page, paper_study
-from place_rings.studies.distance import Series, measures
-from place_rings.studies.pages import csv_text, html, table
-from place_rings.studies.paper_figures import value
-from place_rings.studies.paper_statements import Verdict, coverage, judged
-from place_rings.studies.works import setup_from, zeta
+from place_rings.reporting.pages import csv_text, html, table
+from place_rings.simulation.distance import Series, measures
+from place_rings.studies.engine.tasks import setup_from, zeta
+from place_rings.studies.paper import coverage_cells as paper
+from place_rings.studies.paper import octree_figures
+from place_rings.studies.paper import open_choices as paper_open
+from place_rings.studies.paper import report as paper_page
+from place_rings.studies.paper import study as paper_study
+from place_rings.studies.paper.figures import value
+from place_rings.studies.paper.statements import Verdict, coverage, judged
 
 READINGS = [("a", "centre"), ("a", "touch"), ("b", "centre"), ("b", "touch")]
 

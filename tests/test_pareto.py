@@ -7,10 +7,11 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.targets import Target
-from place_rings.placement.loader import read_proposal
-from place_rings.studies import pareto, pareto_report
-from place_rings.studies.pareto import Point, dominated, front, hypervolume
-from place_rings.studies.works import scene_from, setup_from
+from place_rings.formats.loader import read_proposal
+from place_rings.studies.engine.tasks import scene_from, setup_from
+from place_rings.studies.pareto import report as pareto_report
+from place_rings.studies.pareto import study as pareto
+from place_rings.studies.pareto.study import Point, dominated, front, hypervolume
 
 from . import drawing
 

@@ -8,31 +8,38 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from manifold3d import Manifold
-from place_rings.cli.sighting import mounting_lines
-from place_rings.coverage.boards import VL53L4CD, VL53L5CX, Board
-from place_rings.coverage.catalogue import MODELS
-from place_rings.coverage.chain import forward
-from place_rings.coverage.effective import effective
-from place_rings.coverage.pockets import Pocket, Printing, best_pocket, most_boards, roomy_radius, tilt_range
-from place_rings.coverage.rings import Ring, Setup
-from place_rings.coverage.robots import ROBOTS
-from place_rings.coverage.sensors import Sensor, Use
-from place_rings.coverage.slots import sensor_cones
-from place_rings.coverage.surround import axes_of
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.ring_section import axes_of
+from place_rings.coverage.sensors.board_packing import (
+    Pocket,
+    Printing,
+    best_pocket,
+    most_boards,
+    roomy_radius,
+    tilt_range,
+)
+from place_rings.coverage.sensors.boards import VL53L4CD, VL53L5CX, Board
+from place_rings.coverage.sensors.catalogue import MODELS
+from place_rings.coverage.sensors.effective_range import effective
+from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.formats.convert.scenes import scene_model, scene_of
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_scene
+from place_rings.formats.printing.primitives import FACETS
+from place_rings.formats.printing.print_checks import least_wall, overhang, read_stl, stl
+from place_rings.formats.printing.print_files import print_ring, ring_files
+from place_rings.formats.printing.print_plan import UnbuildableError, plan_ring
+from place_rings.formats.printing.ring_solids import assemble, collar, thread
+from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Pose, Rules, Scene
-from place_rings.placement.candidates import Space
-from place_rings.placement.drawing import fresh, vary
-from place_rings.placement.errors import UserError
-from place_rings.placement.files.convert import scene_model, scene_of
-from place_rings.placement.layout import ring_layout
-from place_rings.placement.loader import read_scene
-from place_rings.placement.places import InfeasibleError
-from place_rings.placement.printing.checks import least_wall, overhang, read_stl, stl
-from place_rings.placement.printing.plan import UnbuildableError, plan_ring
-from place_rings.placement.printing.shapes import FACETS
-from place_rings.placement.printing.solids import assemble, collar, thread
-from place_rings.placement.printing.write import print_ring, ring_files
-from place_rings.placement.writing import to_toml
+from place_rings.placement.search.design import Space
+from place_rings.placement.search.feasible_set import InfeasibleError
+from place_rings.placement.search.layout import ring_layout
+from place_rings.placement.search.moves import fresh, vary
+from place_rings.reporting.lines.occlusion import mounting_lines
 
 from . import drawing
 

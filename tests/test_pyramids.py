@@ -9,38 +9,32 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.certified import bracket
-from place_rings.coverage.chain import forward
-from place_rings.coverage.cloud import cloud
-from place_rings.coverage.mounting import MountingErrors, draw_errors, misplaced_cones
-from place_rings.coverage.multiplicity import tally
-from place_rings.coverage.octree import count, voxels
-from place_rings.coverage.optics import Optics, optics
-from place_rings.coverage.pyramids import Pyramids
-from place_rings.coverage.rings import Ring, Setup
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.sensors import Sensor
-from place_rings.coverage.slots import sensor_cones
-from place_rings.coverage.soft import SHARP, soft_zeta
-from place_rings.coverage.soft_loss import soft_losses
-from place_rings.coverage.soft_seen import soft_seen
-from place_rings.coverage.solids import Cones, sphere
-from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
-from place_rings.objectives.exact import Verifier
+from place_rings.coverage.rings.mounting_errors import MountingErrors, draw_errors, misplaced_cones
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.rings.rounding import rounded
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.coverage.soft.estimator import SHARP, soft_zeta
+from place_rings.coverage.soft.k_coverage import soft_seen
+from place_rings.coverage.soft.leave_one_out import soft_losses
+from place_rings.coverage.soft.sampling import cloud
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.pyramids import Pyramids
+from place_rings.coverage.solids.sensor_beams import Optics, optics
+from place_rings.coverage.solids.spheres import sphere
+from place_rings.coverage.voxels.certified_bounds import bracket
+from place_rings.coverage.voxels.k_coverage import tally
+from place_rings.coverage.voxels.octree import count, voxels
+from place_rings.formats.convert.scenes import ring_models, scene_model, scene_of, sensor_model, sensor_of, setup_of
+from place_rings.formats.schema.mount_models import SensorModel
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, Limits, Scene
-from place_rings.placement.candidates import Space, stacked
-from place_rings.placement.drawing import fresh
-from place_rings.placement.files.convert import (
-    ring_models,
-    rounded,
-    scene_model,
-    scene_of,
-    sensor_model,
-    sensor_of,
-    setup_of,
-)
-from place_rings.placement.files.mount_models import SensorModel
+from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
+from place_rings.objectives.verify import Verifier
+from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.moves import fresh
 from pydantic import ValidationError
 
 SEED = st.integers(0, 2**32 - 1)

@@ -6,19 +6,20 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.capsules import (
+from place_rings.coverage.occlusion.ranging import BLOCK, ball_in_cone, least_gap, readings
+from place_rings.coverage.rings.ring import named_setup, sensor_optics
+from place_rings.coverage.rings.ring_kinematics import sensor_axes, sensor_cones
+from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import (
     Capsules,
     gap_to_capsules,
     point_to_segment,
     robot_capsules,
     segment_to_segment,
 )
-from place_rings.coverage.chain import forward
-from place_rings.coverage.polyhedra import box, crossed, half_space, polyhedra
-from place_rings.coverage.ranging import BLOCK, ball_in_cone, least_gap, readings
-from place_rings.coverage.rings import named_setup, sensor_optics
-from place_rings.coverage.robots import PAPER_ROBOTS, ROBOTS, UR10, Robot
-from place_rings.coverage.slots import sensor_axes, sensor_cones
+from place_rings.coverage.robots.robot import Robot
+from place_rings.coverage.solids.polyhedra import box, crossed, half_space, polyhedra
 from scipy.optimize import minimize_scalar
 
 from . import drawing

@@ -15,29 +15,29 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from place_rings.cli import main as command_line
-from place_rings.cli import place
-from place_rings.cli.reporting.blind_picture import coarse
-from place_rings.cli.reporting.facts import looked_at, standing_for
-from place_rings.cli.reporting.materials import materials
-from place_rings.cli.reporting.mounting import seat_list
-from place_rings.cli.reporting.words import bearing, beside, heading
-from place_rings.coverage.chain import forward
-from place_rings.coverage.effective import effective
-from place_rings.coverage.octree import voxels
-from place_rings.coverage.rings import Ring, Setup, named_setup
-from place_rings.coverage.robots import ROBOTS
-from place_rings.coverage.sensors import Use
-from place_rings.coverage.slots import sensor_cones
-from place_rings.coverage.solids import sphere
-from place_rings.coverage.supplies import SUPPLIES
-from place_rings.objectives.blind import Beside
-from place_rings.objectives.exact import Verifier
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.sensors.catalogue import SUPPLIES
+from place_rings.coverage.sensors.effective_range import effective
+from place_rings.coverage.sensors.sensor import Use
+from place_rings.coverage.solids.spheres import sphere
+from place_rings.coverage.voxels.octree import voxels
+from place_rings.formats.escaping import printable
+from place_rings.formats.loader import how_found, resolve
+from place_rings.objectives.blind_spots import Beside
 from place_rings.objectives.scene import Pose, Scene
-from place_rings.placement.escaping import printable
-from place_rings.placement.loader import how_found, resolve
+from place_rings.objectives.verify import Verifier
+from place_rings.reporting import comparison
+from place_rings.reporting.pages import code, escaped, html, table
+from place_rings.reporting.rendering.sheet import write_png
+from place_rings.reporting.setup_report.bill_of_materials import materials
+from place_rings.reporting.setup_report.blind_spot_picture import coarse
+from place_rings.reporting.setup_report.directions import bearing, beside, heading
+from place_rings.reporting.setup_report.facts import looked_at, standing_for
+from place_rings.reporting.setup_report.mounting_guide import seat_list
 from place_rings.rig.rings.protocol import length
-from place_rings.studies.pages import code, escaped, html, table
-from place_rings.studies.sheet import write_png
 
 HOSTILE = "<img src=x onerror=alert(1)> ![p](http://192.0.2.1/a.png) [l](javascript:alert(1)) `c` | **b** \\"
 
@@ -158,12 +158,12 @@ def test_a_dollar_in_a_name_is_a_dollar_in_a_picture(tmp_path):
 def test_materials_add_up():
     known, nominal = effective(Use("tfmini-s")).sensor, Ring("forearm", 0.5, 7)
     setup = Setup((Ring("forearm", 0.2, 5, sensor=known), Ring("tool", 0.0, 6, sensor=known)))
-    said = "\n".join(materials(setup))
-    assert escaped("<b>`a`</b>*") in "\n".join(materials(Setup((replace(nominal, link="<b>`a`</b>*"),))))
+    said = "\n".join(materials(setup, length))
+    assert escaped("<b>`a`</b>*") in "\n".join(materials(Setup((replace(nominal, link="<b>`a`</b>*"),)), length))
     assert f"at most {11 * SUPPLIES['tfmini-s'].power_w:.2f} W" in said
     assert f"{11 * 100:,} distances and {(length(5) + length(6)) * 100:,} bytes a second" in said
     assert "| 7 | A nominal sensor of 25° | 1.50 | not known | not known | not known | not known |" in "\n".join(
-        materials(Setup((nominal,)))
+        materials(Setup((nominal,)), length)
     )
 
 
@@ -216,8 +216,8 @@ versions = {{ "{quoted}" = "{quoted}" }}
 """
     )
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(place, "PAPER_SETUPS", ("n1_4_0",))
-        patch.setattr(place, "PAPER_TARGETS", ())
+        patch.setattr(comparison, "PAPER_SETUPS", ("n1_4_0",))
+        patch.setattr(comparison, "PAPER_TARGETS", ())
         words = ["report", str(file), "--voxel", "0.1", "--draws", "1", "--out", str(folder / "out")]
         words += ["--seed=0", "--occlusion", "ignore"]
         patch.setattr(sys, "argv", ["place-rings", *words])

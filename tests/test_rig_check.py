@@ -23,14 +23,14 @@ import pytest
 from place_rings.cli import check as command
 from place_rings.cli.check_before import require_known_cell, require_near_stop, show_near_stops
 from place_rings.cli.main import app
-from place_rings.cli.terminal import Terminal
 from place_rings.coverage.targets import Target
+from place_rings.formats.convert.scenes import ring_models, scene_model
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_proposal
+from place_rings.formats.schema.proposal_models import ProposalFile
+from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Goal, Motion
-from place_rings.placement.errors import UserError
-from place_rings.placement.files.convert import ring_models, scene_model
-from place_rings.placement.files.proposals import ProposalFile
-from place_rings.placement.loader import read_proposal
-from place_rings.placement.writing import to_toml
+from place_rings.reporting.terminal import Terminal
 from place_rings.rig.check_models import AboutFile, CheckResult, PortModel
 from place_rings.rig.checked import Checked
 from place_rings.rig.judge import judge

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from place_rings.coverage.capsules import Capsules, point_to_segment, robot_capsules
-from place_rings.coverage.chain import forward
-from place_rings.coverage.optics import Optics
-from place_rings.coverage.rings import Setup
+from place_rings.coverage.rings.ring import Setup
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import Capsules, point_to_segment, robot_capsules
+from place_rings.coverage.solids.sensor_beams import Optics
 from place_rings.rig.sensing.expected import CELL, NOTHING, ROBOT, ROD, beams_at, expected, in_beams, to_cell
 from place_rings.rig.sensing.fan import ray_to_capsule, ray_to_polyhedron
 

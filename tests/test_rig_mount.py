@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.chain import forward
-from place_rings.coverage.rings import Ring, Setup
-from place_rings.objectives.exact import Verifier
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import Scene
-from place_rings.placement.errors import UserError
-from place_rings.placement.loader import read_proposal
+from place_rings.objectives.verify import Verifier
 from place_rings.rig.mount.as_built import AsBuilt
 from place_rings.rig.mount.fit import RingFit, fit_mount
 from place_rings.rig.mount.model import LIMITS, NAMES, moved, slopes

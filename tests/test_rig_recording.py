@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from place_rings.placement.errors import UserError
+from place_rings.formats.errors import UserError
 from place_rings.rig.listening.gathering import Gathered, replay
 from place_rings.rig.recording.clocks import Lag, align
 from place_rings.rig.recording.recording import Recorded, Recording

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.rings import named_setup
+from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets import Target
+from place_rings.formats.errors import UserError
 from place_rings.objectives.scene import Scene
-from place_rings.placement.errors import UserError
 from place_rings.rig.mount.waving import waved
 from place_rings.rig.mount.wiring import Order
 from place_rings.rig.plan_files import read_rod_plan, write_rod_plan

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-from place_rings.coverage.rings import Ring, Setup
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.formats.convert.obstacles import obstacles_of
+from place_rings.formats.convert.scenes import scene_model, scene_of
+from place_rings.formats.schema.scene_models import ObstacleModel
 from place_rings.objectives.scene import Motion
-from place_rings.placement.files.cell import obstacles_of
-from place_rings.placement.files.convert import scene_model, scene_of
-from place_rings.placement.files.models import ObstacleModel
 from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.plan import planned
 from place_rings.rig.poses.clear import clear, gaps, least_gaps

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given
-from place_rings.coverage.chain import forward
-from place_rings.coverage.rings import named_setup
-from place_rings.coverage.robots import ROBOTS, UR10
-from place_rings.coverage.sensors import PAPER_SENSOR
-from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.rings.ring import named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.built_in import ROBOTS, UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.sensors.sensor import PAPER_SENSOR
 from place_rings.coverage.targets import Target
-from place_rings.objectives.exact import Verifier
 from place_rings.objectives.scene import Scene
+from place_rings.objectives.verify import Verifier
 
 from . import drawing
 

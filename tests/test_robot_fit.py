@@ -9,19 +9,19 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.cli import main as command_line
-from place_rings.coverage.chain import forward
-from place_rings.coverage.robots import ROBOTS, UR10
+from place_rings.coverage.robots.built_in import ROBOTS, UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.formats.convert.scenes import scene_model, scene_of
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_proposal, read_robot, read_scene
+from place_rings.formats.robots.capsule_fit import Capsule, enclosing, fit_capsules, union_volume
+from place_rings.formats.robots.meshes import Meshes
+from place_rings.formats.robots.tubes import find_tube
+from place_rings.formats.robots.urdf import UrdfShape
+from place_rings.formats.schema.robot_convert import robot_file, robot_of
+from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Pose, Scene
-from place_rings.placement.errors import UserError
-from place_rings.placement.files.convert import scene_model, scene_of
-from place_rings.placement.files.models import SceneFile
-from place_rings.placement.files.robot_convert import robot_file, robot_of
-from place_rings.placement.loader import read_proposal, read_robot, read_scene
-from place_rings.placement.robot.capsule_fit import Capsule, enclosing, fit_capsules, union_volume
-from place_rings.placement.robot.meshes import Meshes
-from place_rings.placement.robot.tubes import find_tube
-from place_rings.placement.robot.urdf import Shape
-from place_rings.placement.writing import to_toml
 from scipy.spatial.transform import Rotation
 
 from . import drawing
@@ -122,10 +122,10 @@ def test_a_ball_and_a_disc_are_no_tubes():
 @pytest.mark.parametrize(
     ("shape", "inside", "outside"),
     [
-        (Shape("box", np.eye(4), (0.2, 0.4, 0.6)), [0.1, 0.2, 0.3], [0.11, 0, 0]),
-        (Shape("sphere", np.eye(4), (0.2,)), [0, 0, 0.2], [0, 0, 0.21]),
-        (Shape("cylinder", np.eye(4), (0.1, 0.6)), [0.1, 0, 0.3], [0, 0, 0.31]),
-        (Shape("capsule", np.eye(4), (0.1, 0.6)), [0, 0, 0.4], [0, 0, 0.41]),
+        (UrdfShape("box", np.eye(4), (0.2, 0.4, 0.6)), [0.1, 0.2, 0.3], [0.11, 0, 0]),
+        (UrdfShape("sphere", np.eye(4), (0.2,)), [0, 0, 0.2], [0, 0, 0.21]),
+        (UrdfShape("cylinder", np.eye(4), (0.1, 0.6)), [0.1, 0, 0.3], [0, 0, 0.31]),
+        (UrdfShape("capsule", np.eye(4), (0.1, 0.6)), [0, 0, 0.4], [0, 0, 0.41]),
     ],
 )
 def test_plain_shapes_are_where_they_should_be(tmp_path, shape, inside, outside):

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.capsules import gap_to_capsules, robot_capsules
-from place_rings.coverage.chain import forward
-from place_rings.coverage.robots import PAPER_ROBOTS, ROBOTS, built_in
+from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, built_in
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import gap_to_capsules, robot_capsules
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
 from place_rings.objectives.scene import REFERENCE_POSE_DEG
 

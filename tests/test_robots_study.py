@@ -6,11 +6,13 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from place_rings.coverage.rings import Ring, Setup
-from place_rings.placement.loader import read_proposal
-from place_rings.placement.progress import Outcome
-from place_rings.studies import robots, robots_report, works
-from place_rings.studies.works import WORKS
+from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.formats.loader import read_proposal
+from place_rings.placement.search.progress import Outcome
+from place_rings.studies.engine import tasks as works
+from place_rings.studies.engine.tasks import TASKS
+from place_rings.studies.robots import report as robots_report
+from place_rings.studies.robots import study as robots
 
 RINGS = [
     {"link": "upper_arm", "position": 0.5, "count": 12, "tilt_deg": 30.0, "radius": 0.08},
@@ -28,7 +30,7 @@ def small(monkeypatch):
     def run(heading, cells):
         asked.extend(cells)
         searched = {"rings": RINGS, "processor_seconds": 12.3, "wall_seconds": 20.0, "finished": False}
-        return [searched if cell.work == "place in time" else WORKS[cell.work](**cell.arguments) for cell in cells]
+        return [searched if cell.work == "place in time" else TASKS[cell.work](**cell.arguments) for cell in cells]
 
     return robots.measure(run), asked
 
@@ -74,9 +76,9 @@ def test_a_search_in_time_says_whether_it_came_to_its_end(outcome, monkeypatch):
     monkeypatch.setattr(works, "searching", found)
     if outcome is Outcome.INTERRUPTED:
         with pytest.raises(KeyboardInterrupt):
-            WORKS["place in time"]({}, 0, 4, 10.0)
+            TASKS["place in time"]({}, 0, 4, 10.0)
         return
-    answer = WORKS["place in time"]({}, 0, 4, 10.0)
+    answer = TASKS["place in time"]({}, 0, 4, 10.0)
     assert answer["finished"] == (outcome is Outcome.FINISHED)
     assert answer["rings"][0]["count"] == 4
     assert 0 < caps[0] < 10  # time is left to count

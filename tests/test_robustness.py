@@ -9,25 +9,25 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.chain import forward
-from place_rings.coverage.mounting import MountingErrors, draw_errors, misplaced, misplaced_cones
-from place_rings.coverage.octree import count
-from place_rings.coverage.rings import Setup, named_setup, ring_values
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.sensors import Sensor
-from place_rings.coverage.slots import seats, seen_from, sensor_axes, sensor_cones, slots
+from place_rings.coverage.rings.mounting_errors import MountingErrors, draw_errors, misplaced, misplaced_cones
+from place_rings.coverage.rings.ring import Setup, named_setup, ring_values
+from place_rings.coverage.rings.ring_kinematics import ring_arrays, seen_from, sensor_axes, sensor_cones, sensor_poses
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
-from place_rings.objectives.aim import Aim, judge
-from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
-from place_rings.objectives.exact import Verifier
+from place_rings.coverage.voxels.octree import count
+from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, Pose, Scene
+from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.tolerance import tolerance
-from place_rings.placement.candidates import Space, stacked
-from place_rings.placement.drawing import fresh
-from place_rings.placement.layout import ring_layout
-from place_rings.placement.schedule import Schedule, Stage
-from place_rings.placement.search import search
+from place_rings.objectives.verify import Verifier
+from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.layout import ring_layout
+from place_rings.placement.search.moves import fresh
+from place_rings.placement.search.schedule import Schedule, Stage
+from place_rings.placement.search.search import search
 
 from . import drawing
 
@@ -129,12 +129,12 @@ def test_shares_of_what_is_seen_whole_are_no_more_than_one():
     verifier, setup = Verifier(scene, 0.05), named_setup("n3_24_55", scene.sensor)
     assert math.fsum(float(w) for w in scene.goal_weights) > 1
     assert verifier.judge(setup) == (0.0, 1.0)
-    assert judge(verifier, setup, Aim(seen=2)) == (0.0, 1.0)
+    assert judge(verifier, setup, Criterion(seen=2)) == (0.0, 1.0)
     assert redundancy(verifier, setup, goals[0].target).zeta == verifier.verify(setup, goals[0].target).zeta == 1.0
 
 
 def misplaced_axes(here, position, tilt, phase, frames, errors):
-    return seen_from(here, misplaced(here, seats(here, position, tilt, phase), errors), frames, up=False)
+    return seen_from(here, misplaced(here, sensor_poses(here, position, tilt, phase), errors), frames, up=False)
 
 
 @settings(max_examples=25)
@@ -143,7 +143,7 @@ def test_misplaced_sensors_are_where_the_errors_say(seed):
     """Rings stay rigid, slip along the link as said, look as far astray as said; axes stay unit."""
     setup, q = drawn_setup(seed), drawing.pose(np.random.default_rng(seed))
     frames = forward(UR10.chain, q)[None]
-    rings = (slots(UR10, setup.rings), *vars(ring_values(setup)).values())
+    rings = (ring_arrays(UR10, setup.rings), *vars(ring_values(setup)).values())
     apex, axis = sensor_axes(UR10, setup, frames[0])
     drawn = draw_errors(len(setup.rings), setup.sensors, MountingErrors(0.01, 0.1), 4, seed)
     none = 0 * drawn.slip, 0 * drawn.turn, 0 * drawn.seat
@@ -167,7 +167,7 @@ def test_misplaced_sensors_are_where_the_errors_say(seed):
 def test_misplaced_sensors_are_the_same_in_jax(reference_pose):
     setup, frames = named_setup("n2_8_25"), forward(UR10.chain, reference_pose)[None]
     drawn = draw_errors(len(setup.rings), setup.sensors, ERRORS, 4, 0)
-    rings = (slots(UR10, setup.rings), *vars(ring_values(setup)).values())
+    rings = (ring_arrays(UR10, setup.rings), *vars(ring_values(setup)).values())
     there = jax.jit(lambda *v: misplaced_axes(*v, jnp.asarray(frames), drawn))
     on_device = jax.tree.map(jnp.asarray, rings)
     for mine, other in zip(misplaced_axes(*rings, frames, drawn), there(*on_device), strict=True):
@@ -197,7 +197,9 @@ def one_pose(verifier):
     return Verifier(replace(verifier.scene, poses=verifier.scene.poses[:1]), 0.05)
 
 
-@pytest.mark.parametrize("aim", [Aim(2, ERRORS, draws=2), Aim(losing="ring")], ids=["twice, under errors", "losing"])
+@pytest.mark.parametrize(
+    "aim", [Criterion(2, ERRORS, draws=2), Criterion(losing="ring")], ids=["twice, under errors", "losing"]
+)
 def test_gradient_of_an_aim_is_the_central_difference(one_pose, aim):
     """In 32 bit: a step of 1e-2 and a tolerance to match; and sharp, the value is near the exact one."""
     space = Space(one_pose.scene, sensors=30)
@@ -218,7 +220,7 @@ def test_gradient_of_an_aim_is_the_central_difference(one_pose, aim):
 
 def test_a_search_is_judged_by_its_own_aim(one_pose):
     scene, schedule = one_pose.scene, Schedule(3, (Stage(0.1, 256, 8, 1),), draws=3)
-    layout, aim = ring_layout(scene, 2, 6), Aim(2)
+    layout, aim = ring_layout(scene, 2, 6), Criterion(2)
     found = search(scene, Space(scene, layout), seed=1, schedule=schedule, voxel=0.05, aim=aim)
     assert (found.short, found.exact) == judge(one_pose, found.setup, aim)
     assert found.exact > judge(one_pose, layout, aim)[1]
@@ -229,11 +231,11 @@ def test_a_search_is_judged_by_its_own_aim(one_pose):
 def test_floors_are_of_what_is_aimed_at(one_pose):
     floor = replace(one_pose.scene, goals=(Goal(NEAR, at_least=0.5),))
     setup, verifier = named_setup("n2_16_55"), Verifier(floor, 0.05)
-    for aim in (Aim(), Aim(2), Aim(3)):
+    for aim in (Criterion(), Criterion(2), Criterion(3)):
         short, value = judge(verifier, setup, aim)
         assert short == max(0.5 - value, 0)
     with pytest.raises(ValueError, match="floor"):
-        judge(verifier, setup, Aim(losing="ring"))
+        judge(verifier, setup, Criterion(losing="ring"))
 
 
 @settings(max_examples=5)
@@ -241,11 +243,11 @@ def test_floors_are_of_what_is_aimed_at(one_pose):
 def test_the_aim_of_a_loss_is_the_reports_worst(verifier, seed):
     setup = drawn_setup(seed)
     found = redundancy(verifier, setup, NEAR, 1)
-    assert judge(verifier, setup, Aim(losing="ring"))[1] == pytest.approx(found.worst_ring.zeta, abs=1e-12)
-    assert judge(verifier, setup, Aim(losing="sensor"))[1] == pytest.approx(found.worst_sensor.zeta, abs=1e-12)
+    assert judge(verifier, setup, Criterion(losing="ring"))[1] == pytest.approx(found.worst_ring.zeta, abs=1e-12)
+    assert judge(verifier, setup, Criterion(losing="sensor"))[1] == pytest.approx(found.worst_sensor.zeta, abs=1e-12)
 
 
 def test_aims_that_do_not_go_together_are_refused():
     for bad in ({"seen": 0}, {"draws": 0}, {"seen": 2, "losing": "ring"}, {"errors": ERRORS, "losing": "sensor"}):
         with pytest.raises(ValueError, match="allowed"):
-            Aim(**bad)
+            Criterion(**bad)

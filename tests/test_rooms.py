@@ -1,52 +1,29 @@
-"""Arrows run downward: what a room may import, and what stays out of the core."""
+"""Arrows run downward: what a room may import, and what stays out of the core. All files are found by rule."""
 
 import ast
-import tomllib
+import runpy
+import shutil
+import subprocess
+import sys
 from functools import cache
-from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from place_rings.studies.engine.runner import with_imported
 
-ROOT = Path(__file__).parent.parent
+from .rooms import ROOT, folders, modules, rooms, shaped_modules
+
 MAY = {
     "coverage": set(),
     "objectives": {"coverage"},
     "placement": {"coverage", "objectives"},
-    "placement/files": {
-        "errors"
-    },  # of placement, as in all that follow: a room in a room may import files and rooms beside it
-    "placement/robot": {"errors"},
-    "placement/mounted": {"errors", "files", "robot"},
-    "placement/improving": {"candidates", "climb", "files", "places", "progress", "schedule"},
-    "placement/export": {"errors", "files", "mounted", "printing", "robot"},
-    "placement/printing": {"errors", "escaping", "files", "loader"},
-    "studies": {"coverage", "objectives", "placement"},
-    "rig": {"coverage", "objectives", "placement"},
-    "rig/recording": set(),
-    "rig/rings": {"recording"},
-    "rig/robot": {"recording"},
-    "rig/listening": {"recording", "rings", "robot"},
-    "rig/sensing": set(),
-    "rig/poses": {"sensing"},
-    "rig/mount": {"poses", "sensing"},
-    "rig/rod": {"poses", "sensing"},
-    "rig/simulated": {"rings"},
-    "rig/simulated_cell": {"mount", "rod", "sensing", "simulated"},
-    "cli": {"coverage", "objectives", "placement", "studies", "rig"},
-    "cli/reporting": {
-        "aim_options",
-        "motion",
-        "picture",
-        "place",
-        "protective",
-        "robustness",
-        "sensing",
-        "sighting",
-        "tables",
-        "terminal",
-        "words",
-    },
-    "cli/viewer": {"tables", "words"},
+    "simulation": {"coverage", "objectives"},
+    "formats": {"coverage", "objectives", "placement"},
+    "reporting": {"coverage", "objectives", "simulation", "formats"},
+    "viewer": {"coverage", "objectives", "placement", "simulation", "formats", "reporting"},
+    "studies": {"coverage", "objectives", "placement", "simulation", "formats", "reporting"},
+    "rig": {"coverage", "objectives", "simulation", "formats", "reporting"},
+    "cli": {"coverage", "objectives", "placement", "simulation", "formats", "reporting", "viewer", "studies", "rig"},
 }
 CORE = {"coverage", "objectives"}
 NOT_IN_CORE = {"matplotlib", "serial", "rtde_control", "rtde_receive", "viser", "rich", "cyclopts", "tomllib", "pydantic"}
@@ -57,9 +34,9 @@ def nodes(path):
     return tuple(node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Import | ast.ImportFrom))
 
 
-def ours(path):
+def ours(path, root):
     """Of every relative import in a file the parts of what it names, from the top."""
-    package = path.relative_to(ROOT).parts[:-1]
+    package = path.relative_to(root).parts[:-1]
     for node in nodes(path):
         if isinstance(node, ast.ImportFrom) and node.level:
             above = package[: len(package) - node.level + 1]
@@ -76,40 +53,102 @@ def others(path):
             yield node.module.split(".")[0]
 
 
+def wrong_arrows(room, root=ROOT):
+    """What files of a room import and may not."""
+    for path in (root / room).rglob("*.py"):
+        for parts in ours(path, root):
+            if parts[0] != room and parts[0] not in MAY[room]:
+                yield f"{path.relative_to(root)} imports {'.'.join(parts)}"
+        for top in others(path):
+            if top == "place_rings":
+                yield f"{path.relative_to(root)} imports a room by the name it is installed by"
+            if room in CORE and top in NOT_IN_CORE:
+                yield f"{path.relative_to(root)} imports {top}"
+
+
+def circle(folder, root=ROOT):
+    """Those of a folder's files, and of the rooms in it, each of these taken as one, that import each other in a circle."""
+    here = folder.relative_to(root).parts
+    needs = {}
+    for path in folder.rglob("*.py"):
+        name = path.relative_to(root).with_suffix("").parts[len(here)]
+        inside = {parts[len(here)] for parts in ours(path, root) if len(parts) > len(here) and parts[: len(here)] == here}
+        needs[name] = needs.get(name, set()) | inside - {name}
+    while free := [name for name, needed in needs.items() if not needed & set(needs)]:
+        for name in free:
+            del needs[name]
+    return sorted(needs)
+
+
+def installed(root):
+    """What setup.py hands to setuptools."""
+    given = {}
+    kept = sys.modules.get("setuptools")
+    sys.modules["setuptools"] = SimpleNamespace(setup=given.update)
+    try:
+        runpy.run_path(str(root / "setup.py"))
+    finally:
+        del sys.modules["setuptools"]
+        if kept is not None:
+            sys.modules["setuptools"] = kept
+    return given
+
+
 def test_every_folder_with_code_is_a_room_and_is_installed():
-    tops = {room.split("/")[0] for room in MAY}
-    assert {path.parent.relative_to(ROOT).as_posix() for top in tops for path in (ROOT / top).rglob("*.py")} == set(MAY)
-    installed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
-    assert installed["package-dir"] == {f"place_rings.{room.replace('/', '.')}": room for room in MAY}
-    assert sorted(installed["packages"]) == sorted(installed["package-dir"])
+    assert set(rooms()) == set(MAY)
+    given = installed(ROOT)
+    assert given["package_dir"] == {f"place_rings.{room}": room for room in MAY}
+    assert sorted(given["packages"]) == [".".join(("place_rings", *folder.relative_to(ROOT).parts)) for folder in folders()]
 
 
 @pytest.mark.parametrize("room", MAY)
 def test_arrows_between_rooms_run_downward(room):
-    here = tuple(room.split("/"))
-    for path in (ROOT / room).glob("*.py"):
-        for parts in ours(path):
-            if parts[: len(here)] == here:
-                continue
-            allowed = MAY[room] if parts[0] == here[0] else MAY[here[0]]
-            found = parts[1] if parts[0] == here[0] else parts[0]
-            assert found in allowed, f"{path.name} imports {'.'.join(parts)}"
-        for top in others(path):
-            assert top != "place_rings", f"{path.name} imports its own room by the name it is installed by"
-            assert room not in CORE or top not in NOT_IN_CORE, f"{path.name} imports {top}"
+    assert list(wrong_arrows(room)) == []
 
 
-@pytest.mark.parametrize("room", MAY)
-def test_arrows_in_a_room_make_no_circle(room):
-    """Among its files, and among its files and the rooms in it, each of these taken as one."""
-    depth = room.count("/") + 1
-    needs = {}
-    for path in (ROOT / room).rglob("*.py"):
-        name = path.relative_to(ROOT).with_suffix("").parts[depth]
-        inside = {parts[depth] for parts in ours(path) if parts[:depth] == tuple(room.split("/"))}
-        needs[name] = needs.get(name, set()) | inside - {name}
-    while needs:
-        free = [name for name, needed in needs.items() if not needed & set(needs)]
-        assert free, f"a circle among {sorted(needs)}"
-        for name in free:
-            del needs[name]
+def test_no_room_is_above_one_that_may_import_it():
+    lower = set()
+    for room, may in MAY.items():
+        assert may <= lower, room
+        lower.add(room)
+
+
+@pytest.mark.parametrize("folder", folders(), ids=lambda folder: folder.relative_to(ROOT).as_posix())
+def test_arrows_in_a_room_make_no_circle(folder):
+    assert circle(folder) == []
+
+
+@pytest.fixture
+def house(tmp_path):
+    """A copy of the rooms, and of what has to know their files, with a file more and a sub-room more."""
+    house = tmp_path / "house"
+    for room in MAY:
+        shutil.copytree(ROOT / room, house / room, ignore=shutil.ignore_patterns("__pycache__"))
+    for part in ("setup.py", "pyproject.toml", ".ci/types"):
+        (house / part).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / part, house / part)
+    added = house / "coverage" / "added"
+    added.mkdir()
+    (added / "__init__.py").touch()
+    (added / "inner.py").write_text("from jaxtyping import Float\n")
+    (house / "coverage" / "outer.py").write_text("from .added.inner import Float\n")
+    return house
+
+
+def test_a_new_file_and_a_new_sub_room_need_no_edit_anywhere(house, tmp_path):
+    assert "place_rings.coverage.added" in installed(house)["packages"]
+    assert not list(wrong_arrows("coverage", house))
+    assert not [folder for folder in folders(house) if circle(folder, house)]
+    assert set(shaped_modules(house)) - set(shaped_modules()) == {"place_rings.coverage.added.inner"}
+    assert house / "coverage/added/inner.py" in with_imported([house / "coverage/outer.py"])
+    checker = tmp_path / "checker"
+    checker.write_text("#!/bin/sh\nfind -L place_rings -name '*.py'\n")
+    checker.chmod(0o755)
+    seen = subprocess.run(["bash", house / ".ci/types", checker], check=True, capture_output=True, text=True).stdout.split()
+    assert set(seen) == {f"place_rings/{file.relative_to(house)}" for _, file in modules(house)}
+
+
+def test_a_circle_and_an_arrow_upward_are_seen(house):
+    (house / "coverage/added/inner.py").write_text("from ..outer import Float\nfrom ...cli import app\n")
+    assert circle(house / "coverage", house) == ["added", "outer"]
+    assert list(wrong_arrows("coverage", house)) == ["coverage/added/inner.py imports cli"]

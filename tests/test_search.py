@@ -5,20 +5,20 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.rings import named_setup
+from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets import Target
-from place_rings.objectives.aim import Aim
-from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
-from place_rings.objectives.exact import TooFineError, Verifier
+from place_rings.objectives.criterion import Criterion
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
+from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
 from place_rings.objectives.soft_terms import SoftTerms
-from place_rings.placement import pool as pools
-from place_rings.placement.candidates import Space, stacked
-from place_rings.placement.drawing import fresh
-from place_rings.placement.layout import ring_layout
-from place_rings.placement.progress import Outcome
-from place_rings.placement.schedule import Schedule, Stage, short
-from place_rings.placement.search import search
+from place_rings.objectives.verify import TooFineError, Verifier
+from place_rings.placement.search import multistart as pools
+from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.layout import ring_layout
+from place_rings.placement.search.moves import fresh
+from place_rings.placement.search.progress import Outcome
+from place_rings.placement.search.schedule import Schedule, Stage, short
+from place_rings.placement.search.search import search
 
 from . import drawing
 
@@ -255,7 +255,7 @@ def test_mean_over_poses_is_weighted(scene):
 def test_a_short_search_compiles_nothing_and_is_no_worse_than_what_it_starts_from(monkeypatch):
     scene = Scene(goals=NEAR_AND_FAR)
     space, known = Space(scene, ring_layout(scene, 2, 6)), named_setup("n2_6_55")
-    schedule = short(scene, space, Aim())
+    schedule = short(scene, space, Criterion())
     monkeypatch.setattr(SoftTerms, "__call__", None)
     result = search(scene, space, schedule=schedule, voxel=0.05, known=[known])
     assert result.exact >= Verifier(scene, 0.05).judge(known)[1]
@@ -265,4 +265,4 @@ def test_a_short_search_compiles_nothing_and_is_no_worse_than_what_it_starts_fro
 
 def test_a_short_search_climbs_where_bodies_are_in_the_way():
     scene = Scene(goals=NEAR_AND_FAR, occlusion="shadow")
-    assert short(scene, Space(scene, ring_layout(scene, 2, 6)), Aim()).stages
+    assert short(scene, Space(scene, ring_layout(scene, 2, 6)), Criterion()).stages

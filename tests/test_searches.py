@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from place_rings.coverage.targets import Target
-from place_rings.objectives.coverage_objective import CoverageObjective
 from place_rings.objectives.scene import Goal, Limits, Rules, Scene
-from place_rings.placement.layout import ring_layout
+from place_rings.objectives.soft_objective import CoverageObjective
+from place_rings.placement.search.layout import ring_layout
 
 BENCHMARKS = Path(__file__).parent.parent / "benchmarks"
 

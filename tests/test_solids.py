@@ -7,10 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.chain import joint_origins
-from place_rings.coverage.curve import pose_curve
-from place_rings.coverage.robots import UR10
-from place_rings.coverage.solids import Cones, Difference, Intersection, Spheres, Union, cone, sphere
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import joint_origins
+from place_rings.coverage.robots.pose_curve import pose_curve
+from place_rings.coverage.solids.base import Difference, Intersection, Union
+from place_rings.coverage.solids.cones import Cones, cone
+from place_rings.coverage.solids.spheres import Spheres, sphere
 
 from . import drawing
 

@@ -9,28 +9,29 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.capsules import Capsules, segment_to_segment
-from place_rings.coverage.certified import bracket
-from place_rings.coverage.cloud import cloud
-from place_rings.coverage.effective import effective
-from place_rings.coverage.multiplicity import tally
-from place_rings.coverage.occluders import Occluders, beams
-from place_rings.coverage.octree import count, voxels
-from place_rings.coverage.polyhedra import box, half_space, hull
-from place_rings.coverage.rings import Ring, Setup, named_setup
-from place_rings.coverage.sensors import Sensor, Use
-from place_rings.coverage.slots import sensor_cones
-from place_rings.coverage.soft import SHARP, soft_zeta
-from place_rings.coverage.soft_cell import InCell
-from place_rings.coverage.soft_hidden import Hidden
-from place_rings.coverage.soft_seen import soft_seen
-from place_rings.coverage.solids import Cones, sphere
-from place_rings.objectives.coverage_objective import CoverageObjective, TargetPoints
-from place_rings.objectives.exact import Verifier
+from place_rings.coverage.occlusion.occluders import Occluders, beams
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.robots.link_bodies import Capsules, segment_to_segment
+from place_rings.coverage.sensors.effective_range import effective
+from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.soft.estimator import SHARP, soft_zeta
+from place_rings.coverage.soft.k_coverage import soft_seen
+from place_rings.coverage.soft.obstacle_occlusion import InCell
+from place_rings.coverage.soft.robot_occlusion import Hidden
+from place_rings.coverage.soft.sampling import cloud
+from place_rings.coverage.solids.cones import Cones
+from place_rings.coverage.solids.polyhedra import box, half_space, hull
+from place_rings.coverage.solids.spheres import sphere
+from place_rings.coverage.voxels.certified_bounds import bracket
+from place_rings.coverage.voxels.k_coverage import tally
+from place_rings.coverage.voxels.octree import count, voxels
+from place_rings.objectives.occlusion import setup_sight, unseeing
 from place_rings.objectives.scene import Obstacle, Scene
-from place_rings.objectives.sight import setup_sight, unseeing
-from place_rings.placement.candidates import Space, stacked
-from place_rings.placement.drawing import fresh
+from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
+from place_rings.objectives.verify import Verifier
+from place_rings.placement.search.design import Space, stacked
+from place_rings.placement.search.moves import fresh
 
 from . import drawing
 from .test_pyramids import some

@@ -7,17 +7,18 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.coverage.certified import Bracket
 from place_rings.coverage.targets import Target
-from place_rings.objectives import exact
-from place_rings.placement.errors import UserError
-from place_rings.placement.progress import Outcome
-from place_rings.studies import convergence as study
-from place_rings.studies import convergence_report, works
-from place_rings.studies.convergence_report import page, picture
-from place_rings.studies.engine import program, run
-from place_rings.studies.store import Cell, Store
-from place_rings.studies.works import WORKS
+from place_rings.coverage.voxels.certified_bounds import Bracket
+from place_rings.formats.errors import UserError
+from place_rings.objectives import verify as exact
+from place_rings.placement.search.progress import Outcome
+from place_rings.studies.convergence import report as convergence_report
+from place_rings.studies.convergence import study
+from place_rings.studies.convergence.report import page, picture
+from place_rings.studies.engine import tasks as works
+from place_rings.studies.engine.runner import program, run
+from place_rings.studies.engine.store import Cell, Store
+from place_rings.studies.engine.tasks import TASKS
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers(-(2**53), 2**53) | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
@@ -93,13 +94,13 @@ def test_what_ctrl_c_cut_short_is_not_kept(work, monkeypatch, tmp_path):
     }
     with Store(tmp_path / "cells.sqlite", "1") as store:
         with pytest.raises(KeyboardInterrupt):
-            run([cells[work]], WORKS, store)
+            run([cells[work]], TASKS, store)
         assert store.get(cells[work]) is None
 
 
 def test_the_program_is_known_by_its_code():
-    assert program(WORKS) == program(WORKS)
-    assert program(WORKS) != program({"mine": run})
+    assert program(TASKS) == program(TASKS)
+    assert program(TASKS) != program({"mine": run})
 
 
 @pytest.fixture
@@ -115,7 +116,7 @@ def small(monkeypatch):
 
 def test_convergence_shows_every_rule_and_the_truth(small, tmp_path):
     with Store(tmp_path / "cells.sqlite", "test") as store:
-        rows = study.measure(lambda cells: run(cells, WORKS, store))
+        rows = study.measure(lambda cells: run(cells, TASKS, store))
         assert [r.key for r in rows] == [(r, s, str(t), rule, v) for r, s, t, rule, v in study.plan()]
         assert study.measure(lambda cells: run(cells, {}, store)) == rows  # all was kept
     for row in rows:

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from place_rings.coverage.chain import forward
-from place_rings.coverage.robots import PAPER_ROBOTS, ROBOTS, UR10
-from place_rings.studies import task
+from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.simulation import task
 
 
 @pytest.fixture(scope="module", params=PAPER_ROBOTS)

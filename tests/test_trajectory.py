@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.chain import forward
-from place_rings.coverage.robots import UR10
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.formats import recorded_motion as reading
+from place_rings.formats.convert.scenes import scene_model, scene_of
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_proposal, read_scene
+from place_rings.formats.recorded_motion import read_record, with_record
+from place_rings.objectives.pose_subset import FEW, POINTS, poses_at_once, representative, with_worst
 from place_rings.objectives.scene import Scene
-from place_rings.objectives.trajectory import Record, Thinning, thin
-from place_rings.placement.errors import UserError
-from place_rings.placement.files import record as reading
-from place_rings.placement.files.convert import scene_model, scene_of
-from place_rings.placement.files.record import read_record, with_record
-from place_rings.placement.loader import read_proposal, read_scene
-from place_rings.placement.subset import FEW, POINTS, poses_at_once, representative, with_worst
+from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
 
 from . import drawing
 
@@ -30,7 +30,7 @@ def motion(rng, seconds=20.0, rate=100.0):
     t = np.arange(0.0, seconds + 0.5 / rate, 1 / rate)
     frequency, phase, size = rng.uniform(0.02, 0.4, (3, 6)), rng.uniform(0, 6.28, (3, 6)), rng.uniform(0, 0.5, (3, 6))
     q = np.radians([0.0, -45, 60, -105, -90, 0]) + (size * np.sin(2 * math.pi * frequency * t[:, None, None] + phase)).sum(1)
-    return Record(t, q)
+    return MotionRecord(t, q)
 
 
 def nearest(record, poses):
@@ -56,7 +56,7 @@ def test_poses_are_spread_at_most_twice_as_wide_as_need_be():
     """On a straight line of length 1, n poses cannot be nearer than 1 / 2n; farthest points are within twice that, and the
     step to the middle of a group at most doubles it."""
     t = np.linspace(0, 10, 2001)
-    found = thin(Record(t, np.outer(t / 10, np.eye(6)[1])), UR10, Thinning(10, 0.0))
+    found = thin(MotionRecord(t, np.outer(t / 10, np.eye(6)[1])), UR10, Thinning(10, 0.0))
     assert len(found.poses) == 10
     assert found.within <= 4 / 20
 
@@ -65,7 +65,7 @@ def test_poses_are_spread_at_most_twice_as_wide_as_need_be():
 def test_a_still_robot_is_one_pose(noise):
     rng = np.random.default_rng(0)
     q = np.radians([10.0, -45, 60, -105, -90, 0]) + noise * rng.normal(size=(3000, 6))
-    found = thin(Record(np.linspace(5, 65, 3000), q), UR10)
+    found = thin(MotionRecord(np.linspace(5, 65, 3000), q), UR10)
     assert len(found.poses) == 1
     assert found.poses[0].weight == pytest.approx(60)
     assert found.within < 1e-3
@@ -76,7 +76,7 @@ def test_dwell_and_speed_weigh():
     t = np.array([0.0, 9, 10, 19])
     q = np.repeat(np.radians([[0.0, -45, 60, -105, -90, 0]]), 4, axis=0)
     q[2:, 0] = 1.0
-    record = Record(t, q)
+    record = MotionRecord(t, q)
     speed = np.linalg.norm(np.diff(forward(UR10.chain, q[1:3])[:, -1, :3, 3], axis=0)) / (2 * math.sin(0.5))  # v of the arc
     ends = {}
     for speed_weight in (0.0, 1.0):
@@ -95,8 +95,8 @@ def test_the_rate_and_the_direction_of_the_record_do_not_matter(seed, rate):
     rng = np.random.default_rng(seed)
     record = motion(rng, rate=100.0)
     t = np.arange(0, 20.0001, 1 / rate)
-    again = Record(t, np.stack([np.interp(t, record.time_s, joint) for joint in record.q.T], axis=1))
-    back = Record(record.time_s, record.q[::-1].copy())
+    again = MotionRecord(t, np.stack([np.interp(t, record.time_s, joint) for joint in record.q.T], axis=1))
+    back = MotionRecord(record.time_s, record.q[::-1].copy())
     how = Thinning(60, 0.0)
     first = thin(record, UR10, how)
     for other in (thin(again, UR10, how), thin(back, UR10, how)):
@@ -206,10 +206,10 @@ def test_an_angle_cut_at_half_a_turn_is_one_line_and_the_same_made_whole_is_read
     q = np.stack([np.zeros_like(t)] * 5 + [whole], axis=1)
     cut = q.copy()
     cut[:, 5] = (whole + math.pi) % (2 * math.pi) - math.pi
-    write(tmp_path / "cut.csv", Record(t, cut), HEADER.split(","))
+    write(tmp_path / "cut.csv", MotionRecord(t, cut), HEADER.split(","))
     with pytest.raises(UserError, match=r"cut.csv: wrist_3 at .* s: found a jump of -359.* degrees in 0.008 s, allowed"):
         with_record(Scene(), tmp_path / "cut.csv")
-    write(tmp_path / "whole.csv", Record(t, q), HEADER.split(","))
+    write(tmp_path / "whole.csv", MotionRecord(t, q), HEADER.split(","))
     scene = with_record(Scene(), tmp_path / "whole.csv")
     assert len(scene_model(scene).poses) == len(scene.poses) > 1
 

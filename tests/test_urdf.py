@@ -5,21 +5,21 @@ import os
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import trimesh
 from hypothesis import given, settings
 from place_rings.cli import main as command_line
-from place_rings.coverage.chain import forward
-from place_rings.coverage.robots import ROBOTS
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
-from place_rings.placement.errors import UserError
-from place_rings.placement.robot.meshes import Meshes
-from place_rings.placement.robot.robot_fit import outlines
-from place_rings.placement.robot.urdf import read_urdf
-from place_rings.placement.robot.urdf_chain import pick_chain
+from place_rings.formats.errors import UserError
+from place_rings.formats.robots.capsule_fit import Capsule
+from place_rings.formats.robots.meshes import Meshes
+from place_rings.formats.robots.robot_fit import FittedLink, outlines
+from place_rings.formats.robots.urdf import read_urdf
+from place_rings.formats.robots.urdf_chain import pick_chain
 
 from . import drawing
 from .urdf_text import Peer, chain_text, drawn_chain, joint
@@ -141,7 +141,8 @@ def test_what_is_no_text_is_no_robot(folder, text):
 
 
 def test_links_that_are_flat_have_no_volume_to_compare():
-    flat, solid = (SimpleNamespace(volume=0.2, contained=v, capsules=[None]) for v in (0.0, 0.1))
+    capsule = Capsule(np.zeros(3), np.ones(3), 0.1)
+    flat, solid = (FittedLink("link", 0, np.zeros((1, 3, 3)), (capsule,), 0.2, v) for v in (0.0, 0.1))
     assert outlines([flat]) == "1 capsules around 1 links, which are flat"
     assert outlines([flat, solid]) == "2 capsules around 2 links, 4.00 times their volume"
 
@@ -150,7 +151,7 @@ def test_entities_are_never_expanded(folder):
     """A parser that expanded them would take gigabytes; this one is out at the document type, in a small process."""
     (folder / "laughs.urdf").write_text(LAUGHS + "]><robot name='&i;'/>")
     code = (
-        "import resource, sys\nfrom pathlib import Path\nfrom place_rings.placement.robot.urdf import read_urdf\n"
+        "import resource, sys\nfrom pathlib import Path\nfrom place_rings.formats.robots.urdf import read_urdf\n"
         "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
         "try:\n    read_urdf(Path(sys.argv[1]))\nexcept Exception as error:\n    print(type(error).__name__)\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20_000)"

@@ -7,34 +7,34 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.cli.viewer import words
-from place_rings.cli.viewer.colours import KINDS, rgb
-from place_rings.cli.viewer.draft import MOST_SENSORS, STEEPEST_DEG, Draft
-from place_rings.cli.viewer.drawing import Choice, Dots, Drawing, Edges, Mesh
-from place_rings.cli.viewer.glance import ONCE, SHADOWED, SHOWN, UNSEEN, Glance
-from place_rings.cli.viewer.jobs import Job, StoppedError
-from place_rings.cli.viewer.room import Room, shown_targets
-from place_rings.cli.viewer.saving import file_named, save
-from place_rings.cli.viewer.server import own
-from place_rings.cli.viewer.shapes import bodies
-from place_rings.cli.viewer.surface import read_skin
-from place_rings.cli.viewer.work import prove, search_from
-from place_rings.coverage.capsules import robot_capsules
-from place_rings.coverage.chain import forward
-from place_rings.coverage.occlusion import OCCLUSIONS
-from place_rings.coverage.rings import Ring, Setup, named_setup
-from place_rings.coverage.robots import robot
-from place_rings.coverage.sensors import Sensor
-from place_rings.coverage.slots import sensor_cones
+from place_rings.coverage.occlusion.model import OCCLUSIONS
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring_kinematics import sensor_cones
+from place_rings.coverage.rings.rounding import rounded
+from place_rings.coverage.robots.built_in import robot
+from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.robots.link_bodies import robot_capsules
+from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.coverage.targets import Target
-from place_rings.objectives.exact import Verifier
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_proposal
+from place_rings.objectives.occlusion import setup_sight
 from place_rings.objectives.scene import Goal, Pose, Scene
-from place_rings.objectives.sight import setup_sight
-from place_rings.placement.errors import UserError
-from place_rings.placement.exchange import Round
-from place_rings.placement.files.convert import rounded
-from place_rings.placement.loader import read_proposal
-from place_rings.placement.schedule import Schedule, Stage
+from place_rings.objectives.verify import Verifier
+from place_rings.placement.search.exchange import Round
+from place_rings.placement.search.schedule import Schedule, Stage
+from place_rings.viewer import html as words
+from place_rings.viewer.colours import KINDS, rgb
+from place_rings.viewer.drawing import Dots, Drawing, DrawnParts, Edges, Mesh
+from place_rings.viewer.edited_setup import MOST_SENSORS, STEEPEST_DEG, EditedSetup
+from place_rings.viewer.jobs import Job, JobStoppedError
+from place_rings.viewer.quick_estimate import ONCE, SHADOWED, SHOWN, UNSEEN, QuickEstimate
+from place_rings.viewer.robot_surface import read_skin
+from place_rings.viewer.saving import file_named, save
+from place_rings.viewer.server import own
+from place_rings.viewer.session import ViewerSession, shown_targets
+from place_rings.viewer.tasks import prove, search_from
+from place_rings.viewer.triangle_meshes import bodies
 
 from . import drawing
 
@@ -49,7 +49,7 @@ def test_verdicts_ring_by_ring_are_those_of_each_sensor_of_the_whole_setup(seed,
     setup = drawing.setup(np.random.default_rng(seed))
     square = replace(setup.rings[0], sensor=Sensor(0.4, 0.8, fov_up=0.2, zones=4))
     setup, scene = Setup((*setup.rings, square)), Scene(occlusion=occlusion)
-    glance = Glance(scene, [target], points=300)
+    glance = QuickEstimate(scene, [target], points=300)
     points, verdict = glance.points(target, 0, 300), glance.verdict(setup, target, 0, occlusion, 300)
     q = scene.poses[0].q
     seen, held = setup_sight(scene, setup, q), sensor_cones(scene.robot, setup, q)
@@ -66,8 +66,8 @@ def test_verdicts_ring_by_ring_are_those_of_each_sensor_of_the_whole_setup(seed,
 @pytest.mark.parametrize("occlusion", OCCLUSIONS)
 def test_a_glance_is_the_exact_count_within_the_luck_of_its_points(occlusion):
     scene = Scene(occlusion=occlusion)
-    glance, verifier = Glance(scene, [NEAR]), Verifier(scene, 0.02)
-    for setup in (SMALL, Draft(scene, SMALL).changed(0, tilt_deg=-40, count=9).setup):
+    glance, verifier = QuickEstimate(scene, [NEAR]), Verifier(scene, 0.02)
+    for setup in (SMALL, EditedSetup(scene, SMALL).changed(0, tilt_deg=-40, count=9).setup):
         exact = verifier.verify(setup, NEAR).zeta
         assert abs(glance.zeta(setup, NEAR, occlusion) - exact) < 4 * np.sqrt(exact * (1 - exact) / glance.each)
 
@@ -75,10 +75,10 @@ def test_a_glance_is_the_exact_count_within_the_luck_of_its_points(occlusion):
 def test_over_poses_a_glance_is_the_weighted_mean_and_few_stand_for_many():
     home = Scene().poses[0].q
     poses = tuple(Pose(home + 0.02 * i, 1.0 + i) for i in range(3))
-    glance = Glance(Scene(poses=poses), [NEAR], points=3000)
+    glance = QuickEstimate(Scene(poses=poses), [NEAR], points=3000)
     each = [glance.verdict(SMALL, NEAR, p, "ignore", glance.each).zeta for p in range(3)]
     assert glance.zeta(SMALL, NEAR, "ignore") == pytest.approx(np.average(each, weights=[1, 2, 3]))
-    many = Glance(Scene(poses=tuple(Pose(home, 1.0) for _ in range(500))), [NEAR], points=3000)
+    many = QuickEstimate(Scene(poses=tuple(Pose(home, 1.0) for _ in range(500))), [NEAR], points=3000)
     assert many.few <= 64
     assert many.weights.sum() == pytest.approx(1)
 
@@ -99,7 +99,7 @@ edits = st.fixed_dictionaries(
 def test_an_edit_stays_in_bounds_leaves_the_others_and_is_what_a_file_would_hold(seed, i, edit):
     setup = drawing.setup(np.random.default_rng(seed))
     scene = Scene()
-    before = Draft(scene, rounded(setup, scene.sensor))
+    before = EditedSetup(scene, rounded(setup, scene.sensor))
     i %= len(setup.rings)
     after = before.changed(i, **edit).setup
     ring = after.rings[i]
@@ -114,24 +114,24 @@ def test_an_edit_stays_in_bounds_leaves_the_others_and_is_what_a_file_would_hold
 @pytest.mark.parametrize("edit", [{"link": HOSTILE}, {"position": float("nan")}, {"tilt_deg": float("inf")}])
 def test_an_edit_that_means_nothing_is_refused(edit):
     with pytest.raises(ValueError, match=r"found|no link"):
-        Draft(Scene(), SMALL).changed(0, **edit)
+        EditedSetup(Scene(), SMALL).changed(0, **edit)
 
 
 def test_rings_are_added_in_the_widest_gap_and_taken_away():
-    draft = Draft(Scene(), SMALL).added("upper_arm")
+    draft = EditedSetup(Scene(), SMALL).added("upper_arm")
     assert draft.setup.rings[-1].position == pytest.approx(0.35)
     assert draft.removed(3).setup == rounded(SMALL, Scene().sensor)
     with pytest.raises(ValueError, match="one ring only"):
         draft.added("tool")
     with pytest.raises(ValueError, match="last ring"):
-        Draft(Scene(), Setup(SMALL.rings[:1])).removed(0)
+        EditedSetup(Scene(), Setup(SMALL.rings[:1])).removed(0)
 
 
 def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
     scene = Scene()
-    drawn = Drawing(Glance(scene, [NEAR, Target("V_OT")]))
-    choice = Choice(0, NEAR, "shadow", cones="all", kinds=frozenset(range(4)))
-    moved = Draft(scene, SMALL).changed(1, tilt_deg=10).setup
+    drawn = Drawing(QuickEstimate(scene, [NEAR, Target("V_OT")]))
+    choice = DrawnParts(0, NEAR, "shadow", cones="all", kinds=frozenset(range(4)))
+    moved = EditedSetup(scene, SMALL).changed(1, tilt_deg=10).setup
     dots, shares = drawn.points(SMALL, choice)
     before = {**drawn.backdrop(choice), **drawn.rings(SMALL, choice), **dots}
     after = {**drawn.backdrop(choice), **drawn.rings(moved, choice)}
@@ -163,7 +163,7 @@ def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
 @pytest.mark.parametrize("target", [NEAR, Target("V_OT"), Target("V_P")])
 def test_an_outline_lies_on_its_target_and_rims_on_their_cones(target):
     scene = Scene(poses=(replace(Scene().poses[0], rate=np.full(6, 0.3)),), goals=(Goal(target),))
-    drawn, choice = Drawing(Glance(scene, [target])), Choice(0, target, "ignore", cones="all")
+    drawn, choice = Drawing(QuickEstimate(scene, [target])), DrawnParts(0, target, "ignore", cones="all")
     edges = drawn.backdrop(choice)["outline"]
     assert isinstance(edges, Edges)
     outer = scene.solid(target, 0).a
@@ -194,7 +194,7 @@ def test_nothing_of_a_file_stands_unescaped_on_the_page():
     proofs = prove(scene, SMALL, (NEAR,), lambda *_: None, voxel=0.1, width=0.3)
     said = [
         words.heading([HOSTILE], HOSTILE, [3], [1]),
-        words.zeta_table([HOSTILE, HOSTILE], [words.Row(HOSTILE, ((0.1, 0.2), (0.3, 0.4)))], 0.1, HOSTILE),
+        words.zeta_table([HOSTILE, HOSTILE], [words.TableRow(HOSTILE, ((0.1, 0.2), (0.3, 0.4)))], 0.1, HOSTILE),
         words.legend([0.25] * 4, HOSTILE, HOSTILE),
         words.proof_table(HOSTILE, proofs),
         words.note(HOSTILE, True),
@@ -212,9 +212,9 @@ def test_a_proof_holds_its_count():
     assert all(0 <= over < 1 for over in told)
 
     def stop(what: str, over: float) -> None:
-        raise StoppedError
+        raise JobStoppedError
 
-    with pytest.raises(StoppedError):
+    with pytest.raises(JobStoppedError):
         prove(Scene(), SMALL, (NEAR,), stop)
 
 
@@ -320,7 +320,7 @@ def test_a_scene_with_one_target_shows_the_papers_beside_it():
 
 def test_a_room_says_which_rules_are_broken():
     close = Setup((Ring("forearm", 0.5, 4), Ring("forearm", 0.501, 4)))
-    room = Room(Scene(), {"a": close})
+    room = ViewerSession(Scene(), {"a": close})
     assert any("rings 0 and 1" in text for text in room.broken(close, "ignore"))
     assert room.broken(SMALL, "ignore") == []
     assert len(KINDS) == 4

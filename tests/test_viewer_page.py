@@ -8,12 +8,12 @@ from http.client import HTTPConnection
 from urllib.parse import urlsplit
 
 import pytest
-from place_rings.cli.viewer.room import Room
-from place_rings.cli.viewer.server import Server
-from place_rings.coverage.rings import Ring, Setup, named_setup
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import Scene
-from place_rings.placement.errors import UserError
-from place_rings.placement.loader import read_proposal
+from place_rings.viewer.server import Server
+from place_rings.viewer.session import ViewerSession
 
 from .browser import PATIENCE, Reader, chromium, needs_chromium, until
 from .viser_client import Client
@@ -36,7 +36,7 @@ def ours(reader: Reader, port: int) -> bool:
 
 @needs_chromium()
 def test_a_slider_moves_zeta_and_nothing_comes_from_outside(browser):
-    with Server(Room(Scene(), {HOSTILE: SMALL})) as server:
+    with Server(ViewerSession(Scene(), {HOSTILE: SMALL})) as server:
         reader = Reader(browser, server.url)
         before = reader.zeta("V_S(0.5)")
         reader.enter("Sensors", "24")
@@ -54,7 +54,7 @@ def test_a_slider_moves_zeta_and_nothing_comes_from_outside(browser):
 @needs_chromium()
 @pytest.mark.slow
 def test_two_at_once_have_each_their_own(browser):
-    with Server(Room(Scene(), {"small": SMALL, "n1_8_0": named_setup("n1_8_0")})) as server:
+    with Server(ViewerSession(Scene(), {"small": SMALL, "n1_8_0": named_setup("n1_8_0")})) as server:
         one, two = Reader(browser, server.url), Reader(browser, server.url)
         until(lambda: server.pages == 2, "two pages are open")
         before = one.zeta("V_S(0.5)", 2)
@@ -75,7 +75,7 @@ def test_two_at_once_have_each_their_own(browser):
 @needs_chromium()
 @pytest.mark.slow
 def test_search_count_save_and_picture(browser, tmp_path):
-    with Server(Room(Scene(), {"small": SMALL}, tmp_path)) as server:
+    with Server(ViewerSession(Scene(), {"small": SMALL}, tmp_path)) as server:
         reader = Reader(browser, server.url)
         reader.choose("Cones", "off")
         before = reader.zeta("V_S(0.5)")
@@ -109,7 +109,7 @@ def test_search_count_save_and_picture(browser, tmp_path):
 
 @pytest.fixture(scope="module")
 def served():
-    with Server(Room(Scene(), {HOSTILE: SMALL})) as server:
+    with Server(ViewerSession(Scene(), {HOSTILE: SMALL})) as server:
         yield server
 
 
@@ -201,7 +201,7 @@ def test_files_beside_the_page_are_not_served(served):
 
 
 def test_an_address_that_cannot_be_served_is_one_line():
-    room = Room(Scene(), {"small": SMALL})
+    room = ViewerSession(Scene(), {"small": SMALL})
     with Server(room) as server, pytest.raises(UserError, match="--port"):
         Server(room, port=server.port)
     with pytest.raises(UserError, match="--host"):

@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 
 import mujoco
 import numpy as np
-from place_rings.coverage.chain import Chain
+from place_rings.coverage.robots.kinematics import Chain
 from scipy.spatial.transform import Rotation
 
 COMPILER = {"fusestatic": "false", "boundmass": "1e-3", "boundinertia": "1e-6", "autolimits": "true"}

@@ -8,18 +8,19 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...coverage.rings import Setup
-from ...coverage.slots import sensor_cones
-from ...coverage.solids import Parts
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.ring_kinematics import sensor_cones
+from ...coverage.rings.rounding import rounded
+from ...coverage.solids.base import Parts
 from ...coverage.targets import Target
-from ...objectives.exact import Verifier
+from ...formats.convert.results import verify_result
+from ...formats.convert.scenes import ring_models, scene_model
+from ...formats.schema.proposal_models import ProposalFile
+from ...formats.writing import to_toml
+from ...objectives.occlusion import sight
 from ...objectives.scene import Scene
-from ...objectives.sight import sight
 from ...objectives.tolerance import exact_zetas
-from ...placement.files.convert import ring_models, rounded, scene_model
-from ...placement.files.proposals import ProposalFile
-from ...placement.files.result_convert import verify_result
-from ...placement.writing import to_toml
+from ...objectives.verify import Verifier
 from .fit import RingFit
 from .model import NAMES
 from .wiring import told

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy import stats
 
-from ...coverage.rings import Ring, Setup
+from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import Scene
 from ..sensing.expected import expected
 from ..sensing.noise import Noise

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...coverage.rings import Ring, Setup
+from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import Scene
 from ..sensing.expected import beams_at, only, to_body
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
 from ..poses.clear import Good, drawn
 from ..sensing.expected import CELL, expected

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.optimize import least_squares
 
-from ...coverage.rings import Ring, Setup
+from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import Scene
 from ..sensing.expected import CELL, expected
 from .model import LIMITS, free, grazing, moved, slopes

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
 from ..sensing.noise import Noise
 from ..sensing.readings import FAILED, VALID, Readings
 from .wiring import Order, mixed, told

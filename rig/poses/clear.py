@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...coverage.capsules import Capsules, robot_capsules, segment_to_segment
-from ...coverage.chain import forward
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.link_bodies import Capsules, robot_capsules, segment_to_segment
 from ...objectives.scene import Scene
 
 CELL, OWN = 0.1, 0.04  # m, clearance of the robot's bodies: rings stand out of them

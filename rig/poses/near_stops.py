@@ -11,10 +11,10 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.capsules import Capsules, robot_capsules
-from ...coverage.chain import forward
-from ...coverage.rings import Setup
-from ...coverage.sensors import Sensor
+from ...coverage.rings.ring import Setup
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.link_bodies import Capsules, robot_capsules
+from ...coverage.sensors.sensor import Sensor
 from ...objectives.scene import Scene
 from ..sensing.expected import beams_at, to_capsules
 

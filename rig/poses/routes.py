@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.sparse.csgraph import shortest_path
 
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
 from ..sensing.expected import beams_at
 from .clear import Good, clear, gaps, least_gaps

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from ...placement.errors import UserError
+from ...formats.errors import UserError
 from .records import DamagedError, Kind, Record, RecordReader
 
 FORMAT = "place-rings rig 1"

@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Int
 from scipy import stats
 
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
 from ..sensing.readings import Readings, Stops, at_stops
 from .plan import RodPlan, Stratum
 

@@ -16,11 +16,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from scipy.spatial import ConvexHull, QhullError
 
-from ...coverage.capsules import robot_capsules
-from ...coverage.chain import forward
-from ...coverage.polyhedra import Polyhedron
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.solids.polyhedra import Polyhedron
+from ...formats.writing import write_bytes
 from ...objectives.scene import Scene
-from ...placement.writing import write_bytes
 from .plan import RodPlan
 
 _A4 = (8.27, 11.69)  # inches

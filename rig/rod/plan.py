@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...coverage.octree import voxels
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
 from ...coverage.targets import Target
+from ...coverage.voxels.octree import voxels
 from ...objectives.scene import Scene
 from .rod import Detection, Rod, placeable, seen
 

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...coverage.capsules import Capsules, robot_capsules, segment_to_segment
-from ...coverage.chain import forward
-from ...coverage.ranging import ball_in_cone
-from ...coverage.rings import Setup
-from ...coverage.solids import cone
+from ...coverage.occlusion.ranging import ball_in_cone
+from ...coverage.rings.ring import Setup
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.link_bodies import Capsules, robot_capsules, segment_to_segment
+from ...coverage.solids.cones import cone
 from ...objectives.scene import Scene
 from ..poses.clear import from_cell
 from ..sensing.expected import beams_at, expected, in_beams, only

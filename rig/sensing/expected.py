@@ -10,15 +10,15 @@ import jax
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.blinding import Beam, capsule_in_beam, polyhedron_in_beam
-from ...coverage.capsules import Capsules, point_to_segment, robot_capsules
-from ...coverage.chain import forward
-from ...coverage.optics import Optics
-from ...coverage.polyhedra import Polyhedron
-from ...coverage.ranging import slabs
-from ...coverage.rings import Setup, ring_values
-from ...coverage.slots import slot_beams, slots
-from ...coverage.solids import cone
+from ...coverage.occlusion.first_return import Beam, capsule_in_beam, polyhedron_in_beam
+from ...coverage.occlusion.ranging import slabs
+from ...coverage.rings.ring import Setup, ring_values
+from ...coverage.rings.ring_kinematics import ring_arrays, ring_beams
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.link_bodies import Capsules, point_to_segment, robot_capsules
+from ...coverage.solids.cones import cone
+from ...coverage.solids.polyhedra import Polyhedron
+from ...coverage.solids.sensor_beams import Optics
 from ...objectives.scene import Scene
 from .fan import nearest_in_square, ray_to_capsule, ray_to_polyhedron
 
@@ -61,9 +61,9 @@ def expected(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"], rod: 
 
 def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> Optics:
     """The beams of all sensors at all joint vectors, T times K of them, in the base frame."""
-    here, v = slots(scene.robot, setup.rings, square=True), ring_values(setup)
+    here, v = ring_arrays(scene.robot, setup.rings, square=True), ring_values(setup)
     frames = forward(scene.robot.chain, np.asarray(joints, float))
-    apex, axis, up = (np.asarray(a).reshape(-1, 3) for a in slot_beams(here, v.position, v.tilt, v.phase, frames))
+    apex, axis, up = (np.asarray(a).reshape(-1, 3) for a in ring_beams(here, v.position, v.tilt, v.phase, frames))
     of_sensors = here.half_angle, here.range_m, here.half_up, here.zoned
     half, range_m, half_up, zoned = (np.tile(np.asarray(a), len(joints)) for a in of_sensors)
     return Optics(apex, axis, half, range_m, up, half_up, zoned)

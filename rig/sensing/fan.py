@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.arrays import cross, dot
-from ...coverage.polyhedra import Polyhedron
+from ...coverage.solids.polyhedra import Polyhedron
 
 RAYS, FINER = 33, 9  # a side, of the first fan and of those about its nearest ray
 _ROUNDS = 4

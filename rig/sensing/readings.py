@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
 
 VALID, NO_TARGET, WEAK, FAILED = range(4)  # status of a reading
 WITHIN = np.radians(0.5)  # of a stop in every joint: the robot is there

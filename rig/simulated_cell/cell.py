@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.capsules import Capsules
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
+from ...coverage.robots.link_bodies import Capsules
+from ...formats.convert.obstacles import obstacles_of
+from ...formats.convert.scenes import ring_models, scene_model
+from ...formats.loader import read_proposal
+from ...formats.schema.proposal_models import ProposalFile
+from ...formats.schema.scene_models import ObstacleModel
+from ...formats.writing import to_toml, write_text
 from ...objectives.scene import Scene
-from ...placement.files.cell import obstacles_of
-from ...placement.files.convert import ring_models, scene_model
-from ...placement.files.models import ObstacleModel
-from ...placement.files.proposals import ProposalFile
-from ...placement.loader import read_proposal
-from ...placement.writing import to_toml, write_text
 from ..rod.rod import Rod
 from ..sensing.expected import beams_at
 from ..simulated.plain import Measured

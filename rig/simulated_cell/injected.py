@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
 from ...objectives.scene import Scene
 from ..mount.fit import RingFit
 from ..mount.model import LIMITS, free, moved

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.capsules import Capsules
-from ...coverage.rings import Setup
+from ...coverage.rings.ring import Setup
+from ...coverage.robots.link_bodies import Capsules
 from ...objectives.scene import Scene
 from ..sensing.expected import expected
 from ..sensing.noise import Noise

@@ -1,0 +1,220 @@
+"""How far a single-zone sensor sees before something in its beam answers: the nearest point of a body in a cone.
+
+A single-zone Time-of-Flight sensor reports the nearest thing anywhere in its beam. If that is the robot's own body, or a
+table, it sees nothing beyond that distance. A point of the cone nearer than that cannot be hidden (the way to it lies in the
+cone and nearer still), so that this distance is all there is to know: the beam is the cone cut by a ball about the apex.
+
+It jumps where a body just grazes the beam. ``margin`` widens or narrows bodies and cones by a little: with one of either
+sign the distance is bracketed.
+"""
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from jaxtyping import Float
+
+from ..arrays import Array, cross, dot, namespace, root
+from ..solids.cones import cone
+from ..solids.polyhedra import Polyhedron
+from .ranging import ball_in_cone
+
+_CANDIDATES = 1 << 18  # points looked at at once: some tens of megabytes
+MARGIN = 1e-9  # m and rad: rounding of what is in a beam
+_GOLDEN = (5**0.5 - 1) / 2
+_STEPS, _HALVINGS = 52, 40  # of a golden section and of halving: to 1e-11 of an axis
+_NIL, _FAR = 1e-12, 1e9  # what nothing is divided by, and what comes of it
+
+
+class Beam(NamedTuple):
+    """Cones of sensors, any shape (...): apex (..., 3) m, axis (..., 3) unit, half_angle (...) rad, range_m (...) m."""
+
+    apex: Float[Array, "*batch 3"]
+    axis: Float[Array, "*batch 3"]
+    half_angle: Float[Array, "*batch"]
+    range_m: Float[Array, "*batch"]
+
+
+def cone_gap(beam: Beam, points: Any) -> Any:
+    """Signed distance (...) m of ``points`` (..., 3) m from the solid cones of sensors: a true distance outside, and so a
+    convex function, negative inside."""
+    xp = namespace(points)
+    v = points - beam.apex
+    d = dot(v, beam.axis)
+    aside = v - d[..., None] * beam.axis
+    rho = root(dot(aside, aside))
+    cosine, sine = xp.cos(beam.half_angle), xp.sin(beam.half_angle)
+    slant = beam.range_m / cosine
+    edge = xp.clip(d * cosine + rho * sine, 0.0, slant)
+    x, y = d - edge * cosine, rho - edge * sine
+    base = xp.clip(rho, 0.0, beam.range_m * sine / cosine)
+    outside = xp.minimum(root(x * x + y * y), root((d - beam.range_m) ** 2 + (rho - base) ** 2))
+    inside = xp.maximum(rho * cosine - d * sine, d - beam.range_m)
+    return xp.where(inside <= 0, inside, outside)
+
+
+def _repeat(times: int, step: Any, state: Any) -> Any:
+    """``step`` on pairs of arrays, so many times: compiled once where JAX runs this."""
+    if namespace(state[0]) is not np:
+        return jax.lax.fori_loop(0, times, lambda _, s: step(*s), state)
+    for _ in range(times):
+        state = step(*state)
+    return state
+
+
+def _golden(function: Any, low: Any, high: Any, steps: int = _STEPS) -> Any:
+    """Where ``function``, falling and then rising, is least between ``low`` and ``high`` (...)."""
+    xp = namespace(low)
+
+    def step(low: Any, high: Any) -> Any:
+        a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        left = function(a) <= function(b)
+        return xp.where(left, low, a), xp.where(left, b, high)
+
+    low, high = _repeat(steps, step, (low, high))
+    return (low + high) / 2
+
+
+def _end(function: Any, inner: Any, outer: Any) -> Any:
+    """The place nearest to ``outer`` up to where, from ``inner`` on, ``function`` is not above 0."""
+    xp = namespace(inner)
+
+    def step(inner: Any, outer: Any) -> Any:
+        middle = (inner + outer) / 2
+        held = function(middle) <= 0
+        return xp.where(held, middle, inner), xp.where(held, outer, middle)
+
+    return xp.where(function(outer) <= 0, outer, _repeat(_HALVINGS, step, (inner, outer))[0])
+
+
+def capsule_gap(beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0, steps: int = _STEPS) -> tuple[Any, Any]:
+    """Distance (...) m of capsules from cones, or by how deep they overlap where it is negative; and where along the axis
+    (0 to 1) it is least, to 0.62 ** ``steps``. The distance of a point from a convex cone is convex along the axis. For
+    arguments and gradients see ``capsule_in_beam``."""
+    xp = namespace(beam.apex)
+    radius, along = radius + margin, end - start
+    beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
+    shape = xp.broadcast_shapes(beam.half_angle.shape, along.shape[:-1], xp.shape(radius))
+    still = beam, start, along
+    if xp is not np:
+        still = jax.lax.stop_gradient(still)
+    zero, one = xp.zeros(shape, along.dtype), xp.ones(shape, along.dtype)
+    best = _golden(lambda place: cone_gap(still[0], still[1] + place[..., None] * still[2]), zero, one, steps)
+    return cone_gap(beam, start + best[..., None] * along) - radius, best
+
+
+def capsule_in_beam(beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0) -> tuple[Any, Any]:
+    """Nearest point to the apex of what a capsule and a cone have in common, and by how much they miss each other.
+
+    A capsule is a union of balls about the points of its axis, and the nearest point of a ball in a cone has a closed form
+    (``ball_in_cone``). A ball about c reaches the convex set S of the cone's points nearer than d when c is at most
+    ``radius`` from S; that distance is convex along the axis, so the nearest point falls and then rises along it, where
+    balls reach the cone at all: between two places on either side of that nearest to the cone. One golden section finds
+    that place, halving the two others, a golden section between them the answer.
+
+    Args:
+        beam: (...) cones.
+        start, end: of the axis, (..., 3) m. radius: (...) m. All broadcast.
+        margin: m and rad, by which cone and capsule are widened.
+
+    Returns:
+        distance (...) m, infinite where they do not meet; and gap (...) m, their distance, or what they share of depth where
+        it is negative. NumPy or JAX; in JAX differentiable, as at a least value the place does not matter.
+    """
+    xp = namespace(beam.apex)
+    gap, best = capsule_gap(beam, start, end, radius, margin)
+    radius, along = radius + margin, end - start
+    beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
+    still = beam, start, along, radius
+    if xp is not np:
+        still = jax.lax.stop_gradient(still)
+
+    def gap_at(place: Any) -> Any:
+        beam, start, along, radius = still
+        return cone_gap(beam, start + place[..., None] * along) - radius
+
+    def distance_at(place: Any, given: Any) -> Any:
+        beam, start, along, radius = given
+        centre = start + place[..., None] * along
+        return ball_in_cone(beam.apex, beam.axis, beam.half_angle, beam.range_m, centre, radius)[0]
+
+    ends = [_end(gap_at, best, edge) for edge in (xp.zeros_like(best), xp.ones_like(best))]
+    place = _golden(lambda t: distance_at(t, still), *ends)
+    least = distance_at(place, (beam, start, along, radius))
+    for other in (*ends, best):
+        least = xp.minimum(least, distance_at(other, (beam, start, along, radius)))
+    return xp.where(gap <= 0, least, xp.inf), gap
+
+
+def _over(a: Any, b: Any) -> Any:
+    """``a`` over ``b``; far away where ``b`` is next to nothing, without slope."""
+    xp = namespace(b)
+    some = abs(b) > _NIL
+    return xp.where(some, a / xp.where(some, b, 1.0), _FAR)
+
+
+def meeting_points(looks: Beam, body: Polyhedron) -> Any:
+    """Points (K, N, 3) m, of which one is the nearest to the apex of what a polyhedron and each of K cones have in common,
+    where they meet; the others lie anywhere. NumPy or JAX, differentiable.
+
+    The least distance on a convex set is taken where some of its bounds meet: at the apex's foot on a face; on a face where
+    the cone's mantle leans most towards it, where it meets the plane of the base nearest to the axis, or at the rim of the
+    base; on an edge at the apex's foot, at its ends, or where it enters the mantle or the base.
+    """
+    xp = namespace(looks.apex)
+    apex, axis, half_angle, range_m = (a[:, None] for a in looks)
+    normal, offset = body.normal[None], body.offset[None]
+    cosine, sine = xp.cos(half_angle), xp.sin(half_angle)
+    height = dot(apex, normal) - offset  # (K, F), from the face's plane
+    aside = dot(axis, normal)[..., None] * axis - normal  # -normal less its part along the axis
+    width = root(dot(aside, aside))
+    aside = aside / xp.where(width > 0, width, 1.0)[..., None]
+    look = cosine[..., None] * axis + sine[..., None] * aside
+    # On the plane of the base, at ``aside`` times x from its middle, the face's plane is met where:
+    middle = apex + range_m[..., None] * axis
+    x = _over(dot(middle, normal) - offset, width)
+    level = middle + x[..., None] * aside
+    rim = root((range_m * sine / cosine) ** 2 - x * x)[..., None] * cross(axis, aside)
+    on_mantle = apex - _over(height, dot(look, normal))[..., None] * look
+    found = [apex - height[..., None] * normal, on_mantle, level, level + rim, level - rim]
+    if len(body.edges):
+        found += _on_edges(apex, axis, cosine, range_m, body)
+    return xp.concatenate(found, axis=1)
+
+
+def polyhedron_in_beam(looks: Beam, body: Polyhedron, margin: float = 0.0) -> Float[np.ndarray, " K"]:
+    """Distance (K,) m of the nearest point of what a polyhedron and each of K cones have in common; infinite if nothing: of
+    ``meeting_points`` the nearest that lies in both. ``margin`` (m and rad) widens both. NumPy only.
+    """
+    each = 1 + _CANDIDATES // (5 * len(body.offset) + 7 * len(body.edges))
+    if len(looks.apex) > each:
+        some = [slice(i, i + each) for i in range(0, len(looks.apex), each)]
+        return np.concatenate([polyhedron_in_beam(Beam(*(a[k] for a in looks)), body, margin) for k in some])
+    looks = Beam(looks.apex, looks.axis, looks.half_angle + margin, looks.range_m + margin)
+    body = replace(body, offset=body.offset + margin)
+    points = meeting_points(looks, body)
+    apex, axis, half_angle, range_m = (a[:, None] for a in looks)
+    cosine, sine = np.cos(half_angle + MARGIN), np.sin(half_angle + MARGIN)
+    in_cone = cone(points, apex, axis, cosine, sine, range_m) <= MARGIN
+    v = points - apex
+    distance = np.where(in_cone, np.sqrt(dot(v, v)), np.inf)
+    for normal, offset in zip(body.normal, body.offset, strict=True):  # outside of one face there is no look at the others
+        k, n = np.nonzero(np.isfinite(distance))
+        distance[k, n] = np.where(dot(points[k, n], normal) <= offset + MARGIN, distance[k, n], np.inf)
+    return distance.min(axis=1, initial=np.inf)
+
+
+def _on_edges(apex: Any, axis: Any, cosine: Any, range_m: Any, body: Polyhedron) -> list[Any]:
+    """Points (K, E, 3) on edges: nearest to the apex, both ends, and where the edge's line meets mantle and base."""
+    xp = namespace(apex)
+    a, w = body.edges[None, :, 0], (body.edges[:, 1] - body.edges[:, 0])[None]
+    v = a - apex
+    along_v, along_w = dot(v, axis), dot(w, axis)
+    vv, vw, ww = dot(v, v), dot(v, w), dot(w, w)
+    square = cosine * cosine
+    p, q, r = along_w**2 - square * ww, along_v * along_w - square * vw, along_v**2 - square * vv
+    spread = root(q * q - p * r)
+    places = [-vw / ww, xp.zeros_like(vw), xp.ones_like(vw), _over(range_m - along_v, along_w)]
+    places += [_over(-q + spread, p), _over(-q - spread, p), _over(-r, 2 * q)]
+    return [a + xp.clip(place, 0.0, 1.0)[..., None] * w for place in places]

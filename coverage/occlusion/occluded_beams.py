@@ -1,0 +1,163 @@
+"""What sensors see past the robot's bodies and the cell's obstacles: cones, less shadows, cut where they are blinded.
+
+A beam is one cone, or pyramid, and what stands in it: the largest of its function, of minus that of each shadow in it, and,
+where the sensor is blinded, of the distance from the apex less that of the nearest thing. Bodies that do not meet a cone
+(of a pyramid the cone around it) are sorted out once; a cell of the octree asks only for the shadows of the cones it still
+knows.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ..arrays import dot, root, rows
+from ..solids.base import Parts
+from ..solids.cones import Cones
+from ..solids.polyhedra import largest, planes_share
+from ..solids.shadows import Shadow, behind, nearest_ball, way
+from ..solids.volume_fraction import VolumeFraction, distance_tangent, union_bounds
+from ..voxels.voxel_bitmask import Bitmask, BlockGrid, within, words
+from .shadow_bitmask import free_of_planes, free_of_shadows
+
+
+@dataclass(frozen=True)
+class Beams(Parts):
+    """A union of beams of K sensors.
+
+    cones: of K sensors, or ``Optics`` where some are pyramids; one that stands in something has the range minus infinity
+    and sees nothing. stop, late (K,) m: distance from the apex where a sensor is blinded, infinite where it is not; the two
+    bracket it where that was asked. shadows (S), first_shadow (K + 1,): those of sensor k are first_shadow[k] up to the
+    next. normal (T, M, 3), offset (T, M) m, first_planes (K + 1,): the same of obstacles.
+    """
+
+    cones: Cones
+    stop: Float[np.ndarray, " K"]
+    late: Float[np.ndarray, " K"]
+    shadows: Shadow
+    first_shadow: Int[np.ndarray, " K1"]
+    normal: Float[np.ndarray, "T M 3"]
+    offset: Float[np.ndarray, "T M"]
+    first_planes: Int[np.ndarray, " K1"]
+
+    def __len__(self) -> int:
+        return len(self.cones)
+
+    def part(self, points: Any, index: Any) -> Any:
+        value = self._past(points, index, self.cones.part(points, index))
+        return np.maximum(value, self._beyond(points, index, self.stop))
+
+    def _beyond(self, points: Any, index: Any, stop: Any) -> Any:
+        if not np.isfinite(stop).any():
+            return -np.inf
+        v = points - rows(self.cones.apex, index)
+        return root(dot(v, v)) - stop[index]
+
+    def _past(self, points: Any, index: Any, value: Any, limit: float = np.inf) -> Any:
+        """The larger of ``value`` and of what the shadows say; what is above ``limit`` is not looked at any more."""
+        if np.ndim(index) == 0:
+            return self._past_one(points, int(index), value)
+        value = value.copy()
+        for first, behind_of in ((self.first_shadow, self._behind), (self.first_planes, self._behind_planes)):
+            count = (first[1:] - first[:-1])[index]
+            for rank in range(int(count.max(initial=0))):
+                some = count > rank
+                if limit < np.inf:
+                    some &= (value <= limit).reshape(-1, len(index)).any(axis=0)
+                todo = np.flatnonzero(some)
+                if len(todo):
+                    deep = behind_of(rows(points, todo), first[index[todo]] + rank)
+                    value[..., todo] = np.maximum(value[..., todo], -deep)
+        return value
+
+    def _past_one(self, points: Any, index: int, value: Any) -> Any:
+        for entry in range(self.first_shadow[index], self.first_shadow[index + 1]):
+            value = np.maximum(value, -self._behind(points, entry))
+        for entry in range(self.first_planes[index], self.first_planes[index + 1]):
+            value = np.maximum(value, -self._behind_planes(points, entry))
+        return value
+
+    def _behind(self, points: Any, entry: Any) -> Any:
+        return behind(points, self.shadows.rows(entry))
+
+    def _behind_planes(self, points: Any, entry: Any) -> Any:
+        return largest(points, self.normal[entry], self.offset[entry])
+
+    def decide(
+        self, points: Any, cell: Any, index: Any, reach: float
+    ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
+        """See ``Parts.decide``."""
+        value = self.cones.part(points, index)
+        value = np.maximum(value, self._beyond(points, index, self.late))
+        value = self._past(points, index, value, reach)
+        sure = value if self.late is self.stop else np.maximum(value, self._beyond(points, index, self.stop))
+        return value <= reach, sure < -reach
+
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
+        """See ``Parts.shares``. A shadow is convex: its share is bounded as that of any convex body, and what is left is the
+        rest. A point of it lies as far from the ball that says its value at the cube's centre as from no other."""
+        each, value, normal = self.cones.each_share(points, index, side, slack)
+        if np.isfinite(self.late).any():
+            v = points - rows(self.cones.apex, index)
+            for stop, keep in ((self.stop[index], "low"), (self.late[index], "high")):
+                cut = np.flatnonzero(np.sqrt(dot(v, v)) > stop - side - slack)
+                ball = distance_tangent(v[cut], stop[cut], side).share(side, slack)
+                both = each.only(cut) & ball
+                getattr(each, keep)[cut] = getattr(both, keep)
+        reach = 3**0.5 / 2 * side + slack
+        for first, share_of in ((self.first_shadow, self._share), (self.first_planes, self._planes_share)):
+            count = (first[1:] - first[:-1])[index]
+            for rank in range(int(count.max(initial=0))):
+                todo = np.flatnonzero(count > rank)
+                entry = first[index[todo]] + rank
+                near, hidden = share_of(rows(points, todo), entry, side, slack, reach)
+                todo = todo[near]
+                both = each.only(todo) & -hidden
+                each.low[todo], each.high[todo] = both.low, both.high
+        return union_bounds(cell, cubes, each, value, normal, side, slack)
+
+    def _share(self, points: Any, entry: Any, side: float, slack: float, reach: float) -> tuple[Any, VolumeFraction]:
+        """Which cubes a shadow may reach, and the share of these that it holds."""
+        shadow = self.shadows.rows(entry)
+        ball = nearest_ball(points, shadow)
+        near = np.flatnonzero(ball.distance() <= reach)
+        return near, distance_tangent(way(ball, shadow)[near], ball.radius[near], side).share(side, slack)
+
+    def _planes_share(self, points: Any, entry: Any, side: float, slack: float, reach: float) -> tuple[Any, VolumeFraction]:
+        near = np.flatnonzero(self._behind_planes(points, entry) <= reach)
+        return near, planes_share(points[near], self.normal[entry[near]], self.offset[entry[near]], side, slack)
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        """Box of the cones of those that see at all."""
+        live = np.flatnonzero(self.cones.range_m > 0)
+        if len(live) == 0:
+            return np.zeros((2, 3))
+        return jax.tree.map(lambda a: a[live], self.cones).bounds()
+
+
+@words.register
+def _(parts: Beams, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
+    """Voxels of blocks about ``points`` that lie in beam ``index``: those of the cone, of the ball where it is blinded, and
+    of no shadow."""
+    found = words(parts.cones, grid, points, index)
+    stop = parts.stop[index]
+    cut = np.flatnonzero(np.isfinite(stop))
+    if len(cut):
+        ball = grid.words(within(stop[cut], points[cut] - rows(parts.cones.apex, index[cut])))
+        found.sure[cut] &= ball.sure
+        found.maybe[cut] &= ball.maybe
+    for first, planes in ((parts.first_shadow, False), (parts.first_planes, True)):
+        count = (first[1:] - first[:-1])[index]
+        for rank in range(int(count.max(initial=0))):
+            todo = np.flatnonzero((count > rank) & (found.maybe != 0))
+            if len(todo):
+                entry = first[index[todo]] + rank
+                if planes:
+                    free = free_of_planes(grid, points[todo], parts.normal[entry], parts.offset[entry])
+                else:
+                    free = free_of_shadows(grid, points[todo], parts.shadows.rows(entry))
+                found.sure[todo] &= free.sure
+                found.maybe[todo] &= free.maybe
+    return found

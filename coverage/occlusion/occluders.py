@@ -1,0 +1,139 @@
+"""What stands in the way of sensors at one pose, and what they see past it.
+
+A sensor of one zone reports the nearest thing in its beam, and is blinded beyond: one with a square beam by what is in the
+cone around it, which blinds it a little too soon, never too late. Each of many zones reports the nearest thing in itself:
+what stands in some leaves the others as they are, and ``blind`` does to the beam what ``shadow`` does.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..robots.link_bodies import Capsules, gap_to_capsules
+from ..solids.base import Parts
+from ..solids.cones import Cones
+from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
+from ..solids.sensor_beams import Optics
+from ..solids.shadows import Shadow, capsule_shadow
+from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, polyhedron_in_beam
+from .model import Occlusion
+from .occluded_beams import Beams
+
+INSIDE = 1e-6  # m, an apex this near to a body's surface counts as within
+
+
+@dataclass(frozen=True)
+class Occluders:
+    """What stands in the way at one pose: the robot's bodies, one axis of capsules, and convex obstacles."""
+
+    bodies: Capsules | None = None
+    obstacles: tuple[Polyhedron, ...] = ()
+
+    def holds(self, apex: Float[np.ndarray, "K 3"]) -> tuple[Int[np.ndarray, " K"], Float[np.ndarray, " K"]]:
+        """In which body or obstacle (K,) each apex stands deepest, bodies numbered first; -1: in none; and how deep, m."""
+        gaps = [np.full((len(apex), 1), np.inf)]
+        if self.bodies is not None:
+            start, end, radius = (a[None] for a in self.bodies)
+            each = [gap_to_capsules(apex, start[:, [i]], end[:, [i]], radius[:, [i]]) for i in range(radius.shape[1])]
+            gaps.append(np.stack(each, axis=-1))
+        gaps += [body(apex)[:, None] for body in self.obstacles]
+        gap = np.concatenate(gaps[1:] or gaps, axis=1)
+        least = gap.min(axis=1)
+        return np.where(least <= INSIDE, gap.argmin(axis=1), -1), np.maximum(-least, 0.0)
+
+
+def beams(cones: Cones, occluders: Occluders, occlusion: Occlusion, bracketed: bool = False) -> Parts:
+    """What the sensors of ``cones`` see under ``occlusion``: the cones themselves where nothing stands in the way.
+
+    Obstacles shadow under ``ignore``, too, which ignores the robot alone; they blind, as the robot does, under ``blind``. A
+    sensor that stands within something sees nothing. Sensors of many zones are shadowed under ``blind``, too: none of them
+    is blinded as a whole.
+
+    Args:
+        cones: of K sensors, or ``Optics``, 64-bit NumPy.
+        occluders: bodies and obstacles at the same pose.
+        occlusion: ``ignore`` leaves out the robot's bodies.
+        bracketed: keep bounds of where sensors are blinded, for the certified rule.
+    """
+    bodies = occluders.bodies if occlusion != "ignore" else None
+    occluders = Occluders(bodies, occluders.obstacles)
+    if bodies is None and not occluders.obstacles:
+        return cones
+    within_, _ = occluders.holds(np.asarray(cones.apex))
+    live = within_ < 0
+    cones = replace(cones, range_m=np.where(live, cones.range_m, -np.inf))
+    stops = live & ~_zoned(cones) & (occlusion == "blind")
+    stop, late = _stops(cones, np.flatnonzero(stops), occluders, bracketed)
+    return _beams(cones, stop, late, *_shadows(cones, np.flatnonzero(live & ~stops), occluders))
+
+
+def _zoned(cones: Cones) -> Any:
+    """Which of the beams are read zone by zone (K,)."""
+    return np.asarray(cones.zoned) if isinstance(cones, Optics) else np.zeros(len(cones), bool)
+
+
+def _looks(cones: Cones, k: Any) -> Beam:
+    """The cones around beams ``k`` (K,)."""
+    around = cones.around()
+    return Beam(*(np.asarray(a)[k] for a in vars(around).values()))
+
+
+def _in_capsules(function: Any, looks: Beam, bodies: Capsules | None, margin: float) -> Any:
+    """What ``function`` of beam and capsule finds first (K, N)."""
+    if bodies is None:
+        return np.full((len(looks.apex), 0), np.inf)
+    beam = Beam(*(a[:, None] for a in looks))
+    return function(beam, bodies.start[None], bodies.end[None], bodies.radius[None], margin)[0]
+
+
+def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:
+    """Distances of what obstacles and beams have in common (K, O) m; infinite if nothing."""
+    each = [polyhedron_in_beam(looks, body, margin) for body in occluders.obstacles]
+    return np.stack(each, axis=1) if each else np.full((len(looks.apex), 0), np.inf)
+
+
+def _stops(cones: Cones, k: Any, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
+    """Where sensors are blinded (K,) m, of which ``k`` can be: early and late, the same array where not bracketed."""
+    looks, stops = _looks(cones, k), []
+    for margin in (MARGIN, -MARGIN) if bracketed and len(k) else (0.0,):
+        stop = np.full(len(cones), np.inf)
+        if len(k):
+            bodies = _in_capsules(capsule_in_beam, looks, occluders.bodies, margin)
+            found = np.concatenate([bodies, _in_obstacles(looks, occluders, margin)], axis=1)
+            stop[k] = found.min(axis=1, initial=np.inf) - margin
+        stops.append(stop)
+    return stops[0], stops[-1]
+
+
+def _shadows(cones: Cones, k: Any, occluders: Occluders) -> tuple[Shadow | None, list, list]:
+    """The shadows in beams ``k``: of bodies, the sensor of each, and of obstacles (sensor, normal, offset)."""
+    if len(k) == 0:
+        return None, [], []
+    looks, bodies, wide = _looks(cones, k), occluders.bodies, 10 * MARGIN
+    apex = np.asarray(looks.apex)
+    meets = _in_capsules(capsule_gap, looks, bodies, wide) <= 0
+    met = np.isfinite(_in_obstacles(looks, occluders, wide))
+    sensor, body = np.nonzero(meets)
+    shadows = None
+    if bodies is not None:
+        shadows = capsule_shadow(apex[sensor], bodies.start[body], bodies.end[body], bodies.radius[body])
+    planes = [polyhedron_shadow(apex, body) for body in occluders.obstacles]
+    entries = [(k[s], planes[o][0][s], planes[o][1][s]) for s, o in zip(*np.nonzero(met), strict=True)]
+    return shadows, list(k[sensor]), entries
+
+
+def _beams(cones: Cones, stop: Any, late: Any, shadows: Shadow | None, sensor: list, planes: list) -> Beams:
+    """Shadows of ``sensor`` (S,) and planes (sensor, normal, offset) in the order of their sensors."""
+    count = len(cones)
+    if shadows is None:
+        none = np.zeros((0, 3))
+        shadows = capsule_shadow(none, none, none, np.zeros(0))
+    most = max((int((offset < NOWHERE / 10).sum()) for _, _, offset in planes), default=1)
+    normal, offset = np.zeros((len(planes), most, 3)), np.full((len(planes), most), NOWHERE)
+    for i, (_, n, o) in enumerate(planes):
+        real = o < NOWHERE / 10
+        normal[i, : real.sum()], offset[i, : real.sum()] = n[real], o[real]
+    first = [np.searchsorted(np.array(of, int), np.arange(count + 1)) for of in (sensor, [s for s, _, _ in planes])]
+    return Beams(cones, stop, late, shadows, first[0], normal, offset, first[1])

@@ -1,0 +1,52 @@
+"""Which voxels of blocks shadows leave free, 64 at once: for the octree's count of what sensors see."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ..arrays import dot
+from ..solids.shadows import Shadow, behind, nearest_ball, way
+from ..voxels.voxel_bitmask import CORNER, VOXELS, Bitmask, BlockGrid, packed, within
+
+
+def free_of_shadows(grid: BlockGrid, points: Float[np.ndarray, "N 3"], shadow: Shadow) -> Bitmask:
+    """Voxels of blocks about ``points`` that shadows (N) leave free: first by the tangent plane of each, outside of which it
+    does not reach, and by its nearest ball, which it holds; where the two leave a voxel open, by the shadow itself."""
+    ball = nearest_ball(points, shadow)
+    distance, reach = ball.distance(), grid.reach + grid.rounding
+    sure, maybe = np.zeros((2, len(points)), np.uint64)
+    sure[distance > reach] = maybe[distance > reach] = ~np.uint64(0)
+    cut = np.flatnonzero(np.abs(distance) <= reach)
+    if len(cut) == 0:
+        return Bitmask(sure, maybe)
+    from_ball, radius = way(ball, shadow)[cut], ball.radius[cut]
+    length = distance[cut] + radius
+    plane = np.zeros((10, len(cut)))
+    plane[0] = distance[cut]
+    plane[1:4] = (from_ball / np.where(length > 0, length, 1.0)[:, None]).T
+    sure[cut] = grid.words(plane).sure
+    maybe[cut] = ~grid.words(within(radius, from_ball)).sure
+    open_ = cut[(sure[cut] != maybe[cut]) & (length > 0)]
+    offsets = (CORNER - 1.5) * grid.voxel
+    for some in np.array_split(open_, len(open_) * VOXELS // (1 << 16) + 1):
+        value = behind(points[some][None] + offsets[:, None], shadow.rows(some))
+        sure[some] = packed((value > grid.rounding).T)
+        maybe[some] = packed((value >= -grid.rounding).T)
+    return Bitmask(sure, maybe)
+
+
+def free_of_planes(grid: BlockGrid, points: Float[np.ndarray, "N 3"], normal: Any, offset: Any) -> Bitmask:
+    """Voxels of blocks about ``points`` above any of the planes that bound each block's shadow: normal (N, M, 3), offset
+    (N, M) m."""
+    sure, maybe = np.zeros((2, len(points)), np.uint64)
+    for i in range(normal.shape[1]):
+        value = dot(points, normal[:, i]) - offset[:, i]
+        some = np.flatnonzero(value >= -grid.reach - grid.rounding)
+        if len(some):
+            plane = np.zeros((10, len(some)))
+            plane[0], plane[1:4] = value[some], normal[some, i].T
+            above = grid.words(plane)
+            sure[some] |= above.sure
+            maybe[some] |= above.maybe
+    return Bitmask(sure, maybe)

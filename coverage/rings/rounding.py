@@ -1,0 +1,61 @@
+"""Rings as files hold them: what is verified is what is written."""
+
+import math
+from dataclasses import replace
+
+from ..sensors.effective_range import effective
+from ..sensors.sensor import Sensor
+from .ring import Ring, Setup
+
+DIGITS_DEG = 4  # decimals of an angle in a file
+DIGITS_POSITION = 6  # decimals of a ring's position in a file
+
+
+def degrees(angle: float) -> float:
+    """An angle as a file holds it, short of what rounding added."""
+    return round(math.degrees(angle), 9)
+
+
+def tilt_deg(tilt: float) -> float:
+    """A tilt as a file holds it: one just short of 90 degrees is not rounded up to it. Adding 0 makes -0.0 plain 0.0."""
+    angle, most = math.degrees(tilt), 90 - 10.0**-DIGITS_DEG
+    short = round(angle, DIGITS_DEG)
+    return round(math.copysign(most, angle), DIGITS_DEG) if abs(angle) < 90 <= abs(short) else short + 0.0
+
+
+def phase_deg(phase: float) -> float:
+    """A phase as a file holds it: beyond a full turn it is wound back."""
+    angle = math.degrees(phase)
+    return round(angle if abs(angle) <= 360 else math.remainder(angle, 360), DIGITS_DEG) + 0.0
+
+
+def position(ring: Ring) -> float:
+    """A ring's position as a file holds it."""
+    return round(ring.position, DIGITS_POSITION) + 0.0
+
+
+def rounded(setup: Setup, sensor: Sensor) -> Setup:
+    """The setup as it reads back from a proposal's file, beside which ``sensor`` is the scene's."""
+    return Setup(
+        tuple(
+            replace(
+                ring,
+                position=position(ring),
+                tilt=math.radians(tilt_deg(ring.tilt)),
+                phase=math.radians(phase_deg(ring.phase)),
+                sensor=sensor if ring.sensor == sensor else _rounded(ring.sensor),
+            )
+            for ring in setup.rings
+        )
+    )
+
+
+def _rounded(sensor: Sensor) -> Sensor:
+    """A sensor as it reads back: one of the catalogue by its use, another by its angles in degrees."""
+    if sensor.use is not None:
+        model = effective(sensor.use).sensor
+        return replace(model, board=sensor.board or model.board)
+    up = None if sensor.fov_up is None else math.radians(degrees(sensor.fov_up))
+    return Sensor(
+        math.radians(degrees(sensor.fov)), sensor.range_m, None, up, 1 if up is None else sensor.zones, sensor.board
+    )

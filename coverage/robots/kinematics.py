@@ -1,0 +1,95 @@
+"""A serial chain of revolute joints and its forward kinematics."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ..arrays import Array, namespace
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Joints from base to TCP.
+
+    origin (J + 1, 4, 4): T_parent_joint, the pose of each joint's frame in the frame before it at joint angle 0, m; the
+    last is the TCP in the last link's frame. axis (J, 3): unit axis of each joint in its own frame.
+    """
+
+    joints: tuple[str, ...]
+    origin: Float[np.ndarray, "F 4 4"]
+    axis: Float[np.ndarray, "J 3"]
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+
+def rotation_rpy(roll: float, pitch: float, yaw: float) -> Float[np.ndarray, "3 3"]:
+    """Rotation about the fixed x, then y, then z axis (URDF's rpy), angles in radians."""
+    cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
+    x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    return z @ y @ x
+
+
+def transform(xyz: Any = (0, 0, 0), rpy: Any = (0, 0, 0)) -> Float[np.ndarray, "4 4"]:
+    """Homogeneous transform from a translation (3,) m and URDF angles (3,) rad."""
+    T = np.eye(4)
+    T[:3, :3] = rotation_rpy(*rpy)
+    T[:3, 3] = xyz
+    return T
+
+
+def dh_transform(d: float, a: float, alpha: float) -> Float[np.ndarray, "4 4"]:
+    """Denavit-Hartenberg link transform at joint angle 0: along z by d, along x by a, about x by alpha (m, m, rad)."""
+    return transform((0, 0, d)) @ transform((a, 0, 0), (alpha, 0, 0))
+
+
+def _rotation(axis: Any, angle: Any) -> Any:
+    """Rodrigues' rotation (..., 4, 4) about a constant unit ``axis`` (3,) by ``angle`` (...) rad."""
+    xp = namespace(angle)
+    x, y, z = (float(v) for v in axis)
+    K = np.zeros((4, 4))
+    K[:3, :3] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
+    batch = (1,) * angle.ndim
+    one, K, K2 = (xp.asarray(m.reshape(*batch, 4, 4), dtype=angle.dtype) for m in (np.eye(4), K, K @ K))
+    s, c = xp.sin(angle)[..., None, None], xp.cos(angle)[..., None, None]
+    return one + s * K + (1 - c) * K2
+
+
+def forward(chain: Chain, q: Float[Array, "*batch J"]) -> Float[Array, "*batch F 4 4"]:
+    """Frames of all joints and of the TCP in the base frame.
+
+    Args:
+        chain: the chain of J joints.
+        q: joint angles (..., J) rad, NumPy or JAX; differentiable in the latter.
+
+    Returns:
+        T_base_frame (..., J + 1, 4, 4): entry j is the frame of joint j after its rotation (the frame of the link it
+        moves), the last is the TCP.
+
+    Raises:
+        ValueError: if q has not one angle for each joint.
+    """
+    if q.shape[-1] != len(chain):
+        raise ValueError(f"q has {q.shape[-1]} angles, the chain has {len(chain)} joints")
+    xp = namespace(q)
+    origin = [xp.asarray(T, dtype=q.dtype) for T in chain.origin]
+    T = xp.broadcast_to(xp.eye(4, dtype=q.dtype), (*q.shape[:-1], 4, 4))
+    frames = []
+    for j in range(len(chain)):
+        T = T @ origin[j] @ _rotation(chain.axis[j], q[..., j])
+        frames.append(T)
+    frames.append(T @ origin[-1])
+    return xp.stack(frames, axis=-3)
+
+
+def joint_origins(chain: Chain, q: Float[np.ndarray, " J"]) -> Float[np.ndarray, "P 3"]:
+    """Polyline (P, 3) m of the pose: the base, each joint's origin and the TCP, without repeated points."""
+    points = np.vstack([np.zeros(3), forward(chain, q)[:, :3, 3]])
+    keep = np.ones(len(points), bool)
+    keep[1:] = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9
+    return points[keep]

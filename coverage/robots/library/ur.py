@@ -1,0 +1,218 @@
+"""Universal Robots' CB3 and e-series arms beside the UR10 of the reference scene.
+
+Lengths are those of the maker's Denavit-Hartenberg tables, reaches those of its data sheets. How far the links' bodies stand
+beside each other, which a table sums into one length, and the meshes to which bodies and mounts were fitted are those of the
+public description (UniversalRobots/Universal_Robots_ROS2_Description, 2.4.5). Frames lie as on the reference UR10: each on
+its joint's axis, in the middle of the body that the joint moves, so that the pose curve follows the bodies.
+
+Bodies contain the visual meshes. Mounts run along the clear tubes of the arms: 0 is where the housing of one joint ends, 1
+where the next one's begins.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kinematics import Chain, transform
+from ..robot import BASE, Body, Mount, Robot
+
+_X, _Y, _Z = np.eye(3)
+_O = np.zeros(3)
+_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+_LIMITS = np.radians([[-360.0, 360.0]] * 2 + [[-180.0, 180.0]] + [[-360.0, 360.0]] * 3)
+_HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
+
+
+class _Lengths(NamedTuple):
+    """Of the table, m: d1, a2, a3 (without their signs), d4, d5, d6. And how far the middle of the upper arm stands beside
+    the base's axis, and of that the forearm's."""
+
+    d1: float
+    a2: float
+    a3: float
+    d4: float
+    d5: float
+    d6: float
+    upper_arm: float
+    forearm: float
+
+
+class _Tube(NamedTuple):
+    """The clear stretch of a link along its z, m, and its radius."""
+
+    start: float
+    end: float
+    radius: float
+
+
+_Capsule = tuple[str, int, tuple[float, float, float], tuple[float, float, float], float]
+
+
+def _arm(
+    name: str, reach: float, size: _Lengths, upper_arm: _Tube, forearm: _Tube, flange: float, bodies: tuple[_Capsule, ...]
+) -> Robot:
+    mounts = tuple(
+        Mount(link, frame, tube.start * _Z, _Z, _X, tube.end - tube.start, section=tube.radius)
+        for link, frame, tube in (("upper_arm", 1, upper_arm), ("forearm", 2, forearm))
+    )
+    return Robot(
+        name=name,
+        chain=Chain(
+            joints=_JOINTS,
+            origin=np.stack(
+                [
+                    transform((0, 0, size.d1)),
+                    transform((0, size.upper_arm, 0), (0, math.pi / 2, 0)),
+                    transform((0, size.forearm - size.upper_arm, size.a2)),
+                    transform((0, 0, size.a3), (0, math.pi / 2, 0)),
+                    transform((0, size.d4 - size.forearm, 0)),
+                    transform((0, 0, size.d5)),
+                    transform((0, size.d6, 0)),
+                ]
+            ),
+            axis=np.stack([_Z, _Y, _Y, _Y, _Z, _Y]),
+        ),
+        mounts=(*mounts, Mount("tool", 6, _O, _Y, _X, 0.0, section=flange)),
+        reach=reach,
+        bodies=tuple(Body(link, frame, np.array(a), np.array(b), radius) for link, frame, a, b, radius in bodies),
+        limits=_LIMITS,
+        home=_HOME,
+        source=f"{name.upper()}: the maker's table; ur_description 2.4.5",
+    )
+
+
+UR3 = _arm(
+    "ur3",
+    0.5,
+    _Lengths(0.1519, 0.24365, 0.21325, 0.11235, 0.08535, 0.0819, 0.1198, 0.0273),
+    _Tube(0.078, 0.182, 0.035),
+    _Tube(0.058, 0.164, 0.03),
+    0.036,
+    (
+        ("base_0", BASE, (0.001, -0.0739, 0.0096), (0, -0.0666, 0.0089), 0.0285),
+        ("base_1", BASE, (0, 0, 0.031), (0, 0, 0.031), 0.0714),
+        ("shoulder", 0, (-0.0012, -0.0002, -0.0194), (0.0001, 0.0068, 0.0012), 0.0658),
+        ("upper_arm_0", 1, (0, -0.0109, 0), (-0.0009, -0.0003, 0.0155), 0.0712),
+        ("upper_arm_1", 1, (0, 0, 0.0949), (-0.0001, 0.0002, 0.1925), 0.0388),
+        ("upper_arm_2", 1, (0.0001, -0.0128, 0.2412), (-0.0001, 0.0107, 0.2399), 0.0552),
+        ("forearm_0", 2, (0, 0.0327, -0.0001), (0, -0.0001, 0.0401), 0.0398),
+        ("forearm_1", 2, (0.0001, -0.0002, 0.1702), (0, -0.0001, 0.0857), 0.0325),
+        ("forearm_2", 2, (0, 0.0005, 0.213), (0, 0.0005, 0.213), 0.0528),
+        ("wrist_1", 3, (0.0005, 0.0807, 0.0007), (0, 0.0828, 0.0014), 0.0523),
+        ("wrist_2", 4, (-0.0005, -0.0012, 0.081), (0.0004, 0.0001, 0.083), 0.0521),
+        ("wrist_3", 5, (0, 0.06, -0.0008), (-0.0001, 0.0599, -0.0024), 0.0375),
+    ),
+)
+
+UR5 = _arm(
+    "ur5",
+    0.85,
+    _Lengths(0.089159, 0.425, 0.39225, 0.10915, 0.09465, 0.0823, 0.13585, 0.01615),
+    _Tube(0.085, 0.34, 0.052),
+    _Tube(0.062, 0.35, 0.041),
+    0.044,
+    (
+        ("base_0", BASE, (-0.053, 0.0511, 0.0087), (-0.0525, -0.0503, 0.0083), 0.0226),
+        ("base_1", BASE, (-0.0091, 0.0659, 0.0116), (-0.0092, -0.0839, 0.0125), 0.0304),
+        ("base_2", BASE, (0.0443, -0.0581, 0.0085), (0.0443, 0.0581, 0.0085), 0.0305),
+        ("shoulder", 0, (0, 0.0002, -0.0082), (0, 0.0134, 0), 0.0816),
+        ("upper_arm_0", 1, (0, -0.0074, 0.4247), (0, 0, 0.4084), 0.0822),
+        ("upper_arm_1", 1, (0, 0, 0.3398), (0, 0, 0.0852), 0.0569),
+        ("upper_arm_2", 1, (0.0006, -0.0156, 0.0095), (0, 0, 0.0143), 0.084),
+        ("forearm_0", 2, (0.0019, 0.00705, 0.0274), (0, 0.04235, 0), 0.0596),
+        ("forearm_1", 2, (0, 0.00035, 0.0675), (0, 0.00035, 0.2961), 0.0399),
+        ("forearm_2", 2, (0, -0.00145, 0.3918), (0, 0.00035, 0.3585), 0.0625),
+        ("wrist_1", 3, (-0.0021, 0.08825, -0.0111), (0.0017, 0.09015, 0.0088), 0.0564),
+        ("wrist_2", 4, (-0.0003, -0.0026, 0.091), (0, -0.0014, 0.0943), 0.0618),
+        ("wrist_3", 5, (0, 0.0616, 0), (0, 0.0616, 0.0033), 0.0402),
+    ),
+)
+
+UR3E = _arm(
+    "ur3e",
+    0.5,
+    _Lengths(0.15185, 0.24355, 0.2132, 0.13105, 0.08535, 0.0921, 0.12, 0.027),
+    _Tube(0.077, 0.185, 0.036),
+    _Tube(0.057, 0.164, 0.029),
+    0.038,
+    (
+        ("base", BASE, (0, 0, 0.0364), (0, 0, 0.0364), 0.0739),
+        ("shoulder", 0, (0, 0, -0.0052), (0, 0.0114, -0.0001), 0.0685),
+        ("upper_arm_0", 1, (0, -0.0001, 0.0167), (0, -0.0048, -0.0001), 0.0691),
+        ("upper_arm_1", 1, (0, -0.0001, 0.0931), (0, -0.0002, 0.1948), 0.0381),
+        ("upper_arm_2", 1, (0, -0.013, 0.2428), (0, 0.0087, 0.2407), 0.056),
+        ("forearm_0", 2, (0, 0.0293, -0.0007), (0.0001, 0, 0.0404), 0.0391),
+        ("forearm_1", 2, (0, 0, 0.1698), (0.0001, 0, 0.0846), 0.032),
+        ("forearm_2", 2, (0, -0.0042, 0.2101), (0, 0.0137, 0.2126), 0.0484),
+        ("wrist_1", 3, (0, 0.095, -0.0004), (0, 0.1041, 0.005), 0.0549),
+        ("wrist_2", 4, (0, 0.0168, 0.0851), (0.0001, -0.007, 0.0825), 0.0462),
+        ("wrist_3", 5, (0.0001, 0.0703, 0.0015), (0, 0.0708, -0.0001), 0.0378),
+    ),
+)
+
+UR5E = _arm(
+    "ur5e",
+    0.85,
+    _Lengths(0.1625, 0.425, 0.3922, 0.1333, 0.0997, 0.0996, 0.138, 0.007),
+    _Tube(0.095, 0.328, 0.044),
+    _Tube(0.091, 0.35, 0.039),
+    0.044,
+    (
+        ("base", BASE, (0, 0, 0.0378), (0, 0, 0.0378), 0.0847),
+        ("shoulder", 0, (0.0001, 0.0022, -0.0063), (0, 0.0146, -0.0005), 0.0836),
+        ("upper_arm_0", 1, (0, -0.0029, -0.0005), (0.0001, 0.0016, 0.0714), 0.0842),
+        ("upper_arm_1", 1, (0, -0.0004, 0.153), (0, 0, 0.2704), 0.0441),
+        ("upper_arm_2", 1, (-0.0002, -0.0021, 0.358), (0.0001, -0.0101, 0.4245), 0.0893),
+        ("forearm_0", 2, (0, -0.0005, 0.0775), (0, 0.0345, -0.0007), 0.0611),
+        ("forearm_1", 2, (0, -0.0005, 0.1307), (0, -0.0004, 0.3026), 0.0384),
+        ("forearm_2", 2, (0, -0.0004, 0.3606), (0, 0.0012, 0.3917), 0.0644),
+        ("wrist_1", 3, (0, 0.1047, -0.0003), (0, 0.1256, 0.0014), 0.0643),
+        ("wrist_2", 4, (0.0003, -0.0075, 0.0962), (-0.0004, 0.0099, 0.0987), 0.0577),
+        ("wrist_3", 5, (0, 0.0722, -0.0006), (0.0001, 0.0714, 0.002), 0.0421),
+    ),
+)
+
+UR10E = _arm(
+    "ur10e",
+    1.3,
+    _Lengths(0.1807, 0.6127, 0.57155, 0.17415, 0.11985, 0.11655, 0.1762, 0.0393),
+    _Tube(0.115, 0.548, 0.059),
+    _Tube(0.094, 0.519, 0.046),
+    0.046,
+    (
+        ("base", BASE, (0, 0, 0.0325), (0, 0, 0.0325), 0.1007),
+        ("shoulder", 0, (0.001, 0.0058, -0.006), (0, 0.0131, -0.0003), 0.111),
+        ("upper_arm_0", 1, (0, -0.0017, -0.0003), (0, 0.0011, 0.0195), 0.1097),
+        ("upper_arm_1", 1, (0, 0.001, 0.4574), (0, -0.0023, 0.1147), 0.0621),
+        ("upper_arm_2", 1, (0, -0.0025, 0.5549), (0, -0.01, 0.6121), 0.0892),
+        ("forearm_0", 2, (0, 0.0351, -0.0009), (0, -0.0002, 0.0643), 0.0631),
+        ("forearm_1", 2, (0, -0.0001, 0.1147), (0.0001, -0.0003, 0.4442), 0.0433),
+        ("forearm_2", 2, (0, -0.0003, 0.5073), (0, 0.0093, 0.5706), 0.073),
+        ("wrist_1", 3, (0, 0.1209, -0.0004), (0, 0.135, 0.0116), 0.071),
+        ("wrist_2", 4, (0, -0.0021, 0.1125), (0, 0.0203, 0.1193), 0.0651),
+        ("wrist_3", 5, (0.0001, 0.0871, 0.0025), (0, 0.0876, -0.0008), 0.0495),
+    ),
+)
+
+UR16E = _arm(
+    "ur16e",
+    0.9,
+    _Lengths(0.1807, 0.4784, 0.36, 0.17415, 0.11985, 0.11655, 0.176, 0.04),
+    _Tube(0.117, 0.412, 0.059),
+    _Tube(0.093, 0.31, 0.046),
+    0.046,
+    (
+        ("base", BASE, (0, 0, 0.0325), (0, 0, 0.0325), 0.1007),
+        ("shoulder", 0, (0.001, 0.0058, -0.006), (0, 0.0131, -0.0003), 0.111),
+        ("upper_arm_0", 1, (0, -0.0114, 0.4777), (0, -0.0031, 0.4533), 0.0882),
+        ("upper_arm_1", 1, (0, 0.0005, 0.3748), (0, -0.0004, 0.1631), 0.0565),
+        ("upper_arm_2", 1, (0, 0.0044, 0.0589), (0, -0.0014, -0.0003), 0.1099),
+        ("forearm_0", 2, (0, -0.0002, 0.0685), (-0.0001, 0.0333, -0.0009), 0.0638),
+        ("forearm_1", 2, (0, -0.0002, 0.1253), (-0.0002, -0.0002, 0.2833), 0.0441),
+        ("forearm_2", 2, (0, 0.012, 0.3591), (-0.0002, -0.0001, 0.3456), 0.0709),
+        ("wrist_1", 3, (0, 0.1202, -0.0004), (0, 0.1343, 0.0116), 0.071),
+        ("wrist_2", 4, (0, -0.0021, 0.1125), (0, 0.0203, 0.1193), 0.0651),
+        ("wrist_3", 5, (0.0001, 0.0871, 0.0025), (0, 0.0876, -0.0008), 0.0495),
+    ),
+)

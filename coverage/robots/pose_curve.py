@@ -1,0 +1,143 @@
+"""The pose curve: a polyline through the joint origins, rounded by quadratic Bezier curves at its bends."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.integrate import quad
+
+from ..solids.swept_tube import Tube
+
+_STRAIGHT = 1e-9  # sine of the angle below which two segments count as collinear
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A Bezier curve of degree 1 (straight part) or 2 (bend): control points (2 or 3, 3) m."""
+
+    control: Float[np.ndarray, "C 3"]
+
+    @property
+    def bend(self) -> bool:
+        return len(self.control) == 3
+
+    def point(self, t: Float[np.ndarray, " N"]) -> Float[np.ndarray, "N 3"]:
+        """Points at parameters t in [0, 1]."""
+        t = t[:, None]
+        if not self.bend:
+            a, b = self.control
+            return (1 - t) * a + t * b
+        a, b, c = self.control
+        return (1 - t) ** 2 * a + 2 * t * (1 - t) * b + t**2 * c
+
+    def velocity(self, t: Float[np.ndarray, " N"]) -> Float[np.ndarray, "N 3"]:
+        """Derivative by t at parameters t in [0, 1]."""
+        t = t[:, None]
+        if not self.bend:
+            a, b = self.control
+            return np.broadcast_to(b - a, (len(t), 3)).copy()
+        a, b, c = self.control
+        return 2 * (1 - t) * (b - a) + 2 * t * (c - b)
+
+    def speed(self, t: float) -> float:
+        """Length of the derivative by t."""
+        return float(np.linalg.norm(self.velocity(np.array([t]))))
+
+
+@dataclass(frozen=True)
+class PoseCurve:
+    """Pieces from base to TCP, end to end."""
+
+    pieces: tuple[Piece, ...]
+
+    def arc_length(self) -> float:
+        """Length of the curve, m, by adaptive quadrature of the speed."""
+        return sum(quad(piece.speed, 0, 1, limit=200)[0] for piece in self.pieces)
+
+    def discs(self, points_per_bend: int) -> tuple[Float[np.ndarray, "D 3"], Float[np.ndarray, "D 3"], list[int]]:
+        """Discs along the curve: centres (D, 3) m, unit tangents (D, 3), and the first disc of every slab.
+
+        A straight part has a disc at each end, a bend ``points_per_bend`` discs, ends included; a disc shared by two
+        pieces stands once.
+        """
+        centres: list[np.ndarray] = []
+        normals: list[np.ndarray] = []
+        first: list[int] = []
+        for piece in self.pieces:
+            t = np.linspace(0, 1, points_per_bend if piece.bend else 2)
+            centre, velocity = piece.point(t), piece.velocity(t)
+            normal = velocity / np.linalg.norm(velocity, axis=1, keepdims=True)
+            shared = bool(normals) and float(np.dot(normals[-1], normal[0])) > 0
+            if shared:
+                centre, normal = centre[1:], normal[1:]
+            start = len(centres) - 1 if shared else len(centres)
+            centres.extend(centre)
+            normals.extend(normal)
+            first.extend(range(start, len(centres) - 1))
+        return np.array(centres), np.array(normals), first
+
+    def tube(self, radius: float, points_per_bend: int) -> Tube:
+        """The solid swept by a disc of ``radius`` m that stands perpendicular to the curve."""
+        centre, normal, first = self.discs(points_per_bend)
+        return Tube(centre, normal, float(radius), np.array(first))
+
+
+def pose_curve(points: Float[np.ndarray, "P 3"], blend: float = 0.5) -> PoseCurve:
+    """The paper's piece-wise Bezier curve through the polyline ``points``.
+
+    At a joint whose two segments are not collinear the curve leaves the first ``blend / 2`` of its length before the
+    joint and rejoins the second ``blend / 2`` of its length after it, by a quadratic Bezier curve with the joint as its
+    middle control point.
+
+    Args:
+        points: (P, 3) m, P at least 2, no two neighbours equal.
+        blend: in (0, 1].
+
+    Raises:
+        ValueError: for a blend outside (0, 1] or fewer than two points.
+    """
+    if not 0 < blend <= 1:
+        raise ValueError(f"blend {blend} is not in (0, 1]")
+    if len(points) < 2:
+        raise ValueError("a pose curve needs two points or more")
+    step = np.diff(points, axis=0)
+    unit = step / np.linalg.norm(step, axis=1, keepdims=True)
+    pieces: list[Piece] = []
+    start = points[0]
+    for i in range(1, len(points) - 1):
+        if np.linalg.norm(np.cross(unit[i - 1], unit[i])) < _STRAIGHT:
+            leave = rejoin = points[i]
+        else:
+            leave, rejoin = points[i] - blend / 2 * step[i - 1], points[i] + blend / 2 * step[i]
+        if np.linalg.norm(leave - start) > _STRAIGHT:
+            pieces.append(Piece(np.stack([start, leave])))
+        if rejoin is not leave:
+            pieces.append(Piece(np.stack([leave, points[i], rejoin])))
+        start = rejoin
+    pieces.append(Piece(np.stack([start, points[-1]])))
+    return PoseCurve(tuple(pieces))
+
+
+def pappus_volume(curve: PoseCurve, outer: float, inner: float = 0.0) -> float:
+    """Volume pi (outer^2 - inner^2) * arc length, m^3 (the paper's Pappus form); true if the tube never meets itself."""
+    return math.pi * (outer**2 - inner**2) * curve.arc_length()
+
+
+def washer_volume(curve: PoseCurve, outer: Callable[[float], float], inner: Callable[[float], float]) -> float:
+    """Volume of a curved-axis solid of revolution, m^3: pi times the integral of outer^2 - inner^2 along the curve.
+
+    ``outer`` and ``inner`` give the radii, m, at an arc length, m (the paper's washer form).
+    """
+    total, travelled = 0.0, 0.0
+    for piece in curve.pieces:
+        length = quad(piece.speed, 0, 1, limit=200)[0]
+
+        def slice_volume(t: float, piece: Piece = piece, travelled: float = travelled) -> float:
+            s = travelled + quad(piece.speed, 0, t)[0]
+            return (outer(s) ** 2 - inner(s) ** 2) * piece.speed(t)
+
+        total += math.pi * quad(slice_volume, 0, 1, limit=200)[0]
+        travelled += length
+    return total

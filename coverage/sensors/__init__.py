@@ -1,0 +1,1 @@
+"""Sensors, those that can be bought, their ranges and boards."""

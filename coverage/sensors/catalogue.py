@@ -1,0 +1,326 @@
+"""Sensors that can be bought: beam, ranges by light and target, least range, rate, power, and where each figure is from.
+
+Data only; ``effective_range`` makes a range for a use from them. Ranges are typical ones, for a target that fills the beam.
+"""
+
+import math
+from dataclasses import dataclass
+
+from . import boards
+
+WHITE = 0.88  # reflectance of the makers' white target
+_SECOND_HAND = "maker's datasheet as quoted by a third party"
+
+
+@dataclass(frozen=True)
+class Light:
+    """Ambient light as a source gives it: ``value`` in ``unit`` (of one sensor always the same), or a step of a named scale.
+    The larger the value, the harder to see."""
+
+    label: str
+    value: float
+
+
+DARK = Light("dark", 0.0)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A range, m, that was stated for this light and this reflectance of a target that fills the beam."""
+
+    light: Light
+    reflectance: float
+    range_m: float
+
+
+@dataclass(frozen=True)
+class Model:
+    """A sensor of the catalogue.
+
+    side_deg: full angle of a round beam, or of both sides of a square one. zones: in a row of a square beam, each of which
+    sees by itself. figures: the brightest target first within a light, darkest light first. unit: of ambient light, empty
+    where its lights have names. least_m: the least range that is stated; None where no source says. rate_hz: the
+    highest. no price is sourced for any of them. note: what was made of the source's words. board: a common one that
+    carries it, None where none is sourced.
+    """
+
+    name: str
+    title: str
+    side_deg: float
+    square: bool
+    zones: int
+    figures: tuple[Figure, ...]
+    unit: str
+    least_m: float | None
+    rate_hz: float | None
+    source: str
+    note: str = ""
+    board: boards.Board | None = None
+
+    @property
+    def zone_deg(self) -> tuple[float, float]:
+        """Sides of what sees by itself, degrees: the beam, or one zone of it."""
+        return self.side_deg / self.zones, self.side_deg / self.zones
+
+    @property
+    def lights(self) -> tuple[Light, ...]:
+        """Lights with a figure, the darkest first."""
+        return tuple(sorted({f.light for f in self.figures}, key=lambda light: light.value))
+
+
+def _by_light(unit: str, *pairs: tuple[float, float], white: float = WHITE) -> tuple[Figure, ...]:
+    """Figures of a bright target from pairs of a light in ``unit`` (0: dark) and a range, m."""
+    return tuple(Figure(Light(f"{v:g}{unit}", v) if v else DARK, white, r) for v, r in pairs)
+
+
+def side_of_diagonal(diagonal_deg: float) -> float:
+    """Side of the square beam whose opposite corners are ``diagonal_deg`` apart, degrees: it lies inside the cone of the
+    diagonal."""
+    return math.degrees(2 * math.atan(math.tan(math.radians(diagonal_deg) / 2) / math.sqrt(2)))
+
+
+_L1X_BEAM = "27° is across the corners: sides of 27°/√2 = 19.1°"
+_L1X = (27 / math.sqrt(2), True, 1)
+_ROW = (
+    Model(
+        "vl53l0x",
+        "ST VL53L0X",
+        25.0,
+        False,
+        1,
+        (Figure(Light("indoors", 1.0), WHITE, 2.0), Figure(Light("overcast", 2.0), WHITE, 0.8)),
+        "",
+        0.03,
+        50.0,
+        f"{_SECOND_HAND}; rate and beam: MathWorks, VL53L0X block of the STM32 blockset",
+        "rate 5 to 50 Hz by the timing budget",
+        boards.VL53L0X,
+    ),
+    Model(
+        "vl53l1x",
+        "ST VL53L1X, long mode",
+        *_L1X,
+        (
+            *_by_light("kcps", (0, 3.6), (50, 1.66), (200, 0.73)),
+            Figure(DARK, 0.17, 1.70),
+        ),
+        "kcps",
+        0.04,
+        50.0,
+        _SECOND_HAND,
+        _L1X_BEAM,
+        boards.VL53L1X,
+    ),
+    Model(
+        "vl53l1x-medium",
+        "ST VL53L1X, medium mode",
+        *_L1X,
+        _by_light("kcps", (0, 2.9), (200, 0.76)),
+        "kcps",
+        0.04,
+        50.0,
+        _SECOND_HAND,
+        _L1X_BEAM,
+        boards.VL53L1X,
+    ),
+    Model(
+        "vl53l1x-short",
+        "ST VL53L1X, short mode",
+        *_L1X,
+        _by_light("kcps", (0, 1.36), (200, 1.35)),
+        "kcps",
+        0.04,
+        50.0,
+        _SECOND_HAND,
+        _L1X_BEAM,
+        boards.VL53L1X,
+    ),
+    Model(
+        "vl53l4cd",
+        "ST VL53L4CD",
+        18.0,
+        False,
+        1,
+        _by_light("klx", (0, 1.2)),
+        "klx",
+        0.001,
+        100.0,
+        "ST, brief of STSW-IMG026",
+        board=boards.VL53L4CD,
+    ),
+    Model(
+        "vl53l5cx",
+        "ST VL53L5CX, 8×8 zones",
+        45.0,
+        True,
+        8,
+        _by_light("klx", (0, 3.5), (5, 1.1)),
+        "klx",
+        None,
+        15.0,
+        _SECOND_HAND,
+        "ranges of the inner zones",
+        boards.VL53L5CX,
+    ),
+    Model(
+        "vl53l5cx-4x4",
+        "ST VL53L5CX, 4×4 zones",
+        45.0,
+        True,
+        4,
+        _by_light("klx", (0, 4.0), (5, 1.7)),
+        "klx",
+        None,
+        60.0,
+        _SECOND_HAND,
+        board=boards.VL53L5CX,
+    ),
+    Model(
+        "vl53l7cx",
+        "ST VL53L7CX, 8×8 zones",
+        60.0,
+        True,
+        8,
+        _by_light("klx", (0, 2.0), (5, 0.5)),
+        "klx",
+        None,
+        15.0,
+        _SECOND_HAND,
+        "ranges of the inner zones",
+    ),
+    Model(
+        "vl53l8cx",
+        "ST VL53L8CX",
+        45.0,
+        True,
+        4,
+        _by_light("klx", (0, 4.0)),
+        "klx",
+        0.02,
+        60.0,
+        "ST, UM3109 and DS14161",
+        "as 4×4 zones, at which 60 Hz hold",
+    ),
+    Model(
+        "tmf8820",
+        "ams-OSRAM TMF8820, 3×3 zones",
+        side_of_diagonal(63.0),
+        True,
+        3,
+        _by_light("klx", (0, 5.0)),
+        "klx",
+        0.01,
+        30.0,
+        "ams-OSRAM, product pages",
+        "63° taken across the corners of a square, the smaller reading",
+    ),
+    Model(
+        "teraranger-one",
+        "TeraRanger One",
+        3.4,
+        False,
+        1,
+        _by_light("klx", (0, 14.0)),
+        "klx",
+        0.2,
+        None,
+        "Terabee, ROS driver",
+    ),
+    Model(
+        "teraranger-evo-60m",
+        "TeraRanger Evo 60m",
+        2.0,
+        False,
+        1,
+        _by_light("klx", (0, 60.0)),
+        "klx",
+        0.5,
+        None,
+        "Terabee, ROS driver",
+    ),
+    Model(
+        "teraranger-evo-3m",
+        "TeraRanger Evo 3m",
+        2.0,
+        False,
+        1,
+        _by_light("klx", (0, 3.0)),
+        "klx",
+        0.1,
+        None,
+        "Terabee, ROS driver",
+    ),
+    Model(
+        "teraranger-evo-mini",
+        "TeraRanger Evo Mini, 1 px, long",
+        20.0,
+        False,
+        1,
+        _by_light("klx", (0, 3.3)),
+        "klx",
+        0.03,
+        None,
+        "Terabee, ROS driver",
+    ),
+    Model(
+        "tfmini",
+        "Benewake TFmini",
+        2.3,
+        False,
+        1,
+        (*_by_light("klx", (0, 12.0), white=0.9), Figure(DARK, 0.1, 5.0)),
+        "klx",
+        0.3,
+        100.0,
+        "Benewake, SJ-GU-TFmini-01 (12 m at 90 %, 5 m at 10 %, indoors)",
+    ),
+    Model(
+        "tfmini-s",
+        "Benewake TFmini-S",
+        2.0,
+        False,
+        1,
+        _by_light("klx", (0, 12.0), white=0.9),
+        "klx",
+        0.1,
+        100.0,
+        "Benewake, datasheet",
+    ),
+    Model(
+        "tfmini-plus",
+        "Benewake TFmini Plus",
+        3.6,
+        False,
+        1,
+        _by_light("klx", (0, 12.0), white=0.9),
+        "klx",
+        0.1,
+        1000.0,
+        "Benewake, datasheet (12 m at 90 %, indoors)",
+    ),
+)
+MODELS = {model.name: model for model in _ROW}
+
+
+def model(name: str) -> Model:
+    """The sensor of the catalogue called ``name``; ValueError lists those there are."""
+    if name not in MODELS:
+        raise ValueError(f"unknown sensor {name!r}; known: {', '.join(MODELS)}")
+    return MODELS[name]
+
+
+@dataclass(frozen=True)
+class Supply:
+    """Electrical power of one sensor at work, W; whether the source has it as a limit or as typical; and the source."""
+
+    power_w: float
+    limit: bool
+    source: str
+
+
+SUPPLIES = {  # no price is sourced for any sensor
+    "tfmini": Supply(0.6, True, "Benewake, SJ-GU-TFmini-T-01 A02, average power"),
+    "tfmini-s": Supply(0.7, True, "Benewake, SJ-GU-TFmini-S-01 A00"),
+    "tfmini-plus": Supply(0.55, False, "Benewake, SJ-GU-TFmini-Plus-01 A04"),
+    "vl53l8cx": Supply(0.215, False, "ST, DS14161, continuous, as quoted by a third party"),
+}

@@ -1,0 +1,1 @@
+"""The soft estimator: coverage with a gradient, over points sampled once."""

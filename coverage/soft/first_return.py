@@ -1,0 +1,61 @@
+"""Where single-zone sensors are blinded, as the soft estimator sees it.
+
+The exact distance (``occlusion.first_return``) jumps where something is just grazed. Here it is smooth: what stands beside
+the beam by x counts as if it stood ``GRAZE`` x further off. A body of the robot is a row of balls. Of an obstacle the points
+count among which the exact nearest one is, so that where it stands in the beam the distance is the exact one.
+"""
+
+from functools import reduce
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from ..arrays import dot, root
+from ..occlusion.first_return import Beam, cone_gap, meeting_points
+from ..robots.link_bodies import Capsules
+from ..solids.cones import Cones
+from ..solids.polyhedra import Polyhedron, largest
+
+BALLS = 17  # of a row that stands for a body
+GRAZE = 200.0
+
+
+def _rows_of_balls(bodies: Capsules) -> Any:
+    """Centres (N, BALLS, 3) m along the axes."""
+    share = jnp.linspace(0.0, 1.0, BALLS, dtype=bodies.start.dtype)[None, :, None]
+    return bodies.start[:, None] * (1 - share) + bodies.end[:, None] * share
+
+
+def _by_bodies(looks: Beam, bodies: Capsules) -> Any:
+    """Where the robot's bodies blind sensors (K,) m."""
+    centre, radius = _rows_of_balls(bodies)[None], bodies.radius[None, :, None]
+    beam = Beam(*(a[:, None, None] for a in looks))
+    v = centre - beam.apex
+    beside = jnp.maximum(cone_gap(beam, centre), 0.0)
+    within = jnp.minimum(beside, radius)
+    stop = root(dot(v, v)) - radius + within * within / radius + GRAZE * (beside - within)
+    return jnp.maximum(stop, 0.0).min(axis=(1, 2))
+
+
+def _by_obstacle(looks: Beam, body: Polyhedron) -> Any:
+    """Where an obstacle blinds sensors (K,) m; 0 for those within it. Only the point that counts has a slope."""
+    beam = Beam(*(a[:, None] for a in looks))
+
+    def stop(points: Any) -> Any:
+        v = points - beam.apex
+        beside, outside = cone_gap(beam, points), largest(points, body.normal, body.offset)
+        return root(dot(v, v)) + GRAZE * (jnp.maximum(beside, 0.0) + jnp.maximum(outside, 0.0))
+
+    points = jnp.concatenate([beam.apex, meeting_points(looks, body)], axis=1)
+    nearest = stop(jax.lax.stop_gradient(points)).argmin(axis=1)
+    return stop(jnp.take_along_axis(points, nearest[:, None, None], axis=1))[:, 0]
+
+
+def soft_stop(cones: Cones, bodies: Capsules, obstacles: tuple[Polyhedron, ...] = ()) -> Any:
+    """Where sensors are blinded (K,) m, smoothly; their range and more where they are not. By the axes' lengths it has no
+    slope: on the mantle of a cone whose axis is no unit vector what meets there would not meet."""
+    axis = cones.axis / root(dot(cones.axis, cones.axis))[:, None]
+    looks = Beam(cones.apex, axis, cones.half_angle, cones.range_m)
+    stops = [_by_bodies(looks, bodies), *(_by_obstacle(looks, body) for body in obstacles)]
+    return reduce(jnp.minimum, stops, 1.1 * cones.range_m / jnp.cos(cones.half_angle))

@@ -1,0 +1,85 @@
+"""The soft estimator after a loss: a differentiable zeta without each of several groups of cones (the sensors of a ring).
+
+A point stays unseen after the loss of group g by the product of 1 - p over all cones outside g. All these products come from
+one product for each group, multiplied from both ends so that nothing is divided by; and as in ``estimator``, the slope of a
+weighted sum of them by the f of cone j is p_j times the sum itself, less the term of its own group, which is gone there.
+"""
+
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Float, Int
+
+from ..arrays import Array
+from .cones import Near, SoftBeams
+from .estimator import CUT, Seen, Soft, free_and_occupied, over_groups
+from .sampling import Cloud
+
+
+def soft_losses(
+    seen: Seen,
+    group: Int[Array, " K"],
+    cloud: Cloud,
+    width: Any,
+    weights: Float[jax.Array, " G"],
+    cut: Any = CUT,
+    slopes: Any = True,
+) -> Soft:
+    """Soft zeta (G,) after the loss of each group, and the gradient of their sum by ``weights``.
+
+    Args:
+        seen, cloud, width, cut, slopes: see ``soft_zeta``. Memory grows with G times the points worked on at once.
+        group: number of each cone's group, below G.
+        weights: of each loss in the gradient.
+    """
+    add = partial(_add_group, jnp.append(jnp.asarray(group), len(weights)), weights)
+    return over_groups(add, seen, cloud, width, cut, slopes, weights.shape)
+
+
+def _all_but_one(products: Any) -> Any:
+    """For each of G factors (G, ...) the product of the others."""
+
+    def one_more(product: Any, factor: Any) -> tuple[Any, Any]:
+        return product * factor, product
+
+    _, before = jax.lax.scan(one_more, jnp.ones_like(products[0]), products)
+    _, after = jax.lax.scan(one_more, jnp.ones_like(products[0]), products, reverse=True)
+    return before * after
+
+
+def _add_group(
+    group: Any,
+    weights: Any,
+    beams: SoftBeams,
+    near: Near,
+    blocks: Any,
+    width: Any,
+    slopes: Any,
+    unseen_before: Any,
+    slope_before: Any,
+) -> tuple[Any, Any]:
+    """Add a group of g blocks: the sums (G,) of what is unseen after each loss, and ``width`` times the gradient."""
+    points, weight, *_ = blocks
+    row = jnp.arange(len(weight))[:, None]
+
+    def multiply(j: Any, products: Any) -> Any:
+        chosen, some = near.beams_of(j)
+        t, *_ = beams.pairs(points, some, width)
+        return products.at[group[chosen], row].multiply(free_and_occupied(t)[0])
+
+    ones = jnp.ones((len(weights) + 1, *weight.shape), weight.dtype)  # the last is of cones that stand in for none
+    unseen = weight[None] * _all_but_one(jax.lax.fori_loop(0, near.pieces, multiply, ones)[:-1])
+    weighted = weights[:, None, None] * unseen
+    others = jnp.moveaxis(weighted.sum(axis=0)[None] - weighted, 0, 1)
+
+    def differentiate(j: Any, slope: Any) -> Any:
+        chosen, some = near.beams_of(j)
+        t, *geometry = beams.pairs(points, some, width)
+        own = jax.nn.one_hot(group[chosen], len(weights), dtype=t.dtype)
+        pull = jnp.matmul(own, others, precision="highest") * free_and_occupied(t)[1]  # sooner than to look each up
+        return slope.at[chosen].add(beams.slopes(points, some, pull, *geometry))
+
+    end = jnp.where(slopes, near.pieces, 0)
+    return unseen_before + unseen.sum(axis=(1, 2)), jax.lax.fori_loop(0, end, differentiate, slope_before)

@@ -1,0 +1,123 @@
+"""Beams past the obstacles of a cell, as the soft estimator sees them.
+
+Convex polyhedra throw shadows with plane sides. Where the apex moves, the faces stay, and a plane through the apex and an
+edge turns about the edge: what it says of a point changes by its normal times how far the point lies from the edge, in the
+plane, over how far the apex does. Within an obstacle a sensor sees nothing, and nothing says which way is out.
+
+Under ``blind`` obstacles blind sensors of one zone, as the robot's bodies do (``first_return``), and shadow the others
+alone.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from ..arrays import dot
+from ..solids.cones import Cones
+from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
+from ..solids.sensor_beams import Optics
+from .cones import Near, SoftBeams, by_apex
+from .pyramids import soft_beams
+from .robot_occlusion import Hidden, HiddenBeams
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class InCell:
+    """Cones, or beams of both shapes, past bodies or not, among obstacles."""
+
+    seen: Cones | Hidden
+    obstacles: tuple[Polyhedron, ...]
+
+
+def _turns(apex: Any, body: Polyhedron) -> tuple[Any, Any]:
+    """How the planes of ``polyhedron_shadow`` turn: vectors w (K, M, 3) 1/m and numbers c (K, M), such that a plane of
+    normal n says w . p - c times n less of a point p for each metre that the apex moves."""
+    start, end = body.edges[None, :, 0], body.edges[None, :, 1]
+    v, along = apex[:, None] - start, end - start
+    v = v - (dot(v, along) / dot(along, along))[..., None] * along
+    square = dot(v, v)
+    w = jnp.where((square > 0)[..., None], v / jnp.where(square > 0, square, 1.0)[..., None], 0.0)
+    faces = len(body.offset)
+    return jnp.pad(w, ((0, 0), (faces, 0), (0, 0))), jnp.pad(dot(w, start), ((0, 0), (faces, 0)))
+
+
+class CellBeams(SoftBeams):
+    """See ``SoftBeams``: those of what is seen, less the obstacles' shadows. shadowed (K,): of those that have any; None: of
+    all."""
+
+    def __init__(self, inner: SoftBeams, obstacles: tuple[Polyhedron, ...], shadowed: Any = None) -> None:
+        self._inner = inner
+        self.cones, self.count, self.columns = inner.cones, inner.count, inner.columns
+        apex, self._planes = self.cones.apex, []
+        for body in obstacles:
+            normal, offset = polyhedron_shadow(apex, body)
+            if shadowed is not None:
+                normal = jnp.where(shadowed[:, None, None], normal, 0.0)
+                offset = jnp.where(shadowed[:, None], offset, -NOWHERE)
+            # The stand-in for no cone sees nothing in any case: its planes have normals of 0.
+            some = (normal, 0.0), (offset, -1.0), *((a, 0.0) for a in _turns(apex, body))
+            self._planes.append(
+                tuple(jnp.pad(a, ((0, 1), *((0, 0),) * (a.ndim - 1)), constant_values=none) for a, none in some)
+            )
+
+    def near(self, blocks: Any, width: Any, cut: Any) -> Near:
+        """See ``SoftBeams``."""
+        inner = self._inner.near(blocks, width, cut)
+
+        def beams_of(j: Any) -> tuple[Any, tuple[Any, ...]]:
+            chosen, some = inner.beams_of(j)
+            return chosen, (*some[:1], tuple(tuple(a[chosen] for a in planes) for planes in self._planes), some)
+
+        return Near(inner.pieces, inner.most, beams_of)
+
+    def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
+        """As of ``SoftBeams``, and where an obstacle hides a point, and the slopes of that by the apex."""
+        _, obstacles, inner = some
+        t, *geometry = self._inner.pairs(points, inner, width)
+        most, slopes = jnp.full_like(t, -jnp.inf), [jnp.zeros_like(t)] * 3
+        for planes in obstacles:
+            value, *turned = _largest(points, *planes)
+            slopes = [jnp.where(-value > most, new, old) for new, old in zip(turned, slopes, strict=True)]
+            most = jnp.maximum(most, -value)
+        hidden = most / width
+        return jnp.maximum(t, hidden), *geometry, hidden > t, *slopes
+
+    def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
+        """See ``SoftBeams``."""
+        *of_inner, hidden, x, y, z = geometry
+        found = self._inner.slopes(points, some[2], jnp.where(hidden, 0, pull), *of_inner)
+        return found + by_apex(jnp.where(hidden, pull, 0), (x, y, z), found.shape[2])
+
+    def pulled_back(self, slope: Any) -> tuple[Any, ...]:
+        """See ``SoftBeams``."""
+        return self._inner.pulled_back(slope)
+
+
+def _largest(points: Any, normal: Any, offset: Any, w: Any, c: Any) -> tuple[Any, ...]:
+    """Of planes (g, c, M, ...) the largest at points (g, B, 3), (g, c, B) m, and by how much less it is for each metre that
+    the apex moves along x, y and z."""
+    p = points[:, None]
+    value, x, y, z, turn = (jnp.full((*offset.shape[:2], points.shape[1]), a, points.dtype) for a in (-jnp.inf, 0, 0, 0, 0))
+    for i in range(offset.shape[2]):
+        n, along = normal[:, :, None, i], w[:, :, None, i]
+        found = dot(p, n) - offset[:, :, None, i]
+        more = found > value
+        value = jnp.maximum(value, found)
+        turn = jnp.where(more, dot(p, along) - c[:, :, None, i], turn)
+        x, y, z = (jnp.where(more, n[..., k], old) for k, old in enumerate((x, y, z)))
+    return value, turn * x, turn * y, turn * z
+
+
+@soft_beams.register
+def _(seen: InCell) -> SoftBeams:
+    hidden = seen.seen if isinstance(seen.seen, Hidden) else None
+    cones: Any = hidden.cones if hidden else seen.seen
+    dtype = cones.apex.dtype
+    obstacles = jax.tree.map(lambda a: jnp.asarray(a, dtype if a.dtype.kind == "f" else None), seen.obstacles)
+    if hidden is None or hidden.occlusion != "blind":
+        return CellBeams(soft_beams(seen.seen), obstacles)
+    inner = HiddenBeams(hidden, obstacles)
+    return CellBeams(inner, obstacles, cones.zoned) if isinstance(cones, Optics) else inner

@@ -1,0 +1,100 @@
+"""Quasi-random points, uniform in a solid, and compact blocks of points, each judged against a cone at once."""
+
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.stats import qmc
+
+from ..arrays import Array
+from ..solids.base import Parts, Solid, fold
+
+_BATCH = 1 << 10  # candidates tested at once: in cache
+_MOST = 32_000 * _BATCH  # candidates
+_FIRST = 256 * _BATCH  # candidates after which a pace is known that would need more than these
+
+
+class EmptySolidError(ValueError):
+    """A solid in which no point was found."""
+
+
+def _inside(solid: Solid, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
+    """Which points lie inside, but for those on a surface: NumPy is done before a compiler would have begun."""
+
+    def verdicts(parts: Parts) -> Float[np.ndarray, " N"]:
+        return np.where(parts.holds(points), -1.0, 1.0)
+
+    return fold(solid, verdicts) < 0
+
+
+def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
+    """The first ``count`` points of a scrambled Sobol sequence over the solid's box that lie inside it.
+
+    Args:
+        solid: where the points shall lie.
+        count: N, how many.
+        seed: of the scrambling; the same seed gives the same points.
+
+    Returns:
+        (N, 3) m.
+
+    Raises:
+        EmptySolidError: if hardly any candidate is inside.
+    """
+    low, high = solid.bounds()
+    sequence = qmc.Sobol(3, seed=seed)
+    found: list[np.ndarray] = []
+    total = tried = 0
+    while tried < _FIRST or total * _MOST > count * tried:
+        candidates = low + (high - low) * sequence.random(_BATCH)
+        hits = candidates[_inside(solid, candidates)]
+        found.append(hits)
+        total, tried = total + len(hits), tried + _BATCH
+        if total >= count:
+            return np.concatenate(found)[:count]
+    raise EmptySolidError(f"only {total} of {tried} points tried lie inside the target: it is empty or too thin")
+
+
+BLOCK = 64  # points a block
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Cloud:
+    """Points in n blocks of B: points (n, B, 3) m, weight (n, B): 1 for a point and 0 for padding; centre (n, 3) m and
+    radius (n,) m of a ball around each block. The blocks that hold points come first. Clouds of one shape stack along
+    leading axes."""
+
+    points: Float[Array, "*batch n B 3"]
+    weight: Float[Array, "*batch n B"]
+    centre: Float[Array, "*batch n 3"]
+    radius: Float[Array, "*batch n"]
+
+
+def _halves(points: Float[np.ndarray, "N 3"], index: np.ndarray, blocks: int, block: int) -> list[np.ndarray]:
+    """Split ``index`` at the median of its widest side again and again, whole blocks to the left."""
+    if blocks <= 1:
+        return [index]
+    left = blocks // 2
+    axis = int(np.argmax(np.ptp(points[index], axis=0)))
+    order = index[np.argpartition(points[index, axis], left * block)]
+    a, b = order[: left * block], order[left * block :]
+    return _halves(points, a, left, block) + _halves(points, b, blocks - left, block)
+
+
+def cloud(points: Float[np.ndarray, "N 3"], block: int = BLOCK, dtype: type = np.float32, blocks: int = 0) -> Cloud:
+    """Group ``points`` (N, 3) m, N at least 1, into blocks of neighbours.
+
+    The last block is filled up with weight 0, and empty blocks follow up to ``blocks``: clouds of many sizes have one
+    shape then, and what is compiled for one serves all.
+    """
+    n = len(points)
+    groups = _halves(points, np.arange(n), -(-n // block), block)
+    order = np.concatenate(groups)
+    padding = max(len(groups), blocks) * block - n
+    grouped = points[np.concatenate([order, np.full(padding, order[-1])])].reshape(-1, block, 3)
+    weight = np.concatenate([np.ones(n), np.zeros(padding)]).reshape(-1, block)
+    centre = (grouped.min(axis=1) + grouped.max(axis=1)) / 2
+    radius = np.linalg.norm(grouped - centre[:, None], axis=2).max(axis=1)
+    return Cloud(*(a.astype(dtype) for a in (grouped, weight, centre, radius)))

@@ -1,0 +1,1 @@
+"""Solids as implicit functions, and guaranteed bounds of their share of a cube."""

@@ -1,0 +1,162 @@
+"""Solids as implicit functions: negative inside, positive outside, 1-Lipschitz, in metres.
+
+A leaf of the tree is a union of many *parts* of one kind (``Cones``, ``Spheres``, a ``Tube``), so that the octree can
+hand each cell only the parts that still matter to it. Inner nodes combine: union is min, intersection is max,
+``A minus B`` is ``max(a, -b)``; each of these keeps the Lipschitz constant 1.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+from typing import Any, Protocol, runtime_checkable
+
+import jax
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ..arrays import Array, namespace
+from .volume_fraction import VolumeFraction
+
+
+@runtime_checkable
+class Solid(Protocol):
+    """Anything with an implicit function and a box around it."""
+
+    def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
+        """Implicit function at ``points`` (N, 3) m: (N,) m, at most 0 inside, 1-Lipschitz."""
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        """Lower and upper corner (2, 3) m of an axis-aligned box that holds the solid."""
+
+
+class Parts(ABC):
+    """A union of ``len(self)`` parts of one kind: the leaves of a solid's tree."""
+
+    @abstractmethod
+    def __len__(self) -> int: ...
+
+    @abstractmethod
+    def part(self, points: Any, index: Any) -> Any:
+        """Implicit function of part ``index[k]`` at ``points[k]``: (P, 3), (P,) -> (P,); shapes broadcast."""
+
+    @abstractmethod
+    def bounds(self) -> Float[np.ndarray, "2 3"]: ...
+
+    def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
+        """The least over the parts. NumPy takes one part at a time, so that memory stays (N,); JAX fuses them all."""
+        xp = namespace(points)
+        if len(self) == 0:
+            return xp.full(points.shape[:1], float("inf"), dtype=points.dtype)
+        if xp is not np:
+            return self.part(points[:, None, :], np.arange(len(self))[None]).min(axis=1)
+        return reduce(np.minimum, (self.part(points, i) for i in range(len(self))))
+
+    def holds(self, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
+        """Which points lie in the union."""
+        return np.asarray(self(points) <= 0)
+
+    def decide(
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        reach: float,
+    ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
+        """For pairs of a ball and a part: does the part matter to the ball, and is the ball wholly inside the union?
+
+        Args:
+            points: centre of each pair's ball, m.
+            cell: number of the ball, ascending.
+            index: part of each pair, ascending within a ball; parts known not to matter may be absent.
+            reach: radius of every ball, m.
+        """
+        value = self.part(points, index)
+        return value <= reach, value < -reach
+
+    @abstractmethod
+    def shares(
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
+    ) -> VolumeFraction:
+        """Bounds of the share of each of ``cubes`` cubes in the union, second order where one smooth surface cuts a cube.
+
+        Args:
+            points: centre of each pair's cube, m.
+            cell: number of the cube, ascending.
+            index: part of each pair, ascending within a cube; parts that miss a cube may be absent.
+            cubes: how many cubes there are.
+            side: of the cubes, m.
+            slack: rounding of an implicit function, m.
+        """
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class _Combination:
+    """Two solids joined by a rule on their values; subclasses name the rule and the box."""
+
+    a: Solid
+    b: Solid
+
+    def combine(self, a: Any, b: Any) -> Any:
+        raise TypeError(f"{type(self).__name__} has no rule of combination")
+
+    def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
+        return self.combine(self.a(points), self.b(points))
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Union(_Combination):
+    """Points in ``a`` or in ``b``: min."""
+
+    def combine(self, a: Any, b: Any) -> Any:
+        return namespace(a).minimum(a, b)
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        a, b = self.a.bounds(), self.b.bounds()
+        return np.stack([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Intersection(_Combination):
+    """Points in ``a`` and in ``b``: max."""
+
+    def combine(self, a: Any, b: Any) -> Any:
+        return namespace(a).maximum(a, b)
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        a, b = self.a.bounds(), self.b.bounds()
+        lower = np.maximum(a[0], b[0])
+        return np.stack([lower, np.maximum(lower, np.minimum(a[1], b[1]))])
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Difference(_Combination):
+    """Points in ``a`` and not inside ``b``: max(a, -b). The surface of ``b`` belongs to the difference."""
+
+    def combine(self, a: Any, b: Any) -> Any:
+        return namespace(a).maximum(a, -b)
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        return self.a.bounds()
+
+
+def fold(solid: Solid, leaf: Callable[[Parts], Any]) -> Any:
+    """Combine ``leaf(parts)`` over the tree of ``solid`` by its own rules of min and max.
+
+    ``leaf`` may return implicit values or verdicts (-1 inside, 0 undecided, 1 outside): both obey the same algebra.
+    """
+    if isinstance(solid, _Combination):
+        return solid.combine(fold(solid.a, leaf), fold(solid.b, leaf))
+    if isinstance(solid, Parts):
+        return leaf(solid)
+    raise TypeError(f"{type(solid).__name__} is neither a union of parts nor a combination of solids")

@@ -1,0 +1,206 @@
+"""Convex polyhedra: the obstacles of a cell, and the shadows behind them.
+
+A convex polyhedron is the intersection of half-spaces, the largest of plane functions with unit normals: 1-Lipschitz, convex
+and without curvature. Its shadow from an apex outside (see ``shadows``) is such a thing again: the half-spaces of the
+faces that look at the apex, and those of the planes through the apex and an edge between a face that looks at it and one
+that does not.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.spatial import ConvexHull, QhullError
+
+from ..arrays import Array, dot, namespace
+from .base import Parts
+from .volume_fraction import Tangent, VolumeFraction, union_bounds
+
+_DIGITS = 7  # of normals: faces of a hull that agree to these are one
+NOWHERE = 1e9  # m, offset that makes a plane function of normal 0 never count
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Polyhedron:
+    """Points p with ``normal . p <= offset`` for all F faces, normal (F, 3) unit, offset (F,) m. edges: of E edges the ends
+    (E, 2, 3) m, and the two faces (E, 2) that meet there. A half-space has one face and no edge."""
+
+    normal: Float[Array, "F 3"]
+    offset: Float[Array, " F"]
+    edges: Float[Array, "E 2 3"]
+    faces: Int[Array, "E 2"]
+
+    def __call__(self, points: Float[Array, "*batch 3"]) -> Float[Array, "*batch"]:
+        """Implicit function (...) m: at most 0 inside, 1-Lipschitz."""
+        each = dot(points[..., None, :], self.normal) - self.offset
+        return each.max(axis=-1)
+
+
+def half_space(height: float) -> Polyhedron:
+    """All that lies at z <= ``height`` m: the floor."""
+    none = np.zeros((0, 2))
+    return Polyhedron(np.array([[0.0, 0, 1]]), np.array([height]), np.zeros((0, 2, 3)), none.astype(int))
+
+
+def box(centre: Any, size: Any, rotation: Any = None) -> Polyhedron:
+    """A box: centre (3,) m, sides ``size`` (3,) m along the columns of ``rotation`` (3, 3).
+
+    Raises:
+        ValueError: if a side is not positive.
+    """
+    centre, half = np.asarray(centre, float), np.asarray(size, float) / 2
+    if not (half > 0).all():
+        raise ValueError(f"found a box of sides {tuple(2 * half)}, allowed: above 0")
+    rotation = np.eye(3) if rotation is None else np.asarray(rotation, float)
+    normal = np.concatenate([rotation.T, -rotation.T])
+    offset = normal @ centre + np.tile(half, 2)
+    edges, faces = [], []
+    for axis in range(3):
+        for second, third in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+            side = np.zeros(3)
+            others = ((axis + 1) % 3, (axis + 2) % 3)
+            side[list(others)] = second * half[others[0]], third * half[others[1]]
+            ends = [side.copy(), side.copy()]
+            ends[0][axis], ends[1][axis] = -half[axis], half[axis]
+            edges.append([centre + rotation @ end for end in ends])
+            faces.append([o + (0 if sign > 0 else 3) for o, sign in zip(others, (second, third), strict=True)])
+    return Polyhedron(normal, offset, np.array(edges), np.array(faces))
+
+
+def hull(points: Float[np.ndarray, "N 3"]) -> Polyhedron:
+    """The convex hull of points (N, 3) m; triangles of one plane are one face.
+
+    Raises:
+        ValueError: if the points lie in a plane.
+    """
+    try:
+        found = ConvexHull(points)
+    except (QhullError, ValueError) as error:
+        raise ValueError("the points span no volume") from error
+    planes, face = np.unique(np.round(found.equations, _DIGITS), axis=0, return_inverse=True)
+    normal = planes[:, :3]
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    corners = points[found.vertices]
+    offset = (corners @ normal.T).max(axis=0)  # no corner is left out by rounding
+    meet: dict[tuple[int, int], list[int]] = {}
+    for triangle, of in zip(found.simplices, face.reshape(-1), strict=True):
+        for a, b in ((0, 1), (1, 2), (2, 0)):
+            meet.setdefault((min(triangle[a], triangle[b]), max(triangle[a], triangle[b])), []).append(int(of))
+    edges = [(pair, of) for pair, of in meet.items() if of[0] != of[1]]
+    return Polyhedron(
+        normal, offset, points[[pair for pair, _ in edges]].reshape(-1, 2, 3), np.array([of for _, of in edges])
+    )
+
+
+def polyhedron_shadow(apex: Float[Array, "K 3"], body: Polyhedron) -> tuple[Float[Array, "K M 3"], Float[Array, "K M"]]:
+    """The shadow of ``body`` from each of K apexes (K, 3) m outside of it: normals (K, M, 3) and offsets (K, M) m of planes,
+    as in ``Polyhedron``; those of faces and edges that do not count have the normal 0 and never are the largest.
+
+    M is the number of faces and edges: an edge's plane counts where just one of its faces looks at the apex.
+    """
+    xp = namespace(apex)
+    looks = dot(apex[:, None], body.normal[None]) > body.offset[None]
+    normal = xp.where(looks[..., None], body.normal[None], 0.0)
+    offset = xp.where(looks, body.offset[None], NOWHERE)
+    if len(body.edges) == 0:
+        return normal, offset
+    first, second = looks[:, body.faces[:, 0]], looks[:, body.faces[:, 1]]
+    rim = first != second
+    a, b = body.edges[None, :, 0], body.edges[None, :, 1]
+    n = xp.cross(a - apex[:, None], b - apex[:, None])
+    length = xp.sqrt(xp.where(rim, dot(n, n), 1.0))
+    rim = rim & (length > 0)
+    n = xp.where(rim[..., None], n, 0.0) / xp.where(rim, length, 1.0)[..., None]
+    # Outward is away from the body: the hidden face's own normal looks that way across the edge, or the lit one's does.
+    lit = xp.where(first[..., None], body.normal[body.faces[:, 0]][None], body.normal[body.faces[:, 1]][None])
+    dark = xp.where(first[..., None], body.normal[body.faces[:, 1]][None], body.normal[body.faces[:, 0]][None])
+    n = n * xp.where(dot(n, lit) + dot(n, dark) >= 0, 1.0, -1.0)[..., None]
+    return (
+        xp.concatenate([normal, n], axis=1),
+        xp.concatenate([offset, xp.where(rim, dot(n, apex[:, None]), NOWHERE)], axis=1),
+    )
+
+
+def largest(points: Any, normal: Any, offset: Any) -> Any:
+    """The largest plane function (...) m at ``points`` (..., 3) m of planes (..., M, 3) and (..., M); shapes broadcast."""
+    xp = namespace(points)
+    value = dot(points, normal[..., 0, :]) - offset[..., 0]
+    for i in range(1, normal.shape[-2]):
+        value = xp.maximum(value, dot(points, normal[..., i, :]) - offset[..., i])
+    return value
+
+
+def crossed(a: Any, b: Any, normal: Any, offset: Any) -> Any:
+    """Do segments ``a``-``b`` (..., 3) m meet polyhedra of planes (..., M, 3) and (..., M)? Clipped plane by plane; shapes
+    broadcast."""
+    xp = namespace(a)
+    first, last = (dot(p[..., None, :], normal) - offset for p in (a, b))
+    fall = first - last
+    place = first / xp.where(fall == 0, 1.0, fall)
+    enter = xp.where(fall > 0, place, xp.where((fall == 0) & (first > 0), 2.0, 0.0)).max(axis=-1)
+    leave = xp.where(fall < 0, place, 1.0).min(axis=-1)
+    return xp.maximum(enter, 0.0) <= xp.minimum(leave, 1.0)
+
+
+def planes_share(
+    points: Float[np.ndarray, "P 3"],
+    normal: Float[np.ndarray, "P M 3"],
+    offset: Float[np.ndarray, "P M"],
+    side: float,
+    slack: float,
+) -> VolumeFraction:
+    """Bounds of the share of cubes about ``points`` where no plane function is above 0."""
+    total = VolumeFraction(np.ones(len(points)), np.ones(len(points)))
+    for i in range(normal.shape[1]):
+        n = normal[:, i]
+        value = dot(points, n) - offset[:, i]
+        reach = np.abs(n).sum(axis=1) * side / 2 + slack
+        total.low[value > reach] = 0.0
+        total.high[value > reach] = 0.0
+        cut = np.flatnonzero(np.abs(value) <= reach)
+        if len(cut):
+            share = Tangent(value[cut], n[cut], np.zeros(len(cut))).share(side, slack)
+            both = VolumeFraction(total.low[cut], total.high[cut]) & share
+            total.low[cut], total.high[cut] = both.low, both.high
+    return total
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Polyhedra(Parts):
+    """A union of convex polyhedra. normal (K, M, 3), offset (K, M): planes, filled up with normals 0 that never count; box
+    (2, 3) m: what is asked about lies in it, as a floor has no end."""
+
+    normal: Float[Array, "K M 3"]
+    offset: Float[Array, "K M"]
+    box: Float[Array, "2 3"]
+
+    def __len__(self) -> int:
+        return len(self.offset)
+
+    def part(self, points: Any, index: Any) -> Any:
+        return largest(points, self.normal[index], self.offset[index])
+
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
+        """See ``Parts.shares``: each face is a plane."""
+        normal, offset = np.asarray(self.normal)[index], np.asarray(self.offset)[index]
+        value = dot(points[:, None], normal) - offset
+        top = value.argmax(axis=1)
+        n = np.take_along_axis(normal, top[:, None, None], axis=1)[:, 0]
+        share = planes_share(points, normal, offset, side, slack)
+        return union_bounds(cell, cubes, share, value.max(axis=1), n, side, slack)
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        return np.asarray(self.box)
+
+
+def polyhedra(bodies: tuple[Polyhedron, ...], box: Float[np.ndarray, "2 3"]) -> Polyhedra:
+    """The union of ``bodies``, of which what lies in ``box`` (2, 3) m is asked about."""
+    most = max((len(b.offset) for b in bodies), default=1)
+    normal, offset = np.zeros((len(bodies), most, 3)), np.full((len(bodies), most), NOWHERE)
+    for i, b in enumerate(bodies):
+        normal[i, : len(b.offset)], offset[i, : len(b.offset)] = b.normal, b.offset
+    return Polyhedra(normal, offset, box)

@@ -1,0 +1,42 @@
+"""Balls as implicit functions."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import Float
+
+from ..arrays import Array, dot, root, rows
+from .base import Parts
+from .volume_fraction import VolumeFraction, distance_tangent, union_bounds
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Spheres(Parts):
+    """A union of balls: centre (K, 3) m, radius (K,) m. ``|p - c| - r`` is a signed distance, hence 1-Lipschitz."""
+
+    centre: Float[Array, "K 3"]
+    radius: Float[Array, " K"]
+
+    def __len__(self) -> int:
+        return self.centre.shape[0]
+
+    def part(self, points: Any, index: Any) -> Any:
+        v = points - rows(self.centre, index)
+        return root(dot(v, v)) - self.radius[index]
+
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
+        """See ``Parts.shares``."""
+        t = distance_tangent(points - rows(self.centre, index), self.radius[index], side)
+        return union_bounds(cell, cubes, t.share(side, slack), t.value, t.normal, side, slack)
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        centre, radius = np.asarray(self.centre), np.asarray(self.radius)[:, None]
+        return np.stack([(centre - radius).min(axis=0), (centre + radius).max(axis=0)])
+
+
+def sphere(centre: Any, radius: float) -> Spheres:
+    """One ball: ``centre`` (3,) m, ``radius`` m."""
+    return Spheres(np.asarray(centre, dtype=float)[None], np.array([float(radius)]))

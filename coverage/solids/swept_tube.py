@@ -1,0 +1,146 @@
+"""The tube swept by a disc along the pose curve: V_S's outer solid and V_R."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ..arrays import Array, dot, namespace, root, rows
+from .base import Parts
+from .volume_fraction import Tangent, VolumeFraction, distance_tangent, first_of, share_under, union_bounds
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Tube(Parts):
+    """Slabs between neighbouring discs: the points where the two plane functions differ in sign, within ``radius`` of
+    the segment between the discs' centres.
+
+    Where the discs of a tight bend cross, both sides of the crossing belong to the tube. Each plane function
+    ``s = (p - centre) . normal`` has a gradient of length 1, the distance from a segment too, and the rest is min and
+    max: a slab is 1-Lipschitz.
+
+    centre (D, 3) m, normal (D, 3) unit (the curve's tangent), radius m, first (S,): slab k lies between the discs
+    first[k] and first[k] + 1.
+    """
+
+    centre: Float[Array, "D 3"]
+    normal: Float[Array, "D 3"]
+    radius: Any
+    first: Int[Array, " S"]
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+    def _slab(self, points: Any, index: Any) -> tuple[Any, Any, Any]:
+        """Signed distances of ``points`` from the first and second disc's plane of slab ``index``, m, and the way (..., 3)
+        from the nearest point of the segment between the discs' centres, m."""
+        xp = namespace(points)
+        i = self.first[index]
+        start, end = rows(self.centre, i), rows(self.centre, i + 1)
+        v, along = points - start, end - start
+        before = dot(v, rows(self.normal, i))
+        after = dot(points - end, rows(self.normal, i + 1))
+        length2 = dot(along, along)
+        t = xp.clip(dot(v, along) / xp.where(length2 > 0, length2, 1.0), 0.0, 1.0)
+        return before, after, v - t[..., None] * along
+
+    def part(self, points: Any, index: Any) -> Any:
+        before, after, across = self._slab(points, index)
+        distance, xp = root(dot(across, across)), namespace(points)
+        crossing = xp.minimum(xp.maximum(-before, after), xp.maximum(before, -after))
+        return xp.maximum(crossing, distance - self.radius)
+
+    def holds(self, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
+        """See ``Parts.holds``: distances are measured only where the signs of a slab's two planes differ, which few do."""
+        height = self.normal @ points.T - dot(self.centre, self.normal)[:, None]
+        positive, negative, i = height >= 0, height <= 0, self.first
+        differ = np.flatnonzero((positive[i] & negative[i + 1]) | (negative[i] & positive[i + 1]))
+        slab, point = np.divmod(differ, len(points))
+        found = np.zeros(len(points), bool)
+        found[point[self.part(points[point], slab) <= 0]] = True
+        return found
+
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        centre = np.asarray(self.centre)
+        return np.stack([centre.min(axis=0) - self.radius, centre.max(axis=0) + self.radius])
+
+    def decide(
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        reach: float,
+    ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
+        """See ``Parts.decide``; a ball may be wholly inside the tube though in no single slab.
+
+        On the face between two neighbouring slabs the least over slabs is 0, deep inside the tube. So look along a run of
+        consecutive slabs whose segments are all nearer than ``radius - reach`` to the centre: if one disc of the run has
+        the whole ball on its positive side and another has it on its negative side, then along the run every point of the
+        ball changes sign between some two neighbours, and is within ``radius`` of the segment between them. A slab that is
+        absent has both discs on the same side of the ball, or lies too far: neither can complete a run.
+        """
+        before, after, across = self._slab(points, index)
+        distance = root(dot(across, across))
+        crossing = np.minimum(np.maximum(-before, after), np.maximum(before, -after))
+        near = distance < self.radius - reach
+        run = self._runs(cell, index, near)
+        positive, negative = np.zeros((2, len(cell) + 1), bool)
+        positive[run[near & ((before > reach) | (after > reach))]] = True
+        negative[run[near & ((before < -reach) | (after < -reach))]] = True
+        matters = np.maximum(crossing, distance - self.radius) <= reach
+        return matters, (positive & negative)[run] & near
+
+    def _runs(self, cell: Any, index: Any, near: Any) -> Int[np.ndarray, " P"]:
+        """Number of the run of each pair: consecutive slabs of one cell, all of them near."""
+        disc = self.first[index]
+        joined = np.zeros(len(cell), bool)
+        joined[1:] = (cell[1:] == cell[:-1]) & (disc[1:] == disc[:-1] + 1) & near[1:] & near[:-1]
+        return np.cumsum(~joined)
+
+    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
+        """See ``Parts.shares``. A slab is what lies between two planes, on the positive side of one and the negative of
+        the other, and near the segment.
+
+        A cube that the plane between two slabs crosses has a share in both. Where along a run of consecutive slabs one disc
+        has the whole cube on its positive side and another on its negative side (see ``decide``), each point of the cube
+        lies between the planes of some slab of the run: those near all its segments are inside.
+        """
+        before, after, across = self._slab(points, index)
+        round_ = distance_tangent(across, self.radius, side)
+        planes = []
+        for value, disc in ((before, self.first[index]), (after, self.first[index] + 1)):
+            normal = rows(self.normal, disc)
+            planes.append((value, np.abs(normal).sum(axis=1) * side / 2 + slack, normal))
+        below = [_plane_share(*plane, side, slack) for plane in planes]
+        between = -(-(-below[0] & below[1]) & -(below[0] & -below[1]))
+        each = round_.share(side, slack) & between
+        union = union_bounds(cell, cubes, each, round_.value, round_.normal, side, slack)
+        run = self._runs(cell, index, np.ones(len(cell), bool))
+        positive, negative = np.zeros((2, len(cell) + 1), bool)
+        for value, reach, _ in planes:
+            positive[run[value > reach]] = True
+            negative[run[value < -reach]] = True
+        held = (positive & negative)[run]
+        if held.any():
+            first = first_of(run[held])
+            value, normal, where = round_.value[held], rows(round_.normal, np.flatnonzero(held)), cell[held][first]
+            head = np.repeat(first, np.diff(first, append=len(value)))
+            depth = value + round_.rise(side)[held] + np.abs(normal - normal[head]).sum(axis=1) * side / 2
+            depth = (np.maximum.reduceat(depth, first) + 2 * slack) / side
+            inside = share_under(depth, depth, normal[first])
+            np.maximum.at(union.low, where, inside.low)
+        return union
+
+
+def _plane_share(value: Any, reach: Any, normal: Any, side: float, slack: float) -> VolumeFraction:
+    """Bounds of the share of cubes on the negative side of planes; most planes miss the cube."""
+    low = np.where(value < -reach, 1.0, 0.0)
+    high = np.where(value > reach, 0.0, 1.0)
+    cut = np.flatnonzero(np.abs(value) <= reach)
+    if len(cut):
+        share = Tangent(value[cut], normal[cut], np.zeros(len(cut))).share(side, slack)
+        low[cut], high[cut] = share.low, share.high
+    return VolumeFraction(low, high)

@@ -1,0 +1,202 @@
+"""Guaranteed bounds of the share of a cube that lies in a solid.
+
+A smooth convex surface f = 0 stays between its tangent plane at the cube's centre, g <= f, and a parabola above it,
+f <= g + bend t^2 / 2, where t is measured across the surface's normal. The share of a cube under a plane has a closed
+form; what lies between plane and parabola is bounded by the curvature and falls with the square of the cube's side.
+
+Shares of several solids combine by the bounds that hold however they overlap: ``a or b`` holds at least the larger and at
+most the sum, ``a and b`` at least what exceeds the cube and at most the smaller.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ..arrays import dot
+
+TILT = 2.0**-14  # least component of a normal: smaller ones are raised to it and the plane moved by what that can do
+ROUNDING = 1e-14  # of the closed form, times the reciprocal product of the normal's components
+
+
+class _Algebra:
+    """Shares obey the algebra of a solid's tree: min is union, max is intersection."""
+
+    @staticmethod
+    def minimum(a: "VolumeFraction", b: "VolumeFraction") -> "VolumeFraction":
+        """Bounds of the share in ``a`` or ``b``."""
+        return VolumeFraction(np.maximum(a.low, b.low), np.minimum(a.high + b.high, 1.0))
+
+    @staticmethod
+    def maximum(a: "VolumeFraction", b: "VolumeFraction") -> "VolumeFraction":
+        """Bounds of the share in ``a`` and ``b``."""
+        return VolumeFraction(np.maximum(a.low + b.low - 1.0, 0.0), np.minimum(a.high, b.high))
+
+
+@dataclass(frozen=True)
+class VolumeFraction:
+    """Bounds low <= share <= high (N,), in [0, 1], of N cubes."""
+
+    low: Float[np.ndarray, " N"]
+    high: Float[np.ndarray, " N"]
+
+    def __neg__(self) -> "VolumeFraction":
+        return VolumeFraction(1.0 - self.high, 1.0 - self.low)
+
+    def __and__(self, other: "VolumeFraction") -> "VolumeFraction":
+        return _Algebra.maximum(self, other)
+
+    def only(self, keep: Bool[np.ndarray, " N"] | Int[np.ndarray, " M"]) -> "VolumeFraction":
+        """The shares of the cubes that are kept, by a truth value for each or by their numbers."""
+        return VolumeFraction(self.low[keep], self.high[keep])
+
+    def __array_namespace__(self) -> type[_Algebra]:
+        """Lets ``fold`` combine shares as it combines values."""
+        return _Algebra
+
+
+def share_under(
+    above: Float[np.ndarray, " N"], below: Float[np.ndarray, " N"], normal: Float[np.ndarray, "N 3"]
+) -> VolumeFraction:
+    """Bounds of the share of the unit cube about the origin where ``value + normal . x <= 0``, ``below <= value <= above``.
+
+    With components a >= b >= c > 0 of the normal and t the way from the lowest corner to the plane, at most half of the
+    way through the cube, the share is (t^3 - (t - a)^3 - (t - b)^3 - (t - c)^3 + (t - b - c)^3) / (6 a b c) over the
+    positive brackets: the distribution of a sum of three uniform variables. Beyond the middle the other side is computed.
+
+    Args:
+        above, below: (N,), in sides of the cube.
+        normal: (N, 3), of length 1 or less.
+    """
+    x, y, z = np.abs(normal.T)
+    give = sum(np.maximum(TILT - v, 0.0) for v in (x, y, z)) / 2
+    x, y, z = (np.maximum(v, TILT) for v in (x, y, z))
+    more, less = np.maximum(x, y), np.minimum(x, y)
+    a, b, c = np.maximum(more, z), np.maximum(less, np.minimum(more, z)), np.minimum(less, z)
+    offset = np.stack([above + give, below - give])
+    t = np.maximum((a + b + c) / 2 - np.abs(offset), 0.0)
+    total = t * t * t
+    for part in (a, b, c):
+        total -= _cube(t - part)
+    total += _cube(t - (b + c))
+    product = a * b * c
+    total /= 6 * product
+    total = np.where(offset > 0, total, 1 - total)
+    rounding = ROUNDING / product
+    return VolumeFraction(np.maximum(total[0] - rounding, 0.0), np.minimum(total[1] + rounding, 1.0))
+
+
+def _cube(x: Float[np.ndarray, "2 N"]) -> Float[np.ndarray, "2 N"]:
+    """Third power of what is positive; ``x`` is overwritten."""
+    np.maximum(x, 0.0, out=x)
+    y = x * x
+    y *= x
+    return y
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """Convex functions at the centres of P cubes: value (P,) m, gradient ``normal`` (P, 3) of length 1 or less, and a bound
+    ``bend`` (P,) 1/m of the curvature inside the cube; ``along`` (P, 3), the one unit direction in which it curves, or
+    None where it may curve in every direction across the normal."""
+
+    value: Float[np.ndarray, " P"]
+    normal: Float[np.ndarray, "P 3"]
+    bend: Float[np.ndarray, " P"]
+    along: Float[np.ndarray, "P 3"] | None = None
+
+    def rise(self, side: float) -> Float[np.ndarray, " P"]:
+        """How far the function can lie above its tangent plane in a cube, m: (bend / 2) max t^2."""
+        reach = 3**0.5 if self.along is None else np.abs(self.along).sum(axis=1)
+        return self.bend / 2 * (reach * side / 2) ** 2
+
+    def between(self, side: float) -> Float[np.ndarray, " P"]:
+        """Bound of the share of a cube between tangent plane and surface.
+
+        On a line along the axis e nearest to the normal, that piece is at most max(bend t^2 / 2) / |n_e| long. With
+        t = p . y + q z, y in the cube's face and z along the line, the mean over the face of max t^2 is at most
+        (sqrt(|p|^2 / 12) + |q| / 2)^2 side^2: |p . y| has the mean square |p|^2 side^2 / 12.
+        """
+        steep = np.maximum(np.abs(self.normal).max(axis=1), TILT)
+        if self.along is None:
+            q = np.sqrt(np.maximum(1 - steep * steep, 0.0))
+            mean = 1 / 12 + (steep / 12**0.5 + q / 2) ** 2
+        else:
+            axis = np.abs(self.normal).argmax(axis=1)
+            q = np.abs(np.take_along_axis(self.along, axis[:, None], axis=1)[:, 0])
+            mean = (np.sqrt(np.maximum(1 - q * q, 0.0) / 12) + q / 2) ** 2
+        return self.bend / 2 * mean * side / steep
+
+    def share(self, side: float, slack: float) -> VolumeFraction:
+        """Bounds of the share of each cube where the function is at most 0; ``slack`` m, rounding of its value."""
+        plane = share_under((self.value + slack) / side, (self.value - slack) / side, self.normal)
+        return VolumeFraction(np.maximum(plane.low - self.between(side) * (1 + 1e-9), 0.0), plane.high)
+
+
+def first_of(cell: Int[np.ndarray, " P"]) -> Int[np.ndarray, " M"]:
+    """Where each cell's pairs begin, ``cell`` ascending."""
+    return np.flatnonzero(np.diff(cell, prepend=-1))
+
+
+def union_bounds(
+    cell: Int[np.ndarray, " P"], cells: int, each: VolumeFraction, value: Any, normal: Any, side: float, slack: float
+) -> VolumeFraction:
+    """Bounds of the share of each of ``cells`` cubes in the union of its parts.
+
+    The sum over the parts is a poor bound where parts nearly coincide. All parts of a cube lie under their tangent planes,
+    ``value + normal . x <= 0``, so all lie under the plane of the first one, moved by as much as the others differ from it.
+
+    Args:
+        cell: cube of each pair, ascending.
+        cells: how many cubes there are; those without a pair have share 0.
+        each: share of each pair.
+        value, normal: (P,) m and (P, 3), tangent plane below each pair's part.
+        side: of the cubes, m.
+        slack: rounding of the values, m.
+    """
+    low, high = np.zeros((2, cells))
+    if len(cell) == 0:
+        return VolumeFraction(low, high)
+    first = first_of(cell)
+    here = cell[first]
+    low[here] = np.maximum.reduceat(each.low, first)
+    high[here] = np.minimum(np.add.reduceat(each.high, first), 1.0)
+    several = np.diff(first, append=len(cell)) > 1
+    if several.any():
+        head = np.repeat(first, np.diff(first, append=len(cell)))
+        depth = value - np.abs(normal - normal[head]).sum(axis=1) * side / 2
+        depth = (np.minimum.reduceat(depth, first)[several] - 2 * slack) / side
+        under = share_under(depth, depth, normal[first[several]])
+        high[here[several]] = np.minimum(high[here[several]], under.high)
+    return VolumeFraction(low, high)
+
+
+SHARP = 1e30  # curvature, 1/m, at an edge, an apex or a centre: nothing follows from it
+
+
+def curvature(distance: Float[np.ndarray, " P"]) -> Float[np.ndarray, " P"]:
+    """1 / distance where that is positive, else without bound."""
+    return np.where(distance > 0, 1 / np.where(distance > 0, distance, 1.0), SHARP)
+
+
+AXIS = 1e-4  # of a cube's side: nearer to an axis, the direction away from it is lost to rounding, even along the axis
+
+
+def away(v: Float[np.ndarray, "P 3"], side: float) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, "P 3"]]:
+    """Length (P,) m of ``v`` (P, 3) m and its direction (P, 3), for a convex distance and its gradient; both 0 where ``v``
+    is next to nothing in a cube of ``side`` m. The plane of value and gradient 0 lies below every distance."""
+    length = np.sqrt(dot(v, v))
+    length = np.where(length > AXIS * side, length, 0.0)
+    known = (length > 0)[:, None]
+    return length, np.where(known, v, 0.0) / np.where(known, length[:, None], 1.0)
+
+
+def distance_tangent(v: Float[np.ndarray, "P 3"], radius: Any, side: float) -> Tangent:
+    """Tangent of ``distance from a convex body - radius``, where ``v`` (P, 3) m leads from the nearest point of the body
+    to the cube's centre.
+
+    The distance from the body is at most that from this one point, whose curvature is at most 1 / distance.
+    """
+    distance, normal = away(v, side)
+    return Tangent(distance - radius, normal, curvature(distance - np.abs(normal).sum(axis=1) * side / 2))

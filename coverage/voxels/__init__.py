@@ -1,0 +1,1 @@
+"""The octree: which voxels a solid holds, exactly or between guaranteed bounds."""

@@ -1,0 +1,51 @@
+"""What a cell of an octree has to know of a solid: its values at points, and whether a whole ball lies inside or outside."""
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..arrays import rows
+from ..solids.base import Parts, Solid, fold
+from .octree_cells import Pairs, leaves
+
+SLACK = 1e-9  # rounding of an implicit function, relative to the scale of its solid
+
+
+def scale(solid: Solid) -> float:
+    """What rounding is relative to: 1 m, or the furthest coordinate of the solid's parts if larger."""
+    return max([1.0, *(float(np.abs(parts.bounds()).max()) for parts in leaves(solid) if len(parts))])
+
+
+def values(solid: Solid, points: Float[np.ndarray, "*batch M 3"], pairs: tuple[Pairs, ...]) -> Float[np.ndarray, "*batch M"]:
+    """Implicit function at points of each cell, one or a batch of them; parts that do not matter are left out."""
+    turn = iter(pairs)
+
+    def least(parts: Parts) -> Float[np.ndarray, "*batch M"]:
+        cell, index = next(turn)
+        value = np.full(points.shape[:-1], np.inf)
+        if len(cell):
+            first = np.flatnonzero(np.diff(cell, prepend=-1))
+            each = parts.part(rows(points, cell), index)
+            value[..., cell[first]] = np.minimum.reduceat(each, first, axis=-1)
+        return value
+
+    return fold(solid, least)
+
+
+def verdicts(
+    solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], reach: float
+) -> tuple[Int[np.ndarray, " M"], tuple[Pairs, ...]]:
+    """-1 where the ball of radius ``reach`` m about a point lies inside the solid, 1 outside, 0 undecided; and the pairs
+    that still matter."""
+    turn = iter(pairs)
+    left: list[Pairs] = []
+
+    def verdict(parts: Parts) -> Int[np.ndarray, " M"]:
+        cell, index = next(turn)
+        matters, inside = parts.decide(rows(points, cell), cell, index, reach)
+        state = np.ones(len(points), np.int8)
+        state[cell[matters]] = 0
+        state[cell[inside]] = -1
+        left.append((cell[matters], index[matters]))
+        return state
+
+    return fold(solid, verdict), tuple(left)

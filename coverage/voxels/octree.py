@@ -1,0 +1,264 @@
+"""The octree: which voxels a solid holds, found by splitting only the cells that its surface may cross.
+
+A cell with centre c and half-diagonal h lies wholly inside a solid when f(c) < -h and wholly outside when f(c) > h, as
+f is 1-Lipschitz. Each cell carries, for every union of parts in the solid's tree, the parts that still matter to it: a
+part outside the cell is outside all its children.
+"""
+
+import itertools
+import math
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Literal, TypeVar
+
+import numpy as np
+from jaxtyping import Bool, Float, Int, UInt64
+
+from ..arrays import rows
+from ..processors import processors
+from ..solids.base import Parts, Solid, fold
+from .allocation import keep_freed_memory
+from .cell_classification import SLACK, scale, values, verdicts
+from .octree_cells import Cells, Pairs, Region, first_cells, leaves
+from .voxel_bitmask import CORNER, LEVEL, VOXELS, Bitmask, BlockGrid, packed, words
+from .voxel_set import VoxelSet, centre, runs
+
+Rule = Literal["centre", "touch"]
+PROBES = 4  # `touch` probes a voxel at every quarter of its side, faces included: 5^3 points, its centre among them
+CHUNK = 1 << 17  # pairs of cell and part worked on at once: enough that arithmetic outweighs the calls
+_LEAST_CHUNK = 1 << 10
+_SHARED_CHUNK = 1 << 14  # below that, processors wait for each other's calls
+_PAIR_BYTES = 1200  # at work for each pair of a chunk, what waits at the levels above it included
+_FULL = 1  # mark of cells all of whose voxels are wanted
+_MUCH = 500_000  # voxels on three sides of the box, from where on a second processor pays
+
+
+def _touched(
+    solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], voxel: float
+) -> Bool[np.ndarray, " M"]:
+    """Voxels of which a probed point is inside the solid. Probes near the centre go first, as they decide most; they go in
+    batches, and each batch is for the voxels that none before it decided."""
+    steps = np.arange(PROBES + 1) / PROBES - 0.5
+    offsets = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3)
+    offsets = offsets[np.argsort(np.abs(offsets).max(axis=1), kind="stable")]
+    touched = np.zeros(len(points), bool)
+    for batch in np.split(offsets, [1, 14, 27, 52, 77, 102]):
+        todo = ~touched
+        new = np.cumsum(todo) - 1
+        rest = tuple((new[cell[todo[cell]]], part[todo[cell]]) for cell, part in pairs)
+        probes = points[todo] + (batch * voxel)[:, None]
+        touched[todo] = (values(solid, probes, rest) <= 0).any(axis=0)
+    return touched
+
+
+@dataclass(frozen=True)
+class OctreeCount:
+    """Octree cells inside a solid: first keys (C,), the keys of each, and whether all their voxels are wanted (C,). Of
+    blocks inside in part only, ``word`` (C,) has the bits of the voxels inside."""
+
+    key: Int[np.ndarray, " C"]
+    size: int
+    full: Bool[np.ndarray, " C"]
+    word: UInt64[np.ndarray, " C"] | None = None
+
+    def wanted(self, within: VoxelSet | None) -> int:
+        """How many of their voxels are wanted."""
+        part = ~self.full
+        if self.word is not None:
+            word = self.word
+            if within is not None and part.any():
+                word = word.copy()
+                word[part] &= within.words(self.key[part])
+            return int(np.bitwise_count(word).sum())
+        full = len(self.key) - int(np.count_nonzero(part))
+        if within is None or full == len(self.key):
+            return len(self.key) * self.size
+        return full * self.size + int(within.count_in(self.key[part], self.size).sum())
+
+    def runs(self) -> tuple[Int[np.ndarray, " R"], Int[np.ndarray, " R"]]:
+        """Their voxels as runs of keys: the first of each run and how many."""
+        if self.word is None:
+            return self.key, np.full(len(self.key), self.size)
+        return runs(self.key, self.word)
+
+
+@dataclass(frozen=True)
+class Descent:
+    """What stays the same all the way down: ``scale`` is what rounding is relative to, m; ``chunk`` how many pairs are
+    worked on at once."""
+
+    solid: Solid
+    voxel: float
+    rule: Rule
+    within: VoxelSet | None
+    scale: float
+    chunk: int
+
+    def below(self, start: Cells) -> Iterator[OctreeCount]:
+        """Octree cells that the solid holds, as they are found below the cells ``start``; depth first, so that of each
+        level no more waits than the children of one chunk."""
+        for cells in start.slices(self.chunk):
+            if self.within is not None:
+                cells = _wanted(cells, self.within)
+            if len(cells) == 0:
+                continue
+            points = centre(cells.numbers, cells.level, self.voxel)
+            reach = math.sqrt(3) / 2 * self.voxel * (1 << cells.level) + SLACK * self.scale
+            state, pairs = verdicts(self.solid, points, cells.pairs, reach)
+            inside, undecided = state < 0, state == 0
+            yield OctreeCount(cells.key[inside], 1 << 3 * cells.level, cells.mark[inside] == _FULL)
+            rest = cells.left(pairs, cells.mark).only(undecided)
+            if len(rest) == 0:
+                continue
+            if self.rule == "centre" and cells.level == LEVEL:
+                yield OctreeCount(rest.key, VOXELS, rest.mark == _FULL, self._words(rest, points[undecided]))
+            elif cells.level > 0:
+                yield from self.below(rest.children())
+            else:
+                held = _touched(self.solid, points[undecided], rest.pairs, self.voxel)
+                yield OctreeCount(rest.key[held], 1, rest.mark[held] == _FULL)
+
+    def _words(self, cells: Cells, points: Float[np.ndarray, "M 3"]) -> UInt64[np.ndarray, " M"]:
+        """The voxels, of cells that are blocks, whose centre is inside the solid."""
+        grid, turn = BlockGrid(self.voxel, SLACK * self.scale**2), iter(cells.pairs)
+
+        def union(parts: Parts) -> Bitmask:
+            cell, index = next(turn)
+            return words(parts, grid, rows(points, cell), index).union(cell, len(cells))
+
+        found = fold(self.solid, union)
+        word, open_ = found.sure, found.sure != found.maybe
+        if open_.any():
+            word[open_] = np.concatenate([self._exact(run) for run in cells.only(open_).slices(self.chunk // VOXELS)])
+        return word
+
+    def _exact(self, cells: Cells) -> UInt64[np.ndarray, " M"]:
+        """The same by the implicit function itself."""
+        numbers = (cells.numbers.T[:, None, :] << LEVEL) + CORNER.T[:, :, None]
+        value = values(self.solid, centre(numbers.transpose(1, 2, 0), 0, self.voxel), cells.pairs)
+        return packed((value <= 0).T)
+
+
+T = TypeVar("T")
+
+
+def _each(
+    solid: Solid,
+    voxel: float,
+    rule: Rule,
+    within: VoxelSet | None,
+    region: Region | None,
+    memory: float | None,
+    gather: Callable[[Iterator[OctreeCount]], T],
+) -> list[T]:
+    """``gather`` over what is found: at once where it is little, else once for each processor, as NumPy lets go of the
+    interpreter while it computes."""
+    if within is not None and within.voxel != voxel:
+        raise ValueError(f"voxels of {voxel} m and of {within.voxel} m do not lie on one lattice")
+    if not any(len(parts) for parts in leaves(solid)):
+        return []
+    keep_freed_memory()
+    mark = _FULL if within is None else 0
+    box = solid.bounds()
+    start = first_cells(leaves(solid), box, voxel, mark, LEVEL)
+    if region is not None:
+        start = region.start(leaves(solid), mark, LEVEL)
+    x, y, z = np.ptp(box, axis=0) / voxel
+    threads = processors()
+    pairs = CHUNK * threads if memory is None else int(memory / _PAIR_BYTES)
+    workers = max(min(threads, pairs // _SHARED_CHUNK), 1) if x * y + y * z + z * x > _MUCH else 1
+    chunk = min(max(pairs // workers, _LEAST_CHUNK), CHUNK)
+    descent = Descent(solid, voxel, rule, within, scale(solid), chunk)
+    if workers == 1:
+        return [gather(descent.below(start))]
+    share, stop = np.arange(len(start)) % workers, threading.Event()
+
+    def work(part: Cells) -> T:
+        return gather(itertools.takewhile(lambda _: not stop.is_set(), descent.below(part)))
+
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            return list(pool.map(work, [start.only(share == i) for i in range(workers)]))
+        except BaseException:
+            stop.set()
+            raise
+
+
+def regions(solid: Solid, voxel: float, most: int) -> Iterator[Region]:
+    """Octree cells of at most about ``most`` voxels a side that together cover the solid, as they are found."""
+    level = max(int(math.log2(max(most, 1))), LEVEL)
+    slack = SLACK * scale(solid)
+
+    def below(start: Cells) -> Iterator[Region]:
+        for cells in start.slices(_LEAST_CHUNK):
+            reach = math.sqrt(3) / 2 * voxel * (1 << cells.level) + slack
+            state, pairs = verdicts(solid, centre(cells.numbers, cells.level, voxel), cells.pairs, reach)
+            rest = cells.left(pairs, cells.mark).only(state <= 0)
+            if cells.level > level:
+                yield from below(rest.children())
+            else:
+                yield from (Region(cells.level, number) for number in rest.numbers)
+
+    return below(first_cells(leaves(solid), solid.bounds(), voxel, 0, LEVEL))
+
+
+def _wanted(cells: Cells, within: VoxelSet) -> Cells:
+    """The cells with a wanted voxel, those with nothing else marked full."""
+    partial = cells.mark != _FULL
+    if not partial.any():
+        return cells
+    size = 1 << 3 * cells.level
+    wanted = np.full(len(cells), size)
+    wanted[partial] = within.count_in(cells.key[partial], size)
+    return Cells(
+        cells.level, cells.numbers, cells.key, np.where(wanted == size, _FULL, 0).astype(np.int8), cells.pairs
+    ).only(wanted > 0)
+
+
+def voxels(
+    solid: Solid,
+    voxel: float,
+    rule: Rule = "centre",
+    within: VoxelSet | None = None,
+    region: Region | None = None,
+    memory: float | None = None,
+) -> VoxelSet:
+    """Omega(solid): the set of its voxels.
+
+    Args:
+        solid: what is counted.
+        voxel: side l of a voxel, m.
+        rule: ``centre``: a voxel counts when f(centre) <= 0. ``touch``: when f <= 0 at any point of a grid of a quarter
+            of the side, its corners included.
+        within: only voxels of this set are wanted; None: all.
+        region: only voxels of this octree cell are wanted; None: all.
+        memory: bytes that the work may take, 2 MB or more, besides what is found; None: as much as is fast, at most some
+            100 MB a processor.
+
+    Raises:
+        ValueError: if the voxels are so small that the solid reaches beyond half of the lattice, 2^19 voxels.
+    """
+    found = [f for part in _each(solid, voxel, rule, within, region, memory, list) for f in part]
+    if not found:
+        return VoxelSet.empty(voxel)
+    key, size = (np.concatenate(ends) for ends in zip(*(f.runs() for f in found), strict=True))
+    whole = VoxelSet.of_cells(voxel, key, size)
+    return whole if within is None else whole & within
+
+
+def count(
+    solid: Solid,
+    voxel: float,
+    rule: Rule = "centre",
+    within: VoxelSet | None = None,
+    region: Region | None = None,
+    memory: float | None = None,
+) -> int:
+    """Number of voxels of Omega(solid), or of those that also lie in ``within``, without storing them. See ``voxels``."""
+
+    def total(found: Iterator[OctreeCount]) -> int:
+        return sum(f.wanted(within) for f in found)
+
+    return sum(_each(solid, voxel, rule, within, region, memory, total))

@@ -1,0 +1,120 @@
+"""Cells of an octree that await a verdict, and the parts that still matter to each."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ..solids.base import Parts, Solid, fold
+from .voxel_set import FURTHEST, OFFSET, encode
+
+_FIRST_CELLS = 200  # aim for the first level
+CHILD = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1).reshape(-1, 3)[:, ::-1].astype(np.int64)
+
+Pairs = tuple[Int[np.ndarray, " _"], Int[np.ndarray, " _"]]  # cell and part of each pair, ascending by cell, then part
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Cells of one level that await a verdict: numbers (M, 3) at that level, first keys (M,), a mark (M,) that children
+    inherit, and for each union of parts in the solid's tree the pairs that matter."""
+
+    level: int
+    numbers: Int[np.ndarray, "M 3"]
+    key: Int[np.ndarray, " M"]
+    mark: Int[np.ndarray, " M"]
+    pairs: tuple[Pairs, ...]
+
+    def __len__(self) -> int:
+        return len(self.key)
+
+    def slices(self, chunk: int) -> Iterator["Cells"]:
+        """The same cells in runs of at most about ``chunk`` pairs."""
+        load = sum(np.bincount(cell, minlength=len(self)) for cell, _ in self.pairs) + np.ones(len(self), int)
+        bin_of = np.cumsum(load) // chunk
+        edges = np.flatnonzero(np.diff(bin_of)) + 1
+        for low, high in zip([0, *edges], [*edges, len(self)], strict=True):
+            cut = [np.searchsorted(cell, [low, high]) for cell, _ in self.pairs]
+            pairs = tuple((cell[a:b] - low, part[a:b]) for (cell, part), (a, b) in zip(self.pairs, cut, strict=True))
+            yield Cells(self.level, self.numbers[low:high], self.key[low:high], self.mark[low:high], pairs)
+
+    def left(self, pairs: tuple[Pairs, ...], mark: Int[np.ndarray, " M"]) -> "Cells":
+        """The same cells with the pairs and marks that a look at them left."""
+        return replace(self, pairs=pairs, mark=mark)
+
+    def only(self, keep: Bool[np.ndarray, " M"]) -> "Cells":
+        """The cells that are kept."""
+        if keep.all():
+            return self
+        new = np.cumsum(keep) - 1
+        pairs = tuple((new[cell[kept]], part[kept]) for cell, part in self.pairs for kept in [keep[cell]])
+        return Cells(self.level, self.numbers[keep], self.key[keep], self.mark[keep], pairs)
+
+    def children(self) -> "Cells":
+        """The eight children of each cell, with its pairs."""
+        numbers = (2 * self.numbers[:, None, :] + CHILD).reshape(-1, 3)
+        key = (self.key[:, None] + np.arange(8) * (1 << 3 * (self.level - 1))).reshape(-1)
+        pairs = tuple(_pass_on(cell, part, len(self)) for cell, part in self.pairs)
+        return Cells(self.level - 1, numbers, key, np.repeat(self.mark, 8), pairs)
+
+
+def _pass_on(cell: np.ndarray, part: np.ndarray, cells: int) -> Pairs:
+    """Pairs of the children: every cell's list of parts eight times over, in the children's order."""
+    count = np.bincount(cell, minlength=cells)
+    start = np.repeat(np.cumsum(count) - count, 8)
+    count = np.repeat(count, 8)
+    child = np.repeat(np.arange(len(count)), count)
+    before = np.cumsum(count) - count
+    return child, part[np.arange(len(child)) + (start - before)[child]]
+
+
+def leaves(solid: Solid) -> list[Parts]:
+    """The unions of parts in the solid's tree, left to right."""
+    found: list[Parts] = []
+
+    def note(parts: Parts) -> Float[np.ndarray, " 1"]:
+        found.append(parts)
+        return np.zeros(1)
+
+    fold(solid, note)
+    return found
+
+
+def first_cells(unions: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float, mark: int, level: int = 0) -> Cells:
+    """Aligned cells of ``level`` or above that cover ``box``, each paired with all parts.
+
+    Raises:
+        ValueError: if the box reaches beyond half of the lattice, outside of which keys could overflow.
+    """
+    furthest = float(np.abs(box).max())
+    if not furthest < FURTHEST * voxel:
+        raise ValueError(
+            f"voxels of {voxel:g} m are too small for a solid that reaches {furthest:.3g} m from the origin:"
+            f" at most {FURTHEST:,} voxels"
+        )
+    low, high = np.floor(box[0] / voxel).astype(int) + OFFSET - 1, np.floor(box[1] / voxel).astype(int) + OFFSET + 1
+    while np.prod((high >> level) - (low >> level) + 1) > _FIRST_CELLS:
+        level += 1
+    axes = [np.arange(a >> level, (b >> level) + 1) for a, b in zip(low, high, strict=True)]
+    numbers = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3).astype(np.int64)
+    n = len(numbers)
+    pairs = tuple((np.repeat(np.arange(n), len(p)), np.tile(np.arange(len(p)), n)) for p in unions)
+    return Cells(level, numbers, encode(numbers << level), np.full(n, mark, np.int8), pairs)
+
+
+@dataclass(frozen=True)
+class Region:
+    """One octree cell: its level and its number (3,) at that level."""
+
+    level: int
+    number: Int[np.ndarray, " 3"]
+
+    def start(self, unions: list[Parts], mark: int, level: int) -> Cells:
+        """The cell, divided twice as long as that stays at ``level`` or above, each piece paired with all parts."""
+        pairs = tuple((np.zeros(len(p), np.int64), np.arange(len(p))) for p in unions)
+        numbers = self.number[None]
+        cells = Cells(self.level, numbers, encode(numbers << self.level), np.full(1, mark, np.int8), pairs)
+        for _ in range(min(self.level - level, 2)):
+            cells = cells.children()
+        return cells

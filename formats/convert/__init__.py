@@ -1,0 +1,1 @@
+"""Between the models of files and what they stand for in code."""

@@ -1,0 +1,75 @@
+"""CoppeliaSim: a script in Lua that makes a proximity sensor for each sensor, which looks along its z."""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.sensors.sensor import Sensor
+from ..robots.urdf_robot import plain_names
+from ..sensors.sensor_poses import place, quaternion
+from .placed import PlacedSetup
+
+_HEAD = """-- Proximity sensors of {robot}, for CoppeliaSim 4.3 and later: paste this into the Lua commander, or say there
+-- loadfile('FOLDER/sensors.lua')(). A link that the scene has no object for, called like it, becomes a dummy where it is
+-- at the exported pose. Sensors hang on these and look along their z.
+local sim = sim or require('sim')
+local CONE = sim.proximitysensor_cone or sim.proximitysensor_cone_subtype
+local PYRAMID = sim.proximitysensor_pyramid or sim.proximitysensor_pyramid_subtype
+local ALL = 16 -- detects all that is detectable
+local SHOWN = {{32, 0, 1, 16, 1, 1, 0, 0}} -- faces and subdivisions of a cone
+
+-- Name, pose {{x, y, z, qx, qy, qz, qw}} in the world.
+local links = {{
+"""
+_MAKE = """}
+
+local handles = {}
+for _, link in ipairs(links) do
+    local name, pose = link[1], link[2]
+    local found = sim.getObject('/' .. name, {noError = true})
+    if found == -1 then
+        found = sim.createDummy(0.01)
+        sim.setObjectAlias(found, name)
+        sim.setObjectPose(found, pose, sim.handle_world)
+    end
+    handles[name] = found
+end
+for _, sensor in ipairs(sensors) do
+    local name, link, kind, sizes, pose = table.unpack(sensor)
+    local made = sim.createProximitySensor(kind, ALL, 0, SHOWN, sizes)
+    sim.setObjectAlias(made, name)
+    sim.setObjectParent(made, handles[link], false)
+    sim.setObjectPose(made, pose, handles[link])
+end
+"""
+
+
+def coppeliasim(placed: PlacedSetup) -> dict[str, bytes]:
+    """``sensors.lua``. A cone there ends in a ball's cap at the range, not in a flat base; a pyramid ends flat."""
+    names, used = plain_names(placed.links), sorted({placed.on_link(s)[0] for s in placed.sensors})
+    text = _HEAD.format(robot=placed.robot_name)
+    for j in used:
+        text += f"    {{'{names[j]}', {_pose(placed.T_base_frame[j])}}},\n"
+    text += "}\n\n-- Name, link, kind, sizes, pose {x, y, z, qx, qy, qz, qw} in the link.\nlocal sensors = {\n"
+    for s in placed.sensors:
+        joint, T = placed.on_link(s)
+        kind = "CONE" if s.unit.fov_up is None else "PYRAMID"
+        text += f"    {{'{s.name}', '{names[joint]}', {kind}, {_table(_sizes(s.unit))}, {_pose(T)}}},\n"
+    return {"sensors.lua": (text + _MAKE).encode()}
+
+
+def _sizes(sensor: Sensor) -> list[float]:
+    """The fifteen sizes of ``sim.createProximitySensor``: offset, range, sides near (x, y) and far (x, y), gap, radius near
+    and far, angle, largest angle of surfaces, least distance, size of the point shown, and two unused."""
+    across, up = (2 * sensor.range_m * math.tan(a / 2) if sensor.fov_up else 0.0 for a in (sensor.fov, sensor.fov_up or 0.0))
+    return [0, sensor.range_m, 0, 0, across, up, 0, 0, 0, 0 if sensor.fov_up else sensor.fov, 0, 0, 0.01, 0, 0]
+
+
+def _pose(T: Float[np.ndarray, "4 4"]) -> str:
+    return _table([*place(T), *quaternion(T)])
+
+
+def _table(values: Iterable[float]) -> str:
+    return "{" + ", ".join(f"{v:.12g}" for v in values) + "}"

@@ -1,0 +1,142 @@
+"""GLB: a scene to look at, with robot, obstacles, rings, sensors, what they see, and points of the targets."""
+
+from typing import Any
+
+import numpy as np
+import trimesh
+from jaxtyping import Float
+from trimesh.visual.material import PBRMaterial
+
+from ...coverage.rings.ring_kinematics import sensor_cones
+from ...coverage.robots.robot import BASE
+from ...coverage.soft.sampling import sample
+from ...coverage.solids.sensor_beams import Optics
+from ...objectives.occlusion import setup_sight
+from ..robots.meshes import Meshes
+from ..robots.urdf_robot import find_robot, plain_names
+from .placed import BASE_LINK, PlacedSetup
+
+_ROBOT, _SENSOR, _OBSTACLE = (0.72, 0.73, 0.75, 1.0), (0.1, 0.1, 0.12, 1.0), (0.79, 0.71, 0.55, 1.0)
+# Okabe and Ito (2008), which colour-blind eyes tell apart.
+_RINGS = ((0.0, 0.45, 0.7), (0.9, 0.62, 0.0), (0.0, 0.62, 0.45), (0.8, 0.47, 0.65), (0.34, 0.71, 0.91), (0.84, 0.37, 0.0))
+_SEEN, _UNSEEN = (0.0, 0.62, 0.45, 1.0), (0.84, 0.1, 0.1, 1.0)
+_CLEAR = 0.13  # opacity of what a sensor sees
+_BAND = 0.004  # m, of a ring's tube
+_UNIT = (0.006, 0.008)  # m, radius and length of a sensor as it is shown
+_SIDES = 32
+_Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # glTF has y up
+
+
+def glb(placed: PlacedSetup) -> dict[str, bytes]:
+    """``scene.glb``: the node ``base_link`` is the base frame; nodes of the sensors' names look along their z."""
+    scene = trimesh.Scene(base_frame="world")
+    scene.graph.update(frame_to=BASE_LINK, matrix=_Y_UP)
+    for name, mesh in _robot(placed):
+        _add(scene, name, mesh, _ROBOT)
+    for i, obstacle in enumerate(placed.scene.obstacles):
+        corners = np.asarray(obstacle.body.edges).reshape(-1, 3)
+        if len(corners):
+            _add(scene, f"obstacle_{i}", trimesh.convex.convex_hull(corners), _OBSTACLE)
+    unit = trimesh.creation.cylinder(_UNIT[0], _UNIT[1], sections=16)
+    unit.visual = trimesh.visual.TextureVisuals(material=_material(_SENSOR))
+    for s in placed.sensors:
+        T = placed.T_base_frame[s.frame] @ s.T_frame_sensor
+        scene.add_geometry(unit, node_name=s.name, geom_name="sensor", parent_node_name=BASE_LINK, transform=T)
+    cones = sensor_cones(placed.scene.robot, placed.setup, placed.scene.poses[placed.pose].q)
+    for i in range(len(placed.setup.rings)):
+        colour = _RINGS[i % len(_RINGS)]
+        _add(scene, f"ring_{i}", _band(placed, i), (*colour, 1.0))
+        some = np.flatnonzero(placed.setup.ring_of_sensor == i)
+        _add(scene, f"ring_{i}_sees", trimesh.util.concatenate([_beam(cones, k) for k in some.tolist()]), (*colour, _CLEAR))
+    _add_points(scene, placed)
+    return {"scene.glb": scene.export(file_type="glb")}
+
+
+def _material(colour: tuple[float, ...]) -> Any:
+    shown = np.round(255 * np.array(colour)).astype(np.uint8)
+    clear = colour[3] < 1
+    return PBRMaterial(
+        baseColorFactor=shown,
+        metallicFactor=0.0,
+        roughnessFactor=0.8,
+        alphaMode="BLEND" if clear else "OPAQUE",
+        doubleSided=clear,
+    )
+
+
+def _add(scene: Any, name: str, mesh: Any, colour: tuple[float, ...]) -> None:
+    mesh.visual = trimesh.visual.TextureVisuals(material=_material(colour))
+    scene.add_geometry(mesh, node_name=name, geom_name=name, parent_node_name=BASE_LINK)
+
+
+def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
+    """Meshes at the pose: those of the user's URDF where there is one, else the bodies."""
+    if placed.urdf is not None:
+        meshes, picked = Meshes(placed.urdf.path, placed.packages), find_robot(placed.urdf, placed.scene.robot)
+        names = plain_names(c.link.name for c in picked.carried)
+        found = []
+        for carried, name in zip(picked.carried, names, strict=True):
+            triangles = meshes.surface(carried, "visual")
+            T = placed.T_base_frame[carried.frame] if carried.frame != BASE else _base(placed, picked.chain.origin[0])
+            if len(triangles):
+                mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=True)
+                found.append((f"body_{name}", mesh.apply_transform(T)))
+        return found
+    if placed.bodies is None:
+        return []
+    names = plain_names(b.name for b in placed.scene.robot.bodies)
+    ends = zip(names, placed.bodies.start, placed.bodies.end, placed.bodies.radius, strict=True)
+    return [(f"body_{name}", _capsule(a, b, float(radius))) for name, a, b, radius in ends]
+
+
+def _base(placed: PlacedSetup, origin: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4 4"]:
+    """T_base_link of the link that holds the first joint, which a URDF may have elsewhere than the scene's base."""
+    return placed.scene.robot.chain.origin[0] @ np.linalg.inv(origin)
+
+
+def _capsule(start: Any, end: Any, radius: float) -> Any:
+    length = float(np.linalg.norm(end - start))
+    made = trimesh.creation.capsule(length, radius, count=[24, 24])
+    made.apply_translation([0, 0, length / 2 - float(made.bounds.mean(axis=0)[2])])
+    T = trimesh.geometry.align_vectors([0, 0, 1], (end - start) / length) if length > 0 else np.eye(4)
+    T[:3, 3] = start
+    return made.apply_transform(T)
+
+
+def _band(placed: PlacedSetup, i: int) -> Any:
+    ring, robot = placed.setup.rings[i], placed.scene.robot
+    mount = robot.mount(ring.link)
+    T = np.eye(4)
+    T[:3, :3] = np.stack([mount.zero, mount.side, mount.axis], axis=1)
+    T[:3, 3] = mount.start + ring.position * mount.length * mount.axis
+    made = trimesh.creation.torus(ring.radius, _BAND, major_sections=48, minor_sections=12)
+    return made.apply_transform(placed.T_base_frame[mount.frame] @ T)
+
+
+def _beam(cones: Any, k: int) -> Any:
+    """The cone or pyramid of a sensor, by its apex and the rim of its base."""
+    half, height, axis = cones.half_angle[k], cones.range_m[k], cones.axis[k]
+    if isinstance(cones, Optics) and cones.half_up[k] > 0:
+        up = cones.up[k]
+        x, y = height * np.tan(half) * np.cross(up, axis), height * np.tan(cones.half_up[k]) * up
+        rim = np.array([x + y, y - x, -x - y, x - y])
+    else:
+        x = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+        x = x / np.linalg.norm(x)
+        turn = np.linspace(0, 2 * np.pi, _SIDES, endpoint=False)[:, None]
+        rim = height * np.tan(half) * (np.cos(turn) * x + np.sin(turn) * np.cross(axis, x))
+    return trimesh.convex.convex_hull(cones.apex[k] + np.vstack([np.zeros((1, 3)), height * axis + rim]))
+
+
+def _add_points(scene: Any, placed: PlacedSetup) -> None:
+    """Points of each target, those that a sensor sees past what stands in the way in one colour, the others in another."""
+    q = placed.scene.poses[placed.pose].q
+    for n, goal in enumerate(placed.scene.goals if placed.points else ()):
+        points = sample(placed.scene.solid(goal.target, placed.pose), placed.points, 0)
+        seen = np.asarray(setup_sight(placed.scene, placed.setup, q).holds(points))
+        for name, some, colour in (("seen", seen, _SEEN), ("unseen", ~seen, _UNSEEN)):
+            if some.any():
+                colours = np.tile(np.round(255 * np.array(colour)).astype(np.uint8), (int(some.sum()), 1))
+                cloud = trimesh.PointCloud(points[some], colors=colours)
+                node = f"target_{n}_{name}"
+                scene.add_geometry(cloud, node_name=node, geom_name=node, parent_node_name=BASE_LINK)

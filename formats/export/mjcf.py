@@ -1,0 +1,70 @@
+"""MJCF: the robot's capsules, the cell's obstacles, and a rangefinder for each sensor, which looks along its site's z.
+
+A rangefinder of MuJoCo does not see the body that carries its site. So each sensor is a body of its own, welded to its link,
+and the link is seen as all else is.
+"""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+from ...coverage.robots.robot import BASE
+from ..robots.urdf_robot import plain_names
+from .markup import document, words
+from .placed import BASE_LINK, PlacedSetup
+
+_SIZE = "0.004"  # m, of a site as it is shown
+_MASS = {"pos": "0 0 0", "mass": "0.001", "diaginertia": "1e-6 1e-6 1e-6"}  # of a link without a body
+
+
+def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
+    """``scene.xml``: nothing falls and nothing touches, as masses are not known; its keyframe is the pose."""
+    robot, q = placed.scene.robot, placed.scene.poses[placed.pose].q
+    root = ET.Element("mujoco", model=placed.robot_name)
+    ET.SubElement(root, "compiler", angle="radian", autolimits="true")
+    ET.SubElement(root, "option", gravity="0 0 0")
+    ET.SubElement(ET.SubElement(root, "default"), "geom", contype="0", conaffinity="0")
+    asset, world, sensor = (ET.SubElement(root, tag) for tag in ("asset", "worldbody", "sensor"))
+    _obstacles(placed, asset, world)
+    at = ET.SubElement(world, "body", name=BASE_LINK)
+    bodies = [at]
+    for j, (joint, link) in enumerate(zip(placed.joint_names, placed.link_names, strict=True)):
+        at = ET.SubElement(at, "body", _place(robot.chain.origin[j]), name=link)
+        limits = None if robot.limits is None else robot.limits[j]
+        known = {} if limits is None or not np.isfinite(limits).all() else {"range": words(limits)}
+        ET.SubElement(at, "joint", known, name=joint, type="hinge", axis=words(robot.chain.axis[j]))
+        bodies.append(at)
+        if not any(b.frame == j for b in robot.bodies):
+            ET.SubElement(at, "inertial", _MASS)
+    for body, name in zip(robot.bodies, plain_names(b.name for b in robot.bodies), strict=True):
+        geom = ET.SubElement(bodies[0 if body.frame == BASE else body.frame + 1], "geom", name=name)
+        ball = not np.any(body.end - body.start)
+        shape = {"type": "sphere", "pos": words(body.start)} if ball else {"fromto": words([*body.start, *body.end])}
+        geom.attrib.update({"type": "capsule", **shape, "size": words([body.radius])})
+    for s in placed.sensors:
+        joint_of, T = placed.on_link(s)
+        held = ET.SubElement(bodies[joint_of + 1], "body", _place(T), name=s.name)
+        ET.SubElement(held, "site", name=s.name, size=_SIZE)
+        ET.SubElement(sensor, "rangefinder", name=s.name, site=s.name, cutoff=words([s.unit.range_m]))
+    ET.SubElement(ET.SubElement(root, "keyframe"), "key", name="pose", qpos=words(q))
+    return {"scene.xml": document(root)}
+
+
+def _place(T: Float[np.ndarray, "4 4"]) -> dict[str, str]:
+    x, y, z, w = Rotation.from_matrix(T[:3, :3]).as_quat(canonical=True)
+    return {"pos": words(T[:3, 3]), "quat": words((w, x, y, z))}
+
+
+def _obstacles(placed: PlacedSetup, asset: ET.Element, world: ET.Element) -> None:
+    """Convex things of the cell as hulls of their corners; the floor as a plane."""
+    things = placed.scene.obstacles
+    for thing, name in zip(things, plain_names(f"obstacle_{i}_{o.name}" for i, o in enumerate(things)), strict=True):
+        corners = np.unique(np.asarray(thing.body.edges).reshape(-1, 3), axis=0)
+        if len(corners):
+            ET.SubElement(asset, "mesh", name=name, vertex=words(corners.ravel()))
+            ET.SubElement(world, "geom", name=name, type="mesh", mesh=name)
+        else:
+            height = np.asarray(thing.body.offset)[0]
+            ET.SubElement(world, "geom", name=name, type="plane", size="0 0 1", pos=words((0, 0, height)))

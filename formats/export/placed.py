@@ -1,0 +1,78 @@
+"""What every export takes: a setup on its robot, at one pose of a scene."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.rings.ring import Setup
+from ...coverage.robots.kinematics import forward
+from ...coverage.robots.link_bodies import Capsules, robot_capsules
+from ...objectives.scene import Scene
+from ..robots.urdf import Urdf
+from ..robots.urdf_robot import find_robot, moved_links, plain_names
+from ..sensors.sensor_frames import SensorFrame, sensor_frames
+
+BASE_LINK, TCP_LINK = "base_link", "tcp"
+
+
+@dataclass(frozen=True)
+class PlacedSetup:
+    """A setup on the robot of a scene at its pose ``pose``.
+
+    folder: where files will be written. urdf: the user's own, where the robot is from one, and the folders ``packages`` that
+    may hold its meshes. points: of the targets to be shown.
+    """
+
+    scene: Scene
+    setup: Setup
+    pose: int
+    folder: Path
+    urdf: Urdf | None = None
+    packages: tuple[Path, ...] = ()
+    points: int = 0
+
+    @cached_property
+    def sensors(self) -> tuple[SensorFrame, ...]:
+        """The frames of all sensors, ring by ring, in those of their links."""
+        return sensor_frames(self.scene.robot, self.setup)
+
+    @cached_property
+    def T_base_frame(self) -> Float[np.ndarray, "F 4 4"]:
+        """The robot's frames at the pose, the TCP's last."""
+        return np.asarray(forward(self.scene.robot.chain, self.scene.poses[self.pose].q))
+
+    @cached_property
+    def bodies(self) -> Capsules | None:
+        """The robot's bodies at the pose, base frame; None where it has none."""
+        return robot_capsules(self.scene.robot, self.T_base_frame) if self.scene.robot.bodies else None
+
+    def on_link(self, sensor: SensorFrame) -> tuple[int, Float[np.ndarray, "4 4"]]:
+        """The joint whose link carries the sensor (of the TCP's frame: the last), and T_link_sensor (4, 4) there."""
+        chain = self.scene.robot.chain
+        if sensor.frame < len(chain):
+            return sensor.frame, sensor.T_frame_sensor
+        return len(chain) - 1, chain.origin[-1] @ sensor.T_frame_sensor
+
+    @cached_property
+    def links(self) -> tuple[str, ...]:
+        """The links that the joints move: those of the user's URDF, or plain ones; UserError if that has another robot."""
+        return self.link_names if self.urdf is None else moved_links(find_robot(self.urdf, self.scene.robot))[1:]
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Plain names of the joints, for files that describe the robot."""
+        taken = [f"{s.name}_joint" for s in self.sensors]
+        return plain_names(self.scene.robot.chain.joints, [*taken, f"{TCP_LINK}_joint"])
+
+    @property
+    def link_names(self) -> tuple[str, ...]:
+        """Plain names of the links that the joints move, where no URDF has its own."""
+        return tuple(f"{name}_link" for name in self.joint_names)
+
+    @property
+    def robot_name(self) -> str:
+        """The robot's plain name."""
+        return plain_names([self.scene.robot.name])[0]

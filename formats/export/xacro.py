@@ -1,0 +1,34 @@
+"""Xacro: a macro that adds the sensors' frames to any robot, each link that carries rings named by a parameter."""
+
+import xml.etree.ElementTree as ET
+
+from ..robots.urdf_robot import ROS_NAME
+from ..sensors.sensor_frames import looking_along
+from .markup import document, origin
+from .placed import PlacedSetup
+
+_NAMESPACE = "http://www.ros.org/wiki/xacro"
+_MACRO = "place_rings_sensors"
+ET.register_namespace("xacro", _NAMESPACE)
+
+
+def xacro(placed: PlacedSetup) -> dict[str, bytes]:
+    """``sensors.xacro``. The link that joint J moves is the parameter ``link_of_J``; links have the frames of their joints.
+
+    Raises:
+        UserError: if the user's URDF has not the robot's chain.
+    """
+    links = placed.links
+    carrying = sorted({placed.on_link(s)[0] for s in placed.sensors})
+    names = {j: f"link_of_{placed.joint_names[j]}" for j in carrying}
+    params = [f"{name}:={links[j]}" if ROS_NAME.fullmatch(links[j]) else name for j, name in names.items()]
+    root = ET.Element("robot")
+    macro = ET.SubElement(root, f"{{{_NAMESPACE}}}macro", name=_MACRO, params=" ".join(["prefix:=''", *params]))
+    for s in placed.sensors:
+        j, T = placed.on_link(s)
+        ET.SubElement(macro, "link", name=f"${{prefix}}{s.name}")
+        joint = ET.SubElement(macro, "joint", name=f"${{prefix}}{s.name}_joint", type="fixed")
+        ET.SubElement(joint, "parent", link=f"${{{names[j]}}}")
+        ET.SubElement(joint, "child", link=f"${{prefix}}{s.name}")
+        ET.SubElement(joint, "origin", origin(looking_along(T, "x")))
+    return {"sensors.xacro": document(root)}

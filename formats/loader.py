@@ -1,0 +1,189 @@
+"""The one module that reads what a user gave."""
+
+import re
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from ..coverage.rings.ring import Setup, named_setup
+from ..coverage.robots.robot import Robot
+from ..coverage.sensors.sensor import Sensor
+from ..objectives.scene import Scene
+from .convert.obstacles import with_meshes
+from .convert.scenes import ring_models, scene_of, setup_of, thinning
+from .errors import UserError, explain, shown
+from .recorded_motion import with_record
+from .robots.urdf import read_urdf
+from .schema.mount_models import RingModel
+from .schema.proposal_models import FoundModel, ProposalFile
+from .schema.robot_convert import robot_of
+from .schema.robot_models import RobotFile
+from .schema.scene_models import SceneFile
+from .sensors.sensor_lists import mounted_setup
+from .sensors.sensor_poses import setup_of_poses
+from .sensors.urdf_frames import FramePattern, setup_of_urdf
+
+_LARGEST = 16 * 2**20  # bytes of a file that is read
+_LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
+_Model = TypeVar("_Model", bound=BaseModel)
+
+
+def _bytes(path: Path, kind: str) -> bytes:
+    """What stands in a file of a ``kind`` like TOML; UserError in one line otherwise."""
+    name = str(path)
+    try:
+        if path.is_dir():
+            raise UserError(f"{name}: found a folder, allowed: a {kind} file")
+        with path.open("rb") as file:
+            data = file.read(_LARGEST + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UserError(f"{name}: cannot be read: {reason}") from error
+    if len(data) > _LARGEST:
+        raise UserError(f"{name}: found more than {_LARGEST // 2**20} MB, allowed: less")
+    return data
+
+
+def _text(path: Path, kind: str) -> str:
+    """The UTF-8 text of a file of a ``kind`` like TOML; UserError in one line otherwise."""
+    name, data = str(path), _bytes(path, kind)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise UserError(f"{name}: byte {error.start} is not UTF-8, allowed: {kind} in UTF-8") from error
+
+
+def read_model(path: Path, model: type[_Model]) -> _Model:
+    """The TOML file at ``path`` as ``model``; UserError in one line otherwise."""
+    name, text = str(path), _text(path, "TOML")
+    try:
+        return model.model_validate(_with_robot(path, tomllib.loads(text), model))
+    except ValidationError as error:
+        raise explain(name, error, model) from error
+    except (ValueError, RecursionError) as error:  # tomllib's own, and int()'s for thousands of digits
+        raise UserError(f"{name}: not TOML: {error}") from error
+
+
+def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+    """The keys of a file, with the robot in-line where its scene names a robot's file."""
+    key, scene = ("scene.robot", raw.get("scene")) if model is ProposalFile else ("robot", raw)
+    if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
+        return raw
+    asked = scene.get("robot")
+    if not isinstance(asked, str) or not asked.lower().endswith((".toml", ".urdf")):
+        return raw
+    if asked.lower().endswith(".urdf"):
+        raise UserError(f"{path}: {key}: found {shown(asked)}, allowed: a robot's file (.toml), which robot makes of a URDF")
+    inside = {**scene, "robot": read_model(_beside(path, key, asked), RobotFile)}
+    return {**raw, "scene": inside} if model is ProposalFile else inside
+
+
+def _beside(path: Path, key: str, name: str) -> Path:
+    """The file of that name in the folder of the file at ``path`` or below; UserError if it leads elsewhere."""
+    folder = path.resolve().parent
+    try:
+        found = (folder / name).resolve()
+    except (OSError, ValueError, RuntimeError) as error:
+        raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file's name") from error
+    if Path(name).is_absolute() or not found.is_relative_to(folder):
+        raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or below")
+    return path.parent / name
+
+
+def read_robot(path: Path) -> Robot:
+    """The robot in a TOML file; UserError if it cannot be read or breaks a rule."""
+    return robot_of(read_model(path, RobotFile))
+
+
+def read_scene(path: Path) -> Scene:
+    """The scene in a TOML file; UserError if it, or a file it names, cannot be read or breaks a rule."""
+    return _scene(path, read_model(path, SceneFile))
+
+
+def _scene(path: Path, file: SceneFile, key: str = "") -> Scene:
+    """The scene of the file at ``path``, with the meshes and the poses of the record that it names below ``key``."""
+
+    def read(where: str, name: str) -> tuple[Path, bytes]:
+        at = _beside(path, where.removeprefix(f"{path}: "), name)
+        return at, _bytes(at, "mesh")
+
+    scene, asked = scene_of(file), file.trajectory
+    scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read)
+    if asked is None:
+        return scene
+    record = _beside(path, f"{key}trajectory.file", asked.file)
+    return with_record(scene, record, thinning(asked), asked.unit == "deg")
+
+
+def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:
+    """``scene`` with another sensor, if one is given: its fixed rings that had the scene's have it too."""
+    if sensor is None:
+        return scene
+    fixed = tuple(replace(r, sensor=sensor) if r.sensor == scene.sensor else r for r in scene.rules.fixed)
+    return replace(scene, sensor=sensor, rules=replace(scene.rules, fixed=fixed))
+
+
+def read_proposal(path: Path, sensor: Sensor | None = None) -> tuple[Setup, Scene, ProposalFile]:
+    """The setup and the scene of a proposal, and the whole file; ``sensor`` in place of the scene's, if one is given.
+    UserError if it cannot be read or breaks a rule."""
+    file = read_model(path, ProposalFile)
+    scene = with_sensor(_scene(path, file.scene, "scene."), sensor)
+    return setup_of(file.rings, scene.sensor, scene.ring_radius), scene, file
+
+
+def resolve(
+    name_or_path: str, scene: Scene | None, sensor: Sensor | None = None, frames: FramePattern | None = None
+) -> tuple[Setup, Scene]:
+    """A setup and its scene: the paper's setup of that name in ``scene``, what is mounted there by a CSV of sensors (.csv)
+    at its poses, by their poses on links (.json), or by the ``frames`` of a URDF (.urdf), or else a proposal's file.
+
+    A proposal brings its own scene unless ``scene`` is given; without one, the others are in the reference scene. Where
+    ``sensor`` is given, it stands in place of the scene's: for all rings that name none of their own.
+
+    Raises:
+        UserError: if it is none of them, or if the scene's robot lacks a link of the setup.
+    """
+    path = Path(name_or_path)
+    scene = with_sensor(scene, sensor) if scene else None
+    if _LOOKS_LIKE_A_NAME.fullmatch(name_or_path):
+        scene = scene or with_sensor(Scene(), sensor)
+        try:
+            setup = named_setup(name_or_path, scene.sensor, scene.ring_radius)
+            ring_models(setup, scene.sensor)  # a name keeps the limits of a file
+        except ValidationError as error:
+            raise explain(name_or_path, error, RingModel) from error
+        except ValueError as error:
+            raise UserError(f"setup: {error}") from error
+    elif path.suffix.lower() in (".csv", ".json", ".urdf"):
+        scene = scene or with_sensor(Scene(), sensor)
+        setup = _mounted(path, scene, frames or FramePattern())
+    else:
+        setup, own, _ = read_proposal(path, sensor)
+        scene = scene or own
+    if frames is not None and path.suffix.lower() != ".urdf":
+        raise UserError(f"--frames: found with {shown(name_or_path)}, allowed: only with a URDF")
+    for i, ring in enumerate(setup.rings):
+        if ring.link not in scene.robot.links:
+            allowed = f"a link of {scene.robot.name}: {', '.join(scene.robot.links)}"
+            raise UserError(f"{name_or_path}: rings[{i}].link: found {shown(ring.link)}, allowed: {allowed}")
+    return setup, scene
+
+
+def _mounted(path: Path, scene: Scene, frames: FramePattern) -> Setup:
+    match path.suffix.lower():
+        case ".csv":
+            return mounted_setup(str(path), _text(path, "CSV"), scene)
+        case ".json":
+            return setup_of_poses(str(path), _text(path, "JSON"), scene)
+        case _:
+            return setup_of_urdf(read_urdf(path), frames, scene)
+
+
+def how_found(name_or_path: str) -> FoundModel | None:
+    """How a setup that ``resolve`` read was found, as its file (.toml) says; None where nothing does."""
+    path = Path(name_or_path)
+    named = path.suffix.lower() != ".toml" or _LOOKS_LIKE_A_NAME.fullmatch(name_or_path)
+    return None if named else read_model(path, ProposalFile).found

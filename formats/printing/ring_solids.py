@@ -1,0 +1,220 @@
+"""Solids of a printed ring, by manifold3d: exact Booleans whose results are closed. Millimetres, print frame."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from manifold3d import Manifold
+
+from .bolts import bolt_holes, bolts, lugs
+from .primitives import SMALL, box, tube, union
+from .print_plan import FRONT, MM, PrintPlan
+
+_FAR = 500.0
+_THREAD = 8.0  # of a screw in the ring, at most
+_BORED = 0.4  # radius of a screw's thread, of the hole in the board
+_LEFT = 1.5  # of material around a screw's hole, and before the bore
+_OVER = 0.2  # by which what is cut away reaches beyond what it is cut from
+_PACKAGE = (4.9, 2.5)  # along the ring and up the board, of a sensor's package
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A ring as it is mounted: its halves (with +y and with -y), the boards, the bolts, the link, and the beams' union."""
+
+    halves: tuple[Manifold, Manifold]
+    boards: list[Manifold]
+    bolts: Manifold
+    link: Manifold
+    beams: Manifold
+
+
+def collar(plan: PrintPlan) -> Manifold:
+    """The plain clamp: the band around the link along the whole ring, before it is parted."""
+    outer = tube(plan.collar, plan.low, plan.lug[1], plan.centre)
+    return outer - tube(plan.bore, plan.low - 1, plan.lug[1] + 1, plan.centre)
+
+
+def _wedge(plan: PrintPlan, k: int, solid: Manifold, inset: float = 0.0) -> Manifold:
+    """What of a solid lies nearer to sensor ``k`` than to its neighbours, by ``inset`` at least."""
+    n = len(plan.angles)
+    if n < 2:
+        return solid
+    for sign in (-1.0, 1.0):
+        edge = plan.angles[k] + sign * math.pi / n
+        solid = solid.trim_by_plane((sign * math.sin(edge), -sign * math.cos(edge), 0.0), inset)
+    return solid
+
+
+def _upright(plan: PrintPlan, k: int, solid: Manifold) -> Manifold:
+    """A solid that is about the x axis, turned to sensor ``k``."""
+    return solid.rotate((0.0, 0.0, math.degrees(plan.angles[k])))
+
+
+def _block(plan: PrintPlan, k: int) -> Manifold:
+    """What carries the board of sensor ``k``: from the middle outwards to the front of its pocket."""
+    c, s, low = math.cos(plan.tilt), math.sin(plan.tilt), MM * plan.pocket.low
+    outermost = plan.radius - plan.rim * c - low * s + plan.wall
+    solid = _upright(plan, k, box((0.0, -plan.half, plan.low), (outermost, plan.half, plan.top)))
+    look = plan.frame(k)[:, 2]
+    front = float(look @ plan.frame(k)[:, 3]) - plan.rim
+    return _wedge(plan, k, solid.trim_by_plane(tuple(-look), -front))
+
+
+def _window(plan: PrintPlan, k: int) -> Manifold:
+    """What is left out of a block between collar and pocket where they are far apart."""
+    end, half = plan.groove[0] - plan.wall, MM * plan.pocket.half - plan.wall
+    if half <= 0 or end - plan.collar < plan.wall:
+        return Manifold()
+    solid = _upright(plan, k, box((0.0, -half, plan.low - 1), (end, half, plan.top + 1)))
+    return _wedge(plan, k, solid, (plan.wall + MM * plan.printing.gap) / 2) - tube(
+        plan.collar, plan.low - 2, plan.top + 2, plan.centre
+    )
+
+
+def _pocket(plan: PrintPlan, k: int) -> Manifold:
+    """The room of a board, open in front and above, and of what is soldered behind it."""
+    p, board, clear = plan.pocket, plan.pocket.board, MM * plan.printing.clearance
+    x, half = -MM * board.lens[0], MM * board.width / 2
+    seat, low, high = -plan.seat, MM * p.low, MM * p.high
+    high += _OVER
+    room = box((x - half - clear, low, seat), (x + half + clear, high, FRONT))
+    ledge = 1.0
+    relief = box((x - half + ledge, low + ledge, -MM * p.deep), (x + half - ledge, high, seat + 0.1))
+    return (room + relief).transform(plan.frame(k))
+
+
+def _at(plan: PrintPlan, x: float, y: float) -> tuple[float, float]:
+    """A point of the board, m from its middle, in the frame of its lens, mm."""
+    lens = plan.pocket.board.lens
+    return MM * (x - lens[0]), MM * (y - lens[1])
+
+
+def thread(plan: PrintPlan, y: float) -> float:
+    """How deep a screw may go behind a board's back at height ``y`` up the board, mm from the lens."""
+    c, s = math.cos(plan.tilt), math.sin(plan.tilt)
+    inwards = plan.radius - plan.seat * c - y * s - plan.inner + plan.wall - _LEFT
+    down = y * c - plan.seat * s - plan.low - _LEFT - _BORED * MM * plan.pocket.board.hole * c
+    return min(_THREAD, inwards / max(c, 1e-9), down / max(s, 1e-9))
+
+
+def _screws(plan: PrintPlan, k: int) -> tuple[Manifold, Manifold]:
+    """The posts under a board's holes, and the holes for the screws' threads."""
+    board, posts, holes = plan.pocket.board, [], []
+    for at in board.holes:
+        x, y = _at(plan, *at)
+        deep, hole = thread(plan, y), MM * board.hole
+        post = Manifold.cylinder(deep + _LEFT, hole / 2 + _LEFT, -1.0, SMALL).translate((x, y, -plan.seat - deep - _LEFT))
+        posts.append(post.transform(plan.frame(k)))
+        bored = Manifold.cylinder(deep + 1.0, _BORED * hole, -1.0, SMALL).translate((x, y, -plan.seat - deep))
+        holes.append(bored.transform(plan.frame(k)))
+    return union(posts), union(holes)
+
+
+def _channel(plan: PrintPlan) -> Manifold:
+    """The groove for cables: around behind the boards, and up to the back of each, so that no thin edge is left."""
+    wide, c, s = MM * plan.printing.channel, math.cos(plan.tilt), math.sin(plan.tilt)
+    low, high, half = plan.top - wide * c, plan.top + _OVER, MM * (plan.pocket.board.width / 2 + plan.printing.clearance)
+    middle, back = -MM * plan.pocket.board.lens[0], plan.radius - plan.seat * c - MM * plan.pocket.high * s
+    around = tube(plan.groove[1], low, high, np.zeros(2)) - tube(plan.groove[0], low - 1, high + 1, np.zeros(2))
+    behind = box((plan.groove[0], middle - half, low), (back + wide * s + _OVER, middle + half, high))
+    held = union([_upright(plan, k, behind) for k in range(len(plan.angles))])
+    return around + held - tube(plan.groove[0], low - 1, high + 1, np.zeros(2))
+
+
+def board(plan: PrintPlan, k: int) -> Manifold:
+    """The board of sensor ``k`` with its sensor's package, whose front is at the lens."""
+    b = plan.pocket.board
+    x, y = _at(plan, 0.0, 0.0)
+    w, h, front = MM * b.width / 2, MM * b.height / 2, -MM * b.lens_height
+    plate = box((x - w, y - h, -plan.seat), (x + w, y + h, front))
+    for at in b.holes:
+        u, v = _at(plan, *at)
+        plate -= Manifold.cylinder(FRONT + plan.seat, MM * b.hole / 2, -1.0, SMALL).translate((u, v, -plan.seat - 1.0))
+    if front < 0:
+        plate += box((-_PACKAGE[0] / 2, -_PACKAGE[1] / 2, front - 0.1), (_PACKAGE[0] / 2, _PACKAGE[1] / 2, 0.0))
+    return plate.transform(plan.frame(k))
+
+
+def beam(plan: PrintPlan, k: int) -> Manifold:
+    """The beam of sensor ``k``, as far as the ring could be in its way."""
+    sensor, length = plan.ring.sensor, min(MM * plan.ring.sensor.range_m, 4 * plan.radius)
+    wide = length * math.tan(sensor.fov / 2)
+    if sensor.fov_up is None:
+        solid = Manifold.cylinder(length, 0.0, wide, 64).translate((0.0, 0.0, 0.0))
+    else:
+        high = length * math.tan(sensor.fov_up / 2)
+        corners = [(u * wide, v * high, length) for u in (-1, 1) for v in (-1, 1)]
+        solid = Manifold.hull_points(np.array([(0.0, 0.0, 0.0), *corners]))
+    return solid.transform(plan.frame(k))
+
+
+def _roof(plan: PrintPlan, shift: float) -> Manifold:
+    """What lies below the split between the sensors, shifted by ``shift`` towards +y."""
+    slope, far = math.tan(plan.lean), _FAR
+    drop = shift / math.cos(plan.lean)
+    roof = [(-far, -far * slope + drop), (-far, -2 * far), (far, -2 * far), (far, -far * slope + drop), (0.0, drop)]
+    return Manifold.hull_points(np.array([(*at, z) for at in roof for z in (plan.low - 1, plan.top)]))
+
+
+def _below(plan: PrintPlan, shift: float) -> Manifold:
+    """What belongs to the half with -y, shifted by ``shift`` towards +y: parted by a plane where the bolts are, midway
+    between sensors where these are."""
+    level = float(plan.centre[1]) + shift
+    return _roof(plan, shift) + box((-_FAR, -2 * _FAR, plan.top), (_FAR, level, plan.lug[1] + 1))
+
+
+def _arms(plan: PrintPlan) -> Manifold:
+    """Where a half reaches beyond the middle of the link, straight walls carry on its band."""
+    (x, y), below, some = (float(v) for v in plan.centre), _roof(plan, 0.0), []
+    for sign in (-1.0, 1.0):
+        near, far = sorted((x + sign * plan.bore, x + sign * plan.collar))
+        some.append(box((near, y - plan.collar, plan.low), (far, y, plan.top)) - below)
+        some.append(box((near, y, plan.low), (far, y + plan.collar, plan.top)) ^ below)
+    return union(some)
+
+
+def _ears(plan: PrintPlan) -> Manifold:
+    """The ears of the bolts, without what carries one from below where the split between sensors leaves too little of it."""
+    ears, (x, y), far = lugs(plan), (float(v) for v in plan.centre), _FAR
+    below, least = _roof(plan, 0.0), plan.wall + MM * plan.printing.gap / 2
+    for sign in (-1.0, 1.0):
+        split = [-abs(x + sign * r) * math.tan(plan.lean) for r in (plan.bore, plan.ear)]
+        side = box((min(x, x + sign * far), -far, plan.low - 1), (max(x, x + sign * far), far, plan.top))
+        if min(split) - (y - plan.reach) < least:
+            ears -= side ^ below
+        if y + plan.reach - max(split) < least:
+            ears -= side - below
+    return ears
+
+
+def halves(plan: PrintPlan) -> tuple[Manifold, Manifold]:
+    """Both halves of a ring."""
+    n = len(plan.angles)
+    band = tube(plan.collar, plan.low, plan.lug[1], plan.centre)
+    whole = union([band, *(_block(plan, k) for k in range(n))])
+    hole = tube(plan.bore, plan.low - 1, plan.lug[1] + 1, plan.centre)
+    rooms = union([_pocket(plan, k) for k in range(n)])
+    posts, threads = (union(list(each)) for each in zip(*(_screws(plan, k) for k in range(n)), strict=True))
+    cut = whole - union([_window(plan, k) for k in range(n)]) + _ears(plan) - rooms - _channel(plan)
+    body = cut + (posts ^ whole) + (_arms(plan) - rooms) - hole - threads - bolt_holes(plan)
+    gap = MM * plan.printing.gap / 2
+    x, y = (float(v) for v in plan.centre)
+    low, high = plan.low - 1, plan.lug[1] + 1
+    down = box((x - plan.bore, y - _FAR, low), (x + plan.bore, y, high))  # the ways of the link into the halves
+    up = box((x - plan.bore, y, low), (x + plan.bore, y + _FAR, high))
+    return _dusted(body - _below(plan, gap) - down), _dusted((body ^ _below(plan, -gap)) - up)
+
+
+def _dusted(solid: Manifold) -> Manifold:
+    """A solid without crumbs of less than a cubic millimetre, which Booleans of faces that touch may leave."""
+    return union([piece for piece in solid.decompose() if piece.volume() > 1.0])
+
+
+def assemble(plan: PrintPlan) -> Assembly:
+    """A ring as it is mounted."""
+    n, length = len(plan.angles), 2 * (plan.lug[1] - plan.low)
+    link = tube(plan.link, plan.low - length / 2, plan.lug[1] + length / 2, plan.centre)
+    return Assembly(
+        halves(plan), [board(plan, k) for k in range(n)], bolts(plan), link, union([beam(plan, k) for k in range(n)])
+    )

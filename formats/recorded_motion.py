@@ -1,0 +1,229 @@
+"""Reads recorded joint motions: CSV with a column of times and one for each joint, line by line, in bounded memory."""
+
+import csv
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+from jaxtyping import Float
+
+from ..coverage.robots.robot import Robot
+from ..objectives.scene import Scene
+from ..objectives.trajectory import CELL, CELLS, MotionRecord, Thinning, recorded, thin
+from .errors import UserError, shown
+from .schema.field_types import MOST_DEG_S
+
+TIMES = ("t", "time", "time_s", "timestamp")
+MOST_ROWS = 5_000_000
+_LEAST_SECONDS, _MOST_SECONDS = 1e-3, 1e6
+_LONGEST = 1 << 16  # characters of a line
+_TURNS = 2  # either way: what joints of arms reach
+_CHUNK = 1 << 15  # rows that are checked at once
+_SHOWN = 12  # columns that an error names
+
+
+def read_record(path: Path, robot: Robot, degrees: bool = False) -> MotionRecord:
+    """The motion of ``robot`` in a CSV file.
+
+    The first line names the columns, parted by commas, semicolons, tabs or blanks: one of ``TIMES`` in seconds, and one for
+    each joint by the robot's names (with or without ``_joint``), as q0, q1, ... or as actual_q_0, actual_q_1, ... Other
+    columns are passed over.
+
+    Args:
+        path: of the file.
+        robot: whose joints.
+        degrees: angles are in degrees; else in radians.
+
+    Raises:
+        UserError: if it cannot be read, lacks a column, or holds a line that breaks a rule; it names the first.
+    """
+    try:
+        if not path.is_file():
+            raise UserError(f"{path}: found {'no file' if path.exists() else 'nothing'}, allowed: a CSV file")
+        with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
+            return _Reader(str(path), robot, degrees).read(file)
+    except (OSError, ValueError) as error:
+        raise UserError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from error
+
+
+def with_record(scene: Scene, path: Path, how: Thinning | None = None, degrees: bool = False) -> Scene:
+    """``scene`` with the poses of a recorded motion in place of its own; UserError if the file does not serve."""
+    how = how or Thinning()
+    record = read_record(path, scene.robot, degrees)
+    _check_rates(path, scene.robot, record)
+    thinned = thin(record, scene.robot, how)
+    check_limits(path, scene.robot, [(pose.time_s or 0.0, pose.q) for pose in thinned.poses])
+    return replace(scene, poses=thinned.poses, recorded=recorded(path.name, record, thinned, how))
+
+
+def check_limits(path: Path, robot: Robot, moments: Iterable[tuple[float, Float[np.ndarray, " J"]]]) -> None:
+    """Refuse (UserError) the first moment of the record at ``path``, s and rad, at which a joint is beyond its limits."""
+    for time_s, q in moments:
+        beyond = robot.beyond(q)
+        if beyond is not None:
+            low, high = np.degrees(robot.limits[beyond]) if robot.limits is not None else (-np.inf, np.inf)
+            joint, angle = robot.chain.joints[beyond], np.degrees(q[beyond])
+            raise UserError(
+                f"{path}: {joint} at {time_s:g} s: found {angle:.6g} degrees,"
+                f" allowed: {low:.6g} to {high:.6g}, its limits on {robot.name}"
+            )
+
+
+def _check_rates(path: Path, robot: Robot, record: MotionRecord) -> None:
+    """Refuse (UserError) a joint that jumps, as one does whose angle is cut at half a turn."""
+    total = float(record.time_s[-1] - record.time_s[0])
+    step = np.maximum(np.diff(record.time_s), min(CELL, total / CELLS[0]))
+    for joint, name in enumerate(robot.chain.joints):
+        rate = np.degrees(np.abs(np.diff(record.q[:, joint])) / step)
+        if rate.max() > MOST_DEG_S:
+            row = int(rate.argmax())
+            jump = np.degrees(np.diff(record.q[row : row + 2, joint])[0])
+            raise UserError(
+                f"{path}: {name} at {record.time_s[row + 1]:g} s: found a jump of {jump:.6g} degrees in"
+                f" {record.time_s[row + 1] - record.time_s[row]:.3g} s, allowed: {MOST_DEG_S} degrees a second at most;"
+                " angles cut at half a turn have to be made whole again"
+            )
+
+
+def _schemes(robot: Robot) -> list[list[str]]:
+    """The names that joints may have, all of one scheme together."""
+    names, each = robot.chain.joints, range(len(robot.chain))
+    return [
+        [f"q{i}" for i in each],
+        [f"actual_q_{i}" for i in each],
+        list(names),
+        [f"{name}_joint" for name in names],
+    ]
+
+
+class _Reader:
+    def __init__(self, name: str, robot: Robot, degrees: bool) -> None:
+        self.name, self.schemes, self.degrees = name, _schemes(robot), degrees
+        self.most = 360.0 * _TURNS if degrees else 2 * math.pi * _TURNS
+
+    def _refuse(self, line: int, column: str, found: str, allowed: str) -> UserError:
+        where = f"line {line}, column {column}" if column else f"line {line}"
+        return UserError(f"{self.name}: {where}: found {found}, allowed: {allowed}")
+
+    def _lines(self, file: TextIO) -> Iterator[str]:
+        number = 0
+        while line := file.readline(_LONGEST + 1):
+            number += 1
+            if len(line) > _LONGEST:
+                raise self._refuse(number, "", f"more than {_LONGEST} characters", "fewer")
+            if number > MOST_ROWS + 1:
+                raise self._refuse(number, "", f"more than {MOST_ROWS} rows", f"up to {MOST_ROWS}: record at a lower rate")
+            yield line
+
+    def _rows(self, file: TextIO) -> Iterator[tuple[int, list[str]]]:
+        """Number and fields of each line that is not blank."""
+        lines = self._lines(file)
+        first = next(lines, "")
+        separator = next((s for s in ",;\t" if s in first), None)
+        yield 1, _fields(first.lstrip("# "), separator)
+        if separator is None:
+            yield from ((n, fields) for n, line in enumerate(lines, 2) if (fields := line.split()))
+            return
+        reader = csv.reader(lines, delimiter=separator)
+        try:
+            yield from ((reader.line_num + 1, fields) for fields in reader if fields)
+        except csv.Error as error:
+            raise self._refuse(reader.line_num + 1, "", str(error), "CSV") from error
+
+    def _columns(self, header: list[str]) -> tuple[list[int], list[str]]:
+        """Places and names of the columns: the time, then the joints."""
+        lower = [name.strip().lower() for name in header]
+        named = ", ".join(shown(name)[1:-1] for name in lower[:_SHOWN]) + ", …" * (len(lower) > _SHOWN)
+        found = [name for name in lower if name in TIMES]
+        if len(found) != 1:
+            raise self._refuse(
+                1, "", f"{len(found)} columns of times among {named or 'nothing'}", f"one of {', '.join(TIMES)}"
+            )
+        scheme = max(self.schemes, key=lambda names: sum(name in lower for name in names))
+        for name in scheme:
+            if lower.count(name) != 1:
+                ways = " or ".join(f"{names[0]} … {names[-1]}" for names in self.schemes)
+                raise self._refuse(1, name, f"{lower.count(name)} such columns among {named}", f"one each of {ways}")
+        names = [found[0], *scheme]
+        return [lower.index(name) for name in names], names
+
+    def read(self, file: TextIO) -> MotionRecord:
+        rows = self._rows(file)
+        _, header = next(rows)
+        places, names = self._columns(header)
+        chunks: list[Float[np.ndarray, "C K"]] = []
+        lines: list[int] = []
+        values: list[list[float]] = []
+        last = -math.inf
+
+        def check() -> None:
+            nonlocal last
+            if values:
+                chunk = np.array(values)
+                self._check(chunk, lines, names, last)
+                chunks.append(chunk)
+                last = float(chunk[-1, 0])
+                values.clear()
+                lines.clear()
+
+        for number, fields in rows:
+            if len(fields) != len(header):
+                check()
+                raise self._refuse(number, "", f"{len(fields)} columns", f"{len(header)}, as line 1 names")
+            try:
+                values.append([float(fields[i]) for i in places])
+            except ValueError:
+                check()
+                self._refuse_text(number, fields, places, names)
+            lines.append(number)
+            if len(values) == _CHUNK:
+                check()
+        check()
+        return self._record(chunks)
+
+    def _refuse_text(self, number: int, fields: list[str], places: list[int], names: list[str]) -> None:
+        for place, name in zip(places, names, strict=True):
+            try:
+                float(fields[place])
+            except ValueError:
+                raise self._refuse(number, name, shown(fields[place]), "a number") from None
+
+    def _check(self, chunk: Float[np.ndarray, "C K"], lines: Sequence[int], names: list[str], last: float) -> None:
+        """Refuse the first line of a chunk that breaks a rule; ``last`` is the time before it."""
+        before = np.concatenate([[last], chunk[:-1, 0]])
+        with np.errstate(invalid="ignore"):
+            wrong = ~np.isfinite(chunk)
+            wrong[:, 1:] |= np.abs(chunk[:, 1:]) > self.most
+            wrong[:, 0] |= ~(chunk[:, 0] > before)
+        if not wrong.any():
+            return
+        row = int(wrong.any(axis=1).argmax())
+        column = int(wrong[row].argmax())
+        value, number = float(chunk[row, column]), lines[row]
+        if not math.isfinite(value):
+            allowed = "a finite number"
+        elif column == 0:
+            allowed = f"above {before[row]:g}, the time before it"
+        else:
+            unit, hint = ("degrees", "") if self.degrees else ("rad", "; or say that angles are in degrees")
+            allowed = f"{-self.most:.5g} to {self.most:.5g} {unit}{hint}"
+        raise self._refuse(number, names[column], shown(value), allowed)
+
+    def _record(self, chunks: list[Float[np.ndarray, "_ K"]]) -> MotionRecord:
+        count = sum(len(chunk) for chunk in chunks)
+        if count < 2:
+            raise UserError(f"{self.name}: found {count} rows of data, allowed: 2 and more")
+        table = np.concatenate(chunks)
+        seconds = float(table[-1, 0] - table[0, 0])
+        if not _LEAST_SECONDS <= seconds <= _MOST_SECONDS:
+            allowed = f"{_LEAST_SECONDS:g} to {_MOST_SECONDS:g}"
+            raise UserError(f"{self.name}: found {seconds:g} s from first to last, allowed: {allowed}")
+        q = np.ascontiguousarray(table[:, 1:])
+        return MotionRecord(table[:, 0].copy(), np.radians(q) if self.degrees else q)
+
+
+def _fields(line: str, separator: str | None) -> list[str]:
+    return line.split() if separator is None else next(csv.reader([line], delimiter=separator), [])

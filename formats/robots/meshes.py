@@ -1,0 +1,130 @@
+"""The surfaces of a URDF's links as triangles: meshes from files that lie where the user allowed, and plain shapes."""
+
+import io
+from collections.abc import Sequence
+from pathlib import Path, PurePosixPath
+from typing import Any, Literal
+from urllib.parse import unquote
+
+import numpy as np
+import trimesh
+from jaxtyping import Float
+
+from ..errors import UserError, shown
+from .urdf import UrdfShape, bounded_bytes, plain_xml
+from .urdf_chain import Carried
+
+FORMATS = (".stl", ".dae", ".obj")
+LARGEST = 128 * 2**20  # bytes of a mesh
+MOST_TRIANGLES = 3_000_000
+FAR = 20.0  # m from its link's frame, beyond which no part of a shape is believed
+Which = Literal["collision", "visual"]
+
+
+class Meshes:
+    """Reads the meshes of one URDF.
+
+    Args:
+        path: of the URDF. packages: folders, given by the user, that hold packages or are packages. A file is read only if
+            it lies, links followed, in one of these or in the URDF's folder.
+    """
+
+    def __init__(self, path: Path, packages: Sequence[Path] = ()) -> None:
+        self.path = path
+        for folder in packages:
+            if not folder.is_dir():
+                raise UserError(f"--packages: found {shown(str(folder))}, allowed: a folder")
+        self.folders = [path.resolve().parent, *(folder.resolve() for folder in packages)]
+        self._read: dict[Path, Float[np.ndarray, "T 3 3"]] = {}
+
+    def _fail(self, link: str, found: str, allowed: str) -> UserError:
+        return UserError(f"{self.path}: link {shown(link)}: mesh: found {shown(found)}, allowed: {allowed}")
+
+    def find(self, name: str, link: str) -> Path:
+        """The file that a mesh's name means; UserError where there is none, or only outside the folders."""
+        scheme, colon, rest = name.partition("://")
+        given = ", ".join(f.name or "/" for f in self.folders)
+        if colon and scheme not in ("package", "file", "model"):
+            raise self._fail(link, name, "package://, file:// or a path")
+        text = unquote(rest) if colon else name
+        if "\0" in text:
+            raise self._fail(link, name, "a file's name")
+        wanted = PurePosixPath(text.replace("\\", "/"))
+        options: list[Path] = []
+        if colon and scheme in ("package", "model"):
+            package, *inside = wanted.parts or ("",)
+            for folder in self.folders:
+                options.append(folder / wanted)
+                options += [up.joinpath(*inside) for up in (folder, *folder.parents) if up.name == package]
+        else:
+            options += [Path(wanted)] if wanted.is_absolute() else [folder / wanted for folder in self.folders]
+        outside = False
+        for option in options:
+            try:
+                real = option.resolve()
+                there = real.is_file()
+            except (OSError, ValueError, RuntimeError):
+                continue
+            if there and any(real.is_relative_to(folder) for folder in self.folders):
+                return real
+            outside |= there or not any(real.is_relative_to(folder) for folder in self.folders)
+        where = f"a file in {given}" + ", or in a folder given by --packages"
+        raise self._fail(link, name, where if not outside else where + "; this one leads outside")
+
+    def _triangles(self, file: Path, name: str, link: str) -> Float[np.ndarray, "T 3 3"]:
+        if file in self._read:
+            return self._read[file]
+        kind = file.suffix.lower()
+        if kind not in FORMATS:
+            raise self._fail(link, name, f"a mesh of the format {', '.join(f[1:] for f in FORMATS)}")
+        data = bounded_bytes(file, LARGEST, f"{self.path}: link {shown(link)}: mesh {shown(name)}")
+        if kind == ".dae":
+            plain_xml(data, f"{self.path}: link {shown(link)}: mesh {shown(name)}")
+        try:
+            # Without a resolver no other file (material, texture) is opened.
+            found: Any = trimesh.load(io.BytesIO(data), file_type=kind[1:], resolver=None, process=False, force="mesh")
+            triangles = np.array(found.triangles, np.float64).reshape(-1, 3, 3)
+        except Exception as error:  # whatever a parser of a broken file raises
+            raise self._fail(link, name, f"a mesh that can be read ({type(error).__name__})") from error
+        if not 0 < len(triangles) <= MOST_TRIANGLES or not np.isfinite(triangles).all():
+            raise self._fail(link, name, f"1 to {MOST_TRIANGLES} triangles of finite numbers (it has {len(triangles)})")
+        self._read[file] = triangles
+        return triangles
+
+    def shape(self, shape: UrdfShape, link: str) -> Float[np.ndarray, "T 3 3"]:
+        """Triangles (T, 3, 3) m of a shape in its link's frame; a round one is laid around by a polyhedron of 64 sides."""
+        if shape.kind == "mesh":
+            with np.errstate(over="ignore"):
+                points = self._triangles(self.find(shape.file, link), shape.file, link) * np.array(shape.size)
+        elif shape.kind == "box":
+            points = np.asarray(trimesh.creation.box(extents=shape.size).triangles)
+        elif shape.kind == "sphere":
+            points = np.asarray(trimesh.creation.icosphere(3, shape.size[0] / 0.985).triangles)
+        elif shape.kind == "cylinder":
+            around = shape.size[0] / np.cos(np.pi / 64)
+            points = np.asarray(trimesh.creation.cylinder(around, shape.size[1], sections=64).triangles)
+        else:
+            around = shape.size[0] / np.cos(np.pi / 64)
+            made = trimesh.creation.capsule(shape.size[1], around, count=[64, 64])
+            points = np.asarray(made.triangles) - [0, 0, float(made.bounds.mean(axis=0)[2])]
+        T = shape.T_link_shape
+        with np.errstate(over="ignore", invalid="ignore"):
+            points = points @ T[:3, :3].T + T[:3, 3]
+        far = float(np.nan_to_num(np.abs(points), nan=np.inf).max())
+        if far > FAR:
+            found = f"{shape.file or shape.kind}, {far:.3g} m from the link's frame"
+            raise self._fail(link, found, f"{FAR:g} m and less (a mesh in millimetres has scale 0.001)")
+        return points
+
+    def surface(self, carried: Carried, which: Which) -> Float[np.ndarray, "T 3 3"]:
+        """Triangles (T, 3, 3) m of a link's shapes of that kind, or else of the other, in the frame that it rides on."""
+        link = carried.link
+        shapes = (link.collision or link.visual) if which == "collision" else (link.visual or link.collision)
+        if not shapes:
+            return np.zeros((0, 3, 3))
+        found = np.concatenate([self.shape(shape, link.name) for shape in shapes])
+        R, origin = carried.T_frame_link[:3, :3], carried.T_frame_link[:3, 3]
+        points = found @ R.T + origin
+        if np.ptp(points.reshape(-1, 3), axis=0).max() < 1e-6:
+            raise self._fail(link.name, shapes[0].file or shapes[0].kind, "a shape with an extent")
+        return points

@@ -1,0 +1,197 @@
+"""A robot from a URDF's chain and meshes: capsules around every link, and mount axes where a ring can be closed."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from jaxtyping import Float
+from scipy.spatial import ConvexHull, QhullError
+
+from ...coverage.robots.kinematics import Chain, forward
+from ...coverage.robots.robot import BASE, Body, Mount, Robot
+from .capsule_fit import Capsule, fit_capsules, union_volume
+from .meshes import Meshes, Which
+from .tubes import find_tube
+from .urdf_chain import Picked
+
+CAPSULES = 3  # of a link, at most
+TOOL = "tool"  # the mount at the chain's tip
+_FLANGE = 0.03  # m, how far before the tip the flange is looked at
+_POSES = 20_000  # drawn to see how far the robot reaches, and how it stands well
+_ALIKE = 0.95  # cosine of two directions that are one
+
+
+@dataclass(frozen=True)
+class FittedLink:
+    """What stands for a link: triangles (T, 3, 3) m of its surface in its frame, the capsules that contain them, the volume
+    of the capsules' union and of what they contain (of its convex hull where it is open), m^3."""
+
+    name: str
+    frame: int
+    triangles: Float[np.ndarray, "T 3 3"]
+    capsules: tuple[Capsule, ...]
+    volume: float
+    contained: float
+
+    @property
+    def ratio(self) -> float:
+        """How much larger the capsules are than the link."""
+        return self.volume / self.contained if self.contained > 0 else np.inf
+
+
+@dataclass(frozen=True)
+class RobotFit:
+    """A robot, and how its bodies were fitted link by link."""
+
+    robot: Robot
+    links: tuple[FittedLink, ...]
+
+
+def _volume(triangles: Float[np.ndarray, "T 3 3"]) -> float:
+    """Volume, m^3, within closed surfaces, or of the convex hull of open ones; 0 of flat ones."""
+    made = trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=True)
+    if made.is_watertight and made.volume > 0:
+        return float(made.volume)
+    try:
+        return float(ConvexHull(triangles.reshape(-1, 3)).volume)
+    except QhullError:
+        return 0.0
+
+
+def directions(chain: Chain, frame: int) -> list[Float[np.ndarray, " 3"]]:
+    """Unit vectors (3,) in a frame of the chain along which its link may be drawn out: towards the next joint, the axes of
+    its own and the next joint, and the frame's axes."""
+    found: list[Float[np.ndarray, " 3"]] = []
+    options = [chain.origin[frame + 1][:3, 3]] if frame + 1 < len(chain.origin) else []
+    if 0 <= frame < len(chain):
+        options.append(chain.axis[frame])
+    if frame + 1 < len(chain):
+        options.append(chain.origin[frame + 1][:3, :3] @ chain.axis[frame + 1])
+    for v in [*options, *np.eye(3)]:
+        length = float(np.linalg.norm(v))
+        if length > 1e-3 and all(abs(float(v @ other)) < _ALIKE * length for other in found):
+            found.append(v / length)
+    return found
+
+
+def _zero(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"]:
+    """Across the axis, as near as can be to the frame's x, or to its y where the axis is along x."""
+    x, y, _ = np.eye(3)
+    v = y if abs(float(axis @ x)) > 0.9 else x
+    v = v - (v @ axis) * axis
+    return v / np.linalg.norm(v)
+
+
+def _mount(name: str, chain: Chain, frame: int, triangles: Float[np.ndarray, "T 3 3"]) -> Mount | None:
+    """The mount about the tube of a link, from proximal to distal, if it has one."""
+    towards = chain.origin[frame + 1][:3, 3]
+    if np.linalg.norm(towards) < 1e-6:  # the next joint is at this one: then away from the one before, along this axis
+        before, axis = np.linalg.inv(chain.origin[frame])[:3, 3], chain.axis[frame]
+        towards = -(before @ axis) * axis
+    spread = triangles.reshape(-1, 3)
+    principal = np.linalg.svd(spread - spread.mean(axis=0), full_matrices=False)[2]
+    tube = find_tube(triangles, [*directions(chain, frame), *principal])
+    if tube is None:
+        return None
+    start, end = tube.start, tube.end
+    if float((end - start) @ towards) < 0:
+        start, end = end, start
+    axis = (end - start) / tube.length
+    return Mount(name, frame, start, axis, _zero(axis), tube.length, (0.0, 1.0), tube.radius)
+
+
+def _tool(chain: Chain, triangles: Float[np.ndarray, "T 3 3"]) -> Mount:
+    """The mount at the tip, outward about the last joint's axis where the tip lies along that, or else about the line to the
+    tip; its place is fixed."""
+    T, out, axis = np.linalg.inv(chain.origin[-1]), chain.origin[-1][:3, 3], chain.axis[-1]
+    along, far = float(out @ axis), float(np.linalg.norm(out))
+    axis = T[:3, :3] @ (np.copysign(1.0, along + 1e-9) * axis if abs(along) >= 0.5 * far else out / far)
+    points = triangles.reshape(-1, 3) @ T[:3, :3].T + T[:3, 3]
+    points = points[np.abs(points @ axis) < _FLANGE]
+    away = np.linalg.norm(points - (points @ axis)[:, None] * axis, axis=1)
+    return Mount(TOOL, len(chain), np.zeros(3), axis, _zero(axis), 0.0, (0.0, 1.0), float(away.max(initial=0.0)))
+
+
+def fit_robot(
+    picked: Picked,
+    meshes: Meshes,
+    name: str,
+    most: int = CAPSULES,
+    which: Which = "collision",
+    tell: Callable[[str], None] | None = None,
+) -> RobotFit:
+    """Fit capsules to every link's surface, and look for mount axes on its surface to be seen.
+
+    Args:
+        picked: the chain. meshes: where its meshes are. name: the robot's. most: capsules of a link.
+        which: the surface that the capsules contain.
+        tell: called with each link's name before it is fitted.
+
+    Raises:
+        UserError: for a mesh that is not there or cannot be read.
+    """
+    chain, links = picked.chain, []
+    bodies: list[Body] = []
+    seen: dict[int, list[Float[np.ndarray, "T 3 3"]]] = {}
+    names: dict[int, str] = {}
+    for carried in picked.carried:
+        surface = meshes.surface(carried, which)
+        if not len(surface):
+            continue
+        if tell:
+            tell(carried.link.name)
+        capsules = fit_capsules(surface, directions(chain, carried.frame), most)
+        links.append(
+            FittedLink(carried.link.name, carried.frame, surface, tuple(capsules), union_volume(capsules), _volume(surface))
+        )
+        for i, c in enumerate(capsules):
+            label = carried.link.name + (f"_{i}" if len(capsules) > 1 else "")
+            bodies.append(Body(label, carried.frame, c.start, c.end, c.radius))
+        names.setdefault(carried.frame, carried.link.name)
+        seen.setdefault(carried.frame, []).append(meshes.surface(carried, "visual"))
+    mounts = [
+        mount
+        for frame in sorted(set(seen) - {BASE})
+        if (mount := _mount(names[frame], chain, frame, np.concatenate(seen[frame]))) is not None
+    ]
+    mounts.append(_tool(chain, np.concatenate(seen.get(len(chain) - 1, [np.zeros((0, 3, 3))]))))
+    reach, home = _rest(chain, picked.limits)
+    source = f"{picked.urdf.path.name}, {picked.base} to {picked.tip}"
+    robot = Robot(name, chain, tuple(mounts), reach, tuple(bodies), picked.limits, home, source)
+    return RobotFit(robot, tuple(links))
+
+
+def _drawn(limits: Float[np.ndarray, "J 2"]) -> Float[np.ndarray, "P J"]:
+    """Poses within the limits, of which some joints are at 0, in steps of 5 degrees where the limits allow."""
+    rng, shape, step = np.random.default_rng(0), (_POSES, len(limits)), np.radians(5)
+    moved = rng.uniform(size=shape) < rng.uniform(0.1, 1, (_POSES, 1))
+    return np.clip(moved * step * np.round(rng.uniform(-np.pi, np.pi, shape) / step), limits[:, 0], limits[:, 1])
+
+
+def _rest(chain: Chain, limits: Float[np.ndarray, "J 2"]) -> tuple[float, Float[np.ndarray, " J"]]:
+    """An estimate of the reach, m, and a pose (J,) rad.
+
+    Reach: how far from the base's axis the last joint comes in drawn poses, up to the next centimetre. The pose: of the
+    drawn ones that which best holds the tip in front of the robot, at two thirds of its reach and below the elbow, the whole
+    arm above the ground, with few joints turned, and little.
+    """
+    q = _drawn(limits)
+    points = np.asarray(forward(chain, q))[..., :3, 3]
+    wrist, tip = points[:, -2], points[:, -1]
+    far = max(float(np.linalg.norm(p, axis=1).max()) for p in (wrist[:, :2], 0.5 * tip))
+    reach = math.ceil(100 * max(far, 0.01) - 1e-9) / 100
+    off = np.linalg.norm(tip - np.array([0.65, 0, 0.3]) * reach, axis=1)
+    low = np.maximum(-points[..., 2].min(axis=1), 0.0)
+    elbow = np.abs(points[..., 2].max(axis=1) - tip[:, 2] - 0.3 * reach)
+    turned = 0.05 * np.count_nonzero(q, axis=1) + 0.05 * np.abs(q).sum(axis=1)
+    return reach, q[int(np.argmin(off + 3 * low + elbow + reach * turned))]
+
+
+def outlines(links: Sequence[FittedLink]) -> str:
+    """One line on how tight the capsules are."""
+    volume, contained = sum(link.volume for link in links), sum(link.contained for link in links)
+    capsules = sum(len(link.capsules) for link in links)
+    times = f", {volume / contained:.2f} times their volume" if contained > 0 else ", which are flat"
+    return f"{capsules} capsules around {len(links)} links{times}"

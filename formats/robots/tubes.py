@@ -1,0 +1,144 @@
+"""Tubes: stretches of a link around which a ring can be closed, found from its cross sections."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from .lines import across, circle_centre
+
+STATIONS = 100  # cross sections along an axis
+SHORTEST = 0.03  # m, of a stretch that is worth a ring
+_THICKER = 1.06  # how much a tube's sections may differ, in their radii and by lying beside the axis
+_LONGER = 1.25  # of a tube, in radii, at least
+_ROUNDS = 4  # of fitting the axis to the sections
+_STRAIGHT = 1 - 1e-8  # cosine of the turn at which an axis has settled
+_DIRECTIONS = np.stack([f(np.linspace(0, 2 * np.pi, 64, endpoint=False)) for f in (np.cos, np.sin)])
+
+
+@dataclass(frozen=True)
+class MountTube:
+    """A stretch of a link whose sections lie about one axis: from ``start`` to ``end`` (3,) m on the axis, all within
+    ``radius`` m of it."""
+
+    start: Float[np.ndarray, " 3"]
+    end: Float[np.ndarray, " 3"]
+    radius: float
+
+    @property
+    def length(self) -> float:
+        """m."""
+        return float(np.linalg.norm(self.end - self.start))
+
+    @property
+    def axis(self) -> Float[np.ndarray, " 3"]:
+        """Unit vector (3,) from start to end."""
+        return (self.end - self.start) / self.length
+
+
+@dataclass(frozen=True)
+class Sections:
+    """Outermost points (N, 3) m of a surface's cross sections, the number (N,) of each point's section, and the sections'
+    places (S,) m along the axis."""
+
+    points: Float[np.ndarray, "N 3"]
+    station: Int[np.ndarray, " N"]
+    level: Float[np.ndarray, " S"]
+
+    def envelope(self, through: Float[np.ndarray, " 3"], axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " S"]:
+        """Largest distance (S,) m of each section's points from the line ``through`` (3,) m along ``axis`` (3,)."""
+        v = self.points - through
+        away = np.sqrt(np.maximum((v * v).sum(axis=1) - (v @ axis) ** 2, 0.0))
+        found = np.full(len(self.level), np.inf)
+        which, first = np.unique(self.station, return_index=True)
+        found[which] = np.maximum.reduceat(away, first)
+        return found
+
+
+def cut_across(triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"], stations: int) -> Sections:
+    """Cut a surface across ``axis`` at so many even places, and keep what is outermost in 64 directions."""
+    along, frame = triangles @ axis, across(axis)
+    low, step = float(along.min()), float(np.ptp(along)) / stations
+    level = low + step * (np.arange(stations) + 0.5)
+    a, b = (np.concatenate([triangles[:, i] for i in order]) for order in ((0, 1, 2), (1, 2, 0)))
+    ta, tb = a @ axis, b @ axis
+    first = np.ceil((np.minimum(ta, tb) - level[0]) / step).astype(int).clip(0)
+    last = np.floor((np.maximum(ta, tb) - level[0]) / step).astype(int).clip(max=stations - 1)
+    times = np.where(ta != tb, np.maximum(last - first + 1, 0), 0)
+    edge = np.repeat(np.arange(len(a)), times)
+    station = first[edge] + np.arange(len(edge)) - np.repeat(np.cumsum(times) - times, times)
+    t = ((level[station] - ta[edge]) / (tb[edge] - ta[edge]))[:, None]
+    points = a[edge] * (1 - t) + b[edge] * t
+    order = np.argsort(station, kind="stable")
+    kept = [
+        i[np.unique(np.argmax((points[i] @ frame.T) @ _DIRECTIONS, axis=0))]
+        for i in np.split(order, np.searchsorted(station[order], np.arange(1, stations)))
+        if len(i) > 2
+    ]
+    each = np.concatenate(kept) if kept else np.zeros(0, int)
+    return Sections(points[each], station[each], level)
+
+
+def _run(fits: np.ndarray, k: int) -> tuple[int, int]:
+    """First and last of the neighbours of ``k`` that fit without a gap."""
+    no = np.flatnonzero(~fits)
+    return int(max(no[no < k], default=-1)) + 1, int(min(no[no > k], default=len(fits))) - 1
+
+
+def _along(triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"], stations: int) -> MountTube | None:
+    """The best tube roughly along a direction, if there is any."""
+    best: MountTube | None = None
+    for _ in range(_ROUNDS):
+        frame = across(axis)
+        if float(np.ptp(triangles @ axis)) < SHORTEST:
+            break
+        cut = cut_across(triangles, axis, stations)
+        centre, thick = np.zeros((stations, 3)), np.full(stations, np.inf)
+        for k in np.unique(cut.station):
+            p = cut.points[cut.station == k]
+            centre[k] = circle_centre(p @ frame.T) @ frame + cut.level[k] * axis
+            thick[k] = np.linalg.norm(p - centre[k], axis=1).max()
+        found: tuple[float, int, int] | None = None
+        for k in np.flatnonzero(np.isfinite(thick)):
+            like = (cut.envelope(centre[k], axis) <= _THICKER * thick[k]) & (thick * _THICKER >= thick[k])
+            a, b = _run(like, int(k))
+            length = float(cut.level[b] - cut.level[a])
+            long = length >= max(SHORTEST, _LONGER * float(thick[k]))
+            if long and (found is None or length / thick[k] > found[0]):
+                found = (length / float(thick[k]), a, b)
+        if found is None:
+            break
+        _, a, b = found
+        t = cut.level[a : b + 1]
+        slope = np.polynomial.polynomial.polyfit(t, centre[a : b + 1], 1)
+        through, to = slope[0] + slope[1] * t[0], slope[0] + slope[1] * t[-1]
+        settled = (to - through) / np.linalg.norm(to - through)
+        radius = float(cut.envelope(through, settled)[a : b + 1].max())
+        better = best is None or (t[-1] - t[0]) / radius > best.length / best.radius
+        best = MountTube(through, to, radius) if better else best
+        if not better or float(settled @ axis) > _STRAIGHT:
+            break
+        axis = settled
+    return best
+
+
+def find_tube(
+    triangles: Float[np.ndarray, "T 3 3"], axes: Sequence[Float[np.ndarray, " 3"]], stations: int = STATIONS
+) -> MountTube | None:
+    """The stretch of a link that is most like a tube: longest for its thickness.
+
+    Across each direction the link is cut at even places, and a circle is laid about each section. About the line through
+    each circle's centre, a stretch is a run of sections that come hardly farther from the line than that circle, and are
+    hardly smaller. The line is then fitted to the stretch's centres, and the link cut across it anew.
+
+    Args:
+        triangles: (T, 3, 3) m, corners of the surface's triangles.
+        axes: unit vectors (3,), roughly along which to look.
+        stations: sections along each.
+
+    Returns:
+        The tube, from low to high along the axis that it was found on; None where no stretch is ``SHORTEST`` long.
+    """
+    found = [tube for axis in axes if (tube := _along(triangles, axis, stations)) is not None]
+    return max(found, key=lambda tube: tube.length / tube.radius, default=None)

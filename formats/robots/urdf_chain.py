@@ -1,0 +1,157 @@
+"""The serial chain in a URDF: from a base link to a tip, fixed joints folded, and what rides on each of its frames."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.robots.kinematics import Chain
+from ...coverage.robots.robot import BASE
+from ..errors import UserError, shown
+from .urdf import Joint, Urdf, UrdfLink
+
+MOST_JOINTS = 20
+_SHORTEST = 1e-3  # m, of a whole chain
+_SHOWN = 8  # names in a message
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A link that rides on a frame of the chain (``BASE``: on none), and T_frame_link (4, 4)."""
+
+    link: UrdfLink
+    frame: int
+    T_frame_link: Float[np.ndarray, "4 4"]
+
+
+@dataclass(frozen=True)
+class Picked:
+    """A chain taken from a URDF: its base and tip, joint limits (J, 2) rad, all links that ride on it, and the names of
+    links left out because joints beside the chain move them."""
+
+    urdf: Urdf
+    base: str
+    tip: str
+    chain: Chain
+    limits: Float[np.ndarray, "J 2"]
+    carried: tuple[Carried, ...]
+    left_out: tuple[str, ...]
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names[:_SHOWN]) + f" and {len(names) - _SHOWN} more" * (len(names) > _SHOWN)
+
+
+def _tree(urdf: Urdf) -> tuple[dict[str, Joint], list[str]]:
+    """The joint above each link, and the roots; UserError where links make no tree."""
+    above: dict[str, Joint] = {}
+    for joint in urdf.joints.values():
+        if joint.child in above:
+            raise UserError(
+                f"{urdf.path}: joint {shown(joint.name)}: child: found {shown(joint.child)}, which joint"
+                f" {shown(above[joint.child].name)} carries already: a loop; allowed: one joint above each link"
+            )
+        above[joint.child] = joint
+    for name in urdf.links:
+        seen, at = {name}, name
+        while at in above:
+            at = above[at].parent
+            if at in seen:
+                raise UserError(f"{urdf.path}: link {shown(at)}: found a loop of joints through it, allowed: a tree")
+            seen.add(at)
+    return above, [name for name in urdf.links if name not in above]
+
+
+def _path(urdf: Urdf, above: dict[str, Joint], base: str, tip: str) -> list[Joint]:
+    """The joints from base to tip; UserError where none lead there."""
+    path, at = [], tip
+    while at != base:
+        if at not in above:
+            raise UserError(f"{urdf.path}: --tip: found {shown(tip)}, allowed: a link that joints carry from {base}")
+        path.append(above[at])
+        at = above[at].parent
+    return path[::-1]
+
+
+def _tip(urdf: Urdf, above: dict[str, Joint], base: str) -> str:
+    """The one leaf at the end of most joints that move, and of most joints among those."""
+    parents = {j.parent for j in urdf.joints.values()}
+    found: dict[str, tuple[int, int]] = {}
+    for name in urdf.links:
+        at, moving, joints = name, 0, 0
+        while at != base and at in above:
+            moving, joints, at = moving + above[at].moves, joints + 1, above[at].parent
+        if at == base and name not in parents and name != base:
+            found[name] = (moving, joints)
+    if not found:
+        raise UserError(f"{urdf.path}: --base: found {shown(base)}, allowed: a link with joints behind it")
+    longest = [name for name, length in found.items() if length == max(found.values())]
+    if len(longest) > 1:
+        raise UserError(f"{urdf.path}: --tip: found nothing, allowed: one of {_some(longest)}, ends of equally long chains")
+    return longest[0]
+
+
+def pick_chain(urdf: Urdf, base: str | None = None, tip: str | None = None) -> Picked:
+    """The chain from ``base`` (by default the root) to ``tip`` (by default the end of the longest chain).
+
+    Raises:
+        UserError: if links make a loop, a name is unknown or ambiguous, or the chain holds a joint that is neither revolute
+            nor continuous nor fixed, or mimics another, or has no length.
+    """
+    above, roots = _tree(urdf)
+    for key, name in (("--base", base), ("--tip", tip)):
+        if name is not None and name not in urdf.links:
+            raise UserError(f"{urdf.path}: {key}: found {shown(name)}, allowed: a link, such as {_some(list(urdf.links))}")
+    if base is None:
+        if len(roots) > 1:
+            raise UserError(f"{urdf.path}: --base: found nothing, allowed: one of {_some(roots)}, links without a parent")
+        base = roots[0]
+    tip = tip or _tip(urdf, above, base)
+    path = _path(urdf, above, base, tip)
+    for joint in path:
+        where = f"{urdf.path}: joint {shown(joint.name)}"
+        if joint.kind not in ("revolute", "continuous", "fixed"):
+            raise UserError(f"{where}: type: found {shown(joint.kind)} in the chain, allowed: revolute, continuous, fixed")
+        if joint.mimic:
+            raise UserError(f"{where}: mimic: found {shown(joint.mimic)}, allowed: no mimic in the chain")
+    moving = [joint for joint in path if joint.moves]
+    if not 1 <= len(moving) <= MOST_JOINTS:
+        raise UserError(f"{urdf.path}: found {len(moving)} moving joints from {base} to {tip}, allowed: 1 to {MOST_JOINTS}")
+
+    frame, T, origin = BASE, np.eye(4), []
+    rides: dict[str, tuple[int, Float[np.ndarray, "4 4"]]] = {base: (frame, T)}
+    for joint in path:
+        T = T @ joint.T_parent_joint
+        if joint.moves:
+            origin.append(T)
+            frame, T = frame + 1, np.eye(4)
+        rides[joint.child] = (frame, T)
+    origin.append(T)
+    if sum(float(np.linalg.norm(M[:3, 3])) for M in origin) < _SHORTEST:
+        raise UserError(f"{urdf.path}: found a chain without length from {base} to {tip}, allowed: {_SHORTEST:g} m and more")
+
+    below: dict[str, list[Joint]] = {}
+    for joint in urdf.joints.values():
+        below.setdefault(joint.parent, []).append(joint)
+    left_out: list[str] = []
+    queue = list(rides)
+    while queue:
+        name = queue.pop(0)
+        for joint in below.get(name, []):
+            if joint.child in rides:
+                continue
+            if joint.moves:
+                left_out.append(joint.child)
+                continue
+            at, M = rides[name]
+            rides[joint.child] = (at, M @ joint.T_parent_joint)
+            queue.append(joint.child)
+    return Picked(
+        urdf,
+        base,
+        tip,
+        Chain(tuple(j.name for j in moving), np.stack(origin), np.stack([j.axis for j in moving])),
+        np.array([j.limits for j in moving]),
+        tuple(Carried(urdf.links[name], at, M) for name, (at, M) in rides.items()),
+        tuple(left_out),
+    )

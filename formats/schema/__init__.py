@@ -1,0 +1,1 @@
+"""The models of users' files and of what commands print for scripts."""

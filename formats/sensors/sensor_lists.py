@@ -1,0 +1,83 @@
+"""A list of sensors as CSV: written, and read back into the rings whose sensors have these apexes and axes.
+
+The list is what ``place-rings cones`` prints, in the base frame at the scene's poses.
+"""
+
+import csv
+import io
+from collections.abc import Sequence
+
+import numpy as np
+from pydantic import ValidationError
+
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.ring_kinematics import any_square, sensor_cones
+from ...coverage.robots.kinematics import forward
+from ...coverage.solids.sensor_beams import Optics
+from ...objectives.scene import Scene
+from ..errors import UserError, explain, shown
+from ..schema.mount_models import ConeRow, SquareConeRow
+from .ring_fit import fitted_setup
+
+COLUMNS, SQUARE_COLUMNS = tuple(ConeRow.model_fields), tuple(SquareConeRow.model_fields)
+_DIGITS = 9  # decimals of metres and of unit vectors
+
+
+def sensor_list(setup: Setup, scene: Scene, poses: Sequence[int] | None = None) -> str:
+    """The beams of all sensors at some poses of the scene, by default all, as CSV, base frame; where some are square, with
+    four columns more: the full angle along ``up`` (0: a cone) and ``up`` itself."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(SQUARE_COLUMNS if any_square(setup.rings) else COLUMNS)
+    labels = [(i, k) for i, ring in enumerate(setup.rings) for k in range(ring.count)]
+    for p in range(len(scene.poses)) if poses is None else poses:
+        c = sensor_cones(scene.robot, setup, scene.poses[p].q)
+        for n, (i, k) in enumerate(labels):
+            values = [*c.apex[n], *c.axis[n], 2 * np.degrees(c.half_angle[n]), c.range_m[n]]
+            if isinstance(c, Optics):
+                values += [2 * np.degrees(c.half_up[n]), *c.up[n]]
+            writer.writerow([p, i, k, *(round(float(v), _DIGITS) + 0.0 for v in values)])
+    return text.getvalue()
+
+
+def mounted_setup(name: str, text: str, scene: Scene) -> Setup:
+    """The setup whose sensors the CSV ``text`` lists; ``name`` is its file's, for messages.
+
+    Raises:
+        UserError: if the text is not such a list, or sensors of a ring form none on any link of the scene's robot.
+    """
+    rows = _rows(name, text)
+    frames = [np.asarray(forward(scene.robot.chain, pose.q)) for pose in scene.poses]
+    for line, row in rows:
+        if row.pose >= len(frames):
+            raise UserError(
+                f"{name}: line {line}: pose: found {row.pose}, allowed: 0 to {len(frames) - 1}, the scene's poses"
+            )
+    return fitted_setup(name, [row for _, row in rows], frames, scene)
+
+
+def _rows(name: str, text: str) -> list[tuple[int, ConeRow]]:
+    """The rows, and the line on which each ends."""
+    try:
+        reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
+        kinds = {tuple(sorted(kind.model_fields)): kind for kind in (ConeRow, SquareConeRow)}
+        kind = kinds.get(tuple(sorted(reader.fieldnames or ())))
+        if kind is None:
+            found, square = ",".join(reader.fieldnames or ()), ",".join(SQUARE_COLUMNS[len(COLUMNS) :])
+            allowed = f"the columns {','.join(COLUMNS)}, and for square beams {square}"
+            raise UserError(f"{name}: line 1: found {shown(found)}, allowed: {allowed}")
+        rows = []
+        for fields in reader:
+            if None in fields or None in fields.values():
+                raise UserError(
+                    f"{name}: line {reader.line_num}: found more or fewer fields, allowed: {len(kind.model_fields)}"
+                )
+            try:
+                rows.append((reader.line_num, kind.model_validate_strings(fields)))
+            except ValidationError as error:
+                raise explain(f"{name}: line {reader.line_num}", error, kind) from error
+    except csv.Error as error:
+        raise UserError(f"{name}: not CSV: {error}") from error
+    if not rows:
+        raise UserError(f"{name}: found no sensor, allowed: a row for each")
+    return rows

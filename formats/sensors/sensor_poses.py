@@ -1,0 +1,114 @@
+"""Poses of sensors as JSON: written, and read back into rings."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import ValidationError
+from scipy.spatial.transform import Rotation
+
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.rounding import degrees
+from ...coverage.robots.kinematics import forward
+from ...objectives.scene import Scene
+from ..convert.scenes import sensor_model, sensor_of
+from ..errors import UserError, explain, shown
+from ..schema.robot_models import TCP_FRAME
+from ..schema.sensor_pose_models import RingPosesModel, SensorPoseModel, SensorPosesFile
+from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
+from .sensor_frames import SensorFrame, looking_along_z, rows_of, sensor_frames
+
+_DIGITS = 12
+
+
+def quaternion(T: Float[np.ndarray, "4 4"]) -> list[float]:
+    """The rotation of a transform as x, y, z, w, with w at least 0."""
+    return [round(float(v), _DIGITS) + 0.0 for v in Rotation.from_matrix(T[:3, :3]).as_quat(canonical=True)]
+
+
+def place(T: Float[np.ndarray, "4 4"]) -> list[float]:
+    """The translation of a transform, m, rounded as files have it."""
+    return [round(float(v), _DIGITS) + 0.0 for v in T[:3, 3]]
+
+
+def poses_file(scene: Scene, setup: Setup, pose: int) -> SensorPosesFile:
+    """The file that lists a setup's sensors in the frames of their links, and in the base frame at a pose of the scene."""
+    q, names = scene.poses[pose].q, (*scene.robot.chain.joints, TCP_FRAME)
+    frames, found = np.asarray(forward(scene.robot.chain, q)), sensor_frames(scene.robot, setup)
+    rings = []
+    for i, ring in enumerate(setup.rings):
+        some = [s for s in found if s.ring == i]
+        base = [frames[s.frame] @ s.T_frame_sensor for s in some]
+        rings.append(
+            RingPosesModel(
+                link=ring.link,
+                frame=names[some[0].frame],
+                sensor=sensor_model(ring.sensor),
+                sensors=[
+                    SensorPoseModel(
+                        name=s.name,
+                        xyz=place(s.T_frame_sensor),
+                        xyzw=quaternion(s.T_frame_sensor),
+                        base_xyz=place(T),
+                        base_xyzw=quaternion(T),
+                    )
+                    for s, T in zip(some, base, strict=True)
+                ],
+            )
+        )
+    return SensorPosesFile(robot=scene.robot.name, q_deg=[degrees(a) for a in q], rings=rings)
+
+
+def _transform(xyz: Sequence[float], xyzw: Sequence[float]) -> Float[np.ndarray, "4 4"]:
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = Rotation.from_quat(xyzw).as_matrix(), xyz
+    return T
+
+
+def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
+    """The setup whose sensors the JSON ``text`` lists; ``name`` is its file's, for messages.
+
+    Raises:
+        UserError: if the text is not such a file, names what the scene's robot has not, contradicts itself, or sensors of a
+            ring form none.
+    """
+    try:
+        file = SensorPosesFile.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        if first["type"] == "json_invalid":
+            raise UserError(f"{name}: not JSON: {first['msg']}") from error
+        raise explain(name, error, SensorPosesFile) from error
+    robot, found = scene.robot, []
+    names = (*robot.chain.joints, TCP_FRAME)
+    if file.q_deg is not None and len(file.q_deg) != len(robot.chain):
+        raise UserError(f"{name}: q_deg: found {len(file.q_deg)} angles, allowed: {len(robot.chain)}, as {robot.name} has")
+    frames = None if file.q_deg is None else np.asarray(forward(robot.chain, np.radians(file.q_deg)))
+    for i, ring in enumerate(file.rings):
+        for key, value, allowed in (("frame", ring.frame, names), ("link", ring.link, robot.links)):
+            if value is not None and value not in allowed:
+                raise UserError(f"{name}: rings[{i}].{key}: found {shown(value)}, allowed: {', '.join(allowed)}")
+        frame, unit = names.index(ring.frame), sensor_of(ring.sensor)
+        for k, sensor in enumerate(ring.sensors):
+            T = _transform(sensor.xyz, sensor.xyzw)
+            if frames is not None and sensor.base_xyz is not None and sensor.base_xyzw is not None:
+                _check_base(
+                    f"{name}: rings[{i}].sensors[{k}]", frames[frame] @ T, _transform(sensor.base_xyz, sensor.base_xyzw)
+                )
+            found.append(SensorFrame(i, k, frame, looking_along_z(T, file.beam), unit))
+    links = {i: ring.link for i, ring in enumerate(file.rings) if ring.link is not None}
+    setup = fitted_setup(name, *rows_of(found, robot.chain), scene, links)
+    return Setup(tuple(replace(r, sensor=sensor_of(ring.sensor)) for r, ring in zip(setup.rings, file.rings, strict=True)))
+
+
+def _check_base(where: str, T: Float[np.ndarray, "4 4"], stated: Float[np.ndarray, "4 4"]) -> None:
+    """Is a sensor where the file says it is in the base frame?"""
+    mm = 1000 * float(np.linalg.norm(T[:3, 3] - stated[:3, 3]))
+    deg = math.degrees(Rotation.from_matrix(T[:3, :3].T @ stated[:3, :3]).magnitude())
+    if mm > TOLERANCE_MM or deg > TOLERANCE_DEG:
+        raise UserError(
+            f"{where}: base_xyz and base_xyzw: found {mm:.3g} mm and {deg:.3g}° off xyz and xyzw at q_deg, allowed:"
+            f" {TOLERANCE_MM:g} mm and {TOLERANCE_DEG:g}°"
+        )

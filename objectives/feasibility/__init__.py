@@ -1,0 +1,1 @@
+"""What real mounts and a scene's rules allow."""

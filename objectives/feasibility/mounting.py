@@ -1,0 +1,82 @@
+"""What a real mount does not allow: rings too narrow, where none can be closed, in a body, an obstacle or another ring."""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.occlusion.circle_clearance import circle
+from ...coverage.rings.ring import Ring
+from ...coverage.robots.ring_section import axes_of
+from .clearance import MountClearance
+
+REAL = ("mount", "standoff")  # keys of the rules that are broken here
+_ROUNDING = 1e-6  # m of a radius, as files hold it
+_PLACE = 1e-8  # of a link: positions are rounded to the safe side
+_POINTS = 72  # of a ring against another
+_MANY = 256  # poses at once
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Something that is not allowed: the rings concerned, the key of the rule in a scene's file, a line in words."""
+
+    rings: tuple[int, ...]
+    rule: str
+    text: str
+
+
+def standing(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
+    """All that a real mount does not allow of ``rings``, beside their spacing on one link."""
+    found = [f for i, ring in enumerate(rings) for f in alone(clear, i, ring)]
+    return found + meeting(clear, rings)
+
+
+def alone(clear: MountClearance, i: int, ring: Ring) -> list[Standing]:
+    """What ring number ``i`` breaks by itself."""
+    name, least, found = f"ring {i} ({ring.link})", clear.scene.least_radius(ring.link), []
+    if ring.radius < least - _ROUNDING:
+        text = f"{name} has a radius of {1000 * ring.radius:.1f} mm, allowed: {1000 * least:.1f} mm and more"
+        found.append(Standing((i,), "standoff", text))
+    low, high = clear.closed(ring.link)
+    if low > high:
+        found.append(Standing((i,), "mount", f"{name}: {clear.why(ring.link, ring.radius)}"))
+    elif not low - _PLACE <= ring.position <= high + _PLACE and clear.scene.robot.mount(ring.link).length > 0:
+        text = f"{name} sits at {ring.position:.3f}, a ring can be closed from {low:.3f} to {high:.3f}"
+        found.append(Standing((i,), "mount", text))
+    if within := clear.within(ring.link, ring.radius, ring.position):
+        found.append(Standing((i,), "mount", f"{name} at {ring.position:.3f} lies in {', '.join(within)}"))
+    return found
+
+
+def meeting(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
+    """Rings of different links of which one lies in another at some pose, by points of the one: what is found is so;
+    rings that graze each other by a few millimetres may go unseen."""
+    found = []
+    for (i, a), (j, b) in itertools.combinations(enumerate(rings), 2):
+        if a.link != b.link:
+            poses = np.flatnonzero(_between(clear, a, b) < clear.scene.rules.band[0])
+            if len(poses):
+                text = f"ring {i} ({a.link}) lies in ring {j} ({b.link}) at pose {poses[0]}"
+                found.append(Standing((i, j), "mount", text))
+    return found
+
+
+def _between(clear: MountClearance, one: Ring, other: Ring) -> Float[np.ndarray, " P"]:
+    """The distance of points of a ring's band from the other's, pose by pose, m, from what is midway in their thickness."""
+    robot, arm = clear.scene.robot, clear.scene.rules.arm
+    mount, against = robot.mount(one.link), robot.mount(other.link)
+    places = one.position * mount.length + np.array([-arm, 0.0, arm])
+    points = circle(places, one.radius, _POINTS).reshape(-1, 3) @ axes_of(mount) + mount.start
+    found = []
+    for first in range(0, len(clear.frames), _MANY):
+        frames = clear.frames[first : first + _MANY]
+        T = np.linalg.inv(frames[:, against.frame]) @ frames[:, mount.frame]
+        seen = np.einsum("pij,nj->pni", T[:, :3, :3], points) + T[:, None, :3, 3] - against.start
+        v = seen @ axes_of(against).T
+        ahead = np.maximum(np.abs(v[..., 0] - other.position * against.length) - arm, 0.0)
+        off = np.hypot(v[..., 1], v[..., 2]) - other.radius
+        found.append(np.hypot(ahead, off).min(axis=1))
+    return np.concatenate(found)

@@ -1,0 +1,151 @@
+"""Where rings may go: the free segments of every link, and how values in a box become places that keep every rule."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..coverage.arrays import Array, namespace
+from .scene import Scene
+
+GRAIN = 1e-6  # of a link: positions are rounded to it in files, so bounds and spacings are rounded to the safe side
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch of a link on which rings may sit: low and high in [0, 1], most rings there, least distance of two rings as
+    a share of the link."""
+
+    link: str
+    low: float
+    high: float
+    room: int
+    gap: float
+
+
+def _inward(low: float, high: float) -> tuple[float, float]:
+    return math.ceil(low / GRAIN - 1e-9) * GRAIN, math.floor(high / GRAIN + 1e-9) * GRAIN
+
+
+def _without(stretches: list[tuple[float, float]], cut: tuple[float, float]) -> list[tuple[float, float]]:
+    """The stretches less the interval ``cut``, whose ends belong to what is left unless nothing else does."""
+    found = []
+    for low, high in stretches:
+        if cut[1] <= low or cut[0] >= high:
+            found.append((low, high))
+        else:
+            found += [(a, b) for a, b in ((low, cut[0]), (cut[1], high)) if a < b]
+    return found
+
+
+def _common(stretches: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """What two lists of stretches have in common."""
+    found = [(max(a, c), min(b, d)) for a, b in stretches for c, d in others]
+    return [(low, high) for low, high in sorted(found) if low <= high]
+
+
+def _apart(stretches: list[tuple[float, float]], gap: float) -> list[tuple[float, float]]:
+    """Neighbouring stretches moved apart to ``gap``, half from either, so that their rings keep the spacing; where one has
+    less than that, the longer one stays whole and the other goes."""
+    found: list[tuple[float, float]] = []
+    for low, high in sorted(stretches):
+        while found and (lack := gap - (low - found[-1][1])) > 0:
+            left, right = found.pop()
+            if min(right - left, high - low) >= lack / 2:
+                found.append((left, right - lack / 2))
+                low += lack / 2
+                break
+            if right - left >= high - low:
+                low, high = left, right
+        found.append((low, high))
+    return found
+
+
+def segments(scene: Scene, clear: Mapping[str, Sequence[tuple[float, float]]] | None = None) -> list[Segment]:
+    """All stretches of all links on which new rings may sit, by limits, keep-outs, joints and fixed rings; and, where
+    rings have bodies, by where a ring is ``clear`` on each link."""
+    found, rules = [], scene.rules
+    for mount in scene.robot.mounts:
+        limits, fixed = scene.limits_of(mount.link), [r.position for r in rules.fixed if r.link == mount.link]
+        if mount.length == 0:
+            barred = clear is not None and not clear[mount.link]
+            if not fixed and not barred and not any(low <= 0 <= high for low, high in limits.keep_out):
+                found.append(Segment(mount.link, 0.0, 0.0, 1, 0.0))
+            continue
+        margin = rules.from_joints / mount.length
+        gap = math.ceil(scene.spacing / mount.length / GRAIN + 1e-9) * GRAIN
+        stretches = [(max(limits.position[0], margin), min(limits.position[1], 1 - margin))]
+        if clear is not None:
+            stretches = _common(stretches, clear[mount.link])
+        for cut in (*limits.keep_out, *((p - gap, p + gap) for p in fixed)):
+            stretches = _without(stretches, cut)
+        for low, high in (_inward(*s) for s in _apart([s for s in stretches if s[0] <= s[1]], gap)):
+            if low <= high:
+                room = rules.rings_per_link if gap == 0 else int((high - low) / gap + 1e-9) + 1
+                found.append(Segment(mount.link, low, high, min(room, rules.rings_per_link), gap))
+    return found
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Interval:
+    """The segment of each of R rings, as arrays (R,): its number, low end, what is free of it beside the spacings of its
+    rings, and the spacing. tilt_of, sign (R,): the ring whose tilt each has, and its sign."""
+
+    segment: Int[Array, "*batch R"]
+    low: Float[Array, "*batch R"]
+    free: Float[Array, "*batch R"]
+    gap: Float[Array, "*batch R"]
+    tilt_of: Int[Array, "*batch R"]
+    sign: Float[Array, "*batch R"]
+
+
+def stretch(found: list[Segment], which: Int[np.ndarray, " R"], shared: Any = None) -> Interval:
+    """The stretches of rings that sit on segments ``which`` (R,), -1 for a place without a ring; ``shared``: signs (R,) of
+    the one tilt that all rings have, None where each has its own."""
+    none = Segment("", 0.0, 0.0, 0, 0.0)
+    each = [found[i] if i >= 0 else none for i in which]
+    rings = np.array([max(np.count_nonzero(which == i), 1) for i in which])
+    gap = np.array([s.gap for s in each])
+    free = np.array([s.high - s.low for s in each]) - (rings - 1) * gap
+    number = np.where(which >= 0, which, -1 - np.arange(len(which)))
+    tilt_of = np.arange(len(which)) if shared is None else np.zeros(len(which), int)
+    sign = np.ones(len(which)) if shared is None else np.asarray(shared, float)
+    return Interval(number, np.array([s.low for s in each]), np.maximum(free, 0.0), gap, tilt_of, sign)
+
+
+def decode(where: Interval, values: Float[Array, "3 R"]) -> Float[Array, "3 R"]:
+    """Positions, tilts and phases (3, R) of values in a box, of which the first row runs from 0 to 1 in what is free.
+
+    The rings of a segment are ranked by that row, and each stands one spacing further for every ring below it: so all keep
+    the spacing, whatever the values, and any such placement can be reached.
+    """
+    xp = namespace(values)
+    along = values[0]
+    each = xp.arange(along.shape[0])
+    below = (along[None] < along[:, None]) | ((along[None] == along[:, None]) & (each[None] < each[:, None]))
+    rank = xp.sum(below & (where.segment[None] == where.segment[:, None]), axis=1)
+    position = where.low + along * where.free + rank * where.gap
+    return xp.stack([position, where.sign * values[1][where.tilt_of], values[2]])
+
+
+def value_slopes(
+    where: Interval, position: Float[np.ndarray, " R"], tilt: Float[np.ndarray, " R"], phase: Float[np.ndarray, " R"]
+) -> Float[np.ndarray, "3 R"]:
+    """How fast something grows by the values that ``decode`` reads, from how fast it does by positions, tilts and phases."""
+    return np.stack([position * where.free, np.bincount(where.tilt_of, where.sign * tilt, len(tilt)), phase])
+
+
+def encode(where: Interval, position: Float[np.ndarray, " R"]) -> Float[np.ndarray, " R"]:
+    """The first row of the values whose positions are nearest to ``position``."""
+    order = np.lexsort((np.arange(len(position)), position))
+    rank = np.zeros(len(position), int)
+    for place, i in enumerate(order):
+        rank[i] = sum(where.segment[j] == where.segment[i] for j in order[:place])
+    free = np.asarray(where.free)
+    along = (position - where.low - rank * np.asarray(where.gap)) / np.where(free > 0, free, 1.0)
+    return np.clip(np.where(free > 0, along, 0.0), 0.0, 1.0)

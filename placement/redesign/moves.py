@@ -1,0 +1,108 @@
+"""How one ring more of a touched setup is drawn anew: where it sits, its tilt and phase, how many sensors it has."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from ...coverage.rings.ring import Ring
+from ..search.feasible_set import Rng
+from .changes import Touched
+from .problem import RedesignProblem
+
+_WHERE = np.array([0.2, 0.2, 0.4, 0.2])  # odds: stays and tilts, moves and stays tilted, both, carried to another link
+_COUNT = 0.5  # odds that sensors change hands where they can
+_LEAST_LENGTH = 0.1  # m, that a link without length counts as where one is chosen
+
+
+def touched(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched | None:
+    """``t`` with one place more touched at random; None where that cannot be. The rules on place and tilt are left to
+    ``RedesignProblem.placed``; those on numbers are kept here."""
+    free, before = tuple(sorted((*t.free, place))), work.before[place]
+    if before is None:
+        return _added(work, replace(t, free=free), place, rng)
+    rings = list(t.rings)
+    rings[place] = _drawn(work, free, before, rng)
+    t = replace(t, rings=tuple(rings), free=free)
+    return _shifted(work, t, place, rng) if rng.uniform() < _COUNT else t
+
+
+def as_it_is(t: Touched, place: int) -> Touched:
+    """``t`` with one mounted ring more that may be moved, but is not yet."""
+    return replace(t, free=tuple(sorted((*t.free, place))))
+
+
+def _drawn(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rng) -> Ring:
+    """A ring somewhere else."""
+    how = int(rng.choice(len(_WHERE), p=_WHERE))
+    links = [s.link for s in work.segments(free)]
+    if how == 3 and set(links) - {ring.link}:
+        return _somewhere(work, free, replace(ring, link=""), rng)
+    drawn = _somewhere(work, free, ring, rng) if ring.link in links else ring
+    if how == 0:
+        drawn = replace(drawn, position=ring.position)
+    return replace(drawn, tilt=ring.tilt) if how == 1 else drawn
+
+
+def _somewhere(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rng) -> Ring:
+    """A ring with place, tilt and phase drawn anew, on its link or, where it has none, on any."""
+    found = [s for s in work.segments(free) if ring.link in ("", s.link)]
+    length = np.array([max((s.high - s.low) * work.scene.robot.mount(s.link).length, _LEAST_LENGTH) for s in found])
+    s = found[int(rng.choice(len(found), p=length / length.sum()))]
+    place, tilt = rng.uniform(s.low, s.high), rng.uniform(*work.scene.limits_of(s.link).tilt)
+    phase = rng.uniform(0, 2 * math.pi / ring.count)
+    if work.clear is not None and (s.link != ring.link or ring.radius < work.scene.least_radius(s.link)):
+        ring = replace(ring, radius=work.radii[s.link])
+    return replace(ring, link=s.link, position=float(place), tilt=float(tilt), phase=float(phase))
+
+
+def _added(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched | None:
+    """A new ring of the sensors that are spare, or that another touched ring gives."""
+    least, most = work.scene.rules.sensors
+    spare = work.sensors - t.sensors
+    counts = {i: ring.count for i in t.free if (ring := t.rings[i]) is not None}
+    gifts = [(i, max(1, least - spare, n - most), min(n - least, most)) for i, n in counts.items()]  # giver, fewest, most
+    gifts = [gift for gift in gifts if gift[1] <= gift[2]]
+    if gifts and (spare < least or rng.uniform() < _COUNT):
+        giver, low, high = gifts[int(rng.choice(len(gifts)))]
+        given = int(rng.integers(low, high + 1))
+        t, spare = _with_counts(t, {giver: -given}), spare + given
+    if spare < least or not work.segments(t.free):
+        return None
+    ring = Ring("", 0.0, min(spare, most), 0.0, 0.0, work.scene.ring_radius, work.scene.sensor)
+    ring = _somewhere(work, t.free, ring, rng)
+    ring = replace(ring, sensor=work.scene.sensor_of(ring.link))
+    like = next((r for r in work.mounted.rings if r.link == ring.link), ring)
+    rings = list(t.rings)
+    rings[place] = replace(ring, radius=work.radii[ring.link], sensor=like.sensor)
+    return replace(t, rings=tuple(rings))
+
+
+def _with_counts(t: Touched, more: dict[int, int]) -> Touched:
+    """``t`` with so many sensors more at some places; a ring left with none is taken away."""
+    rings = list(t.rings)
+    for i, n in more.items():
+        if (ring := rings[i]) is not None:
+            rings[i] = replace(ring, count=ring.count + n) if ring.count + n else None
+    return replace(t, rings=tuple(rings))
+
+
+def _shifted(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched:
+    """Sensors of the spare ones or of another touched ring to the ring at ``place``, or from it to another, all of them if
+    that can be; ``t`` where nothing can change hands."""
+    least, most = work.scene.rules.sensors
+    counts = {i: ring.count for i in t.free if (ring := t.rings[i]) is not None}
+    here, others = counts[place], [i for i in counts if i != place]
+    gifts = [(-1, place, max(1, least - here), min(work.sensors - t.sensors, most - here))]  # giver, taker, fewest, most
+    for giver, taker in [*((i, place) for i in others), *((place, i) for i in others)]:
+        a, b = counts[giver], counts[taker]
+        gifts.append((giver, taker, max(1, least - b, a - most), min(a - least, most - b)))
+        gifts.append((giver, taker, max(a, least - b), min(a, most - b)))  # all: the giver is taken away
+    gifts = [gift for gift in gifts if gift[2] <= gift[3]]
+    if not gifts:
+        return t
+    giver, taker, low, high = gifts[int(rng.choice(len(gifts)))]
+    given = int(rng.integers(low, high + 1))
+    if giver < 0:  # what is spare is mostly best spent
+        return _with_counts(t, {taker: high if rng.uniform() < _COUNT else given})
+    return _with_counts(t, {giver: -given, taker: given})

@@ -1,0 +1,217 @@
+"""The setups that a few touched rings of a mounted setup make: as arrays in a box for a climb, and back.
+
+The rings that stay are to the touched ones what a scene's fixed rings are to a search: they keep what they have, broken
+rules and all, and the touched rings keep every rule against them.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.rings.ring import Ring, Setup
+from ...coverage.rings.ring_kinematics import any_square, ring_arrays
+from ...coverage.rings.rounding import rounded
+from ...objectives.feasibility.clearance import MountClearance
+from ...objectives.feasibility.violations import commonest_tilt, faults, held
+from ...objectives.parameterization import Interval, Segment, decode, encode, segments, stretch
+from ...objectives.scene import Scene
+from .changes import Rings, Touched, turn
+
+Values = Float[np.ndarray, "3 R"]
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A touched setup for the objective: its ``(RingArrays, Interval)``, its values (3, R) as ``decode`` reads them, and
+    their bounds, which are equal but for the touched rings."""
+
+    touched: Touched
+    arrays: tuple[Any, Interval]
+    low: Values
+    high: Values
+    values: Values
+
+    @property
+    def loose(self) -> bool:
+        """Is there anything to choose?"""
+        return bool(np.any(self.high > self.low))
+
+
+class RedesignProblem:
+    """A mounted setup in a scene, so many places more for rings that are added, and so many sensors more."""
+
+    def __init__(self, scene: Scene, mounted: Setup, places: int, add_sensors: int = 0) -> None:
+        """Take ``mounted`` as a file holds it: the rings that stay are then the same before and after."""
+        self.scene = scene
+        self.mounted = rounded(mounted, scene.sensor)
+        self.before: Rings = (*self.mounted.rings, *(None,) * places)
+        self.sensors = self.mounted.sensors + add_sensors
+        self.square = any_square(self.mounted.rings) or scene.square
+        self.fixed, self._missing = held(scene, self.mounted.rings)
+        self.clear = MountClearance(scene) if scene.real else None
+        self.radii = {link: self._radius(link) for link in scene.robot.links}
+        self._segments: dict[tuple[int, ...], list[Segment]] = {}
+
+    @property
+    def start(self) -> Touched:
+        """Nothing touched."""
+        return Touched(self.before)
+
+    def may_touch(self, t: Touched) -> list[int]:
+        """Places beside the touched ones that may be touched: rings that are not fixed, and one for a ring more."""
+        mounted = [i for i in range(len(self.mounted.rings)) if i not in self.fixed and i not in t.free]
+        more = [i for i in range(len(self.mounted.rings), len(self.before)) if i not in t.free]
+        return mounted + more[:1]
+
+    def _radius(self, link: str) -> float:
+        """The radius of a ring that is new on ``link``, m: that of those that are there, or the scene's; a real one goes
+        around the link."""
+        there = next((ring.radius for ring in self.mounted.rings if ring.link == link), None)
+        if self.clear is None:
+            return self.scene.radius_of(link) if there is None else there
+        if there is not None and there >= self.scene.least_radius(link):
+            return there
+        return self.clear.radius(link)
+
+    def stays(self, free: tuple[int, ...]) -> list[Ring]:
+        """The rings that are not touched, and the scene's fixed rings, whether mounted or not."""
+        there = [ring for i, ring in enumerate(self.before) if ring is not None and i not in free]
+        return [*there, *self._missing]
+
+    def segments(self, free: tuple[int, ...]) -> list[Segment]:
+        """Where the touched rings may sit."""
+        if free not in self._segments:
+            rules = replace(self.scene.rules, fixed=tuple(self.stays(free)))
+            clear = None
+            if self.clear is not None:
+                clear = {link: self.clear.stretches(link, r) for link, r in self.radii.items()}
+            self._segments[free] = segments(replace(self.scene, rules=rules), clear)
+        return self._segments[free]
+
+    def _seats(self, t: Touched) -> np.ndarray | None:
+        """The segment (R,) nearest to each touched ring that has room for it, -1: no ring; None where there is no room."""
+        found, which = self.segments(t.free), np.full(len(t.rings), -1)
+        links = [ring.link for ring in self.stays(t.free)]
+        for i in t.free:
+            ring = t.rings[i]
+            if ring is None:
+                continue
+            room = [k for k, s in enumerate(found) if s.link == ring.link and np.count_nonzero(which == k) < s.room]
+            if not room or links.count(ring.link) >= self.scene.rules.rings_per_link:
+                return None
+            at = ring.position
+            which[i] = min(room, key=lambda k: max(found[k].low - at, at - found[k].high, 0.0))
+            links.append(ring.link)
+        return which
+
+    def _tilts(self, t: Touched, rings: list[int], where: Interval, low: Values, high: Values, values: Values) -> bool:
+        """Set the bounds of the touched rings' tilts; False where a shared tilt is beyond a link's limits."""
+        limits = {i: self.scene.limits_of(t.rings[i].link).tilt for i in rings}  # type: ignore[union-attr]
+        if not self.scene.rules.shared_tilt:
+            for i in rings:
+                low[1, i], high[1, i] = limits[i]
+            return True
+        own = [ring for i, ring in enumerate(self.before) if ring is not None and i not in (*t.free, *self.fixed)]
+        signs = {i: math.copysign(1.0, t.rings[i].tilt) for i in rings}  # type: ignore[union-attr]
+        if own:
+            tilt = commonest_tilt(own)
+            for i in rings:
+                both = [s * tilt for s in (signs[i], -signs[i]) if limits[i][0] <= s * tilt <= limits[i][1]]
+                if not both:
+                    return False
+                low[1, i] = high[1, i] = both[0]
+        elif rings:
+            where.tilt_of[rings] = rings[0]
+            where.sign[rings] = [signs[i] for i in rings]
+            high[1, rings[0]] = min(min(-a, b) for a, b in limits.values())
+            values[1, rings[0]] = abs(values[1, rings[0]])
+        return bool(np.all(high[1] >= low[1]))
+
+    def placed(self, t: Touched) -> Placed | None:
+        """A touched setup as arrays, its touched rings brought to where the rules allow them; None where they have no place
+        for one, or there are too many sensors."""
+        which = self._seats(t)
+        if which is None or t.sensors > self.sensors:
+            return None
+        rings, touched = self._rings(t), [i for i in t.free if t.rings[i] is not None]
+        staying = [i for i in range(len(rings)) if i not in touched]
+        where, values = _where(self.segments(t.free), which, rings, staying), _values(rings)
+        low, high = values.copy(), values.copy()
+        low[:, touched] = high[:, touched] = 0.0
+        if not self._tilts(t, touched, where, low, high, values):
+            return None
+        values[0] = encode(where, values[0])
+        low[0, staying] = high[0, staying] = values[0, staying] = 0.0
+        for i in touched:
+            turn = 2 * math.pi / rings[i].count
+            high[0, i], low[2, i], high[2, i] = float(where.free[i] > 0), rings[i].phase - turn, rings[i].phase + turn
+        arrays = ring_arrays(self.scene.robot, tuple(rings), self.sensors, self.square), where
+        return Placed(t, arrays, low, high, np.clip(values, low, high))
+
+    def as_it_stands(self, t: Touched) -> Placed:
+        """A touched setup as arrays with every ring where it is, whether the rules allow it or not."""
+        rings, values = self._rings(t), _values(self._rings(t))
+        values[0] = 0.0
+        where = _where([], np.full(len(rings), -1), rings, list(range(len(rings))))
+        arrays = ring_arrays(self.scene.robot, tuple(rings), self.sensors, self.square)
+        return Placed(t, (arrays, where), values, values, values)
+
+    def _rings(self, t: Touched) -> list[Ring]:
+        nothing = Ring(self.scene.robot.links[0], 0.0, 0)
+        return [nothing if ring is None else ring for ring in t.rings]
+
+    def read(self, placed: Placed, values: Values) -> Touched:
+        """The touched setup that has ``values``: the rings that stay as they are, phases turned as little as may be."""
+        t = placed.touched
+        position, tilt, phase = decode(placed.arrays[1], values)
+        rings = list(t.rings)
+        for i in t.free:
+            ring, before = t.rings[i], self.before[i]
+            if ring is not None:
+                at = float(np.clip(position[i], 0, 1))
+                ring = replace(ring, position=at, tilt=float(tilt[i]), phase=float(phase[i]))
+                least = before.phase + turn(before, ring) if before else ring.phase % (2 * math.pi / ring.count)
+                rings[i] = replace(ring, phase=least)
+        return replace(t, rings=tuple(rings))
+
+    def put_back(self, t: Touched, places: tuple[int, ...], keys: tuple[str, ...]) -> Touched:
+        """``t`` with some values of the rings at ``places`` as mounted; but for its count, a carried ring's are its own."""
+        rings = list(t.rings)
+        for i in places:
+            ring, before = rings[i], self.before[i]
+            if ring is not None and before is not None and (ring.link == before.link or keys == ("count",)):
+                rings[i] = replace(ring, **{key: getattr(before, key) for key in keys})
+        return replace(t, rings=tuple(rings))
+
+    def rounded(self, t: Touched) -> Touched:
+        """The touched setup as a file holds it; what became as it was counts as touched no more."""
+        rings = tuple(None if r is None else rounded(Setup((r,)), self.scene.sensor).rings[0] for r in t.rings)
+        return Touched(rings, tuple(i for i in t.free if rings[i] != self.before[i]))
+
+    def keeps_rules(self, t: Touched) -> bool:
+        """Do the touched rings keep every rule against all? One whose number of sensors stays may have any."""
+        places = [i for i, ring in enumerate(t.rings) if ring is not None]
+        for fault in faults(self.scene, t.setup.rings, self.clear):
+            concerned = {places[k] for k in fault.rings} & set(t.free)
+            if fault.rule == "sensors_per_ring":
+                concerned = {i for i in concerned if not _same_count(self.before[i], t.rings[i])}
+            if concerned:
+                return False
+        return t.sensors <= self.sensors
+
+
+def _where(found: list[Segment], which: np.ndarray, rings: list[Ring], staying: list[int]) -> Interval:
+    where = stretch(found, which)
+    where.low[staying] = [rings[i].position for i in staying]
+    return where
+
+
+def _values(rings: list[Ring]) -> Values:
+    return np.array([(r.position, r.tilt, r.phase) for r in rings], float).T.copy()
+
+
+def _same_count(before: Ring | None, after: Ring | None) -> bool:
+    return before is not None and after is not None and before.count == after.count

@@ -1,0 +1,231 @@
+"""The first part of a search: coordinate exchange, ring by ring, by the points that no other ring sees.
+
+Of a ring it takes one test to know whether it sees a point (ring_visibility), and what others see, it need not: so to
+try another place for one ring costs little, nothing is compiled, and thousands of places are tried in the time of one
+gradient. The exchange goes by the share of the points in a cone, not by a soft one. What stands in the way it looks up on a
+grid of places (visibility_table).
+"""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from copy import copy
+from dataclasses import dataclass, replace
+from itertools import repeat
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ...coverage.rings.ring import Ring
+from ...objectives.parameterization import Interval, decode
+from ...objectives.soft_objective import worth
+from .design import Candidate, Space
+from .exchange_points import Field, Fields
+from .feasible_set import Rng
+from .local_search import StopToken
+from .moves import fresh, vary
+from .ring_visibility import Around, rings_see
+
+_AT_ONCE = 1 << 16  # tests: their arrays stay in cache
+
+
+@dataclass(frozen=True)
+class Round:
+    """One sharpening: points (of all goals and poses together); the best so many go on; sweeps over the rings of each;
+    places tried for a ring near its own, apart by about ``scale`` of its bounds, and anywhere; and moves tried in each
+    sweep: of sensors where counts are free, else of rings."""
+
+    points: int
+    keep: int
+    sweeps: int
+    near: int
+    scale: float
+    anywhere: int = 0
+    moves: int = 0
+
+
+_SPREADS = (0.3, 1.0)  # of the places near a ring, in parts of a round's scale
+_STREAM, _AHEAD = 3, 4  # of random numbers, beside those of the search
+
+
+class Exchange:
+    """A candidate whose rings are put elsewhere, one at a time, while the share of a field that some ring sees grows."""
+
+    def __init__(self, space: Space, c: Candidate, rng: Rng) -> None:
+        self._space, self._rng, self.candidate, self.value = space, rng, c, -np.inf
+        self._rings, self._stretches = dict[tuple[int, int], Ring](), dict[bytes, Interval]()
+
+    def look(self, field: Field) -> None:
+        """See the points of a field from here on."""
+        self._field = field
+        self._held = np.zeros(len(field.part), bool)
+        for ring in self._space.fixed:
+            self._held |= self._see(ring, np.array([[ring.position], [ring.tilt], [ring.phase]]))[0]
+        self._seen = np.zeros((self._space.places, len(field.part)), bool)
+        self._places = np.full((3, self._space.places), np.nan)
+        self.value = -np.inf
+        self._take(self.candidate)
+
+    def _see(self, ring: Ring, places: Float[np.ndarray, "3 K"], points: Around | None = None) -> Bool[np.ndarray, "K N"]:
+        position, tilt, phase = places
+        points = points or self._field.around[ring.link]
+        height = position * self._space.scene.robot.mount(ring.link).length
+        return rings_see(ring, points, height, tilt, phase, self._field.past.get(ring.link))
+
+    def _ring(self, c: Candidate, i: int) -> Ring:
+        key = int(c.segment[i]), int(c.count[i])
+        if key not in self._rings:
+            self._rings[key] = self._space.ring(self._space.segments[key[0]].link, key[1])
+        return self._rings[key]
+
+    def _stretch(self, c: Candidate) -> Interval:
+        key = c.segment.tobytes() + c.sign.tobytes() * self._space.scene.rules.shared_tilt
+        if key not in self._stretches:
+            self._stretches[key] = self._space.stretch(c)
+        return self._stretches[key]
+
+    def _take(self, c: Candidate) -> bool:
+        """Take another candidate if it is better."""
+        places = np.asarray(decode(self._stretch(c), self._space.values(c)))[:, : self._space.places]
+        old = self.candidate
+        other = (places != self._places).any(axis=0) | (c.segment != old.segment) | (c.count != old.count)
+        seen = self._seen.copy()
+        for i in np.flatnonzero(other).tolist():
+            seen[i] = self._see(self._ring(c, i), places[:, i : i + 1])[0] if c.segment[i] >= 0 else False
+        value = float(worth(self._field.part[seen.any(axis=0) | self._held].sum(axis=0, dtype=float), self._space.scene))
+        if better := value > self.value:
+            self.candidate, self.value, self._seen, self._places = c, value, seen, places
+        return better
+
+    def put(self, i: int, near: int, scale: float, anywhere: int) -> None:
+        """Put ring ``i`` where it adds most: of so many places near its own, and so many anywhere, its own among them."""
+        c, space, rng = self.candidate, self._space, self._rng
+        link, count = space.segments[c.segment[i]].link if space.layout else None, int(c.count[i])
+        free = space.room(np.delete(c.segment, i).tolist(), link, count)
+        if space.scene.rules.shared_tilt:
+            free = [s for s in free if space.limits(s, count)[1][1] >= c.values[1, 0]]
+        segment = np.concatenate([np.full(near, c.segment[i]), rng.choice(free, anywhere)])
+        edges = {s: space.limits(s, count) for s in {*segment.tolist()}}
+        low, high = (np.array([edges[s][k] for s in segment.tolist()]) for k in (0, 1))
+        values, sign = rng.uniform(low, high), rng.choice([-1.0, 1.0], len(segment))
+        spread = rng.choice(_SPREADS, (near, 1)) * rng.standard_normal((near, 3))
+        values[:near] = np.clip(c.values[:, i] + scale * spread * (high - low)[:near], low[:near], high[:near])
+        sign[:near] = c.sign[i]
+        if space.scene.rules.shared_tilt:
+            values[:, 1] = c.values[1, i]
+        others = np.delete(self._seen, i, axis=0).any(axis=0) | self._held
+        unseen = np.flatnonzero(~others)
+        seen, part = self._field.part[others].sum(axis=0, dtype=float), self._field.part[unseen]
+        best, answer = float(worth(seen + self._seen[i][unseen] @ part, space.scene)), c
+        step = max(_AT_ONCE // max(len(unseen), 1), 1)
+        for s in edges:
+            trial, mine = _with(c, i, s, values[0], 1.0), np.flatnonzero(segment == s)
+            places, ring = self._places_of(trial, i, values[mine], sign[mine]), self._ring(trial, i)
+            points = self._field.around[ring.link].some(unseen)
+            for k in range(0, len(mine), step):
+                then = worth(seen + self._see(ring, places[:, k : k + step], points) @ part, space.scene)
+                if then.max() > best:
+                    best, j = float(then.max()), mine[k + int(then.argmax())]
+                    answer = _with(c, i, s, values[j], sign[j])
+        if answer is not c:
+            self._take(answer)
+
+    def _places_of(self, c: Candidate, i: int, values: Any, sign: Any) -> Float[np.ndarray, "3 K"]:
+        """Where ring ``i`` is with other values (K, 3) and signs (K,): as ``decode`` would say of each."""
+        where = self._stretch(c)
+        beside = np.flatnonzero(np.delete(where.segment == where.segment[i], i))
+        along = np.delete(self._space.values(c)[0], i)[beside]
+        rank = ((along < values[:, :1]) | ((along == values[:, :1]) & (beside < i))).sum(axis=1)
+        tilt = sign * c.values[1, where.tilt_of[i]] if self._space.scene.rules.shared_tilt else values[:, 1]
+        return np.stack([where.low[i] + values[:, 0] * where.free[i] + rank * where.gap[i], tilt, values[:, 2]])
+
+    def move(self, near: int, scale: float, anywhere: int) -> None:
+        """Draw a ring anew, or move sensors to others; keep it if, with the rings it touched put well, it is better."""
+        other, c = copy(self), vary(self._space, self.candidate, self._rng)
+        other.value = -np.inf
+        other._take(c)
+        was = self.candidate
+        for i in c.rings:
+            if c.segment[i] != was.segment[i] or c.count[i] != was.count[i] or (c.values[:, i] != was.values[:, i]).any():
+                other.put(int(i), near, scale, anywhere)
+        if other.value > self.value:
+            self.candidate, self.value, self._seen, self._places = other.candidate, other.value, other._seen, other._places
+
+    def sweep(self, r: Round) -> None:
+        """Put every ring once, in a drawn order, and try so many moves."""
+        for i in self._rng.permutation(self.candidate.rings):
+            self.put(int(i), r.near, r.scale, r.anywhere)
+        for _ in range(r.moves):
+            self.move(r.near, r.scale, r.anywhere)
+
+
+def share_of(space: Space, fields: Fields, c: Candidate) -> float:
+    """What a candidate is worth on all points: the weighted share that it sees, less for floors that it misses."""
+    here = Exchange(space, c, np.random.default_rng(0))
+    here.look(fields.all)
+    return here.value
+
+
+def _with(c: Candidate, i: int, segment: int, values: Any, sign: float) -> Candidate:
+    """``c`` with other values of ring ``i``."""
+    each, which, signs = c.values.copy(), c.segment.copy(), c.sign.copy()
+    each[:, i], which[i], signs[i] = values, segment, sign
+    return replace(c, values=each, segment=which, sign=signs)
+
+
+def exchange(
+    space: Space,
+    fields: Fields,
+    seed: int,
+    brake: StopToken,
+    threads: ThreadPoolExecutor,
+    tell: Callable[[int, float, Candidate], None],
+    known: Sequence[Candidate],
+    rounds: Sequence[Round],
+    ahead: Sequence[Round] = (),
+) -> list[Candidate]:
+    """Candidates that came furthest, the best first.
+
+    Args:
+        space: what to choose from.
+        fields: of the scene.
+        seed: of the starts and of all that is drawn.
+        brake: ends the exchange after a sweep; Ctrl-C pulls it.
+        threads: that share the climbs.
+        tell: is given the round, how much of it is over, and the best so far from time to time, in this thread.
+        known: starts beside the drawn ones.
+        rounds: how it goes.
+        ahead: rounds that the best of the first one go through by themselves, so that a good answer is there soon; nothing
+            comes of it but where the exchange ends early.
+    """
+    drawn = [np.random.default_rng((seed, _STREAM, k)) for k in range(max(rounds[0].keep, len(known)))]
+    starts = [*known, *(fresh(space, rng) for rng in drawn[len(known) :])]
+    pool, scouts = [Exchange(space, c, rng) for c, rng in zip(starts, drawn, strict=True)], list[Exchange]()
+
+    def run(number: int, r: Round, some: list[Exchange]) -> None:
+        list(threads.map(Exchange.look, some, repeat(fields.first(r.points))))
+        for i in range(r.sweeps):
+            list(threads.map(Exchange.sweep, some, repeat(r)))
+            tell(number, (i + 1) / r.sweeps if some is pool else 1.0, max(some, key=lambda e: e.value).candidate)
+            if brake.on():
+                break
+
+    try:
+        for number, r in enumerate(rounds):
+            pool = sorted(pool, key=lambda e: -e.value)[: r.keep if number else None]
+            run(number, r, pool)
+            if number == 0 and ahead and not brake.on():
+                best = sorted(pool, key=lambda e: -e.value)[: ahead[0].keep]
+                scouts = [Exchange(space, e.candidate, np.random.default_rng((seed, _AHEAD, k))) for k, e in enumerate(best)]
+                for one in ahead:
+                    scouts = sorted(scouts, key=lambda e: -e.value)[: one.keep]
+                    run(number, one, scouts)
+                    if brake.on():
+                        break
+            if brake.on():
+                break
+    except KeyboardInterrupt:
+        brake.pulled.set()
+    if brake.on():
+        pool = [*pool, *scouts]
+    return [e.candidate for e in sorted(pool, key=lambda e: -e.value)]

@@ -1,0 +1,137 @@
+"""What stands in the way of a link's sensors, on a grid of their places: for a quick look, not for an answer.
+
+The places of sensors on a link make a cylinder about its mount. From each place of a grid on it, is the straight way to each
+point clear of all bodies and obstacles? And how far does a sensor there see, tilted so or so, before one of them blinds it?
+What a sensor sees is then looked up at the place nearest to its own.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ...coverage.occlusion.first_return import Beam, capsule_in_beam, polyhedron_in_beam
+from ...coverage.occlusion.occluders import Occluders
+from ...coverage.robots.link_bodies import segment_to_segment
+from ...coverage.robots.robot import Mount
+from ...coverage.sensors.sensor import Sensor
+
+_HEIGHTS, _TURNS, _TILTS = 12, 24, 9  # of the grid: along the mount, around it, from one end of it to the other
+_SLACK = 0.002  # m, by which bodies are thinner: an apex in the middle of a ring's board is no deeper in its link
+
+
+@dataclass(frozen=True)
+class VisibilityTable:
+    """Of one link's sensors at H heights and A azimuths: length m of its mount; pose (N,) of each point; and one of these:
+    clear (H * A, N): is the way to a point clear; stop (P, H * A, T) m: how far a sensor sees before it is blinded, at P
+    poses, tilted T ways."""
+
+    length: float
+    pose: Int[np.ndarray, " N"]
+    clear: Bool[np.ndarray, "C N"] | None
+    stop: Float[np.ndarray, "P C T"] | None
+
+    def sees(self, number: Any, height: Any, azimuth: Any, tilt: Any, square: Any) -> Bool[np.ndarray, " M"]:
+        """Does a sensor at a height (M,) m and an azimuth (M,) rad, tilted so (M,) rad, see a point of this number (M,) in
+        its cone, at this squared distance (M,) m^2?"""
+        up = np.rint(height * ((_HEIGHTS - 1) / self.length)).astype(int) if self.length else 0
+        cell = up * _TURNS + np.rint(azimuth * (_TURNS / (2 * math.pi))).astype(int) % _TURNS
+        if self.clear is not None:
+            return self.clear[cell, number]
+        assert self.stop is not None
+        way = np.rint((tilt / math.pi + 0.5) * (_TILTS - 1)).astype(int)
+        return square <= self.stop[self.pose[number], cell, way] ** 2
+
+
+def lookout(
+    mount: Mount,
+    radius: float,
+    sensor: Sensor,
+    frames: Float[np.ndarray, "P 4 4"],
+    occluders: list[Occluders],
+    points: list[Float[np.ndarray, "N 3"]],
+    pose: list[int],
+    blinded: bool,
+) -> VisibilityTable:
+    """The lookout of sensors on a mount, in rings of this ``radius`` m.
+
+    Args:
+        mount: of the link, whose frame at each of P poses is one of ``frames``, T_base_frame.
+        radius: of the rings, m.
+        sensor: of the rings.
+        frames: of the link at each pose.
+        occluders: at each pose.
+        points: of each term, m in the base frame, as many in each.
+        pose: of each term.
+        blinded: whether what stands in a sensor's cone blinds it, else it shadows.
+    """
+    heights = np.linspace(0, mount.length, _HEIGHTS if mount.length else 1)
+    turns = np.arange(_TURNS) * (2 * math.pi / _TURNS)
+    radial = np.cos(turns)[:, None] * mount.zero + np.sin(turns)[:, None] * mount.side
+    seat = (mount.start + heights[:, None, None] * mount.axis + radius * radial).reshape(-1, 3)
+    stops, clear = [], []
+    if blinded:
+        tilts = np.linspace(-math.pi / 2, math.pi / 2, _TILTS)
+        look = np.cos(tilts)[:, None] * radial[:, None] + np.sin(tilts)[:, None] * np.asarray(mount.axis)
+        look = np.tile(look, (len(heights), 1, 1))
+        stops = [
+            _stop(seat @ T[:3, :3].T + T[:3, 3], look @ T[:3, :3].T, sensor, o)
+            for T, o in zip(frames, occluders, strict=True)
+        ]
+    else:
+        for some, p in zip(points, pose, strict=True):
+            apex = seat @ frames[p, :3, :3].T + frames[p, :3, 3]
+            clear.append(np.asarray(_clear(*(jnp.asarray(a, jnp.float32) for a in (apex, some)), _bodies(occluders[p]))))
+    each = np.repeat(pose, [len(some) for some in points])
+    return VisibilityTable(
+        mount.length, each, np.concatenate(clear, axis=1) if clear else None, np.stack(stops) if stops else None
+    )
+
+
+def _stop(apex: Any, look: Any, sensor: Sensor, occluders: Occluders) -> Float[np.ndarray, "C T"]:
+    half = min(sensor.fov, sensor.fov_up or sensor.fov) / 2
+    beam = Beam(
+        np.repeat(apex, _TILTS, axis=0),
+        look.reshape(-1, 3),
+        *(np.full(look.shape[0] * _TILTS, v) for v in (half, sensor.range_m)),
+    )
+    found = np.full(len(beam.apex), np.inf)
+    if (bodies := occluders.bodies) is not None:
+        wide = Beam(*(a[:, None] for a in beam))
+        found = capsule_in_beam(wide, bodies.start[None], bodies.end[None], bodies.radius[None] - _SLACK)[0].min(axis=1)
+    for body in occluders.obstacles:
+        found = np.minimum(found, polyhedron_in_beam(beam, body))
+    return found.reshape(len(apex), _TILTS)
+
+
+def _bodies(occluders: Occluders) -> Any:
+    bodies, planes = occluders.bodies, [(o.normal, o.offset) for o in occluders.obstacles]
+    capsules = None if bodies is None else (bodies.start, bodies.end, bodies.radius - _SLACK)
+    return jax.tree.map(lambda a: jnp.asarray(a, jnp.float32), (capsules, planes))
+
+
+@jax.jit
+def _clear(apex: Any, points: Any, bodies: Any) -> Any:
+    """Is the way from each apex (C, 3) to each point (N, 3) clear (C, N)?"""
+    capsules, planes = bodies
+
+    def of_one(a: Any) -> Any:
+        hidden = jnp.zeros(len(points), bool)
+        if capsules is not None:
+            start, end, radius = capsules
+            gaps = segment_to_segment(a[None, None], points[:, None], start[None], end[None]) - radius[None]
+            hidden |= (gaps < 0).any(axis=1)
+        for normal, offset in planes:
+            here, there = (normal @ a - offset)[None], points @ normal.T - offset[None]
+            steep = there - here
+            place = -here / jnp.where(steep == 0, 1.0, steep)
+            enter = jnp.where(steep < 0, place, 0.0).max(axis=1, initial=0.0)
+            leave = jnp.where(steep > 0, place, 1.0).min(axis=1, initial=1.0)
+            hidden |= (enter < leave) & ~((steep == 0) & (here > 0)).any(axis=1)
+        return ~hidden
+
+    return jax.lax.map(of_one, apex)

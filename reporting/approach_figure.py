@@ -1,0 +1,147 @@
+"""The picture of unseen approaches: robot, beams and paths from above and from the side, and what each path clears."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection, PolyCollection
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from scipy.spatial import ConvexHull
+
+from ..coverage.rings.ring import Setup
+from ..coverage.rings.ring_kinematics import sensor_cones
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import Capsules, gap_to_capsules, robot_capsules
+from ..coverage.robots.robot import Robot
+from ..coverage.solids.cones import Cones
+from ..simulation.approach import Approach
+from ..simulation.detection import turned
+from ..simulation.human import PEDESTAL
+from .plots import COLOURS, GREY, INK, plain, save, sheet
+
+_DISC = np.stack([f(np.linspace(0, 2 * np.pi, 40, endpoint=False)) for f in (np.cos, np.sin)], axis=1)
+_BEAM, _ROBOT = COLOURS[5], "#9aa4ae"
+_EVERY = 0.1  # m along a path from one drawn ball to the next
+
+
+def _outline(points: Float[np.ndarray, "P 2"]) -> Any:
+    return points[ConvexHull(points).vertices]
+
+
+def _beam(cones: Cones, i: int) -> Float[np.ndarray, "P 3"]:
+    """Points (P, 3) m whose hull is a cone: its apex and the circle of its base."""
+    axis = cones.axis[i]
+    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    u /= np.linalg.norm(u)
+    circle = cones.range_m[i] * np.tan(cones.half_angle[i]) * (_DISC @ np.stack([u, np.cross(axis, u)]))
+    return np.vstack([cones.apex[i], cones.apex[i] + cones.range_m[i] * axis + circle])
+
+
+def beam_outline(cones: Cones, i: int, turn: float, flat: list[int]) -> Float[np.ndarray, "P 2"]:
+    """The outline of cone ``i`` on two axes, after everything is turned about z by ``turn`` rad."""
+    return _outline(turned(_beam(cones, i), turn)[:, flat])
+
+
+def robot_outlines(bodies: Capsules, at: int, turn: float, flat: list[int]) -> list[Any]:
+    """The outlines of the robot's bodies of pose ``at``, likewise."""
+    start, end = (turned(np.asarray(ends)[at], turn) for ends in (bodies.start, bodies.end))
+    return capsule_outlines(start, end, bodies.radius, flat)
+
+
+def capsule_outlines(start: Any, end: Any, radius: Any, flat: list[int]) -> list[Any]:
+    """The outlines of capsules, ends (N, 3) m and radii (N,) m, on two axes."""
+    each = zip(start, end, radius, strict=True)
+    return [_outline(np.vstack([p[flat] + r * _DISC for p in (a, b)])) for a, b, r in each]
+
+
+def _view(ax: Axes, cones: Cones, bodies: Capsules, approaches: list[Approach], plane: tuple[int, int]) -> None:
+    """Everything projected on the plane of two axes: beams, robot, floor, paths."""
+    flat = list(plane)
+    beams = [_outline(_beam(cones, i)[:, flat]) for i in range(len(cones))]
+    ax.add_collection(PolyCollection(beams, facecolor=_BEAM, alpha=0.07, lw=0))
+    ax.add_collection(PolyCollection(beams, facecolor="none", edgecolor=_BEAM, alpha=0.35, lw=0.4))
+    links = capsule_outlines(*bodies, flat)
+    ax.add_collection(PolyCollection(links, facecolor=_ROBOT, edgecolor=INK, lw=0.7, zorder=3))
+    for k, found in enumerate(approaches):
+        line = _along(found.path)[:, flat]
+        size = np.full(len(line[::2]), 2 * found.radius)
+        balls = EllipseCollection(
+            size, size, np.zeros(len(size)), units="xy", offsets=line[::2], offset_transform=ax.transData
+        )
+        balls.set(facecolor=_colour(k), alpha=0.22, edgecolor=_colour(k), lw=0.6, zorder=4)
+        ax.add_collection(balls)
+        ax.plot(*line.T, color=_colour(k), lw=1.8, zorder=5)
+        ax.plot(*line[-1], "o", color=_colour(k), ms=5, mec="white", mew=0.7, zorder=6)
+    if 2 in plane:
+        ax.axhline(-PEDESTAL, color=INK, lw=1.2, zorder=2)
+        ax.fill_between(
+            [0, 1], -PEDESTAL - 0.2, -PEDESTAL, transform=ax.get_yaxis_transform(), color="#e4e7ea", lw=0, zorder=2
+        )
+    ax.set_aspect("equal")
+
+
+def _along(path: Float[np.ndarray, "P 3"]) -> Float[np.ndarray, "N 3"]:
+    """The path with points at even steps, ends included."""
+    length = np.append(0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
+    at = np.linspace(0, length[-1], max(2, round(length[-1] / (_EVERY / 2))) + 1)
+    return np.stack([np.interp(at, length, x) for x in path.T], axis=1)
+
+
+def _colour(k: int) -> str:
+    return (COLOURS[1], COLOURS[3], COLOURS[2])[k % 3]
+
+
+def picture(
+    robot: Robot, setups: dict[str, Setup], q: Float[np.ndarray, " J"], found: dict[str, list[Approach]], file: Path
+) -> None:
+    """For each named setup a row: from above, from the side, and the ball's clearance along its path.
+
+    Args:
+        robot: with bodies.
+        setups: by the names that the rows bear.
+        q: pose (J,) rad.
+        found: the approaches to draw for each setup.
+        file: PNG to write.
+    """
+    bodies = robot_capsules(robot, forward(robot.chain, q))
+    figure = sheet(14.5, 0.6 + 4.3 * len(setups))
+    axes = figure.subplots(len(setups), 3, squeeze=False, width_ratios=(1, 1, 0.85))
+    spots = np.concatenate([_along(one.path) for many in found.values() for one in many])
+    spots = np.vstack([spots, *(sensor_cones(robot, setup, q).bounds() for setup in setups.values())])
+    low, high = spots.min(axis=0) - 0.1, spots.max(axis=0) + 0.1
+    low[2] = -PEDESTAL - 0.15
+    high[1:] = low[1:] + (high - low)[1:].max()  # both views equally high
+    for (top, side, clear), (name, setup) in zip(axes, setups.items(), strict=True):
+        cones = sensor_cones(robot, setup, q)
+        _view(top, cones, bodies, found[name], (0, 1))
+        _view(side, cones, bodies, found[name], (0, 2))
+        for ax, up in ((top, 1), (side, 2)):
+            ax.set_xlim(low[0], high[0])
+            ax.set_ylim(low[up], high[up])
+        plain(top, f"{name}, from above", "x, m", "y, m")
+        plain(side, f"{name}, from the side", "x, m", "z, m")
+        for k, one in enumerate(found[name]):
+            line = _along(one.path)
+            left = np.linalg.norm(np.diff(line, axis=0), axis=1)
+            left = np.append(np.cumsum(left[::-1])[::-1], 0)
+            gap = gap_to_capsules(line, bodies.start, bodies.end, bodies.radius) - one.radius
+            label = f"ball of {200 * one.radius:g} cm: ends {100 * one.gap_m:.0f} cm off the arm"
+            clear.plot(left, gap, color=_colour(k), lw=1.8, label=label)
+            clear.plot(left, cones(line) - one.radius, color=_colour(k), lw=1.2, ls=(0, (4, 2)))
+        plain(clear, "clearance along the path", "way left, m", "clearance, m")
+        clear.invert_xaxis()
+        clear.set_ylim(0, 2.3)
+        clear.legend(loc="upper right", fontsize=9, frameon=False)
+    handles = [
+        Patch(facecolor=_ROBOT, edgecolor=INK, lw=0.7, label="robot"),
+        Patch(facecolor=_BEAM, alpha=0.4, label="beams, in projection"),
+        Line2D([], [], color=COLOURS[1], lw=1.8, label="path of the small ball"),
+        Line2D([], [], color=COLOURS[3], lw=1.8, label="path of the large ball"),
+        Line2D([], [], color=GREY, lw=1.8, label="clearance from the robot"),
+        Line2D([], [], color=GREY, lw=1.2, ls=(0, (4, 2)), label="at least this from every beam"),
+    ]
+    figure.legend(handles=handles, loc="outside upper center", ncols=6, frameon=False, fontsize=10)
+    save(figure, file)

@@ -1,0 +1,59 @@
+"""Setups side by side: the paper's beside a scene's own, by the scene's targets and the paper's."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+
+from ..coverage.rings.ring import Setup, named_setup
+from ..coverage.targets import Target
+from ..formats.convert.occlusion_records import with_sight
+from ..formats.convert.results import verify_result
+from ..formats.schema.result_models import VerifyResult
+from ..objectives.occlusion import unseeing
+from ..objectives.scene import Scene
+from ..objectives.verify import Verified, Verifier, by_occlusion
+
+PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
+
+
+PAPER_TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 0.5), Target("V_S", 1.5))
+
+
+_FEW_POSES = 4  # up to here all of the paper's targets are compared, beyond only those that were asked for
+
+
+def comparable(scene: Scene) -> tuple[str, ...]:
+    """The paper's setups that the scene's robot can carry: none where it lacks one of their links."""
+    links = {ring.link for ring in named_setup(PAPER_SETUPS[0]).rings}
+    return tuple(PAPER_SETUPS) if links <= set(scene.robot.links) else ()
+
+
+def papers(scene: Scene) -> dict[str, Setup]:
+    """These setups by name, with the scene's sensors."""
+    return {name: named_setup(name, scene.sensor, scene.ring_radius) for name in comparable(scene)}
+
+
+def counted(
+    verifier: Verifier,
+    setups: Mapping[str, Setup],
+    targets: Sequence[Target],
+    sighted: Collection[Target],
+    known: Mapping[tuple[str, Target], Verified],
+) -> Iterator[VerifyResult]:
+    """Zeta of each target for each setup by one verifier, with all models of occlusion for those ``sighted``; ``known``:
+    what is counted already, by the setup's name and the target."""
+    scene, goals = verifier.scene, [g.target for g in verifier.scene.goals]
+    for target in targets:
+        if target not in goals:  # its voxels serve nobody else
+            verifier = Verifier(scene, verifier.voxel, at=verifier.at)
+        for name, one in setups.items():
+            verified = known.get((name, target)) or verifier.verify(one, target)
+            result = verify_result(name, verified, scene)
+            if target in sighted:
+                result = with_sight(result, scene, by_occlusion(verifier, one, verified), unseeing(scene, one))
+            yield result
+
+
+def compared(scene: Scene) -> list[Target]:
+    """The targets that setups are compared by: the scene's goals and, of few poses, the paper's."""
+    goals = [g.target for g in scene.goals]
+    common = [t for t in PAPER_TARGETS if t.radius is None or t.radius > scene.shape.robot_radius]
+    return list(dict.fromkeys([*goals, *common] if len(scene.poses) <= _FEW_POSES else goals))

@@ -1,0 +1,1 @@
+"""Results in lines of text, for the terminal and for pages."""

@@ -1,0 +1,91 @@
+"""What is said about occlusion: zeta under all models, advice, and the sensors that see nothing."""
+
+from collections.abc import Sequence
+from itertools import groupby
+
+from rich.table import Table
+
+from ...coverage.occlusion.model import OCCLUSIONS
+from ...coverage.rings.ring import Setup
+from ...formats.schema.result_models import UnseeingModel, VerifyResult
+from ...objectives.feasibility.clearance import MountClearance
+from ...objectives.feasibility.mounting import REAL
+from ...objectives.feasibility.violations import faults
+from ...objectives.scene import Scene
+from ..tables import target_label
+from ..terminal import Terminal
+
+ADVICE = (
+    "On a real mount the robot's body is in the way: take shadow for sensors of many zones, blind for sensors of one zone,"
+    " which report the body itself; ignore is the paper's."
+)
+
+
+def mounting_lines(scene: Scene, setup: Setup) -> list[str]:
+    """What a real mount would not allow of a setup, where the scene asks for one, and boards that do not fit."""
+    real = REAL if scene.real else ()
+    return [fault.text for fault in faults(scene, setup.rings) if fault.rule in (*real, "printing")]
+
+
+def without_lines(scene: Scene, setup: Setup) -> list[str]:
+    """The links that have no ring because a real one is clear nowhere on them."""
+    if not scene.real:
+        return []
+    clear, bare = MountClearance(scene), [link for link in scene.robot.links if link not in {r.link for r in setup.rings}]
+    barred = [(link, radius) for link in bare if not clear.stretches(link, radius := clear.radius(link))]
+    return [f"No ring on {link}: {clear.why(link, radius)}." for link, radius in barred]
+
+
+def occlusion_table(results: Sequence[VerifyResult]) -> Table | None:
+    """Setups down, models of occlusion across for each target; None where they were not counted."""
+    shown = [r for r in results if r.by_occlusion_percent]
+    if not shown:
+        return None
+    table = Table(title="ζ in percent past the robot's own body", title_justify="left")
+    table.add_column("setup")
+    labels = list(dict.fromkeys(target_label(r) for r in shown))
+    for label in labels:
+        for model in OCCLUSIONS:
+            table.add_column(f"{label} {model}", justify="right")
+    for name in dict.fromkeys(r.setup for r in shown):
+        mine = {target_label(r): r.by_occlusion_percent for r in shown if r.setup == name}
+        cells = [f"{mine[label][m]:.2f}" if label in mine else "" for label in labels for m in OCCLUSIONS]
+        table.add_row(name, *cells, style="bold" if name == "proposal" else None)
+    return table
+
+
+def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
+    """The sensors that see nothing, ring by ring and by what they stand in."""
+    lines = []
+    order = sorted(found, key=lambda u: (u.within or "", u.ring, u.sensor))
+    for (within, ring), some in groupby(order, key=lambda u: (u.within, u.ring)):
+        each = list(some)
+        sensors = ", ".join(str(u.sensor) for u in each)
+        who = f"Ring {ring}, sensor{'s' * (len(each) > 1)} {sensors}"
+        if within is None:
+            lines.append(f"{who}: less than 1 % of the cone is free.")
+        else:
+            deep = max(u.depth_mm for u in each)
+            lines.append(f"{who}: up to {deep:.0f} mm within {within}: nothing is seen past it.")
+    return lines
+
+
+def scene_lines(scene: Scene) -> list[str]:
+    """What was taken for an obstacle that is not convex."""
+    return [f"Obstacle {o.name} is not convex: its convex hull stands for it." for o in scene.obstacles if o.hulled]
+
+
+def print_sight(
+    console: Terminal,
+    results: Sequence[VerifyResult],
+    blind: Sequence[UnseeingModel],
+    scene: Scene,
+    mount: Sequence[str] = (),
+) -> None:
+    """Print zeta under all models of occlusion, what is told of the ``mount``, the sensors that see nothing, obstacles that
+    are not as they were, and advice where the models differ."""
+    table = occlusion_table(results)
+    if table is not None:
+        console.print(table)
+    for told in (*mount, *unseeing_lines(blind), *scene_lines(scene), *([ADVICE] if table is not None else [])):
+        console.print(told, highlight=False, soft_wrap=True)

@@ -1,0 +1,43 @@
+"""How the plots of studies look: colours, sizes, axes."""
+
+import io
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from ..formats.escaping import printable_lines
+from ..formats.writing import write_bytes
+
+INK, GREY, GRID = "#23272b", "#666d75", "#d9dde1"
+# Okabe and Ito's colours, told apart by every kind of colour vision.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#23272b")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+
+def sheet(width: float, height: float) -> Figure:
+    """An empty figure of that many inches, drawn without a screen."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def plain(ax: Axes, title: str = "", x: str = "", y: str = "") -> None:
+    """Grid behind, no frame above and right, a title at the left."""
+    ax.set_axisbelow(True)
+    ax.grid(True, which="major", color=GRID, lw=0.6)
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.set_title(title, fontsize=10.5, loc="left", color=INK)
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+
+
+def save(figure: Figure, file: Path) -> None:
+    """Write the figure as PNG: the old file or the new, never half; UserError if it cannot be written."""
+    for text in figure.findobj(Text):
+        text.set_text(printable_lines(text.get_text()))
+    data = io.BytesIO()
+    figure.savefig(data, dpi=120, format="png")
+    write_bytes(file, data.getvalue())

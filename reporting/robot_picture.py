@@ -1,0 +1,155 @@
+"""The picture of a robot to check: its surface faint, capsules, mount axes with what is usable of them, the pose curve."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Polygon
+from scipy.spatial import ConvexHull
+
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import robot_capsules
+from ..coverage.robots.robot import BASE, Robot
+from ..coverage.targets import Shape, robot_curve
+from ..formats.robots.robot_fit import FittedLink
+from .plots import GREY, INK
+from .rendering.faces import circle
+from .rendering.sheet import Sheet, write_png
+
+_VIEWS = (("from the side", -90.0, 0.0), ("oblique view", -58.0, 22.0))
+_POINTS = 120_000  # of all surfaces
+_SKIN, _CAPSULE, _MOUNT, _CURVE = "#aeb6bf", "#0072B2", "#D55E00", "#009E73"
+_CORNERS = np.stack([f(np.linspace(0, 2 * np.pi, 72, endpoint=False)) for f in (np.cos, np.sin)], axis=1)
+
+
+def _surface(links: Sequence[FittedLink], frames: Any) -> tuple[Any, Any]:
+    """Points (N, 3) m drawn evenly on all surfaces, in the base frame, and unit normals (N, 3)."""
+    rng = np.random.default_rng(0)
+    tri, where = [], []
+    for link in links:
+        T = np.eye(4) if link.frame == BASE else frames[link.frame]
+        tri.append(link.triangles @ T[:3, :3].T + T[:3, 3])
+        where.append(len(link.triangles))
+    if not tri:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    t = np.concatenate(tri)
+    normal = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
+    area = np.linalg.norm(normal, axis=1)
+    pick = rng.choice(len(t), _POINTS, p=area / area.sum())
+    u, v = np.sqrt(rng.uniform(size=_POINTS))[:, None], rng.uniform(size=_POINTS)[:, None]
+    points = (1 - u) * t[pick, 0] + u * (1 - v) * t[pick, 1] + u * v * t[pick, 2]
+    return points, normal[pick] / area[pick, None]
+
+
+def _outline(sheet: Sheet, a: Any, b: Any, radius: float) -> Any:
+    """Outline (M, 2) of a capsule on the sheet, from infinity."""
+    xy = np.concatenate([sheet.project(p)[0] + radius * _CORNERS for p in (a, b)])
+    return xy[ConvexHull(xy).vertices]
+
+
+def _view(ax: Any, robot: Robot, skin: tuple[Any, Any], box: Any, eye: tuple[float, float]) -> None:
+    frames = forward(robot.chain, robot.rest)
+    sheet = Sheet(ax, box, *eye)
+    points, normal = skin
+    if len(points):
+        xy, depth = sheet.project(points)
+        order = np.argsort(depth)
+        near = (normal @ sheet.rotation.T)[order, 2]
+        light = np.clip(0.25 + 0.75 * np.abs(near), 0, 1)[:, None]
+        rgb = 1 - (1 - np.array([0.62, 0.66, 0.71])) * (1.5 - 0.9 * light)
+        ax.scatter(*xy[order].T, s=0.7, c=np.clip(rgb, 0, 1), linewidths=0, zorder=1)
+    if robot.bodies:
+        bodies = robot_capsules(robot, frames)
+        for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
+            outline = _outline(sheet, a, b, float(r))
+            ax.add_patch(Polygon(outline, facecolor=(_CAPSULE, 0.09), edgecolor=(_CAPSULE, 0.7), lw=1.1, zorder=2))
+    curve = robot_curve(robot, robot.rest, Shape())
+    line = np.concatenate([piece.point(np.linspace(0, 1, 24)) for piece in curve.pieces])
+    xy = sheet.project(line)[0]
+    ax.plot(*xy.T, color="white", lw=4.2, zorder=3, solid_capstyle="round")
+    ax.plot(*xy.T, color=_CURVE, lw=2.0, zorder=3.1, solid_capstyle="round")
+    origins = sheet.project(np.vstack([np.zeros(3), frames[:, :3, 3]]))[0]
+    ax.plot(*origins.T, "o", ms=4.5, color="white", mec=_CURVE, mew=1.2, zorder=3.2)
+    for m in robot.mounts:
+        _mount(sheet, frames[m.frame], m)
+
+
+def _mount(sheet: Sheet, T: Any, m: Any) -> None:
+    """The mount's axis, thick where it is usable, with circles about what a ring surrounds, and its name."""
+    ax, R = sheet.ax, T[:3, :3]
+    place = lambda t: T[:3, 3] + R @ (m.start + t * m.length * m.axis)  # noqa: E731
+    radius = max(m.section, 0.02)
+    shares = [0.0] if m.length == 0 else np.linspace(m.usable[0], m.usable[1], 3)
+    for t in shares:
+        xy = sheet.project(circle(place(t), R @ m.axis, radius))[0]
+        xy = np.vstack([xy, xy[:1]])
+        ax.plot(*xy.T, color="white", lw=3.0, zorder=4)
+        ax.plot(*xy.T, color=_MOUNT, lw=1.6, zorder=4.1)
+    if m.length > 0:
+        whole, usable = (sheet.project(np.array([place(t) for t in ends]))[0] for ends in ((0.0, 1.0), m.usable))
+        ax.plot(*whole.T, color=_MOUNT, lw=1.2, ls=(0, (2, 2)), zorder=4.2)
+        ax.plot(*usable.T, color=_MOUNT, lw=4.0, zorder=4.3, solid_capstyle="butt")
+    middle, _ = sheet.project(place(sum(m.usable) / 2 if m.length > 0 else 0.0))
+    side = np.array([1.0, 0.35]) if m.length > 0 else np.array([1.0, -0.35])
+    ax.annotate(
+        m.link.replace("_", " "),
+        middle,
+        xytext=middle + (radius + 0.03 * sheet.size) * side / np.linalg.norm(side),
+        fontsize=10,
+        color=INK,
+        va="center",
+        zorder=6,
+        arrowprops={"arrowstyle": "-", "color": GREY, "lw": 0.8, "shrinkA": 1, "shrinkB": 4},
+        bbox={"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
+    )
+
+
+def robot_picture(path: Path, robot: Robot, links: Sequence[FittedLink] = ()) -> None:
+    """Draw a robot in its own pose, from two sides: a PNG of 1800 x 900.
+
+    Args:
+        path: the file; its folder exists.
+        links: the surfaces that its bodies were fitted to, where there are any.
+
+    Raises:
+        UserError: if the file cannot be written; an old one stays as it was.
+    """
+    frames = forward(robot.chain, robot.rest)
+    skin = _surface(links, frames)
+    reach = [np.zeros((1, 3)), frames[:, :3, 3], skin[0]]
+    if robot.bodies:
+        c = robot_capsules(robot, frames)
+        reach += [p + s * c.radius[:, None] for p in (c.start, c.end) for s in (-1, 1)]
+    everything = np.concatenate(reach)
+    box = np.stack([everything.min(axis=0), everything.max(axis=0)])
+    figure = Figure(figsize=(18, 9), dpi=100, facecolor="white")
+    for i, (caption, *eye) in enumerate(_VIEWS):
+        ax = figure.add_axes((0.02 + 0.49 * i, 0.08, 0.47, 0.8))
+        _view(ax, robot, skin, box, (eye[0], eye[1]))
+        ax.set_aspect("equal")
+        ax.margins(0.13, 0.04)
+        ax.axis("off")
+        ax.set_title(caption, fontsize=11, color=GREY)
+    angles = ", ".join(f"{a:g}" for a in np.degrees(robot.rest).round(1) + 0.0)
+    figure.text(0.03, 0.955, robot.name, fontsize=17, color=INK, weight="bold")
+    figure.text(
+        0.03,
+        0.925,
+        f"{len(robot.chain)} joints   ·   reach {robot.reach:g} m   ·   {len(robot.bodies)} capsules   ·   pose {angles}°",
+        fontsize=11,
+        color=GREY,
+    )
+    keys = [
+        Patch(facecolor=(_CAPSULE, 0.15), edgecolor=_CAPSULE, label="bodies (capsules)"),
+        Line2D([], [], color=_MOUNT, lw=4, label="mount axis, usable"),
+        Line2D([], [], color=_MOUNT, lw=1.2, ls=(0, (2, 2)), label="mount axis, within joint housings"),
+        Line2D([], [], color=_MOUNT, lw=1.6, marker="o", mfc="none", ls="none", ms=9, label="what a ring surrounds"),
+        Line2D([], [], color=_CURVE, lw=2, marker="o", mfc="white", label="pose curve, joints"),
+    ]
+    if len(skin[0]):
+        keys.insert(0, Patch(facecolor=_SKIN, label="surface"))
+    figure.legend(handles=keys, loc="lower center", ncols=len(keys), frameon=False, fontsize=10.5)
+    write_png(path, figure)

@@ -1,0 +1,92 @@
+"""All that a report says of a setup, counted: zeta, robustness, blind spots."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from rich.progress import Progress
+
+from ...coverage.rings.mounting_errors import MountingErrors
+from ...coverage.rings.ring import Setup
+from ...formats.schema.proposal_models import FoundModel
+from ...formats.schema.result_models import RobustnessResult, VerifyResult
+from ...objectives.blind_spots import Blind, blind_spots
+from ...objectives.feasibility.violations import faults
+from ...objectives.pose_subset import MANY, representative
+from ...objectives.scene import Scene
+from ...objectives.verify import Verifier
+from ..comparison import compared, counted, papers
+from ..lines.occlusion import mounting_lines
+from ..robustness import Robustness, assess
+from ..terminal import Terminal
+
+_SEEN = 3  # sensors that are told apart
+_LOOKED = 8  # poses at which blind spots are sought
+
+
+@dataclass(frozen=True)
+class Facts:
+    """A report's numbers. zetas: of the setup, which stands first, and of the paper's, by name, whose ``sensors`` are told
+    beside; robust: goal by goal, over ``robust_poses`` poses; broken: rules of the scene that the setup breaks, and what a
+    real mount would not allow; found: how a search came to it."""
+
+    name: str
+    setup: Setup
+    scene: Scene
+    voxel: float
+    seed: int
+    sensors: dict[str, int]
+    zetas: list[VerifyResult]
+    robust: list[RobustnessResult]
+    robust_poses: int
+    blind: list[Blind]
+    broken: list[str]
+    found: FoundModel | None
+
+    @property
+    def own(self) -> list[VerifyResult]:
+        """Zeta of the setup for each goal of the scene."""
+        goals = [(g.target.name, g.target.radius) for g in self.scene.goals]
+        return [r for goal in goals for r in self.zetas if r.setup == self.name and (r.target, r.radius) == goal]
+
+
+def standing_for(scene: Scene, poses: int) -> Scene:
+    """``scene`` with so many poses at most, which stand for all."""
+    if len(scene.poses) <= poses:
+        return scene
+    weights = representative(scene.pose_weights, poses, np.random.default_rng(0))
+    kept = tuple(replace(p, weight=float(w)) for p, w in zip(scene.poses, weights, strict=True) if w > 0)
+    return replace(scene, poses=kept)
+
+
+def looked_at(scene: Scene, worst: int) -> list[int]:
+    """The poses at which blind spots are sought: all, or some spread over the motion and the worst."""
+    poses = len(scene.poses)
+    if poses <= _LOOKED:
+        return list(range(poses))
+    return sorted({worst, *np.linspace(0, poses - 1, _LOOKED - 1).astype(int).tolist()})
+
+
+def gather(
+    name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: int, found: FoundModel | None, console: Terminal
+) -> Facts:
+    """Count all that a report of ``setup`` says, with progress on ``console``."""
+    setups = {name: setup} | {paper: one for paper, one in papers(scene).items() if one != setup and paper != name}
+    targets, zetas = compared(scene), list[VerifyResult]()
+    with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
+        task = bar.add_task("counting", total=len(targets) * len(setups))
+        for result in counted(Verifier(scene, voxel), setups, targets, targets, {}):
+            zetas.append(result)
+            bar.advance(task)
+    few = standing_for(scene, MANY)
+    robust = assess(name, setup, few, Robustness(_SEEN, voxel, MountingErrors(), draws, seed), console)
+    worst = {(r.target, r.radius): r.worst.pose for r in zetas if r.setup == name and r.worst}
+    with console.status("looking for blind spots"):
+        blind = [
+            blind_spots(verifier, setup, t, looked_at(scene, worst.get((t.name, t.radius), 0)))
+            for t in (goal.target for goal in scene.goals)
+            for verifier in [Verifier(scene, voxel)]
+        ]
+    broken = [f.text for f in faults(scene, setup.rings)]
+    broken += [line for line in mounting_lines(scene, setup) if line not in broken]
+    sensors = {n: one.sensors for n, one in setups.items()}
+    return Facts(name, setup, scene, voxel, seed, sensors, zetas, robust, len(few.poses), blind, broken, found)

@@ -1,0 +1,251 @@
+"""The report of a setup as Markdown."""
+
+import shlex
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ...coverage.occlusion.model import OCCLUSIONS, Occlusion
+from ...formats.convert.sensor_records import sensor_records, title
+from ...objectives.blind_spots import Blind
+from ...objectives.scene import Scene
+from ..detection_page import DISCLAIMER
+from ..lines.motion import record_line
+from ..lines.occlusion import ADVICE, scene_lines, unseeing_lines
+from ..lines.protective_volume import protective_lines
+from ..lines.sensors import sensor_lines
+from ..pages import code, escaped, table
+from ..robustness import lines, robustness_rows
+from ..tables import target_label
+from ..text import counted, listed
+from .bill_of_materials import materials
+from .directions import beside, metres
+from .facts import Facts
+from .mounting_guide import mounting
+
+LEAST = 1e-4  # m³: smaller blind spots are not listed
+PICTURE = "placement.png"
+_ASKED = ("--target", "--radius", "--draws", "--seed", "--voxel", "--out")  # of report, or to be said again
+_UNDER = {
+    "ignore": "the robot's body stands in nobody's way, as in the paper",
+    "shadow": "the body throws shadows, as for sensors of many zones",
+    "blind": "the body blinds whom it stands before, as for sensors of one zone",
+}
+_DISTANT = {
+    "blind": "past a body that blinds",
+    "shadow": "past the body's shadows",
+    "ignore": "were the body not in the way",
+}
+
+
+def blind_name(number: int) -> str:
+    """The file of the picture of a target's blind spots."""
+    return f"blind_{number}.png"
+
+
+def listed_spots(blind: Blind) -> int:
+    """How many of the blind spots are large enough to be told."""
+    return sum(spot.volume >= LEAST for spot in blind.spots)
+
+
+def page(
+    f: Facts, words: Sequence[str], versions: Mapping[str, str], created: str, frame_length: Callable[[int], int]
+) -> str:
+    """The whole report.
+
+    ``words``, ``versions``, ``created``: of the command line, of what made it, and when. ``frame_length``: how many bytes a
+    ring of so many sensors sends at once.
+    """
+    parts = (_head(f, versions, created), _asked(f), _coverage(f), _blind(f), _robust(f))
+    lines = [line for part in parts for line in part]
+    lines += ["## Mounting", "", *mounting(f.scene, f.setup), *_faults(f)]
+    lines += ["## Bill of materials", "", *materials(f.setup, frame_length), *_effective(f)]
+    lines += [*_reproduce(f, words, versions), *_limits(f)]
+    return "\n".join(lines) + "\n"
+
+
+def answer(f: Facts) -> str:
+    """What the setup sees, in one sentence."""
+    what = f"{counted(f.setup.sensors, 'sensor')} on {counted(len(f.setup.rings), 'ring')}"
+    each = []
+    for r in f.own:
+        others = [m for m in OCCLUSIONS if m != f.scene.occlusion and m in r.by_occlusion_percent]
+        beyond = ", ".join(f"{r.by_occlusion_percent[m]:.2f} % {_DISTANT[m]}" for m in others)
+        each.append(f"**{r.zeta_percent:.2f} % of {target_label(r)}**" + (f" ({beyond})" if beyond else ""))
+    floors = [(g, r) for g, r in zip(f.scene.goals, f.own, strict=True) if g.at_least > 0]
+    missed = [
+        f"{100 * g.at_least - r.zeta_percent:.2f} points of {g.target}"
+        for g, r in floors
+        if r.zeta_percent < 100 * g.at_least
+    ]
+    kept = "" if not floors else f"; the floors are missed by {listed(missed)}" if missed else "; the floors are kept"
+    return f"{what} see {listed(each)}{kept}."
+
+
+def _head(f: Facts, versions: Mapping[str, str], created: str) -> Iterator[str]:
+    yield f"# Placement report: {escaped(Path(f.name).name)}\n"
+    yield f"> {answer(f)}\n"
+    yield f"Made {created} by place-rings {versions['place-rings']}. {DISCLAIMER}\n"
+    yield f"![The setup from two sides: what the sensors see of the target, and what stays unseen]({PICTURE})\n"
+
+
+def _asked(f: Facts) -> Iterator[str]:
+    scene, goals = f.scene, []
+    weights = scene.goal_weights
+    for goal, w in zip(scene.goals, weights, strict=True):
+        part = f"{goal.target}" + (f", weight {w:.2f}" if len(scene.goals) > 1 else "")
+        goals.append(part + (f", at least {100 * goal.at_least:.2f} %" if goal.at_least > 0 else ""))
+    yield "## What was asked\n"
+    yield f"- Robot: {escaped(scene.robot.name)}, {len(scene.robot.chain)} joints, reach {scene.robot.reach:.2f} m."
+    yield f"- {_poses(scene)}"
+    yield f"- To be seen: {'; '.join(goals)}. {_meaning(scene)}"
+    yield f"- Sensors: {escaped(listed([title(s) for s in dict.fromkeys(r.sensor for r in f.setup.rings)]))}."
+    yield f"- In the way: `occlusion = {scene.occlusion}`, {_UNDER[scene.occlusion]}; {_obstacles(scene)}."
+    yield f"- Rings: {'with bodies, as on a real mount' if scene.real else 'without bodies, as in the paper'}.\n"
+
+
+def _poses(scene: Scene) -> str:
+    if (line := record_line(scene)) is not None:
+        return f"Poses: {escaped(line)}"
+    if len(scene.poses) > 1:
+        return (
+            f"Poses: {len(scene.poses)}, {'the worst' if scene.over_poses == 'worst' else 'their weighted mean'} is meant."
+        )
+    return f"Pose: {', '.join(f'{v + 0.0:.1f}' for v in np.degrees(scene.poses[0].q).round(1))}°."
+
+
+def _meaning(scene: Scene) -> str:
+    words = {
+        "V_O": f"V_O is the ball of {scene.robot.reach:g} m about the base",
+        "V_T": f"V_T that of {scene.shape.tcp_range:g} m about the tool",
+        "V_OT": "V_OT the union of the balls about base and tool",
+        "V_S": "V_S(r) the shell of all points that lie within r m of the robot's curve",
+        "V_P": "V_P what is nearer to a part of the robot than its separation distance",
+    }
+    names = [words[n] for n in dict.fromkeys(g.target.name for g in scene.goals)]
+    return f"{listed(names)}; {scene.shape.robot_radius:g} m about the curve, the robot's own volume, are no part of it."
+
+
+def _obstacles(scene: Scene) -> str:
+    names = [escaped(o.name) for o in scene.obstacles]
+    return f"the cell has {counted(len(names), 'obstacle')}: {', '.join(names)}" if names else "no obstacles in the cell"
+
+
+def _coverage(f: Facts) -> Iterator[str]:
+    yield "## What is seen\n"
+    many = f", the mean over {len(f.scene.poses)} poses" if len(f.scene.poses) > 1 else ""
+    yield f"ζ in percent of each target{many}, exact by rule `centre`, voxels of {f.voxel:g} m; the paper's configurations"
+    yield "beside, with this scene's sensor.\n"
+    labels = list(dict.fromkeys(target_label(r) for r in f.zetas))
+    models: list[Occlusion] = [m for m in OCCLUSIONS if any(m in r.by_occlusion_percent for r in f.zetas)]
+    for model in models or [f.scene.occlusion]:
+        asked = " (what was asked)" if model == f.scene.occlusion else ""
+        yield f"### {model}: {_UNDER[model]}{asked}\n"
+        rows = []
+        for name, sensors in f.sensors.items():
+            mine = {target_label(r): r.by_occlusion_percent.get(model, r.zeta_percent) for r in f.zetas if r.setup == name}
+            mark = "**" if name == f.name else ""
+            cells = [f"{mark}{mine[label]:.2f}{mark}" for label in labels]
+            rows.append([f"{mark}{'this setup' if mark else escaped(name)}{mark}", str(sensors), *cells])
+        yield table(["setup", "sensors", *labels], rows, right=range(1, len(labels) + 2))
+    for r in f.own:
+        if r.worst is not None:
+            yield f"{target_label(r)} in the worst pose, {r.worst.pose}: {r.worst.zeta_percent:.2f} %.\n"
+    told = [*unseeing_lines(f.own[0].unseeing), *scene_lines(f.scene), *protective_lines(f.own, f.setup)]
+    if told:
+        yield "\n".join(f"- {escaped(line)}" for line in told) + "\n"
+
+
+def _blind(f: Facts) -> Iterator[str]:
+    yield "## Where the blind spots are\n"
+    several = len(f.scene.poses) > 1
+    for n, blind in enumerate(f.blind):
+        shown = listed_spots(blind)
+        yield f"### {blind.target}\n"
+        at = zip(blind.poses, blind.volume, blind.pieces, strict=True)
+        amounts = [f"{f'pose {p}: ' if several else ''}{1000 * v:,.1f} litres in {counted(k, 'piece')}" for p, v, k in at]
+        yield f"Unseen under `{f.scene.occlusion}`: {'; '.join(amounts)}. What hangs together by voxels' faces is one piece."
+        if not shown:
+            yield "None is as large as 0.1 litre.\n"
+            continue
+        yield f"The largest, of 0.1 litre and more, in the base frame{', each told once' if several else ''}:\n"
+        yield table(*_spots(blind, shown, several), right=(0, 1))
+        yield f"![The largest unseen pieces of {blind.target} beside the robot, from two sides]({blind_name(n)})\n"
+
+
+def _spots(blind: Blind, shown: int, several: bool) -> tuple[list[str], list[list[str]]]:
+    rows = []
+    for i, spot in enumerate(blind.spots[:shown]):
+        near = spot.beside
+        gap = "–" if near is None else "touches it" if near.gap <= blind.voxel else f"{near.gap:.2f} m"
+        row = [str(i + 1), f"{1000 * spot.volume:,.1f}", beside(near) or "–", gap]
+        row += [metres(spot.centre), " × ".join(f"{v:.2f}" for v in spot.high - spot.low)]
+        rows.append(row + ([", ".join(str(p) for p in spot.poses)] if several else []))
+    heads = ["", "litres", "where", "from the robot", "centre x, y, z, m", "extent x × y × z, m"]
+    return heads + (["in poses"] if several else []), rows
+
+
+def _robust(f: Facts) -> Iterator[str]:
+    yield "## Redundancy, losses and tolerance\n"
+    over = "" if f.robust_poses == len(f.scene.poses) else f" over {f.robust_poses} poses that stand for all"
+    yield f"In percent of each target{over}, under `{f.scene.occlusion}`.\n"
+    labels = [target_label(r) for r in f.robust]
+    yield table(["", *labels], robustness_rows(f.robust), right=range(1, len(labels) + 1))
+    for r in f.robust:
+        told, _, _ = lines(r).rpartition(";")
+        yield f"- {target_label(r)}: {escaped(told)}."
+    yield ""
+
+
+def _faults(f: Facts) -> Iterator[str]:
+    if f.broken:
+        yield "What stands against it, by the scene's rules or on a real mount:\n"
+        yield "\n".join(f"- {escaped(line)}" for line in f.broken) + "\n"
+
+
+def _effective(f: Facts) -> Iterator[str]:
+    if told := sensor_lines(sensor_records(f.setup)):
+        yield code("\n".join(told))
+
+
+def _reproduce(f: Facts, words: Sequence[str], versions: Mapping[str, str]) -> Iterator[str]:
+    yield "## How to make this again\n"
+    if f.found is not None:
+        yield f"The placement was found {escaped(f.found.created)} with seed {f.found.seed} in"
+        yield f"{f.found.seconds:.0f} s ({escaped(f.found.outcome)}), by"
+        yield f"{escaped(', '.join(f'{name} {number}' for name, number in f.found.versions.items()))}:\n"
+        yield code(f.found.command)
+    yield f"This report, with seed {f.seed} for its draws, by"
+    yield f"{escaped(', '.join(f'{name} {number}' for name, number in versions.items()))}:\n"
+    yield code(shlex.join(["place-rings", *words]))
+    yield "Any of its ζ, to be counted again, or proved:\n"
+    target = f.scene.goals[0].target
+    radius = "" if target.radius is None else f":{target.radius:g}"
+    say = ["place-rings", "verify", *_without(words[1:], _ASKED), "--target", f"{target.name}{radius}"]
+    yield code(shlex.join([*say, "--rule", "certified"]))
+
+
+def _without(words: Sequence[str], options: Collection[str]) -> Iterator[str]:
+    """The words of a command line less those options and their values."""
+    left = iter(words)
+    for word in left:
+        option, together, _ = word.partition("=")
+        if option not in options:
+            yield word
+        elif not together:
+            next(left, None)
+
+
+def _limits(f: Facts) -> Iterator[str]:
+    yield "## Limits\n"
+    yield f"- {DISCLAIMER}"
+    yield "- Coverage is geometry: how much of a volume lies in the sensors' nominal beams. What a sensor reports of a small"
+    yield "  or dark thing in strong light is less."
+    if f.scene.robot.bodies:
+        yield f"- {ADVICE}"
+    yield "- The robot is the capsules of its bodies, an obstacle its convex hull; cables and holders are not in it."
+    yield "- Poses are those of the scene; what happens on the way between them is not looked at."
+    yield f"- Blind spots are made of voxels of {f.voxel:g} m: a seen sheet thinner than that does not part them."
+    luck = f"{f.robust[0].errors.draws} drawn mountings"
+    yield f"- The figures under errors of mounting have the luck of {luck}; all others are exact counts.\n"

@@ -1,0 +1,124 @@
+"""Output to the terminal, with control and direction characters of files and users as escapes.
+
+The commands build no other console and call no other print; a test enforces that.
+"""
+
+import logging
+import sys
+import threading
+import traceback
+import warnings
+from collections.abc import Iterable
+from itertools import accumulate
+from types import TracebackType
+from typing import Any
+
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.protocol import rich_cast
+from rich.segment import Segment
+from rich.status import Status
+from rich.text import Span, Text
+
+from ..formats.escaping import printable, printable_json, printable_lines
+
+
+def say(line: str, error: bool = False) -> None:
+    """Print one line to stdout, or to stderr if ``error``."""
+    print(printable(line), file=sys.stderr if error else sys.stdout, flush=True)
+
+
+def say_lines(text: str, error: bool = False) -> None:
+    """Print ``text`` of several lines, each with its newline, to stdout or stderr."""
+    print(printable_lines(text), end="", file=sys.stderr if error else sys.stdout, flush=True)
+
+
+def say_json(text: str) -> None:
+    """Print JSON; it stays JSON of the same data."""
+    print(printable_json(text), flush=True)
+
+
+class Terminal(Console):
+    """A console that escapes characters that are not printable, and knows no markup and no links.
+
+    A string is one line; a Text may have several.
+    """
+
+    def __init__(self, *, stderr: bool = False, **more: Any) -> None:
+        super().__init__(stderr=stderr, markup=False, emoji=False, **more)
+
+    def render_str(self, text: str, **more: Any) -> Text:  # type: ignore[override]
+        """Return a string as an escaped Text; rich calls this before it measures widths."""
+        return super().render_str(printable(text), **more)
+
+    def render(
+        self,
+        renderable: RenderableType,
+        options: ConsoleOptions | None = None,
+    ) -> Iterable[Segment]:
+        """Render with a Text escaped before its lines are broken, and with escaped segments."""
+        found = rich_cast(renderable)
+        segments = super().render(_escaped(found) if isinstance(found, Text) else found, options)
+        return (s if s.control else _clean(s) for s in segments)
+
+    def status(self, status: RenderableType, **more: Any) -> Status:  # type: ignore[override]
+        """Return a spinner beside a text, which is no markup either."""
+        return _Status(_plain(status), console=self, **more)
+
+
+class _Status(Status):
+    """A status that takes later texts as plain text."""
+
+    def update(self, status: Any = None, **more: Any) -> None:
+        super().update(_plain(status), **more)
+
+
+def _plain(text: Any) -> Any:
+    return Text(printable(text)) if isinstance(text, str) else text
+
+
+def _escaped(text: Text) -> Text:
+    """Return ``text`` with escapes between its newlines, and its styles moved along."""
+    parts = [c if c == "\n" else printable(c) for c in text.plain]
+    at = [0, *accumulate(map(len, parts))]
+    if at[-1] == len(text.plain):
+        return text
+    last = len(parts)
+    found = text.blank_copy("".join(parts))
+    found.spans = [Span(at[min(s.start, last)], at[min(s.end, last)], s.style) for s in text.spans]
+    return found
+
+
+def _clean(segment: Segment) -> Segment:
+    text, style = segment.text, segment.style
+    if style is not None and style.link is not None:
+        style = style.update_link(None)
+    if text == "\n" or text.isprintable():
+        return segment if style is segment.style else Segment(text, style)
+    return Segment(printable_lines(text), style)
+
+
+def guard() -> None:
+    """Escape what Python itself prints: tracebacks, warnings, logs that have no handler."""
+    sys.excepthook, threading.excepthook = _uncaught, _uncaught_in_thread
+    before = warnings.formatwarning
+    warnings.formatwarning = lambda *what, **more: printable_lines(before(*what, **more))
+    if logging.lastResort is not None:
+        logging.lastResort.setFormatter(_Printable())
+
+
+def _uncaught(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    say_lines("".join(traceback.format_exception(kind, error, trace)), error=True)
+
+
+def _uncaught_in_thread(found: threading.ExceptHookArgs) -> None:
+    if found.exc_value is not None and not isinstance(found.exc_value, SystemExit):
+        name = "a thread" if found.thread is None else found.thread.name
+        say(f"Exception in thread {name}:", error=True)
+        _uncaught(found.exc_type, found.exc_value, found.exc_traceback)
+
+
+class _Printable(logging.Formatter):
+    """A log's records as escaped lines."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return printable_lines(super().format(record))

@@ -1,0 +1,250 @@
+"""The minimum-distance study: how far a human or a thing really is from the robot, and how far the rings make it.
+
+The truth is the least distance between the robot's bodies and the thing, 0 once they touch. The rings' answer comes from
+what each sensor reads. A single-zone sensor gives one number and no direction, so the system takes the point at that
+distance on the beam's axis; the believed distance is that of the nearest such point from the robot's bodies. Where no sensor
+sees anything it believes the sensors' range: nothing is nearer than they see. Beside it stands the careful belief: the least
+distance from the robot of anything at that reading in the beam, sampled on the axis and two circles around it.
+
+Errors are counted while the truth is below the range; a moment is in the near zone below 0.5 m, in the far zone below 1.1 m
+(the paper's thresholds), and beyond up to the range. The robot does not stop for the human, and the human does not give way.
+From 10 Hz to 40 Hz the RMSE changes by 0.5 %, a maximum by up to 1.5 cm; from balls that fall short of the body by 1 mm to
+0.25 mm both change by at most 0.1 mm. An engineering aid: none of these numbers is a safety rating.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+from scipy import stats
+
+from ..coverage.arrays import dot, root
+from ..coverage.occlusion.ranging import least_gap, readings, slabs
+from ..coverage.rings.ring import Setup, sensor_optics
+from ..coverage.rings.ring_kinematics import sensor_axes
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.link_bodies import Capsules, gap_to_capsules, robot_capsules
+from ..coverage.robots.robot import Robot
+from .human import body_balls
+from .objects import SHAPES, object_balls
+from .walk import walk
+
+NEAR, FAR = 0.5, 1.1  # m
+WINDOW = 0.3  # s, over which a closing speed is taken
+THINGS = ("human", *SHAPES)
+MODES = ("ignore", "shadow")  # what the robot's own body does to what is read
+_CIRCLES, _ON_CIRCLE = (0.55, 1.0), 8  # samples of a beam's cross-section: shares of the half angle, points on each
+
+Table = dict[str, float | None]
+
+
+class Series(NamedTuple):
+    """One run over time. true, believed, careful (T,) m; seen (T,): does any sensor read anything; speed towards base and
+    towards TCP, m/s, positive when closing: true and believed (T, 2)."""
+
+    time: Float[np.ndarray, " T"]
+    true: Float[np.ndarray, " T"]
+    believed: Float[np.ndarray, " T"]
+    careful: Float[np.ndarray, " T"]
+    seen: Any
+    true_speed: Float[np.ndarray, "T 2"]
+    believed_speed: Float[np.ndarray, "T 2"]
+
+
+def repeated(
+    time_s: Float[np.ndarray, " T"], q: Float[np.ndarray, "T J"], duration_s: float
+) -> tuple[Float[np.ndarray, " N"], Float[np.ndarray, "N J"]]:
+    """A cyclic task, evenly sampled and one step short of its own start, again and again for ``duration_s`` s."""
+    step = float(time_s[1] - time_s[0])
+    n = round(duration_s / step) + 1
+    return step * np.arange(n), q[np.arange(n) % len(q)]
+
+
+def thing_balls(
+    thing: str, seed: int, time_s: Float[np.ndarray, " T"], bodies: Capsules
+) -> tuple[Float[np.ndarray, "T B 3"], Float[np.ndarray, " B"]]:
+    """Balls (T, B, 3) m and radii (B,) m of a thing on its path of ``seed``; ValueError names the things there are."""
+    if thing not in THINGS:
+        raise ValueError(f"unknown thing {thing!r}; known: {', '.join(THINGS)}")
+    if thing == "human":
+        path = walk(seed, time_s)
+        return body_balls(path.stature, path.posture)
+    return object_balls(thing, seed, time_s, bodies)
+
+
+@jax.jit
+def _beliefs(rows: Any, fixed: Any) -> Any:
+    """For R readings of sensors, the distances (R, 2) m of the believed point from the robot and of the careful one."""
+    apex, axis, half, reading, start, end = rows
+    (thick,) = fixed
+    z, x = (jnp.eye(3, dtype=axis.dtype)[i][None] for i in (2, 0))
+    u = jnp.cross(axis, jnp.where(jnp.abs(axis[:, 2:]) < 0.9, z, x))
+    u = u / root(dot(u, u))[:, None]
+    v = jnp.cross(axis, u)
+    ways = [axis] + [
+        jnp.cos(s * half)[:, None] * axis + jnp.sin(s * half)[:, None] * (np.cos(a) * u + np.sin(a) * v)
+        for s in _CIRCLES
+        for a in 2 * np.pi * np.arange(_ON_CIRCLE) / _ON_CIRCLE
+    ]
+    points = apex[:, None] + reading[:, None, None] * jnp.stack(ways, axis=1)
+    gap = gap_to_capsules(points, start[:, None], end[:, None], thick[None, None])
+    return jnp.stack([gap[:, 0], gap.min(axis=1)], axis=1)
+
+
+def beliefs(
+    apex: Float[np.ndarray, "T K 3"],
+    axis: Float[np.ndarray, "T K 3"],
+    half_angle: Float[np.ndarray, " K"],
+    reading: Float[np.ndarray, "T K"],
+    bodies: Capsules,
+) -> Float[np.ndarray, "T 2"]:
+    """Distance (T, 2) m from the robot that K sensors' readings make of the nearest thing: by points on the beams' axes, and
+    by the nearest in the beams; infinite where no sensor reads anything. Lengths m, half_angle rad."""
+    found = np.full((*reading.shape, 2), np.inf)
+    t, k = np.nonzero(np.isfinite(reading))
+    if len(t):
+        rows = (apex[t, k], axis[t, k], half_angle[k], reading[t, k], bodies.start[t], bodies.end[t])
+        found[t, k] = slabs(_beliefs, rows, (jnp.asarray(bodies.radius),))
+    return found.min(axis=1)
+
+
+def series(
+    robot: Robot,
+    setup: Setup,
+    time_s: Float[np.ndarray, " T"],
+    q: Float[np.ndarray, "T J"],
+    thing: str,
+    seed: int,
+    mode: str,
+) -> Series:
+    """One run: ``robot`` with ``setup`` moves along ``q``, ``thing`` on its path of ``seed``.
+
+    Args:
+        robot: with bodies.
+        setup: whose rings see.
+        time_s: (T,) s, evenly spaced from 0.
+        q: joint angles (T, J) rad.
+        thing: one of ``THINGS``.
+        seed: of the thing's path, which does not depend on the setup.
+        mode: ``ignore`` sees through the robot, ``shadow`` does not (see ``ranging.readings``).
+
+    Closing speeds are differences over ``WINDOW`` of the distance of the base's origin and of the TCP from the thing's
+    nearest point. Each motion counts, the TCP's too. What was not seen at both ends of the window is believed still.
+
+    Raises:
+        ValueError: if thing or mode is unknown or the robot has no bodies.
+    """
+    if mode not in MODES:
+        raise ValueError(f"unknown mode {mode!r}; known: {', '.join(MODES)}")
+    frames = forward(robot.chain, q)
+    bodies = robot_capsules(robot, frames)
+    centre, radius = thing_balls(thing, seed, time_s, bodies)
+    apex, axis = (np.asarray(a) for a in sensor_axes(robot, setup, frames))
+    half, range_m = sensor_optics(setup)
+    read = readings(apex, axis, half, range_m, centre, radius, bodies if mode == "shadow" else None).distance
+    seen = np.isfinite(read).any(axis=1)
+    believed, careful = np.clip(beliefs(apex, axis, half, read, bodies), 0, range_m.max()).T
+
+    ends = np.stack([np.zeros((len(q), 3)), frames[:, -1, :3, 3]], axis=1)
+    to_thing = np.linalg.norm(centre[:, None] - ends[:, :, None], axis=3) - radius
+    point = apex + np.where(np.isfinite(read), read, 0)[..., None] * axis
+    to_point = np.where(np.isfinite(read)[:, None], np.linalg.norm(point[:, None] - ends[:, :, None], axis=3), np.inf)
+    return Series(
+        time_s,
+        np.maximum(least_gap(centre, radius, bodies), 0),
+        believed,
+        careful,
+        seen,
+        _closing(np.maximum(to_thing.min(axis=2), 0), time_s),
+        _closing(to_point.min(axis=2), time_s),
+    )
+
+
+def _closing(distance: Float[np.ndarray, "T 2"], time_s: Float[np.ndarray, " T"]) -> Float[np.ndarray, "T 2"]:
+    """Speed at which a distance shrank over the window before; 0 in the first window and where an end is infinite."""
+    back = max(1, round(WINDOW / float(time_s[1] - time_s[0])))
+    speed = np.zeros_like(distance)
+    before, now = distance[:-back], distance[back:]
+    known = np.isfinite(before) & np.isfinite(now)
+    change = np.where(known, before, 0) - np.where(known, now, 0)
+    speed[back:] = change / (time_s[back:] - time_s[:-back])[:, None]
+    return speed
+
+
+def measures(run: Series, range_m: float) -> Table:
+    """What one run comes to, as a flat table of numbers; None where no moment counts.
+
+    rmse_m, max_error_m: of the believed distance while the truth is below ``range_m``; bias_m: its mean error, positive
+    where the human is nearer than believed; over_m: by how much at most. ``near_``, ``far_``, ``beyond_``: the same by
+    zone. careful_rmse_m, careful_over_m: of the careful belief. rmse_speed_base, rmse_speed_tcp, max_speed_...: of closing
+    speeds, m/s. unseen_s, unseen_share, unseen_longest_s, unseen_nearest_m: while no sensor reads anything and the truth is
+    below the range. late_near_s, late_far_s: truth below a zone's threshold and belief above it. counted_s, contact_s,
+    near_s, far_s, beyond_s: how long each lasted.
+    """
+    step = float(run.time[1] - run.time[0])
+    counts = run.true < range_m
+    error = run.believed - run.true
+    zones = {"near": run.true < NEAR, "far": (run.true >= NEAR) & (run.true < FAR), "beyond": counts & (run.true >= FAR)}
+    table = {"counted_s": step * counts.sum(), "contact_s": step * (run.true <= 0).sum()}
+    table |= {f"{name}_s": step * zone.sum() for name, zone in zones.items()}
+    for prefix, zone in {"": counts, **{f"{name}_": zone for name, zone in zones.items()}}.items():
+        table |= {prefix + key: value for key, value in _errors(error[zone]).items()}
+    careful = _errors((run.careful - run.true)[counts])
+    table |= {"careful_rmse_m": careful["rmse_m"], "careful_over_m": careful["over_m"]}
+    for i, end in enumerate(("base", "tcp")):
+        speed = _errors((run.believed_speed - run.true_speed)[counts, i])
+        table |= {f"rmse_speed_{end}": speed["rmse_m"], f"max_speed_{end}": speed["max_error_m"]}
+    unseen = counts & ~run.seen
+    table["unseen_s"] = step * unseen.sum()
+    table["unseen_share"] = unseen.sum() / counts.sum() if counts.any() else np.nan
+    table["unseen_longest_s"] = step * _longest(unseen)
+    table["unseen_nearest_m"] = run.true[unseen].min() if unseen.any() else np.nan
+    table["late_near_s"] = step * ((run.true < NEAR) & (run.believed >= NEAR)).sum()
+    table["late_far_s"] = step * ((run.true < FAR) & (run.believed >= FAR)).sum()
+    return {key: float(value) if np.isfinite(value) else None for key, value in table.items()}
+
+
+def _errors(error: Float[np.ndarray, " N"]) -> dict[str, float]:
+    if not error.size:
+        return dict.fromkeys(("rmse_m", "max_error_m", "bias_m", "over_m"), np.nan)
+    return {
+        "rmse_m": np.sqrt(np.mean(error**2)),
+        "max_error_m": np.abs(error).max(),
+        "bias_m": error.mean(),
+        "over_m": max(error.max(), 0.0),
+    }
+
+
+def _longest(flags: Any) -> int:
+    """Length of the longest run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
+    return int(np.diff(edges)[::2].max(initial=0))
+
+
+def cell(
+    robot: Robot,
+    setup: Setup,
+    time_s: Float[np.ndarray, " T"],
+    q: Float[np.ndarray, "T J"],
+    thing: str,
+    seed: int,
+    mode: str,
+) -> Table:
+    """One independent measurement of the study: ``measures`` of ``series``, whose arguments these are."""
+    return measures(series(robot, setup, time_s, q, thing, seed, mode), float(sensor_optics(setup)[1].max()))
+
+
+def summary(cells: Sequence[Mapping[str, float | None]], confidence: float = 0.95) -> dict[str, tuple[float, float]]:
+    """Mean over seeds of each key and half width of its t-interval, from the cells that have a number there; the mean is
+    not a number where none has, the half width where fewer than two have."""
+    found = {}
+    for key in cells[0]:
+        values = np.array([value for c in cells if (value := c[key]) is not None])
+        n = len(values)
+        mean = float(values.mean()) if n else np.nan
+        spread = float(stats.t.ppf((1 + confidence) / 2, n - 1) * values.std(ddof=1) / np.sqrt(n)) if n > 1 else np.nan
+        found[key] = (mean, spread)
+    return found

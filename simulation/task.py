@@ -1,0 +1,120 @@
+"""The paper's task: ten products picked from one table and placed into a box on another, as a timed joint trajectory.
+
+Between a pick and a place the base joint swings by 180 degrees. Every move is one of all joints at once from rest to rest,
+along a straight line in joint space, as fast as the limits allow (trapezoidal speed). The paper gives neither places nor
+limits; what is chosen here stands in the constants.
+"""
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from ruckig import InputParameter, Result, Ruckig, Synchronization, Trajectory
+from scipy.optimize import least_squares
+
+from ..coverage.robots.kinematics import forward
+from ..coverage.robots.robot import Robot
+from ..objectives.scene import REFERENCE_POSE_DEG
+
+SPEED_DEG = (120.0, 120.0, 180.0, 180.0, 180.0, 180.0)  # per second, the UR10's technical specification
+ACCELERATION_DEG = 80.0  # per second squared, what the controller takes for a joint move unless told otherwise
+RADII = (0.98, 1.10)  # m, from the base axis: two rows of products, five in each
+PITCH = 0.12  # m, between the products of a row
+LOW, HIGH = 0.12, 0.32  # m, height of the flange at a product and between the tables
+GRIP = 0.4  # s, to close or open the gripper
+_FINE = 200.0  # Hz, at which the highest speed is looked for
+
+
+@dataclass(frozen=True)
+class TaskMotion:
+    """A timed joint trajectory: time_s (T,) ascending, q (T, J) rad, and ``swing`` (T,): whether the base is swinging."""
+
+    time_s: Float[np.ndarray, " T"]
+    q: Float[np.ndarray, "T J"]
+    swing: np.ndarray
+
+    def tcp_speed(self, robot: Robot) -> Float[np.ndarray, " T"]:
+        """Speed of the TCP (T,) m/s, by central differences."""
+        tcp = forward(robot.chain, self.q)[:, -1, :3, 3]
+        return np.linalg.norm(np.gradient(tcp, self.time_s, axis=0), axis=1)
+
+    def every(self, rate: float) -> "TaskMotion":
+        """The same motion at ``rate`` Hz."""
+        time = np.arange(0.0, self.time_s[-1], 1 / rate)
+        q = np.stack([np.interp(time, self.time_s, joint) for joint in self.q.T], axis=1)
+        return TaskMotion(time, q, self.swing[np.searchsorted(self.time_s, time)])
+
+
+def reach_down(robot: Robot, place: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " J"]:
+    """Joint angles (J,) rad at which the flange is at ``place`` (3,) m and points down, the last joint at 0, near the
+    reference pose turned about the base.
+
+    Raises:
+        ValueError: if the robot does not reach there.
+    """
+    tool = robot.mounts[-1]
+    seed = np.radians(REFERENCE_POSE_DEG)
+    at = forward(robot.chain, seed)[-1, :3, 3]
+    seed[0] = math.atan2(place[1], place[0]) - math.atan2(at[1], at[0])
+
+    def off(moving: Float[np.ndarray, " _"]) -> Float[np.ndarray, " 6"]:
+        frame = forward(robot.chain, np.append(moving, 0.0))[tool.frame]
+        return np.concatenate([frame[:3, 3] - place, frame[:3, :3] @ tool.axis + np.array([0.0, 0.0, 1.0])])
+
+    found = least_squares(off, seed[:-1], xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    if np.abs(found.fun).max() > 1e-6:
+        raise ValueError(f"{robot.name} does not reach {np.round(place, 3).tolist()} m from above")
+    return np.append(found.x, 0.0)
+
+
+def _places(azimuth: float) -> list[Float[np.ndarray, " 2"]]:
+    """Where ten products lie (x, y) m, in two rows across the direction ``azimuth`` rad."""
+    along, across = np.array([math.cos(azimuth), math.sin(azimuth)]), np.array([-math.sin(azimuth), math.cos(azimuth)])
+    return [r * along + k * PITCH * across for r, k in itertools.product(RADII, range(-2, 3))]
+
+
+def _move(start: Float[np.ndarray, " J"], end: Float[np.ndarray, " J"], rate: float) -> Float[np.ndarray, "T J"]:
+    """Joint angles from rest to rest at ``rate`` Hz, the start left out."""
+    question, answer = InputParameter(len(start)), Trajectory(len(start))
+    question.current_position, question.target_position = start.tolist(), end.tolist()
+    question.max_velocity = np.radians(SPEED_DEG).tolist()
+    question.max_acceleration = [math.radians(ACCELERATION_DEG)] * len(start)
+    question.synchronization = Synchronization.Phase
+    if Ruckig(len(start)).calculate(question, answer) not in (Result.Working, Result.Finished):
+        raise ValueError("no trajectory between two waypoints")
+    steps = max(math.ceil(answer.duration * rate), 1)
+    return np.array([answer.at_time(answer.duration * k / steps)[0] for k in range(1, steps + 1)])
+
+
+def pick_and_place(robot: Robot, rate: float = _FINE) -> TaskMotion:
+    """The whole task at about ``rate`` Hz: each move takes a whole number of samples, so up to one sample longer."""
+    q, swing = [_above(robot, _places(-math.pi / 2)[0])[None]], [np.zeros(1, bool)]
+
+    def add(part: Float[np.ndarray, "T J"], swings: bool) -> None:
+        q.append(part)
+        swing.append(np.full(len(part), swings))
+
+    def go(end: Float[np.ndarray, " J"], swings: bool = False) -> None:
+        add(_move(q[-1][-1], end, rate), swings)
+
+    for pick, place in zip(_places(-math.pi / 2), _places(math.pi / 2), strict=True):
+        for spot in (pick, place):
+            above = _above(robot, spot)
+            if len(q) > 1:
+                go(above, swings=True)
+            go(reach_down(robot, np.append(spot, LOW)))
+            add(np.repeat(q[-1][-1:], math.ceil(GRIP * rate), axis=0), False)
+            go(above)
+    joints = np.concatenate(q)
+    return TaskMotion(np.arange(len(joints)) / rate, joints, np.concatenate(swing))
+
+
+def _above(robot: Robot, spot: Float[np.ndarray, " 2"]) -> Float[np.ndarray, " J"]:
+    return reach_down(robot, np.append(spot, HIGH))
+
+
+def fastest(robot: Robot, motion: TaskMotion) -> int:
+    """The sample at which the TCP is fastest."""
+    return int(np.argmax(motion.tcp_speed(robot)))

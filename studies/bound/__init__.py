@@ -1,0 +1,1 @@
+"""How far from the best the search may be."""

@@ -1,0 +1,1 @@
+"""Zeta against the side of the voxels."""

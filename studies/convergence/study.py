@@ -1,0 +1,99 @@
+"""The convergence study: zeta of the paper's setups against the side of the voxels, under each rule, on both chains."""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...coverage.robots.built_in import PAPER_ROBOTS
+from ...coverage.targets import Target
+from ...objectives.verify import RULES
+from ..engine.store import Cell
+
+SETUPS = ("n1_8_0", "n1_16_0", "n2_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
+TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))
+VOXELS = (0.2, 0.1, 0.05, 0.025, 0.0125)  # m
+TOUCH_FROM = 0.025  # m: below this a probed count takes long
+TRUTH_WIDTH = 5e-4  # of the guaranteed interval that stands for the truth
+_FINE = 0.1  # m, from where on an order is fitted: larger voxels are as large as what they count
+
+
+@dataclass(frozen=True)
+class ConvergenceRow:
+    """One measurement: ``rule`` is that of a count, or ``truth`` for an interval of 0.05 points; percents; voxel in m."""
+
+    robot: str
+    setup: str
+    target: str
+    rule: str
+    voxel: float
+    zeta_percent: float
+    low_percent: float
+    high_percent: float
+    seconds: float
+
+    @property
+    def key(self) -> tuple[str, str, str, str, float]:
+        """What was measured."""
+        return self.robot, self.setup, self.target, self.rule, self.voxel
+
+
+def plan() -> list[tuple[str, str, Target, str, float]]:
+    """All measurements, the quick ones of each scene first."""
+    scenes = list(itertools.product(PAPER_ROBOTS, TARGETS))
+    return [
+        (robot, setup, target, rule, voxel)
+        for robot, target in scenes
+        for rule in ("truth", *RULES)
+        for voxel in (VOXELS if rule != "truth" else (0.0,))
+        if rule != "touch" or voxel >= TOUCH_FROM
+        for setup in SETUPS
+    ]
+
+
+def measure(run: Callable[[list[Cell]], list[Any]]) -> list[ConvergenceRow]:
+    """All measurements of the plan, where ``run`` measures cells."""
+    wanted = plan()
+    results = run([_cell(*measurement) for measurement in wanted])
+    return [_row(*measurement, result) for measurement, result in zip(wanted, results, strict=True)]
+
+
+def _cell(robot: str, setup: str, target: Target, rule: str, voxel: float) -> Cell:
+    arguments = {"scene": {"robot": robot}, "setup": setup, "target": target.name, "radius": target.radius}
+    if rule == "truth":
+        return Cell("zeta", arguments | {"rule": "certified", "voxel": None, "width": TRUTH_WIDTH})
+    return Cell("zeta", arguments | {"rule": rule, "voxel": voxel})
+
+
+def _row(robot: str, setup: str, target: Target, rule: str, voxel: float, result: dict[str, float]) -> ConvergenceRow:
+    zeta, low, high = (round(result[f"{key}_percent"], 6) for key in ("zeta", "low", "high"))
+    return ConvergenceRow(robot, setup, str(target), rule, voxel, zeta, low, high, round(result["seconds"], 3))
+
+
+def errors(rows: list[ConvergenceRow], rule: str) -> dict[tuple[str, str, str], tuple[list[float], list[float]]]:
+    """For each robot, setup and target: voxels, and how far zeta lies from the truth, in points; when certified, how wide
+    the interval is."""
+    truth = {row.key[:3]: row.zeta_percent for row in rows if row.rule == "truth"}
+    found: dict[tuple[str, str, str], tuple[list[float], list[float]]] = {}
+    for row in rows:
+        if row.rule == rule:
+            voxels, off = found.setdefault(row.key[:3], ([], []))
+            voxels.append(row.voxel)
+            certified = row.rule == "certified"
+            off.append(row.high_percent - row.low_percent if certified else abs(row.zeta_percent - truth[row.key[:3]]))
+    return found
+
+
+def order(rows: list[ConvergenceRow], rule: str, target: str) -> float:
+    """Exponent p of an error that falls as voxel^p: slope of the mean logarithm over all setups and robots."""
+    fine = [
+        (np.log(v), np.log(max(e, 1e-4)))
+        for key, (voxels, off) in errors(rows, rule).items()
+        if key[2] == target
+        for v, e in zip(voxels, off, strict=True)
+        if v <= _FINE
+    ]
+    x, y = np.array(fine).T
+    return float(np.polyfit(x, y, 1)[0])

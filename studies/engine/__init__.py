@@ -1,0 +1,1 @@
+"""What runs a study: its tasks, the cells that are finished, one process or a cluster."""

@@ -1,0 +1,149 @@
+"""What the paper measured of coverage, and what it leaves open: the cells of the study and their results as rows.
+
+Every zeta is counted under `centre` at 1 cm, which has no bias, and under `touch` at 10 cm, which is how the published
+numbers can have come about; on both UR10 chains, as the paper does not say which frames it used.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
+from ...coverage.targets import Target
+from ...objectives.verify import Rule
+from ...simulation.task import TaskMotion, fastest, pick_and_place
+from ..engine.store import Cell
+from ..engine.tasks import Rings
+
+SETUPS = ("n1_8_0", "n1_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
+THETAS = tuple(range(0, 61, 5))  # degrees, of n2_16_theta
+RADII = (0.5, 0.7, 0.9, 1.1, 1.5)  # m, of the shell
+SHELLS = tuple(Target("V_S", r) for r in RADII)
+NEAR, FAR = SHELLS[0], SHELLS[-1]
+TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), NEAR, FAR)
+PUBLISHED = {str(NEAR): 96.73, str(FAR): 69.80}  # percent, of n3_16_55
+COUNTS: tuple[tuple[Rule, float], ...] = (("centre", 0.01), ("touch", 0.1))
+BUDGETS = {48: 1, 80: 2, 112: 3}  # sensors, and rings on each link, of 16 sensors each, that make them
+GOALS = {"near": (NEAR,), "far": (FAR,), "both": (NEAR, FAR)}
+CHAINS = PAPER_ROBOTS
+ALONG = 25  # poses along one cycle of the task
+
+
+@dataclass(frozen=True)
+class CoverageRow:
+    """One zeta: table and variant it belongs to, chain, setup, target, rule, voxel in m, percent; ``at`` is what the table
+    sweeps: an angle in degrees, a time in s."""
+
+    table: str
+    chain: str
+    variant: str
+    at: float
+    setup: str
+    target: str
+    rule: str
+    voxel: float
+    zeta_percent: float = float("nan")
+
+
+Question = tuple[CoverageRow, Cell]
+
+
+@cache
+def task(chain: str) -> tuple[TaskMotion, int]:
+    """The task's motion, and its sample of highest TCP speed."""
+    robot = ROBOTS[chain]
+    motion = pick_and_place(robot)
+    return motion, fastest(robot, motion)
+
+
+def scene(chain: str, q: Float[np.ndarray, " J"] | None = None, **keys: Any) -> dict[str, Any]:
+    """The keys of a scene at a pose (J,) rad, by default that of highest TCP speed."""
+    motion, top = task(chain)
+    angles = np.round(np.degrees(motion.q[top] if q is None else q), 6).tolist()
+    return {"robot": chain, "poses": [{"q_deg": angles}], **keys}
+
+
+def question(row: CoverageRow, where: Mapping[str, Any], setup: str | Rings, target: Target) -> Question:
+    """A row and the cell that fills it."""
+    arguments = {"setup": setup, "target": target.name, "radius": target.radius, "rule": row.rule, "voxel": row.voxel}
+    return row, Cell("zeta", {"scene": where, **arguments})
+
+
+def searches(seed: int = 0) -> dict[str, Cell]:
+    """The searched setups by name, like ``both 80``: for each goal and budget of the paper."""
+    cells = {}
+    for goal, targets in GOALS.items():
+        wanted = [{"name": t.name, "radius": t.radius, "weight": 1 / len(targets)} for t in targets]
+        for sensors, rings in BUDGETS.items():
+            arguments = {
+                "scene": scene("ur10", targets=wanted),
+                "rings_per_link": rings,
+                "sensors_per_ring": 16,
+                "seed": seed,
+            }
+            cells[f"{goal} {sensors}"] = Cell("place", arguments)
+    return cells
+
+
+def configurations(searched: Mapping[str, Rings]) -> list[Question]:
+    """The paper's bar chart: its six setups on both chains, and the searched ones on the chain they were searched for."""
+    return [
+        question(CoverageRow("configurations", chain, "", 0.0, name, str(target), rule, voxel), scene(chain), setup, target)
+        for chain in CHAINS
+        for rule, voxel in COUNTS
+        for target in dict.fromkeys([*TARGETS, *SHELLS])
+        for name, setup in ({n: n for n in SETUPS} | (dict(searched) if chain == "ur10" else {})).items()
+    ]
+
+
+def tilts() -> list[Question]:
+    """The sweeps of theta for n2_16_theta: over all targets, and over the shell's radii."""
+    targets = dict.fromkeys([*TARGETS, *SHELLS])
+    return [
+        question(
+            CoverageRow("tilts", chain, "", theta, f"n2_16_{theta}", str(target), rule, voxel),
+            scene(chain),
+            f"n2_16_{theta}",
+            target,
+        )
+        for chain in CHAINS
+        for rule, voxel in COUNTS
+        for target in targets
+        for theta in THETAS
+    ]
+
+
+def cycle(searched: Mapping[str, Rings]) -> list[Question]:
+    """Coverage along the cycle of a product that holds the fastest swing."""
+    motion, top = task("ur10")
+    starts = np.flatnonzero(np.diff(motion.swing.astype(int)) > 0)
+    middle = int(np.searchsorted(starts, top)) - 1
+    first, last = starts[max(middle - 1, 0)], starts[min(middle + 1, len(starts) - 1)]
+    setups = {n: n for n in ("n2_16_25", "n2_16_55", "n3_16_55")} | {n: searched[n] for n in ("both 80", "both 112")}
+    return [
+        question(
+            CoverageRow("cycle", "ur10", "", round(float(motion.time_s[i]), 3), name, str(target), "centre", 0.02),
+            scene("ur10", motion.q[i]),
+            setup,
+            target,
+        )
+        for i in np.round(np.linspace(first, last, ALONG)).astype(int)
+        for target in (NEAR, FAR)
+        for name, setup in setups.items()
+    ]
+
+
+def answer(questions: Iterable[Question], run: Callable[[list[Cell]], list[Any]]) -> list[CoverageRow]:
+    """The rows with their zeta, where ``run`` measures cells."""
+    asked = list(questions)
+    results = run([cell for _, cell in asked])
+    return [replace(row, zeta_percent=round(r["zeta_percent"], 4)) for (row, _), r in zip(asked, results, strict=True)]
+
+
+def records(rows: Iterable[CoverageRow]) -> list[dict[str, Any]]:
+    """Rows for a CSV."""
+    return [asdict(row) for row in rows]

@@ -1,0 +1,121 @@
+"""The paper's last figure and what it names as its next step: the minimum distance as the rings make it, cell by cell."""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ...coverage.rings.ring import named_setup
+from ...coverage.robots.built_in import ROBOTS
+from ...coverage.sensors.sensor import PAPER_SENSOR
+from ...formats.convert.scenes import setup_of
+from ...formats.schema.mount_models import RingModel
+from ...simulation.approach import Approach
+from ...simulation.distance import MODES, THINGS, Series, Table, series, summary
+from ..engine.store import Cell
+from ..engine.tasks import Rings
+from . import tasks  # noqa: F401  (they are registered)
+from .coverage_cells import SETUPS, task
+from .statements import Statement, Verdict
+
+PATHS = 8  # seeded paths of each thing
+RATE, DURATION = 10.0, 60.0  # Hz, s
+APPROACHED = ("n2_16_25", "n2_16_55", "n3_16_55", "both 112")
+BALLS = (0.05, 0.10)  # m, radii: a fist and a head
+GROWTH = ("n1_8_0", "n1_16_0", "n2_16_25", "n3_16_55")  # more sensors per ring, then more rings
+TOLD = ("n1_8_0", "n3_16_55", "both 112")  # setups of the time line
+
+Key = tuple[str, str, str]  # setup, mode, thing
+Results = dict[Key, list[Table]]
+
+
+def distances(searched: Mapping[str, Rings], seed: int = 0) -> dict[tuple[Key, int], Cell]:
+    """A cell for every setup, mode, thing and path."""
+    setups: dict[str, str | Rings] = {name: name for name in SETUPS} | dict(searched)
+    found: dict[tuple[Key, int], Cell] = {}
+    for name, setup in setups.items():
+        for thing in THINGS:
+            for path in range(seed, seed + PATHS):
+                for mode in MODES:
+                    arguments = {"robot": "ur10", "setup": setup, "thing": thing, "seed": path, "mode": mode}
+                    timing = {"rate": RATE, "duration": DURATION}
+                    found[(name, mode, thing), path] = Cell("minimum distance", arguments | timing)
+    return found
+
+
+def approaches(searched: Mapping[str, Rings]) -> dict[str, Cell]:
+    """The unseen approach at the pose of highest TCP speed, for some setups."""
+    motion, top = task("ur10")
+    q_deg = np.round(np.degrees(motion.q[top]), 6).tolist()
+    setups = {name: searched.get(name, name) for name in APPROACHED}
+    return {
+        name: Cell("unseen approach", {"robot": "ur10", "setup": setup, "q_deg": q_deg, "radii": list(BALLS)})
+        for name, setup in setups.items()
+    }
+
+
+def gathered(cells: Mapping[tuple[Key, int], Cell], results: Sequence[Any]) -> Results:
+    """Tables of all paths by setup, mode and thing."""
+    found: Results = {}
+    for (key, _), result in zip(cells, results, strict=True):
+        found.setdefault(key, []).append(result)
+    return found
+
+
+def approach_of(result: Sequence[Mapping[str, Any]]) -> list[Approach]:
+    """Approaches as the store gives them back."""
+    return [Approach(a["radius"], a["gap_m"], np.array(a["path"])) for a in result]
+
+
+def built(name: str, searched: Mapping[str, Rings]) -> Any:
+    """The setup of that name."""
+    if name in searched:
+        return setup_of([RingModel.model_validate(ring) for ring in searched[name]], PAPER_SENSOR)
+    return named_setup(name)
+
+
+def time_line(searched: Mapping[str, Rings], seed: int) -> dict[str, Series]:
+    """One human path beside some setups, the robot hiding what is behind it."""
+    motion = task("ur10")[0].every(20.0)
+    keep = motion.time_s <= DURATION
+    return {
+        name: series(ROBOTS["ur10"], built(name, searched), motion.time_s[keep], motion.q[keep], "human", seed, "shadow")
+        for name in TOLD
+    }
+
+
+def records(results: Results) -> list[dict[str, Any]]:
+    """All tables as lines of a CSV."""
+    return [
+        {"setup": setup, "mode": mode, "thing": thing, "path": path} | table
+        for (setup, mode, thing), tables in results.items()
+        for path, table in enumerate(tables)
+    ]
+
+
+def gain(
+    results: Results, before: str, after: str, mode: str, thing: str = "human", key: str = "rmse_m"
+) -> tuple[float, float]:
+    """Mean and half width of the 95 % interval of the difference between two setups on the same paths."""
+    pairs = zip(results[before, mode, thing], results[after, mode, thing], strict=True)
+    differences = [{"d": b[key] - a[key]} for a, b in pairs if a[key] is not None and b[key] is not None]  # type: ignore[operator]
+    return summary(differences)["d"]
+
+
+def statement(results: Results) -> Statement:
+    """Does the error fall as sensors and rings grow?"""
+    parts, sure, falls = [], [], []
+    for mode in MODES:
+        steps = [gain(results, a, b, mode) for a, b in pairwise(GROWTH)]
+        sure += [mean + half < 0 for mean, half in steps]
+        falls += [mean < 0 for mean, _ in steps]
+        parts.append(f"{mode}: " + ", ".join(f"{100 * mean:+.1f} ± {100 * half:.1f} cm" for mean, half in steps))
+    verdict = Verdict.AGREES if all(sure) else Verdict.UNDECIDED if any(falls) else Verdict.DIFFERS
+    return Statement(
+        "The error of the minimum distance falls as sensors per ring and rings per link grow.",
+        "change of the RMSE, " + " → ".join(GROWTH) + "; " + "; ".join(parts),
+        verdict,
+        f"Paired differences over {PATHS} paths with 95 % intervals. "
+        + ("Every step is a sure gain." if all(sure) else "Not every step is a gain that these paths make sure of."),
+    )

@@ -1,0 +1,183 @@
+"""A setup and a shell around a robot, drawn four ways: discs, cones, the voxels of both, and the voxels left over."""
+
+from dataclasses import dataclass
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from scipy.spatial import ConvexHull
+
+from ...coverage.rings.ring import Setup, named_setup
+from ...coverage.rings.ring_kinematics import sensor_cones
+from ...coverage.robots.kinematics import forward
+from ...coverage.solids.base import Difference, Solid, Union
+from ...coverage.solids.cones import Cones
+from ...coverage.targets import Target, robot_curve
+from ...coverage.voxels.octree import voxels
+from ...coverage.voxels.voxel_set import VoxelSet
+from ...objectives.scene import Scene
+from ...objectives.verify import target_voxels
+from ...reporting.rendering.faces import add_robot, body, circle, cone, loft
+from ...reporting.rendering.sheet import LINK_COLOURS, UNSEEN_COLOUR, Sheet
+from ...reporting.rendering.voxels import add_skin, cut_open, holds, normals, openness, skin
+
+EYE = (-62.0, 20.0)  # azimuth and elevation, degrees
+SHELL_COLOUR, BEND_COLOUR = "#c9bbe6", "#7f878f"
+_STRAIGHT = ("#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
+_TOWARDS = 0.2  # cosine of the angle to the eye, above which a cone would hide the robot
+_BURIED = 0.01  # m below other cones' surface, where no face is drawn: it cannot be seen
+_SECTION = 1.25  # light of the faces of a cut, beside that of the rest
+
+
+def paler(colour: Any, share: float) -> Any:
+    """Colours (..., 3) with a share of white."""
+    return (1 - share) * np.asarray(to_rgb(colour) if isinstance(colour, str) else colour) + share
+
+
+@dataclass(frozen=True)
+class OctreeView:
+    """A setup in a scene's first pose and a shell V_S around it: solids, and the voxels of each."""
+
+    scene: Scene
+    setup: Setup
+    target: Target
+    shell: Difference
+    cones: Cones
+    wanted: VoxelSet
+    seen: VoxelSet
+
+    @staticmethod
+    def of(scene: Scene, setup_name: str, radius: float, voxel: float) -> "OctreeView":
+        """Of the paper's setup of that name, a shell of ``radius`` m and voxels of side ``voxel`` m that count by their
+        centres."""
+        q, setup = scene.poses[0].q, named_setup(setup_name, scene.sensor, scene.ring_radius)
+        target = Target("V_S", radius)
+        shell, cones = scene.solid(target, 0), sensor_cones(scene.robot, setup, q)
+        return OctreeView(scene, setup, target, shell, cones, target_voxels(shell, voxel, "centre"), voxels(cones, voxel))
+
+    @property
+    def frames(self) -> Any:
+        return forward(self.scene.robot.chain, self.scene.poses[0].q)
+
+    @property
+    def colours(self) -> dict[str, str]:
+        """Of each link."""
+        return dict(zip(self.scene.robot.links, cycle(LINK_COLOURS), strict=False))
+
+    @property
+    def links(self) -> list[str]:
+        """The link of each cone (K,)."""
+        return [ring.link for ring in self.setup.rings for _ in range(ring.count)]
+
+    def numbers(self) -> dict[str, float]:
+        """What the pictures show."""
+        covered = self.wanted & self.seen
+        return {
+            "radius": self.target.radius or 0.0,
+            "voxel": self.wanted.voxel,
+            "shell_voxels": len(self.wanted),
+            "fov_voxels": len(self.seen),
+            "covered_voxels": len(covered),
+            "left_voxels": len(self.wanted - self.seen),
+            "shell_m3": self.wanted.volume,
+            "fov_m3": self.seen.volume,
+            "left_m3": (self.wanted - self.seen).volume,
+            "zeta_percent": 100 * len(covered) / len(self.wanted),
+        }
+
+    def colour_at(self, points: Any) -> Any:
+        """Colours (N, 3) of the links whose cones hold the points (N, 3) m the deepest."""
+        c, links = self.cones, np.array(self.links)
+        parts = {name: np.flatnonzero(links == name) for name in dict.fromkeys(self.links)}
+        depth = [Cones(c.apex[k], c.axis[k], c.half_angle[k], c.range_m[k])(points) for k in parts.values()]
+        return np.array([to_rgb(self.colours[name]) for name in parts])[np.argmin(depth, axis=0)]
+
+
+def sheet_of(ax: Axes, view: OctreeView) -> Sheet:
+    """A sheet for the drawings below, seen from infinity."""
+    ax.set_aspect("equal")
+    ax.axis("off")
+    return Sheet(ax, view.shell.bounds(), *EYE)
+
+
+def _add_robot(sheet: Sheet, view: OctreeView) -> None:
+    add_robot(sheet, view.scene.robot, view.frames, view.setup, view.colours)
+
+
+def draw_discs(sheet: Sheet, view: OctreeView) -> None:
+    """V_S as it is swept: grey discs where the pose curve bends, a colour each where it is straight."""
+    radius, shape, shades = view.target.radius or 0.0, view.scene.shape, cycle(_STRAIGHT)
+    for piece in robot_curve(view.scene.robot, view.scene.poses[0].q, shape).pieces:
+        t = np.linspace(0, 1, shape.points_per_bend if piece.bend else 2)
+        way = piece.velocity(t)
+        way /= np.linalg.norm(way, axis=1, keepdims=True)
+        rims = np.array([circle(c, n, radius) for c, n in zip(piece.point(t), way, strict=True)])
+        rgb = to_rgb(BEND_COLOUR if piece.bend else next(shades))
+        if not piece.bend:
+            sheet.surface(loft(rims), np.array(rgb), 0.5, edges=False)
+        outlines, depths = sheet.project(rims)
+        sheet.add(depths.mean(axis=1), outlines, (*rgb, 0.012 if piece.bend else 0.1), (*rgb, 0.6), 0.7)
+    _add_robot(sheet, view)
+    sheet.paint(smooth=False, fit=True)
+
+
+def draw_cones(sheet: Sheet, view: OctreeView) -> None:
+    """V_FOV: cones in the colours of their links; those that point at the eye in outline, so that the robot is seen."""
+    c: Any = view.cones
+    towards = c.axis @ sheet.rotation[2] > _TOWARDS
+    solid = np.flatnonzero(~towards)
+    opaque = Cones(c.apex[solid], c.axis[solid], c.half_angle[solid], c.range_m[solid])
+    for k in solid:
+        faces = cone(c.apex[k], c.axis[k], c.half_angle[k], c.range_m[k], 90)
+        shown = opaque(faces.mean(axis=1)) > -_BURIED
+        sheet.surface(faces[shown], paler(view.colours[view.links[k]], 0.15), edges=False)
+    _add_robot(sheet, view)
+    sheet.paint(smooth=False, fit=True)
+    if not towards.any():
+        return
+    for k in np.flatnonzero(towards):
+        rim = circle(c.apex[k] + c.range_m[k] * c.axis[k], c.axis[k], c.range_m[k] * np.tan(c.half_angle[k]))
+        xy, depth = sheet.project(np.vstack([c.apex[k], rim]))
+        hull, rgb = xy[ConvexHull(xy).vertices], to_rgb(view.colours[view.links[k]])
+        sheet.add([depth.mean()], hull[None], (*rgb, 0.05), (*rgb, 0.25), 0.5)
+        sheet.add([depth.mean()], xy[None, 1:], (*rgb, 0.08), (*rgb, 0.9), 0.9)
+    sheet.paint(smooth=False, fit=True)
+
+
+def _section(sheet: Sheet, view: OctreeView, kept: VoxelSet, solid: Solid, colour: Any) -> None:
+    """A set of voxels cut open upright along the arm, the half nearer to the eye away, without the robot's own V_R."""
+    axis = int(np.argmax(np.abs(sheet.rotation[2, :2])))
+    line = body(view.scene.robot, view.frames)[:, axis]
+    at = round((line.min() + line.max()) / 2 / kept.voxel)  # a plane of the lattice
+    side = np.sign(sheet.rotation[2, axis])
+    rest = cut_open(kept, axis, at * kept.voxel, side)
+    s = skin(rest, sheet.rotation[2])
+    normal = normals(solid, s.centres, s.voxel)
+    cut = s.exposed[:, axis] & (s.numbers[:, axis] == (at if side < 0 else at - 1))
+    normal[cut] = side * np.eye(3)[axis]
+    light = (0.5 + 0.5 * openness(s, rest)) * np.where(cut, _SECTION, 1.0)
+    add_skin(sheet, s, colour(s), normal, 0.6, light)
+    sheet.paint(smooth=False, fit=True)
+    _add_robot(sheet, view)  # over the voxels, of which those in its own volume are away
+    sheet.paint(smooth=False, fit=True, zorder=3)
+
+
+def draw_both(sheet: Sheet, view: OctreeView) -> None:
+    """Omega(V_S) and Omega(V_FOV), cut open: what is seen in the colours of the links, paler where it is not in V_S."""
+    both = Union(view.cones, view.shell.a)
+    body_voxels = voxels(view.shell.b, view.seen.voxel)
+
+    def colour(s: Any) -> Any:
+        seen, wanted = (holds(v, s.numbers)[:, None] for v in (view.seen, view.wanted))
+        of_link = view.colour_at(s.centres)
+        return np.where(seen, np.where(wanted, of_link, paler(of_link, 0.55)), to_rgb(SHELL_COLOUR))
+
+    _section(sheet, view, (view.wanted | view.seen) - body_voxels, Difference(both, view.shell.b), colour)
+
+
+def draw_left(sheet: Sheet, view: OctreeView) -> None:
+    """Omega(V_S) less Omega(V_FOV), cut open."""
+    left = Difference(view.shell, view.cones)
+    _section(sheet, view, view.wanted - view.seen, left, lambda s: np.tile(paler(UNSEEN_COLOUR, 0.1), (len(s.numbers), 1)))

@@ -1,0 +1,1 @@
+"""Fronts of two targets."""

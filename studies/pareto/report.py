@@ -1,0 +1,113 @@
+"""What a study of fronts shows: a plot, a table, and each point as a proposal."""
+
+import re
+from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from ...formats.convert.scenes import ring_models, scene_model
+from ...formats.escaping import printable_lines
+from ...formats.schema.proposal_models import ProposalFile
+from ...formats.writing import to_toml
+from ...reporting.pages import csv_text, html, table
+from ...reporting.plots import COLOURS, INK, MARKERS, plain, save, sheet
+from ..engine.tasks import scene_from
+from .study import Point, dominated, front, hypervolume, is_papers, setup_of_point
+
+_POINTS = "points.csv"
+_POINT = re.compile(r"(?m)(?<=,)point_\d+_\d+\.toml$")
+
+
+def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None:
+    """The fronts by number of sensors, and the paper's setups."""
+    figure = sheet(10, 7.5)
+    ax = figure.subplots()
+    searched = front([p for p in points if not is_papers(p)])
+    for k, n in enumerate(sorted({p.sensors for p in searched})):
+        mine = sorted((p.second, p.first) for p in searched if p.sensors == n)
+        x, y = zip(*mine, strict=True)
+        ax.plot(
+            x, y, color=COLOURS[k], marker=MARKERS[k], ms=5, lw=1.3, drawstyle="steps-pre", label=f"searched, {n} sensors"
+        )
+    papers = sorted((p for p in points if is_papers(p)), key=lambda p: p.second)
+    for p in papers:
+        crowded = any(0 < o.second - p.second < 15 and abs(o.first - p.first) < 4 for o in papers)
+        ax.plot(p.second, p.first, "*", color=INK, ms=11)
+        ax.annotate(
+            f"{p.name} ({p.sensors})",
+            (p.second, p.first),
+            xytext=(0, -16) if crowded else (7, 5),
+            ha="center" if crowded else "left",
+            textcoords="offset points",
+            fontsize=9,
+            color=INK,
+        )
+    ax.plot([], [], "*", color=INK, ms=11, ls="none", label="the paper's setups (sensors)")
+    plain(ax, "", f"coverage of {names[1]}, percent", f"coverage of {names[0]}, percent")
+    ax.legend(loc="lower right", frameon=True, framealpha=0.9, edgecolor="none")
+    save(figure, file)
+
+
+def write(
+    points: Sequence[Point], names: tuple[str, str], where: dict[str, Any], folder: Path, command: str
+) -> dict[str, str]:
+    """Draw the plot into ``folder`` and return the texts of the other files by name."""
+    picture(points, names, folder / "front.png")
+    kept = front([p for p in points if not is_papers(p)])
+    text = printable_lines("\n".join(_page(points, kept, names, command)))
+    lines = [
+        {"sensors": p.sensors, "found": p.name, names[0]: round(p.first, 4), names[1]: round(p.second, 4)}
+        | {"rings": len(p.rings), "on_front": p in kept, "file": _file(p, kept)}
+        for p in points
+    ]
+    files = {_POINTS: csv_text(lines), "README.md": text, "report.html": html(text, folder, "Fronts of two targets")}
+    return files | {_file(p, kept): _proposal(p, names, where) for p in kept}
+
+
+def leftovers(folder: Path, files: Collection[str]) -> list[Path]:
+    """Proposals that the table of an older front in ``folder`` names and that are not among the new ``files``."""
+    older = folder / _POINTS
+    named = set(_POINT.findall(older.read_text(errors="replace"))) if older.is_file() else set()
+    return [folder / name for name in sorted(named - set(files))]
+
+
+def _file(p: Point, kept: Sequence[Point]) -> str:
+    return f"point_{p.sensors}_{kept.index(p):02d}.toml" if p in kept else ""
+
+
+def _proposal(p: Point, names: tuple[str, str], where: dict[str, Any]) -> str:
+    scene = scene_from(where)
+    heading = f"Found as: {p.name}. {names[0]} {p.first:.2f} %, {names[1]} {p.second:.2f} % (rule centre, voxels of 1 cm)."
+    rings = ring_models(setup_of_point(p, where), scene.sensor)
+    return to_toml(ProposalFile(rings=rings, scene=scene_model(scene)), heading)
+
+
+def _page(points: Sequence[Point], kept: Sequence[Point], names: tuple[str, str], command: str) -> Iterator[str]:
+    yield f"# {names[0]} against {names[1]}\n"
+    yield f"`{command}`; every point is counted exactly (rule `centre`, voxels of 1 cm), and none of a front is dominated by"
+    yield "another with as many sensors. The numbers are in `points.csv`; each point of a front is a proposal beside it.\n"
+    yield f"![fronts of {names[0]} against {names[1]}](front.png)\n"
+    papers = [p for p in points if is_papers(p)]
+    rows = []
+    for p in papers:
+        fewer = [o for o in kept if o.sensors <= p.sensors]
+        better = max(fewer, key=lambda o: min(o.first - p.first, o.second - p.second))
+        sign = "yes" if dominated(p, kept) else "no"
+        both = (f"{q.first:.1f}, {q.second:.1f}" for q in (p, better))
+        rows.append([p.name, f"{p.sensors}", next(both), sign, f"{better.sensors}", next(both)])
+    if rows:
+        yield "The paper's setups, and the point of a front with no more sensors that is better for both by most:\n"
+        yield table(("setup", "sensors", ", ".join(names), "dominated", "by sensors", ", ".join(names)), rows)
+    yield "Area under each front, as a share of the square:\n"
+    budgets = sorted({p.sensors for p in kept})
+    areas = [hypervolume([(p.first, p.second) for p in kept if p.sensors == n]) for n in budgets]
+    count = [sum(p.sensors == n for p in kept) for n in budgets]
+    yield table(
+        ("sensors", "points", "area"), ([f"{n}", f"{c}", f"{a:.4f}"] for n, c, a in zip(budgets, count, areas, strict=True))
+    )
+    yield "All points of the fronts:\n"
+    heads = ("sensors", "found as", *names, "rings", "file")
+    yield table(
+        heads,
+        ([f"{p.sensors}", p.name, f"{p.first:.2f}", f"{p.second:.2f}", f"{len(p.rings)}", _file(p, kept)] for p in kept),
+    )

@@ -1,0 +1,1 @@
+"""What ignoring the robot's body costs, robot by robot."""

@@ -1,0 +1,34 @@
+"""Rooms by rule: every folder at the top with an ``__init__.py`` is a room, but the tests."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+
+
+def rooms(root: Path = ROOT) -> list[str]:
+    """The names of all rooms."""
+    return sorted(file.parent.name for file in root.glob("*/__init__.py") if file.parent.name != "tests")
+
+
+def folders(root: Path = ROOT) -> list[Path]:
+    """All rooms and the rooms in them."""
+    return sorted({file.parent for room in rooms(root) for file in (root / room).rglob("*.py")})
+
+
+def modules(root: Path = ROOT) -> Iterator[tuple[str, Path]]:
+    """The name by which each file is imported once it is installed, and the file."""
+    for room in rooms(root):
+        for file in sorted((root / room).rglob("*.py")):
+            parts = file.relative_to(root).with_suffix("").parts
+            yield ".".join(("place_rings", *(parts[:-1] if parts[-1] == "__init__" else parts))), file
+
+
+def shaped_modules(root: Path = ROOT) -> list[str]:
+    """The modules that name shapes, which tests check; the others have none to check.
+
+    Those that name ``Self`` are left out: the checker refuses it in a method that is checked without its class.
+    """
+    texts = {name: file.read_text() for name, file in modules(root)}
+    return [name for name, text in texts.items() if "from jaxtyping import" in text and not re.search(r"\bSelf\b", text)]

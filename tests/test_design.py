@@ -1,0 +1,207 @@
+"""Every candidate of a search keeps every rule, whatever is drawn, varied or climbed to."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.rings.rounding import rounded
+from place_rings.coverage.sensors.boards import VL53L1X
+from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.objectives.parameterization import GRAIN, decode, segments
+from place_rings.objectives.scene import Limits, Rules, Scene
+from place_rings.placement.search.design import Candidate, Space
+from place_rings.placement.search.diversity import features, unlike_first
+from place_rings.placement.search.feasible_set import InfeasibleError
+from place_rings.placement.search.layout import ring_layout
+from place_rings.placement.search.moves import fitted, fresh, papers, vary
+
+from . import drawing
+
+RNG = np.random.default_rng(0)
+LINKS = ("upper_arm", "forearm", "tool")
+
+
+def drawn_scene(rng: np.random.Generator) -> Scene:
+    """A scene with limits, keep-outs, spacing, margins, fixed rings, a shared tilt."""
+
+    def interval(low=0.0, high=1.0):
+        a, b = sorted(rng.uniform(low, high, 2).tolist())
+        return (a, b)
+
+    limits = {
+        link: Limits(
+            interval(),
+            (float(rng.uniform(-1.2, 0.1)), float(rng.uniform(0.1, 1.2))),
+            tuple(interval() for _ in range(rng.integers(3))),
+        )
+        for link in LINKS[:2]
+    }
+    fixed = tuple(
+        Ring(str(rng.choice(LINKS[:2])), float(rng.uniform()), int(rng.integers(1, 9))) for _ in range(rng.integers(3))
+    )
+    least = int(rng.integers(1, 7))
+    sensors = (least, int(rng.integers(least, 25)))
+    spacing, margin = float(rng.uniform(0, 0.2)), float(rng.uniform(0, 0.1))
+    return Scene(limits=limits, rules=Rules(spacing, margin, sensors, int(rng.integers(1, 7)), bool(rng.integers(2)), fixed))
+
+
+def check(space: Space, setup: Setup, sensors: int) -> None:
+    """The setup keeps all rules, as a file holds it."""
+    scene, rules = space.scene, space.scene.rules
+    rings = list(rounded(setup, scene.sensor).rings)
+    assert sum(ring.count for ring in rings) == sensors
+    own = list(rings)
+    for ring in rounded(Setup(rules.fixed), scene.sensor).rings:
+        own.remove(ring)
+    for ring in own:
+        limits = scene.limits_of(ring.link)
+        length = scene.robot.mount(ring.link).length
+        assert limits.tilt[0] - 1e-5 <= ring.tilt <= limits.tilt[1] + 1e-5 or rules.shared_tilt
+        if not space.layout:
+            assert rules.sensors[0] <= ring.count <= rules.sensors[1]
+        if length > 0:
+            margin = rules.from_joints / length
+            assert max(limits.position[0], margin) - 1e-9 <= ring.position <= min(limits.position[1], 1 - margin) + 1e-9
+            assert not any(low + 1e-9 < ring.position < high - 1e-9 for low, high in limits.keep_out)
+            for other in rings:
+                if other is not ring and other.link == ring.link:
+                    assert abs(other.position - ring.position) * length >= rules.spacing - 1e-9
+    for link in LINKS:
+        new = sum(ring.link == link for ring in own)
+        assert new == 0 or new + sum(ring.link == link for ring in rules.fixed) <= rules.rings_per_link
+    if rules.shared_tilt and own:
+        assert max(abs(ring.tilt) for ring in own) == pytest.approx(min(abs(ring.tilt) for ring in own), abs=1e-5)
+
+
+@given(st.integers(1, 60), drawing.seeds)
+def test_all_that_is_drawn_and_varied_keeps_the_rules(sensors, seed):
+    rng = np.random.default_rng(seed)
+    try:
+        space = Space(drawn_scene(rng), sensors=sensors)
+    except InfeasibleError:
+        return
+    try:
+        c = fresh(space, rng)
+    except InfeasibleError:
+        return
+    for _ in range(6):
+        check(space, space.setup(c), sensors)
+        low, high = (edge[:, : space.places] for edge in space.box(c))
+        assert np.all((low - 1e-9 <= c.values) & (c.values <= high + 1e-9))
+        ends = replace(c, values=np.where(rng.uniform(size=c.values.shape) < 0.5, low, high))
+        check(space, space.setup(ends), sensors)
+        c = vary(space, c, rng)
+
+
+def test_of_two_places_too_near_for_two_rings_one_is_left():
+    limits = {"forearm": Limits(position=(0.3, 0.7), keep_out=((0.35, 0.65),))}
+    scene = Scene(limits=limits, rules=Rules(spacing=0.3))
+    there = [(s.low, s.high, s.room) for s in segments(scene) if s.link == "forearm"]
+    assert there == [(pytest.approx(0.3), pytest.approx(0.35), 1)]
+    assert Space(scene, ring_layout(scene, 1, 8)).places == 3
+    wide = replace(scene, limits={"forearm": Limits(keep_out=((0.4, 0.5),))})
+    left, right = (s for s in segments(wide) if s.link == "forearm")
+    assert right.low - left.high >= left.gap - 1e-12
+    assert (left.low, right.high) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(("least", "upper_arm"), [(3, 0.06), (9, 0.06), (10, 0.06), (9, 0.08)])
+def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(least, upper_arm):
+    """Boards leave the upper arm room for larger rings than the other links, of which there is one each."""
+    limits = {"upper_arm": Limits(radius=upper_arm), "forearm": Limits(radius=0.045), "tool": Limits(radius=0.045)}
+    rules = Rules(sensors=(least, 24), rings_per_link=1)
+    scene = Scene(sensor=Sensor(board=VL53L1X), limits=limits, rules=rules, radius_stated=True)
+    first = Space(scene, sensors=least)
+    assert len({*first.largest()}) > 1
+    for sensors in range(1, sum(first.largest()) + 2):
+        if sensors in first.totals:
+            space = Space(scene, sensors=sensors)
+            assert space.setup(fresh(space, RNG)).sensors == sensors
+        else:
+            with pytest.raises(InfeasibleError, match=f"^rules: {sensors} sensors"):
+                Space(scene, sensors=sensors)
+
+
+@given(drawing.seeds, st.integers(10, 90))
+def test_a_candidate_is_found_again_from_its_setup(seed, sensors):
+    space = Space(Scene(), sensors=sensors)
+    c = fresh(space, np.random.default_rng(seed))
+    setup = space.setup(c)
+    again = space.candidate(setup)
+    assert again is not None
+    for a, b in zip(space.setup(again).rings, setup.rings, strict=True):
+        assert (a.link, a.count) == (b.link, b.count)
+        assert (a.position, a.tilt, a.phase) == pytest.approx((b.position, b.tilt, b.phase), abs=1e-9)
+
+
+@given(drawing.seeds, st.integers(8, 90), st.integers(8, 90))
+def test_a_setup_is_fitted_to_another_number_of_sensors(seed, before, after):
+    setup = Space(Scene(), sensors=before).setup(fresh(Space(Scene(), sensors=before), np.random.default_rng(seed)))
+    space = Space(Scene(), sensors=after)
+    c = fitted(space, setup)
+    assume(c is not None)
+    check(space, space.setup(c), after)
+
+
+@given(drawing.seeds)
+def test_likeness_does_not_see_phases_or_the_order_of_rings(seed):
+    space = Space(Scene(), sensors=40)
+    rng = np.random.default_rng(seed)
+    c = fresh(space, rng)
+    turned = replace(c, values=c.values * np.array([[1], [1], [0]]))
+    order = rng.permutation(space.places)
+    moved = Candidate(c.segment[order], c.count[order], c.values[:, order], c.sign[order])
+    np.testing.assert_allclose(features(space, turned), features(space, c), atol=1e-12)
+    if len(set(c.values[0].tolist())) == space.places:
+        np.testing.assert_allclose(features(space, moved), features(space, c), atol=1e-9)
+    assert features(space, c).sum() == pytest.approx(1)
+    assert len(unlike_first(space, [c, turned, fresh(space, rng)], 0.0)) == 3
+
+
+def test_segments_of_a_scene_with_everything():
+    scene = Scene(
+        limits={"forearm": Limits((0.1, 0.9), (-1, 1), ((0.4, 0.5),)), "tool": Limits(keep_out=((0.0, 1.0),))},
+        rules=Rules(spacing=0.05723, from_joints=0.0, fixed=(Ring("forearm", 0.7, 8),)),
+    )
+    found = [s for s in segments(scene) if s.link == "forearm"]
+    np.testing.assert_allclose([(s.low, s.high) for s in found], [(0.1, 0.4), (0.5, 0.6), (0.8, 0.9)], atol=2e-6)
+    assert [s.room for s in found] == [3, 1, 1]  # 0.3 of the link holds four rings 0.1 apart, but for rounding
+    assert not [s for s in segments(scene) if s.link == "tool"]
+
+
+def test_values_reach_any_placement_that_keeps_the_spacing():
+    space = Space(Scene(rules=Rules(spacing=0.06)), named_setup("n3_16_55"))
+    c = space.candidate(named_setup("n3_16_55"))
+    position = decode(space.arrays(c)[1], space.values(c))[0]
+    np.testing.assert_allclose(position, [0, 0.5, 1, 0, 0.5, 1, 0], atol=GRAIN)
+
+
+def test_the_papers_setups_are_among_the_starts():
+    space = Space(Scene(), ring_layout(Scene(), 3, 16))
+    for ring, paper in zip(space.setup(papers(space)[0]).rings, named_setup("n3_16_55").rings, strict=True):
+        assert (ring.position, ring.tilt) == pytest.approx((paper.position, paper.tilt), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("rules", "sensors", "says"),
+    [
+        (Rules(sensors=(6, 8)), 5, "fewer than the least"),
+        (Rules(sensors=(6, 8)), 5000, "do not fit"),
+        (Rules(fixed=(Ring("forearm", 0.5, 30),)), 20, "fixed rings"),
+        (Rules(spacing=10.0), 90, "do not fit"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_the_reason(rules, sensors, says):
+    with pytest.raises(InfeasibleError, match=says):
+        Space(Scene(rules=rules), sensors=sensors)
+
+
+def test_a_layout_without_room_is_refused():
+    scene = Scene(limits={"forearm": Limits((0.5, 0.51))}, rules=Rules(spacing=0.05))
+    with pytest.raises(InfeasibleError, match="no room for 2 rings on forearm"):
+        Space(scene, ring_layout(scene, 2, 16))
+    assert math.isfinite(fresh(Space(scene, ring_layout(scene, 1, 16)), np.random.default_rng(0)).values.sum())

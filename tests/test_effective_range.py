@@ -1,0 +1,150 @@
+"""Effective ranges: the sourced figures come back, rules only ever take away, nothing is extrapolated in silence."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from place_rings.coverage.sensors.catalogue import MODELS, model, side_of_diagonal
+from place_rings.coverage.sensors.effective_range import effective, size_of
+from place_rings.coverage.sensors.sensor import Use
+from place_rings.formats.convert.scenes import sensor_model, sensor_of
+from place_rings.formats.schema.mount_models import SensorModel
+
+NAMES = st.sampled_from(sorted(MODELS))
+REFLECTANCE = st.none() | st.floats(0.01, 1.0)
+SIZE = st.none() | st.tuples(st.floats(0.01, 3.0), st.floats(0.01, 3.0))
+
+
+DRAWN = st.tuples(NAMES, st.integers(-1, 5), REFLECTANCE, SIZE)
+
+
+def use_of(drawn):
+    """A use from what was drawn: which of the lights, if any."""
+    name, which, reflectance, size = drawn
+    lights = model(name).lights
+    return Use(name, None if which < 0 else lights[which % len(lights)].label, reflectance, size)
+
+
+@pytest.mark.parametrize(
+    ("size", "wanted"), [((0.45, 0.70), 2.45), ((0.04, 10.0), 1.16)]
+)  # the worked examples beside the datasheets
+def test_fill_rule_gives_the_worked_examples(size, wanted):
+    assert effective(Use("vl53l1x", size=size)).slant_m == pytest.approx(wanted, abs=0.006)
+
+
+@pytest.mark.parametrize(("ambient", "wanted"), [("dark", 3.6), ("50kcps", 1.66), ("200kcps", 0.73), ("51kcps", 0.73)])
+def test_light_is_that_of_the_next_stronger_figure(ambient, wanted):
+    assert effective(Use("vl53l1x", ambient)).slant_m == wanted
+
+
+def test_reflectance_gives_what_was_measured_and_never_more():
+    assert effective(Use("vl53l1x", "dark", 0.17)).slant_m == 1.70
+    assert effective(Use("tfmini", "dark", 0.10)).slant_m == 5.0
+    assert effective(Use("vl53l1x", "50kcps", 0.17)).slant_m == pytest.approx(1.66 * math.sqrt(0.17 / 0.88))
+
+
+def test_the_law_of_reflectance_is_below_every_figure_it_can_be_held_against():
+    held = 0
+    for m in MODELS.values():
+        for light in m.lights:
+            same = sorted((f for f in m.figures if f.light == light), key=lambda f: f.reflectance)
+            for dark, bright in itertools.pairwise(same):
+                assert bright.range_m * math.sqrt(dark.reflectance / bright.reflectance) <= dark.range_m
+                held += 1
+    assert held >= 2
+
+
+@given(DRAWN)
+def test_each_rule_only_takes_away_and_the_last_is_used(drawn):
+    use = use_of(drawn)
+    found = effective(use)
+    ranges = [step.range_m for step in found.steps]
+    assert ranges == sorted(ranges, reverse=True)
+    assert found.range_m == ranges[-1] == found.sensor.range_m > 0
+
+
+@given(DRAWN)
+def test_fill_rule_solves_its_equation(drawn):
+    use = use_of(drawn)
+    found = effective(use)
+    if use.size is None:
+        return
+    before, after = found.steps[-3].range_m, found.steps[-2].range_m
+    fill = math.prod(
+        min(1.0, s / (2 * after * math.tan(math.radians(deg) / 2)))
+        for s, deg in zip(use.size, found.model.zone_deg, strict=True)
+    )
+    assert fill * (before / after) ** 2 == pytest.approx(1.0, rel=1e-9)
+
+
+@given(DRAWN, st.floats(0.1, 1.0), st.floats(0.1, 1.0))
+def test_a_darker_or_smaller_target_is_seen_no_farther(drawn, darker, smaller):
+    use = use_of(drawn)
+    rho, size = use.reflectance or 0.88, use.size or (1.0, 1.0)
+    least = effective(Use(use.model, use.ambient, rho * darker, (size[0] * smaller, size[1]))).range_m
+    assert least <= effective(Use(use.model, use.ambient, rho, size)).range_m * (1 + 1e-12)
+
+
+@given(NAMES)
+def test_stronger_light_is_never_seen_through_farther(name):
+    ranges = [effective(Use(name, light.label)).range_m for light in model(name).lights]
+    assert ranges == sorted(ranges, reverse=True)
+
+
+@given(DRAWN)
+def test_the_flat_base_lies_within_the_range(drawn):
+    use = use_of(drawn)
+    found = effective(use)
+    half = math.radians(found.model.side_deg) / 2
+    corner = found.range_m * np.array([1, math.tan(half), math.tan(half) if found.model.square else 0.0])
+    assert np.linalg.norm(corner) <= found.slant_m * (1 + 1e-12)
+
+
+def test_side_of_a_diagonal_is_that_of_the_square_within():
+    assert side_of_diagonal(60.74) == pytest.approx(45.0, abs=0.05)  # the geometry that the facts state
+    assert side_of_diagonal(78.46) == pytest.approx(60.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        Use("vl53l1x", "300kcps"),
+        Use("vl53l1x", "5klx"),
+        Use("vl53l4cd", "1klx"),
+        Use("vl53l0x", "sunny"),
+        Use("vl53l1x", reflectance=0.0),
+        Use("vl53l1x", reflectance=1.2),
+        Use("vl53l1x", size=(0.0, 1.0)),
+        Use("vl53l1x", size=(math.inf, 1.0)),
+        Use("vl6180x"),
+    ],
+)
+def test_what_is_not_sourced_is_refused(use):
+    with pytest.raises(ValueError, match=r"allowed|known"):
+        effective(use)
+
+
+def test_a_target_darker_than_any_measured_is_said_to_be():
+    (step,) = (s for s in effective(Use("vl53l1x", reflectance=0.018)).steps if s.rule == "reflectance")
+    assert "darker than any measured" in step.found
+    assert not step.measured
+
+
+@pytest.mark.parametrize("text", ["0.1", "0.1x", "x", "0x1", "-1x1", "1x1x1", "ax1", "nanx1"])
+def test_a_size_that_is_none_is_refused(text):
+    with pytest.raises(ValueError, match="allowed"):
+        size_of(text)
+
+
+@given(DRAWN)
+def test_a_sensor_of_the_catalogue_reads_back_from_a_file(drawn):
+    use = use_of(drawn)
+    sensor = effective(use).sensor
+    assert sensor_of(SensorModel.model_validate(sensor_model(sensor).model_dump(exclude_none=True))) == sensor
+
+
+def test_every_figure_has_a_source():
+    assert all(m.source and m.figures for m in MODELS.values())

@@ -1,0 +1,96 @@
+"""The pose curve and the tube it sweeps: lengths, volumes in closed form, what the shell holds."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.robots.pose_curve import pappus_volume, pose_curve, washer_volume
+from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
+from place_rings.coverage.voxels.octree import count
+
+from . import drawing
+
+STRAIGHT = np.array([[0.0, 0, 0], [0, 0, 0.4], [0, 0, 1.0]])
+
+
+@pytest.mark.parametrize(("name", "length"), [("ur10", 1.753), ("ur10_dh", 1.604)])
+def test_arc_length_of_the_reference_pose(name, length, reference_pose):
+    assert robot_curve(ROBOTS[name], reference_pose, Shape()).arc_length() == pytest.approx(length, abs=6e-4)
+
+
+@given(drawing.seeds, st.floats(0.05, 1))
+def test_arc_length_is_that_of_many_chords(seed, blend):
+    points = np.random.default_rng(seed).uniform(-1, 1, (5, 3))
+    curve = pose_curve(points, blend)
+    t = np.linspace(0, 1, 4001)
+    chords = sum(np.linalg.norm(np.diff(piece.point(t), axis=0), axis=1).sum() for piece in curve.pieces)
+    assert curve.arc_length() == pytest.approx(chords, rel=1e-5)
+    ends = [(piece.point(np.array([0.0]))[0], piece.point(np.array([1.0]))[0]) for piece in curve.pieces]
+    assert np.allclose(ends[0][0], points[0])
+    assert np.allclose(ends[-1][1], points[-1])
+    assert all(np.allclose(a[1], b[0]) for a, b in itertools.pairwise(ends))
+
+
+def test_without_blend_the_curve_is_the_polyline():
+    points = np.random.default_rng(0).uniform(-1, 1, (6, 3))
+    polyline = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    assert pose_curve(points, 1e-6).arc_length() == pytest.approx(polyline, rel=1e-5)
+    assert all(not piece.bend for piece in pose_curve(STRAIGHT).pieces)
+
+
+@given(st.floats(0.2, 1), st.floats(0.01, 0.19))
+def test_washers_and_pappus_agree(outer, inner):
+    curve = pose_curve(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0.5]]))
+    assert washer_volume(curve, lambda s: outer, lambda s: inner) == pytest.approx(
+        pappus_volume(curve, outer, inner), rel=1e-6
+    )
+
+
+def test_washers_of_a_growing_disc_make_a_cone():
+    sensor = washer_volume(pose_curve(STRAIGHT), lambda s: s * math.tan(0.2), lambda s: 0.0)
+    assert sensor == pytest.approx(math.pi / 3 * math.tan(0.2) ** 2, rel=1e-9)
+
+
+def test_straight_tube_converges_to_pappus():
+    curve = pose_curve(np.array([[0.01, 0.02, 0.03], [0.21, 0.33, 0.65], [0.41, 0.64, 1.27]]))
+    tube, volume = curve.tube(0.3, 20), pappus_volume(curve, 0.3)
+    for voxel, allowed in ((0.1, 0.03), (0.05, 0.01), (0.025, 0.003), (0.0125, 0.001)):  # order 3/2
+        assert count(tube, voxel) * voxel**3 == pytest.approx(volume, rel=allowed)
+
+
+@given(drawing.seeds)
+def test_tube_is_what_its_definition_says(seed):
+    """Between two neighbouring discs: plane functions of opposite sign, within r of the segment between the centres."""
+    rng = np.random.default_rng(seed)
+    tube = pose_curve(rng.uniform(-1, 1, (4, 3)), 0.7).tube(0.4, 6)
+    p = rng.uniform(-1.5, 1.5, (500, 3))
+    inside = np.zeros(len(p), bool)
+    for i in tube.first:
+        a, b = tube.centre[i], tube.centre[i + 1]
+        signs = ((p - a) @ tube.normal[i]) * ((p - b) @ tube.normal[i + 1]) <= 0
+        t = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+        inside |= signs & (np.linalg.norm(p - a - t[:, None] * (b - a), axis=1) <= 0.4)
+    assert np.array_equal(tube(p) <= 0, inside)
+
+
+def test_folding_back_is_no_bend():
+    curve = pose_curve(np.array([[0.0, 0, 0], [0, 0, 1], [0, 0, 0.5]]))
+    tube = curve.tube(0.1, 10)
+    assert curve.arc_length() == pytest.approx(1.5)
+    assert tube(np.array([[0, 0, 1.05]]))[0] > 0
+    assert tube(np.array([[0, 0, 0.7]]))[0] < 0
+
+
+def test_impossible_curves_and_targets_are_refused(reference_pose):
+    for blend in (0, -1, 1.5, math.nan):
+        with pytest.raises(ValueError, match="blend"):
+            pose_curve(STRAIGHT, blend)
+    for name, radius in (("V_X", None), ("V_S", None), ("V_O", 0.5), ("V_S", -1.0), ("V_S", math.nan)):
+        with pytest.raises(ValueError, match="target"):
+            Target(name, radius)
+    with pytest.raises(ValueError, match="V_R"):
+        target_solid(Target("V_S", 0.15), ROBOTS["ur10"], reference_pose)

@@ -1,0 +1,168 @@
+"""Occlusion and obstacles from a scene's file to the counts: what is asked is what is counted, what is wrong is one line."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from place_rings.coverage.rings.ring import Ring, Setup, named_setup
+from place_rings.coverage.robots.built_in import UR10
+from place_rings.coverage.solids.polyhedra import box, half_space
+from place_rings.coverage.targets import Target
+from place_rings.formats.convert.scenes import scene_model, scene_of
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_scene
+from place_rings.formats.writing import to_toml
+from place_rings.objectives.occlusion import BodilessError, check_mounting, unseeing
+from place_rings.objectives.redundancy import redundancy
+from place_rings.objectives.scene import Obstacle, Scene
+from place_rings.objectives.tolerance import tolerance
+from place_rings.objectives.verify import Verifier, by_occlusion
+
+FLAT = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
+NEAR = Target("V_S", 0.5)
+TABLE = Obstacle("table", box((0.6, 0, 0.2), (0.8, 1.2, 0.05)), {"centre": [0.6, 0.0, 0.2], "size": [0.8, 1.2, 0.05]})
+
+
+def test_obstacles_are_no_target_and_shadow_under_every_model():
+    setup, bare = named_setup("n1_8_0"), Verifier(Scene(), 0.04)
+    cell = Verifier(Scene(obstacles=(TABLE,)), 0.04)
+    before, after = bare.verify(setup, NEAR), cell.verify(setup, NEAR)
+    assert after.target_voxels < before.target_voxels
+    assert after.covered_voxels < before.covered_voxels
+    each = by_occlusion(cell, setup, after)
+    assert each["ignore"] == after.zeta > each["shadow"] > each["blind"] > 0
+    under = {m: Verifier(replace(cell.scene, occlusion=m), 0.04).verify(setup, NEAR).zeta for m in each}
+    assert under == each
+    assert by_occlusion(Verifier(Scene(), 0.04, "certified"), setup, before) == {}
+
+
+def test_certified_holds_the_count_under_every_model():
+    scene = Scene(obstacles=(TABLE, Obstacle("floor", half_space(-0.3), {"floor": -0.3})))
+    for occlusion in ("shadow", "blind"):
+        one = replace(scene, occlusion=occlusion)
+        found = Verifier(one, None, "certified", 0.02).verify(named_setup("n1_8_0"), NEAR)
+        assert found.low - 2e-3 <= Verifier(one, 0.02).verify(named_setup("n1_8_0"), NEAR).zeta <= found.high + 2e-3
+        assert found.high - found.low <= 0.0201
+
+
+def test_redundancy_and_tolerance_count_past_the_robot():
+    verifier = Verifier(Scene(occlusion="shadow"), 0.05)
+    setup = named_setup("n1_8_0")
+    zeta = verifier.verify(setup, NEAR).zeta
+    sure = redundancy(verifier, setup, NEAR, 2)
+    astray = tolerance(verifier, setup, NEAR, draws=2)
+    assert sure.zeta == pytest.approx(zeta, abs=1e-12)
+    assert astray.nominal == pytest.approx(zeta, abs=1e-12)
+    assert abs(astray.mean - zeta) < 0.05
+
+
+def test_sensors_in_housings_are_named_and_in_their_own_tube_refused():
+    scene = Scene(occlusion="shadow")
+    setup = named_setup("n2_16_25")
+    check_mounting(scene, setup)
+    found = unseeing(scene, setup)
+    assert {u.within for u in found} >= {"shoulder", "elbow"}
+    assert unseeing(Scene(), setup) == found
+    assert unseeing(scene, Setup((Ring("upper_arm", 0.5, 4),))) == []
+    thin = Setup((Ring("upper_arm", 0.5, 4), Ring("forearm", 0.4, 6, radius=0.04)))
+    with pytest.raises(ValueError, match=r"ring 1, sensor \d \(forearm\): found 5.0 mm within body forearm"):
+        check_mounting(scene, thin)
+
+
+def test_a_robot_without_bodies_is_refused():
+    bare = replace(UR10, bodies=())
+    with pytest.raises(BodilessError, match="has no bodies"):
+        Verifier(Scene(robot=bare, occlusion="blind"), 0.1).verify(named_setup("n1_8_0"), NEAR)
+    verifier = Verifier(Scene(robot=bare), 0.1)
+    assert by_occlusion(verifier, named_setup("n1_8_0"), verifier.verify(named_setup("n1_8_0"), NEAR)) == {}
+
+
+def test_a_scene_with_a_cell_reads_back(tmp_path):
+    parts = [trimesh.creation.box((0.2, 0.1, 0.1)), trimesh.creation.torus(0.2, 0.05, major_sections=12, minor_sections=8)]
+    parts[1].apply_translation((0, 0, 0.5))
+    trimesh.util.concatenate(parts).export(tmp_path / "part.stl")
+    text = """occlusion = "blind"
+[[obstacles]]
+name = "table"
+centre = [0.5, 0, -0.4]
+size = [1, 1, 0.1]
+rpy_deg = [0, 0, 30]
+[[obstacles]]
+floor = -0.8
+[[obstacles]]
+file = "part.stl"
+centre = [0, 1, 0]
+"""
+    (tmp_path / "scene.toml").write_text(text)
+    scene = read_scene(tmp_path / "scene.toml")
+    assert scene.occlusion == "blind"
+    assert [o.name for o in scene.obstacles] == ["table", "floor", "part part 0", "part part 1"]
+    assert [o.hulled for o in scene.obstacles] == [False, False, False, True]
+    model = scene_model(scene)
+    (tmp_path / "again.toml").write_text(to_toml(model))
+    again = read_scene(tmp_path / "again.toml")
+    points = np.random.default_rng(0).uniform(-1, 1, (500, 3))
+    for a, b in zip(scene.obstacles, again.obstacles, strict=True):
+        assert np.allclose(a.body(points), b.body(points), atol=1e-6)
+    assert scene_model(scene_of(model)) == model
+
+
+def test_parts_of_a_mesh_with_a_long_name_or_moved_from_afar_are_written(tmp_path):
+    far = [trimesh.creation.box((0.2, 0.1, 0.1)), trimesh.creation.box((0.1, 0.1, 0.1))]
+    for part, x in zip(far, (60, 61), strict=True):
+        part.apply_translation((x, 0, 0))
+    trimesh.util.concatenate(far).export(tmp_path / "far.stl")
+    cell = '[[obstacles]]\nname = "%s"\nfile = "far.stl"\ncentre = [%g, 0, 0]\n'
+    path = tmp_path / "scene.toml"
+    path.write_text(cell % ("x" * 100, -60))
+    scene = read_scene(path)
+    assert [o.name for o in scene.obstacles] == ["x" * 93 + f" part {n}" for n in (0, 1)]
+    assert len(scene_model(scene).obstacles) == 2
+    path.write_text(cell % ("x", 60))
+    with pytest.raises(UserError, match=r"obstacles\[0\].file: part 0 of \"far.stl\" lies beyond 100 m"):
+        read_scene(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    {
+        "[[obstacles]]\nname = 'x'": "obstacles[0]: found nothing, allowed: one of size, file, points, floor",
+        "[[obstacles]]\nfloor = 0\nsize = [1, 1, 1]": "obstacles[0]: found a list of 2, allowed: one of",
+        "[[obstacles]]\nsize = [1, 1, 0]": "obstacles[0].size[2]: found 0, allowed: a number above 0",
+        "[[obstacles]]\nsize = [1, 1]": "obstacles[0].size: found a list of 2, allowed: a list of 3",
+        "[[obstacles]]\nfloor = nan": "obstacles[0].floor: found nan",
+        f"[[obstacles]]\npoints = {FLAT}": "obstacles[0]: found a list of 4, allowed: corners of a solid",
+        "[[obstacles]]\nfile = '../a.stl'": "obstacles[0].file: found",
+        "[[obstacles]]\nfile = 'none.stl'": "none.stl: cannot be read",
+        "[[obstacles]]\nfile = 'bad.stl'": "obstacles[0].file: ",
+        "[[obstacles]]\nfile = 'scene.toml'": 'obstacles[0].file: found "scene.toml", allowed: a mesh, .stl',
+        "occlusion = 'some'": 'occlusion: found "some", allowed: ignore, shadow, blind',
+    }.items(),
+)
+def test_a_bad_cell_is_one_line(tmp_path, text, line):
+    (tmp_path / "bad.stl").write_bytes(b"solid nothing")
+    path = tmp_path / "scene.toml"
+    path.write_text(text)
+    with pytest.raises(UserError) as error:
+        read_scene(path)
+    assert line in str(error.value)
+    assert "scene.toml" in str(error.value) or "none.stl" in str(error.value)
+
+
+def test_verify_prints_all_models_and_json_has_them(run):
+    arguments = ["verify", "n2_16_25", "--target", "V_S:0.5", "--voxel", "0.05", "--occlusion", "shadow"]
+    code, out, _ = run(*arguments)
+    assert code == 0
+    assert "blind" in out
+    assert "within shoulder" in out
+    code, out, _ = run(*arguments, "--json")
+    found = json.loads(out)
+    assert found["occlusion"] == "shadow"
+    each = found["by_occlusion_percent"]
+    assert each["ignore"] > each["shadow"] == found["zeta_percent"] > each["blind"]
+    assert {u["within"] for u in found["unseeing"]} >= {"shoulder"}
+    code, _, err = run(*arguments[:-1], "magic")
+    assert code == 2
+    assert len(err.strip().splitlines()) == 1

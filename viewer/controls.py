@@ -1,0 +1,154 @@
+"""The controls of a page: what they are called, their bounds, and how they follow the setup."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import viser
+
+from ..coverage.occlusion.model import OCCLUSIONS
+from ..coverage.rings.ring import Setup
+from ..formats.escaping import printable
+from . import html as words
+from .colours import KINDS
+from .drawing import SHOWN_CONES, DrawnParts
+from .edited_setup import MOST_SENSORS, STEEPEST_DEG
+from .quick_estimate import TWICE
+from .session import ViewerSession
+
+AS_ASKED = "as the scene asks"
+
+
+def _label(i: int, link: str) -> str:
+    return f"{i}: {printable(link)[:40]}"
+
+
+def labelled(names: Sequence[str]) -> dict[str, str]:
+    """Return each name by its printable text; where two share one, the later gets its number too."""
+    found = dict[str, str]()
+    for i, name in enumerate(names):
+        label = printable(name)
+        while label in found:
+            label += f" ({i})"
+        found[label] = name
+    return found
+
+
+class Controls:
+    """The controls of one page, in the order in which they stand. What they do is said in ``Page``."""
+
+    def __init__(self, gui: viser.GuiApi, room: ViewerSession, names: Sequence[str]) -> None:
+        """Build them for the setups of that ``names``."""
+        self._room, self._names = room, list(names)
+        self._setups = [f"{chr(65 + i)}: {printable(name)[:60]}" for i, name in enumerate(names)]
+        first = next(iter(room.setups.values()))
+        self._rings = [_label(i, r.link) for i, r in enumerate(first.rings)]
+        self._links = labelled(room.scene.robot.links)
+        self.heading, self.zeta, self.legend = gui.add_html(""), gui.add_html(""), gui.add_html("")
+        with gui.add_folder("Look"):
+            poses = len(room.scene.poses)
+            several = len(names) > 1
+            self.setup = gui.add_dropdown("Setup to change", self._setups, visible=several)
+            self.pose = gui.add_slider("Pose", 0, max(poses - 1, 1), 1, 0, visible=poses > 1)
+            self.target = gui.add_dropdown("Target", [str(t) for t in room.targets])
+            self.occlusion = gui.add_dropdown(
+                "Robot's body",
+                OCCLUSIONS if room.scene.robot.bodies else OCCLUSIONS[:1],
+                initial_value=room.scene.occlusion,
+                hint="ignore: sensors see through it. shadow: it hides what is behind. blind: a sensor that meets it sees"
+                " no farther.",
+            )
+            self.cones = gui.add_dropdown("Cones", SHOWN_CONES, initial_value=DrawnParts.cones)
+            self.kinds = {k.number: gui.add_checkbox(f"Points {k.words.split(':')[0]}", k.number != TWICE) for k in KINDS}
+            self.outline = gui.add_checkbox("Outline of the target", True)
+            self.robot = gui.add_checkbox("Robot", True)
+        with gui.add_folder("Rings"):
+            self.ring = gui.add_dropdown("Ring", self._rings, hint="Or click a ring.")
+            self.link = gui.add_dropdown("Link", list(self._links))
+            self.position = gui.add_slider("Position", 0.0, 1.0, 0.005, 0.0, hint="0 proximal, 1 distal")
+            self.tilt = gui.add_slider("Tilt, °", -STEEPEST_DEG, STEEPEST_DEG, 0.5, 0.0, hint="positive towards distal")
+            self.phase = gui.add_slider("Phase, °", 0.0, 360.0, 0.5, 0.0, hint="about the link's axis")
+            self.count = gui.add_slider("Sensors", 1, MOST_SENSORS, 1, 1)
+            self.rules = gui.add_html("")
+            self.add = gui.add_button("Add a ring on this link")
+            self.remove = gui.add_button("Remove this ring")
+            self.again = gui.add_button("As opened")
+        with gui.add_folder("Count and search"):
+            self.prove = gui.add_button("Count exactly", hint="Voxel by voxel, and a guaranteed interval.")
+            self.proofs = gui.add_html("")
+            self.aim = gui.add_dropdown("Search for", [AS_ASKED, *(str(t) for t in room.targets)])
+            self.free = gui.add_checkbox("Rings and counts free", False, hint="As many sensors, on any rings.")
+            self.search = gui.add_button("Search from here", color="blue")
+            self.stop = gui.add_button("Stop", disabled=True)
+            self.progress = gui.add_progress_bar(0.0, visible=False)
+            self.said = gui.add_html("")
+        with gui.add_folder("Keep"):
+            kept = room.out is not None
+            self.name = gui.add_text("Name", "proposal")
+            self.replace = gui.add_checkbox("Replace an old file", False, disabled=not kept)
+            self.save = gui.add_button(
+                "Save as a new proposal" if kept else "Save (start with --out FOLDER)", disabled=not kept
+            )
+            self.picture = gui.add_button("Picture of the view")
+
+    def setup_number(self, label: str) -> int:
+        """Which setup a choice means; ValueError for none."""
+        return self._setups.index(label)
+
+    def ring_number(self, label: str) -> int:
+        """Which ring a choice means; ValueError for none."""
+        return self._rings.index(label)
+
+    def link_named(self, label: str) -> str:
+        """Which link a choice means; ``label`` itself where it is none."""
+        return self._links.get(label, label)
+
+    def tell(
+        self,
+        setups: Sequence[Setup],
+        rows: Sequence[words.TableRow],
+        seconds: float,
+        shares: Sequence[float],
+        choice: DrawnParts,
+        active: int,
+    ) -> None:
+        """Say what is shown: setups, ζ, the kinds' shares of the ``active`` one's points."""
+        scene, few = self._room.scene, self._room.glance.few
+        poses = len(scene.poses)
+        of = f" at {few} of {poses} poses" if few < poses else f", mean of {poses} poses" if poses > 1 else ""
+        at = f", {self._setups[active]}" if len(setups) > 1 else ""
+        at += f", at pose {choice.pose}" if poses > 1 else ""
+        rings, sensors = [len(s.rings) for s in setups], [s.sensors for s in setups]
+        self.heading.content = words.heading(self._names, scene.robot.name, sensors, rings)
+        self.zeta.content = words.zeta_table(self._setups if len(setups) > 1 else self._names, rows, seconds, of)
+        self.legend.content = words.legend(shares, str(choice.target), at)
+
+    def follow(self, setup: Setup, i: int, active: int, most: int) -> None:
+        """Show ring ``i`` of ``setup``, the ``active`` one of the setups."""
+        ring = setup.rings[i]
+        self._rings = [_label(k, r.link) for k, r in enumerate(setup.rings)]
+        self.setup.value = self._setups[active]
+        if tuple(self.ring.options) != tuple(self._rings):
+            self.ring.options = tuple(self._rings)
+        self.ring.value = self._rings[i]
+        self.link.value = next(label for label, link in self._links.items() if link == ring.link)
+        self.position.disabled = self._room.scene.robot.mount(ring.link).length == 0
+        self.count.max = most
+        values: tuple[tuple[Any, float], ...] = (
+            (self.position, ring.position),
+            (self.tilt, math.degrees(ring.tilt)),
+            (self.phase, math.degrees(ring.phase) % 360),
+            (self.count, ring.count),
+        )
+        for slider, value in values:
+            if abs(slider.value - value) > slider.step / 2:  # what a person just set stays as it is
+                slider.value = value
+
+    def working(self, on: bool) -> None:
+        """Long work begins or is over."""
+        self.progress.value = 0.0
+        self.progress.visible = on
+        self.stop.disabled = not on
+        for button in (self.prove, self.search):
+            button.disabled = on
+        self.save.disabled = on or self._room.out is None

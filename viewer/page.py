@@ -1,0 +1,326 @@
+"""One page in one browser: its controls, its own state, and what happens when a person touches them.
+
+Every page has a state of its own, so that two people at once do not pull at one slider. Callbacks come from several threads:
+the state is changed under a lock, and shown by one thread at a time, always the newest.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import viser
+
+from ..coverage.occlusion.model import OCCLUSIONS, Occlusion
+from ..coverage.rings.ring import Setup
+from ..coverage.targets import Target
+from ..formats.errors import UserError
+from ..formats.escaping import printable
+from ..formats.writing import write_bytes
+from . import html as words
+from .colours import KINDS
+from .controls import Controls
+from .drawing import SHOWN_CONES, DrawnParts
+from .edited_setup import EditedSetup
+from .jobs import Job, JobStoppedError
+from .saving import file_named, save
+from .scene_graph import SceneGraph
+from .session import ViewerSession
+from .snapshot import picture
+from .tasks import SearchAnswer, prove, search_from, seen_under
+
+_OFTEN = 0.1  # s, between two words of a job
+_LONGEST = 30.0  # s, that a browser may take for a picture
+_MOST_TOLD = 3  # broken rules in words
+
+
+class Page:
+    """A page for one client."""
+
+    def __init__(self, client: viser.ClientHandle, room: ViewerSession) -> None:
+        """Build the controls and show the setups as opened."""
+        self._client, self._room = client, room
+        self._names = list(room.setups)
+        self._lock, self._showing = threading.RLock(), threading.Lock()
+        self._wanted, self._closed, self._told = False, False, 0.0
+        self._job: Job | None = None
+        self._proof: tuple[Setup, Occlusion, str] | None = None  # of what, under which model, and what it says
+        self._drafts = [EditedSetup(room.scene, setup) for setup in room.setups.values()]
+        self._active = 0
+        first = room.scene.goals[0].target
+        self._choice = DrawnParts(0, first, room.scene.occlusion)
+        self._stages = [
+            SceneGraph(client.scene, f"/setup{i}", place, partial(self._clicked, i)) for i, place in enumerate(room.places())
+        ]
+        client.scene.configure_default_lights(cast_shadow=False)
+        client.scene.add_frame("/base", axes_length=0.25, axes_radius=0.006)
+        for i, name in enumerate(self._names if len(self._names) > 1 else []):
+            top = float(room.drawing.box(self._choice)[1][2])
+            client.scene.add_label(f"/setup{i}/name", printable(name)[:60], position=(0.0, 0.0, top + 0.1))
+        self.controls = Controls(client.gui, room, self._names)
+        self._connect()
+        self._show()
+
+    def _connect(self) -> None:
+        """Say what each control does."""
+        c, choose = self.controls, self._choose
+        targets = {str(t): t for t in self._room.targets}
+        self._on(c.setup, self._activate)
+        self._on(c.pose, lambda v: choose(pose=min(max(int(v), 0), len(self._room.scene.poses) - 1)))
+        self._on(c.target, lambda v: self._aim(targets[v]))
+        self._on(c.occlusion, lambda v: choose(occlusion=OCCLUSIONS[OCCLUSIONS.index(v)]))
+        self._on(c.cones, lambda v: choose(cones=SHOWN_CONES[SHOWN_CONES.index(v)]))
+        self._on(c.outline, lambda v: choose(outline=bool(v)))
+        self._on(c.robot, lambda v: choose(robot=bool(v)))
+        for kind in KINDS:
+            self._on(c.kinds[kind.number], partial(self._choose_kind, kind.number))
+        self._on(c.ring, lambda v: choose(ring=c.ring_number(v)))
+        self._on(c.link, lambda v: self._change(link=c.link_named(v)))
+        self._on(c.position, lambda v: self._change(position=float(v)))
+        self._on(c.tilt, lambda v: self._change(tilt_deg=float(v)))
+        self._on(c.phase, lambda v: self._change(phase_deg=float(v)))
+        self._on(c.count, lambda v: self._change(count=int(v)))
+        self._press(c.add, lambda: self._edit(lambda d: d.added(c.link_named(c.link.value)), chosen=-1))
+        self._press(c.remove, lambda: self._edit(lambda d: d.removed(self._choice.ring)))
+        self._press(c.again, lambda: self._edit(lambda d: replace(d, setup=self._room.setups[self._names[self._active]])))
+        self._press(c.prove, self._prove)
+        self._press(c.search, self._search)
+        self._press(c.stop, self._stop)
+        self._press(c.save, self._save)
+        self._press(c.picture, self._picture)
+
+    # What a person does.
+
+    def _on(self, control: Any, act: Callable[[Any], None]) -> None:
+        """``act`` on the control's newest value when a person changed it; what this page sets itself is no such change."""
+
+        def changed(event: Any) -> None:
+            if event.client_id is not None:
+                self._try(lambda: act(control.value))
+
+        control.on_update(changed)
+
+    def _press(self, button: Any, act: Callable[[], None]) -> None:
+        button.on_click(lambda _: self._try(act))
+
+    def _try(self, act: Callable[[], None]) -> None:
+        """Act; what cannot be done is said in a line. A page may send what its controls would not allow."""
+        try:
+            act()
+        except (ValueError, KeyError, IndexError, OverflowError, UserError) as error:
+            self._note(str(error), True)
+
+    def _clicked(self, setup: int, ring: int) -> None:
+        def act() -> None:
+            with self._lock:
+                self._active = setup
+            self._choose(ring=ring)
+
+        self._try(act)
+
+    def _activate(self, label: str) -> None:
+        with self._lock:
+            self._active = self.controls.setup_number(label)
+        self._choose(ring=0)
+
+    def _choose(self, **what: Any) -> None:
+        with self._lock:
+            if not 0 <= what.get("ring", 0) < len(self._drafts[self._active].setup.rings):
+                raise ValueError(f"ring: found {what['ring']}, allowed: one that is there")
+            self._choice = replace(self._choice, **what)
+        self._show()
+
+    def _aim(self, target: Target) -> None:
+        """Another target, at which the camera looks."""
+        self._choose(target=target)
+        position, look_at = self._room.look(self._choice)
+        with self._client.atomic():
+            self._client.camera.look_at = look_at
+            self._client.camera.position = position
+
+    def _choose_kind(self, number: int, on: bool) -> None:
+        with self._lock:
+            kinds = self._choice.kinds | {number} if on else self._choice.kinds - {number}
+        self._choose(kinds=kinds)
+
+    def _change(self, **what: Any) -> None:
+        self._edit(lambda draft: draft.changed(self._choice.ring, **what))
+
+    def _edit(self, edit: Callable[[EditedSetup], EditedSetup], chosen: int | None = None) -> None:
+        """Change the setup; then choose another ring, if one is said, counted from the end where negative."""
+        with self._lock:
+            draft = edit(self._drafts[self._active])
+            self._drafts[self._active] = draft
+            ring = self._choice.ring if chosen is None else chosen % len(draft.setup.rings)
+            self._choice = replace(self._choice, ring=min(ring, len(draft.setup.rings) - 1))
+        self._show()
+
+    # What is shown.
+
+    def _show(self) -> None:
+        """Show the newest state: by this thread, or by the one that is at it."""
+        self._wanted = True
+        while self._wanted and not self._closed and self._showing.acquire(blocking=False):
+            try:
+                self._wanted = False
+                self._draw()
+            finally:
+                self._showing.release()
+
+    def _draw(self) -> None:
+        began = time.perf_counter()
+        with self._lock:
+            drafts, choice, active = list(self._drafts), self._choice, self._active
+        room, setups = self._room, [d.setup for d in drafts]
+        drawn = []
+        for i, setup in enumerate(setups):
+            mine = choice if i == active else replace(choice, ring=min(choice.ring, len(setup.rings) - 1))
+            dots, shares = room.drawing.points(setup, mine, setups)
+            drawn.append(({**room.drawing.backdrop(mine), **room.drawing.rings(setup, mine), **dots}, shares))
+        rows = [
+            words.TableRow(
+                str(target),
+                tuple(
+                    (room.glance.zeta(opened, target, choice.occlusion), room.glance.zeta(setup, target, choice.occlusion))
+                    for opened, setup in zip(room.setups.values(), setups, strict=True)
+                ),
+            )
+            for target in room.targets
+        ]
+        with self._client.atomic():
+            for stage, (items, _) in zip(self._stages, drawn, strict=True):
+                stage.show(items)
+        seconds = time.perf_counter() - began
+        self.controls.tell(setups, rows, seconds, drawn[active][1], choice, active)
+        self.controls.follow(setups[active], choice.ring, active, drafts[active].most(choice.ring))
+        proof = self._proof
+        holds = proof is not None and proof[:2] == (setups[active], choice.occlusion)
+        self.controls.proofs.content = proof[2] if proof is not None and holds else ""
+        broken = room.broken(setups[active], choice.occlusion)
+        more = f" (and {len(broken) - _MOST_TOLD} more)" if len(broken) > _MOST_TOLD else ""
+        self.controls.rules.content = words.note("; ".join(broken[:_MOST_TOLD]) + more, True)
+        self._client.flush()
+
+    def _note(self, text: str, bad: bool = False) -> None:
+        if not self._closed:  # what a job has to say after that nobody reads
+            self.controls.said.content = words.note(text, bad)
+
+    # Long work.
+
+    def _begin(self, work: Callable[[Job], None]) -> None:
+        """Begin a job, unless one of this page is at work."""
+        with self._lock:
+            if self._job is not None and self._job.running:
+                raise ValueError("one thing at a time: stop what is being done first")
+            self.controls.working(True)
+            self._job = Job(partial(self._guarded, work), self._room.turn, self._progress)
+
+    def _guarded(self, work: Callable[[Job], None], job: Job) -> None:
+        try:
+            work(job)
+        except JobStoppedError:
+            self._note("stopped")
+        except (ValueError, UserError) as error:
+            self._note(str(error), True)
+        except MemoryError:
+            self._note("found too little memory for this count", True)
+        finally:
+            if not self._closed:
+                self.controls.working(False)
+
+    def _progress(self, what: str, over: float) -> None:
+        if (now := time.monotonic()) - self._told > _OFTEN and not self._closed:
+            self._told = now
+            self._note(what + " …")
+            self.controls.progress.value = min(max(100 * over, 0.0), 100.0)
+
+    def _asked(self) -> tuple[int, Any, Any]:
+        with self._lock:
+            i = self._active
+            return i, self._drafts[i].setup, seen_under(self._room.scene, self._choice.occlusion)
+
+    def _prove(self) -> None:
+        i, setup, scene = self._asked()
+
+        def work(job: Job) -> None:
+            proofs = prove(scene, setup, self._room.targets, job.tell)
+            told = words.proof_table(f"{self._names[i]}, {setup.sensors} sensors", proofs)
+            self._proof = setup, scene.occlusion, told
+            self._show()
+            _, now, under = self._asked()
+            changed = "" if (now, under.occlusion) == (setup, scene.occlusion) else "; it has been changed since"
+            self._note(f"counted in {sum(p.counted.seconds + p.certified.seconds for p in proofs):.1f} s{changed}")
+
+        self._begin(work)
+
+    def _search(self) -> None:
+        i, setup, scene = self._asked()
+        target = {str(t): t for t in self._room.targets}.get(self.controls.aim.value)
+        free = bool(self.controls.free.value)
+
+        def work(job: Job) -> None:
+            found = search_from(scene, setup, job.note, lambda: job.stopped, target, free)
+            self._adopt(i, found)
+
+        self._begin(work)
+
+    def _adopt(self, i: int, found: SearchAnswer) -> None:
+        """Take what a search found."""
+        change = f"{100 * found.before:.2f} → {100 * found.after:.2f} %, exact; {found.outcome}"
+        if not found.better:
+            self._note(f"nothing better was found: {change}")
+            return
+        with self._lock:
+            self._drafts[i] = replace(self._drafts[i], setup=found.setup)
+            self._choice = replace(self._choice, ring=min(self._choice.ring, len(found.setup.rings) - 1))
+        self._show()
+        self._note(f"better: {change}")
+
+    def _stop(self) -> None:
+        if self._job is not None and self._job.running:
+            self._job.stop()
+            self._note("stopping …")
+
+    # What is kept.
+
+    def _save(self) -> None:
+        c, (_, setup, scene) = self.controls, self._asked()
+        path = file_named(self._room.out, c.name.value, bool(c.replace.value))
+
+        def work(job: Job) -> None:
+            proofs = prove(scene, setup, tuple(goal.target for goal in scene.goals), job.tell)
+            save(file_named(self._room.out, path.stem, bool(c.replace.value)), setup, scene, [p.counted for p in proofs])
+            values = ", ".join(f"{p.counted.target} {100 * p.counted.zeta:.2f} %" for p in proofs)
+            self._note(f"saved as {path.name}: {values}, counted")
+
+        self._begin(work)
+
+    def _picture(self) -> None:
+        with self._lock:
+            setups, choice = [d.setup for d in self._drafts], self._choice
+        zetas = [
+            f"{t} {100 * self._room.glance.zeta(setups[self._active], t, choice.occlusion):.1f} %"
+            for t in self._room.targets
+        ]
+        title = f"{printable(self._names[self._active])}: {setups[self._active].sensors} sensors"
+        camera = self._client.camera
+        size = (camera.image_height or 800, camera.image_width or 1200)
+        try:
+            view = self._client.get_render(*size, transport_format="png", timeout=_LONGEST)
+        except (RuntimeError, TimeoutError) as error:
+            raise UserError("picture: found none that the browser sent, allowed: to try again") from error
+        data = picture(view, title, "   ".join(zetas))
+        name = self.controls.name.value
+        if self._room.out is not None:
+            path = file_named(self._room.out, name, bool(self.controls.replace.value), ".png")
+            write_bytes(path, data)
+            self._note(f"saved as {path.name}")
+        self._client.send_file_download("place-rings.png", data, save_immediately=True)
+
+    def close(self) -> None:
+        """The browser has gone, or the server ends: stop what is being done."""
+        self._closed = True
+        if self._job is not None:
+            self._job.stop()

@@ -1,0 +1,69 @@
+"""Named arrays brought to a browser: what did not change is not sent again."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import viser
+
+from .colours import rgb
+from .drawing import Dots, Edges, Item, Mesh
+
+
+class SceneGraph:
+    """What one page shows below one frame of its scene."""
+
+    def __init__(
+        self, scene: viser.SceneApi, root: str, place: tuple[float, float, float], click: Callable[[int], None]
+    ) -> None:
+        """``root``: the frame's name; ``place``: where it is, m; ``click`` is given the ring that was clicked."""
+        self._scene, self._root, self._click = scene, root, click
+        self._shown: dict[str, tuple[Item, Any]] = {}
+        scene.add_frame(root, show_axes=False, position=place)
+
+    def show(self, items: dict[str, Item]) -> None:
+        """Show these, and nothing else."""
+        for name in self._shown.keys() - items.keys():
+            self._shown.pop(name)[1].remove()
+        for name, item in items.items():
+            old = self._shown.get(name)
+            if old is None or not _alike(old[0], item):
+                self._shown[name] = item, self._add(f"{self._root}/{name}", item)
+
+    def _add(self, name: str, item: Item) -> Any:
+        """Add an item; one of the same name is replaced."""
+        scene = self._scene
+        if isinstance(item, Dots):
+            return scene.add_point_cloud(
+                name, item.points, rgb(item.colour), point_size=item.size, point_shape="circle", point_shading="flat"
+            )
+        if isinstance(item, Edges):
+            colours = np.broadcast_to(np.array(rgb(item.colour), np.uint8), item.ends.shape)
+            return scene.add_line_segments(name, item.ends, colours, thickness=item.width, thickness_units="screen")
+        solid = item.opacity >= 1.0
+        handle = scene.add_mesh_simple(
+            name,
+            item.vertices,
+            item.faces,
+            color=rgb(item.colour),
+            opacity=None if solid else item.opacity,
+            side="double",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        if item.ring is not None:
+            handle.on_click(lambda _, ring=item.ring: self._click(ring))
+        return handle
+
+
+def _alike(a: Item, b: Item) -> bool:
+    """Are these the same? Arrays are kept where nothing changed (see ``Drawing``), so that they need no comparison; those of
+    points are made anew each time."""
+    if isinstance(a, Dots) and isinstance(b, Dots):
+        return (a.colour, a.size) == (b.colour, b.size) and np.array_equal(a.points, b.points)
+    if isinstance(a, Mesh) and isinstance(b, Mesh):
+        same = a.vertices is b.vertices and a.faces is b.faces
+        return same and (a.colour, a.opacity, a.ring) == (b.colour, b.opacity, b.ring)
+    if isinstance(a, Edges) and isinstance(b, Edges):
+        return a.ends is b.ends and (a.colour, a.width) == (b.colour, b.width)
+    return False

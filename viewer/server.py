@@ -1,0 +1,132 @@
+"""The viewer's server: on this machine only unless asked, for its own page only, until Ctrl-C."""
+
+import contextlib
+import io
+import ipaddress
+import os
+import socket
+import threading
+from collections.abc import Sequence
+from urllib.parse import urlsplit
+
+import viser
+from viser import _messages
+
+from ..formats.errors import UserError, shown
+from .drawing import DrawnParts
+from .page import Page
+from .session import ViewerSession
+
+LOOPBACK = "127.0.0.1"
+FOV = 0.7  # rad, of the first look
+
+
+def own(hosts: Sequence[str], origins: Sequence[str], given: str) -> bool:
+    """May a connection with these headers ``Host`` and ``Origin`` be served? Only one of the viewer's own page, which was
+    asked for by a number, as localhost, or as the host ``given``: else any page of the web could reach the viewer through
+    its reader's browser, by another name for this machine."""
+    if len(hosts) != 1 or len(origins) > 1:
+        return False
+    try:
+        asked = urlsplit(f"//{hosts[0]}")
+        if any(urlsplit(origin).netloc != asked.netloc for origin in origins):
+            return False
+    except ValueError:
+        return False
+    try:
+        ipaddress.ip_address(asked.hostname or "")
+    except ValueError:
+        return asked.hostname in ("localhost", given)
+    return True
+
+
+def _check_address(host: str, port: int) -> None:
+    """UserError where nothing can be served there: the server itself would look for another port, again and again."""
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        with socket.socket(found[0][0], socket.SOCK_STREAM) as trial:
+            trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            trial.bind(found[0][4])
+    except (OSError, OverflowError, UnicodeError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise UserError(f"--host, --port: found {shown(host)} and {port}, but {why}; allowed: a free port") from error
+
+
+class Server:
+    """Serves a room's pages; a context, at whose end all is stopped."""
+
+    def __init__(self, room: ViewerSession, host: str = LOOPBACK, port: int = 0) -> None:
+        """Begin to serve. ``port`` 0: any that is free. UserError where that cannot be."""
+        _check_address(host, port)
+        os.environ.pop("_VISER_PORT_OVERRIDE", None)
+        self.room, self._host = room, host
+        self._pages: dict[int, Page] = {}
+        self._lock, self._closed = threading.Lock(), False
+        with contextlib.redirect_stdout(io.StringIO()):
+            self._server = viser.ViserServer(host, port, label="place-rings", verbose=False)
+        if port and self._server.get_port() != port:
+            self._server.stop()
+            raise UserError(f"--port: found {port}, which is taken, allowed: a free port, or 0 for any")
+        for kind in (
+            _messages.ShareUrlRequest,
+            _messages.ShareUrlDisconnect,
+        ):  # a page may not ask for a way in from outside
+            self._server._websock_server.unregister_handler(kind)
+        self._server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+        self._server.gui.main_panel.dock_right()
+        camera = self._server.initial_camera
+        position, look_at = room.look(DrawnParts(0, room.targets[0], room.scene.occlusion))
+        camera.position, camera.look_at, camera.fov = tuple(position), tuple(look_at), FOV
+        self._server.on_client_connect(self._came)
+        self._server.on_client_disconnect(self._went)
+
+    @property
+    def port(self) -> int:
+        """Where it serves."""
+        return self._server.get_port()
+
+    @property
+    def url(self) -> str:
+        """What to open in a browser on this machine."""
+        host = {"0.0.0.0": LOOPBACK, "": LOOPBACK, "::": "[::1]"}.get(self._host, self._host)
+        return f"http://{f'[{host}]' if ':' in host and host[0] != '[' else host}:{self.port}"
+
+    @property
+    def pages(self) -> int:
+        """How many pages are open."""
+        return len(self._pages)
+
+    def _came(self, client: viser.ClientHandle) -> None:
+        connection = self._server._websock_server._live_connections.get(client.client_id)
+        if connection is None or connection.request is None:
+            return
+        headers = connection.request.headers
+        if not own(headers.get_all("Host"), headers.get_all("Origin"), self._host):
+            return  # a foreign page gets nothing to see or to press
+        page = Page(client, self.room)
+        with self._lock:
+            if not self._closed and client.client_id in self._server.get_clients():
+                self._pages[client.client_id] = page
+                return
+        page.close()
+
+    def _went(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            page = self._pages.pop(client.client_id, None)
+        if page is not None:
+            page.close()
+
+    def __enter__(self) -> "Server":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Stop all."""
+        with self._lock:
+            self._closed, pages = True, list(self._pages.values())
+        for page in pages:
+            page.close()
+        with contextlib.redirect_stdout(io.StringIO()):
+            self._server.stop()

@@ -1,0 +1,117 @@
+"""Surfaces as vertices and triangles, from the circles of which they are made."""
+
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..coverage.arrays import Array
+from ..coverage.robots.link_bodies import robot_capsules
+from ..coverage.robots.robot import Robot
+from ..coverage.solids.base import Solid, Union
+from ..coverage.solids.capsules import Rods
+from ..coverage.solids.cones import Cones
+from ..coverage.solids.spheres import Spheres
+from ..coverage.solids.swept_tube import Tube
+from ..reporting.rendering.faces import body, capsule, circle, rim_of, rod
+
+Surface = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, "_ 3"]]
+_STICK = 0.045  # m, of a robot without bodies
+_CHIP = np.array([0.011, 0.011, 0.005])  # m, half the edges of a sensor: across, across, along its axis
+_EVERY = 0.15  # m, between the circles of an outline
+_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+_BOX = np.array([f for a, b, c, d in ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+                 for f in ((a, b, c), (a, c, d))])  # fmt: skip
+
+
+def joined(some: list[Surface]) -> Surface:
+    """Several surfaces as one."""
+    first = np.cumsum([0, *(len(v) for v, _ in some)])
+    if not some:
+        return np.zeros((0, 3)), np.zeros((0, 3), int)
+    return np.concatenate([v for v, _ in some]), np.concatenate([f + n for (_, f), n in zip(some, first, strict=False)])
+
+
+def skin(circles: Float[np.ndarray, "C P 3"]) -> Surface:
+    """The surface between neighbouring circles, which they share: so it is shaded smoothly."""
+    c, t = circles.shape[:2]
+    i, j = np.meshgrid(np.arange(c - 1), np.arange(t), indexing="ij")
+    a, b = i * t + j, i * t + (j + 1) % t
+    faces = np.stack([np.stack([a, b, b + t], -1), np.stack([a, b + t, a + t], -1)], axis=2)
+    return circles.reshape(-1, 3), faces.reshape(-1, 3)
+
+
+def bodies(robot: Robot, frames: Float[Array, "F 4 4"]) -> Surface:
+    """The robot's capsules; of one that has none, rods along its joints and mounts."""
+    if not robot.bodies:
+        return joined([skin(rod(a, b, _STICK)) for a, b in pairwise(body(robot, frames))])
+    found = robot_capsules(robot, frames)
+    return joined([skin(capsule(a, b, float(r))) for a, b, r in zip(found.start, found.end, found.radius, strict=True)])
+
+
+def chips(cones: Cones) -> Surface:
+    """The sensors: small boxes that look along their axes."""
+    found = []
+    for apex, axis in zip(np.asarray(cones.apex), np.asarray(cones.axis), strict=True):
+        across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+        across /= np.linalg.norm(across)
+        turn = np.stack([across, np.cross(axis, across), axis])
+        found.append((apex + (_CORNERS * _CHIP) @ turn, _BOX))
+    return joined(found)
+
+
+def beams(cones: Cones, lengths: Float[np.ndarray, " K"]) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
+    """The beams as far as ``lengths`` (K,) m, open at their ends, and the edges of those ends (E, 2, 3) m."""
+    found, edges = [], []
+    for k, length in enumerate(lengths):
+        rim = rim_of(cones, k, float(length))[:: 2 if len(rim_of(cones, k, float(length))) > 8 else 1]
+        n = len(rim)
+        faces = np.stack([np.zeros(n, int), 1 + np.arange(n), 1 + (np.arange(n) + 1) % n], axis=1)
+        found.append((np.vstack([cones.apex[k], rim]), faces))
+        edges.append(np.stack([rim, np.roll(rim, -1, axis=0)], axis=1))
+    return joined(found), np.concatenate(edges) if edges else np.zeros((0, 2, 3))
+
+
+def loops(rings: Float[np.ndarray, "C T 3"]) -> Float[np.ndarray, "E 2 3"]:
+    """The edges of closed lines."""
+    return np.stack([rings, np.roll(rings, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+
+
+def grid(half: float, step: float) -> Float[np.ndarray, "E 2 3"]:
+    """A square grid on the base's plane, up to ``half`` m either way, with lines each ``step`` m."""
+    at = np.arange(-half, half + step / 2, step)
+    along = np.array([[[x, -half, 0.0], [x, half, 0.0]] for x in at])
+    return np.concatenate([along, along[..., [1, 0, 2]]])
+
+
+def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
+    """Edges (E, 2, 3) m that tell where a target's outer solid ends: great circles of balls, circles around a tube."""
+    if isinstance(outer, Union):
+        return np.concatenate([outline(outer.a), outline(outer.b)])
+    if isinstance(outer, Spheres):
+        each = [(c, axis, float(r)) for c, r in zip(outer.centre, outer.radius, strict=True) for axis in np.eye(3)]
+    elif isinstance(outer, Rods):
+        ends = [(a, b - a, float(r)) for a, b, r in zip(outer.start, outer.end, outer.radius, strict=True)]
+        ends = [(a, v / length, r) for a, v, r in ends if (length := float(np.linalg.norm(v))) > 1e-6]
+        each = [(a, v, r) for a, v, r in ends]
+    elif isinstance(outer, Tube):
+        each = list(_around(outer))
+    else:
+        raise TypeError(f"no outline of {type(outer).__name__}")
+    return loops(np.array([circle(np.asarray(c), np.asarray(axis), r) for c, axis, r in each]))
+
+
+def _around(tube: Tube) -> list[tuple[np.ndarray, np.ndarray, float]]:
+    """Circles about a tube, evenly along it, its ends among them."""
+    centre, normal, found = np.asarray(tube.centre), np.asarray(tube.normal), []
+    travelled = 0.0
+    for i in range(len(centre)):
+        if i:
+            step = float(np.linalg.norm(centre[i] - centre[i - 1]))
+            for t in np.arange(_EVERY - travelled, step, _EVERY):
+                v = (1 - t / step) * normal[i - 1] + t / step * normal[i]
+                found.append((centre[i - 1] + t / step * (centre[i] - centre[i - 1]), v / np.linalg.norm(v), tube.radius))
+            travelled = (travelled + step) % _EVERY
+        if i in (0, len(centre) - 1):
+            found.append((centre[i], normal[i], tube.radius))
+    return found
