@@ -33,9 +33,9 @@ MEMORY_MB = 300
 
 _MEMORY = """
 import jax, jax.numpy as jnp, numpy as np
-from place_rings.coverage.soft.cloud import Cloud
+from place_rings.coverage.soft.sampling import Cloud
 from place_rings.coverage.soft.estimator import soft_zeta
-from place_rings.coverage.solids.base import Cones
+from place_rings.coverage.solids.cones import Cones
 
 rng = np.random.default_rng(0)
 axis = rng.normal(size=(1000, 3))
