@@ -1,6 +1,6 @@
 """Output to the terminal, with control and direction characters of files and users as escapes.
 
-The commands build no other console and call no other print; a test enforces that.
+No room but the rig builds another console or calls another print; a test enforces that.
 """
 
 import logging
