@@ -38,7 +38,7 @@ _SECONDS = 20.0  # that a check may take to start, or to end
 _PAUSE = 1.5  # s, of a process that is stopped and goes on
 _LIMITS = re.compile("no new state came in time|states come too long|is silent|held up|no sign of life|process ended")
 _LATE = re.compile(r"it was seen to stand still only after [\d.]+ s")
-_SIDE_BY_SIDE = 3  # rigs at once: most of a run is waiting
+_SIDE_BY_SIDE = 4  # rigs at once: most of a run is waiting
 _TRIES = 12  # starts of a check, on a machine that is too busy for the limits of a real rig
 
 
@@ -325,13 +325,21 @@ def _gone(family: list[psutil.Process]) -> float:
     until = time.monotonic() + 10 * LEFT
     start = None
     while time.monotonic() < until:
-        alive = [p for p in family if p.is_running() and p.status() != psutil.STATUS_ZOMBIE]
+        alive = [p for p in family if _alive(p)]
         if start is None and family[0] not in alive:
             start = time.monotonic()
         if not alive:
             break
         time.sleep(0.005)
     return time.monotonic() - (start or time.monotonic())
+
+
+def _alive(process: psutil.Process) -> bool:
+    """Whether a process still runs."""
+    try:
+        return process.status() != psutil.STATUS_ZOMBIE and process.is_running()
+    except psutil.NoSuchProcess:
+        return False
 
 
 @contextmanager
