@@ -17,6 +17,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from multiprocessing import get_context
+from pathlib import Path
 from queue import Empty, Queue
 from statistics import median
 from threading import Thread
@@ -38,10 +39,12 @@ _SECONDS = 20.0  # that a check may take to start, or to end
 _PAUSE = 1.5  # s, of a process that is stopped and goes on
 _LIMITS = re.compile("no new state came in time|states come too long|is silent|held up|no sign of life|process ended")
 _LATE = re.compile(r"it was seen to stand still only after [\d.]+ s")
-_SIDE_BY_SIDE = 4  # rigs at once: most of a run is waiting
+_SIDE_BY_SIDE = 3  # rigs at once: most of a run is waiting
 _TRIES = 12  # starts of a check, on a machine that is too busy for the limits of a real rig
 
 
+_HERE = str(Path(__file__).parent)
+os.environ["PYTHONPATH"] = os.pathsep.join([_HERE, os.environ.get("PYTHONPATH", "")])  # the forkserver reads no sys.path
 _FORKS = get_context("forkserver")  # imports once; each check is a process of its own all the same
 _FORKS.set_forkserver_preload(["rig_mover_victim"])
 
@@ -189,10 +192,10 @@ FAULTS: dict[str, Fault] = {
     "all sensors of a ring fail": Fault(of_ring("fail", share=1.0), r"ring \d: 16 of 16 sensors report failure"),
     "more sensors of a ring fail than may": Fault(of_ring("fail", share=0.32), r"ring \d: 5 of 16 sensors report failure"),
     "a ring's distances no longer change": Fault(
-        of_ring("freeze", share=1.0), r"ring \d: its distances have not changed in \d+ frames"
+        of_ring("freeze", share=1.0), r"ring \d: .* have not changed in \d+ frames"
     ),
     "half of a ring's distances no longer change": Fault(
-        of_ring("freeze", share=0.5), r"ring \d: 8 of 16 sensors have not changed in \d+ frames"
+        of_ring("freeze", share=0.5), r"ring \d: \d of 16 sensors have not changed in \d+ frames"
     ),
     "a ring is silent": Fault(of_ring("silent"), r"ring \d: is silent"),
     "a ring is unplugged": Fault(of_ring("unplug"), r"ring \d: is silent"),
