@@ -17,6 +17,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from multiprocessing import get_context
+from pathlib import Path
 from queue import Empty, Queue
 from statistics import median
 from threading import Thread
@@ -37,10 +38,13 @@ _BUSY = 8
 _SECONDS = 20.0  # that a check may take to start, or to end
 _PAUSE = 1.5  # s, of a process that is stopped and goes on
 _LIMITS = re.compile("no new state came in time|states come too long|is silent|held up|no sign of life|process ended")
+_LATE = re.compile(r"it was seen to stand still only after [\d.]+ s")
 _SIDE_BY_SIDE = 3  # rigs at once: most of a run is waiting
 _TRIES = 12  # starts of a check, on a machine that is too busy for the limits of a real rig
 
 
+_HERE = str(Path(__file__).parent)
+os.environ["PYTHONPATH"] = os.pathsep.join([_HERE, os.environ.get("PYTHONPATH", "")])  # the forkserver reads no sys.path
 _FORKS = get_context("forkserver")  # imports once; each check is a process of its own all the same
 _FORKS.set_forkserver_preload(["rig_mover_victim"])
 
@@ -188,7 +192,10 @@ FAULTS: dict[str, Fault] = {
     "all sensors of a ring fail": Fault(of_ring("fail", share=1.0), r"ring \d: 16 of 16 sensors report failure"),
     "more sensors of a ring fail than may": Fault(of_ring("fail", share=0.32), r"ring \d: 5 of 16 sensors report failure"),
     "a ring's distances no longer change": Fault(
-        of_ring("freeze"), r"ring \d: its distances have not changed in \d+ frames"
+        of_ring("freeze", share=1.0), r"ring \d: .* have not changed in \d+ frames"
+    ),
+    "half of a ring's distances no longer change": Fault(
+        of_ring("freeze", share=0.5), r"ring \d: \d of 16 sensors have not changed in \d+ frames"
     ),
     "a ring is silent": Fault(of_ring("silent"), r"ring \d: is silent"),
     "a ring is unplugged": Fault(of_ring("unplug"), r"ring \d: is silent"),
@@ -201,6 +208,9 @@ FAULTS: dict[str, Fault] = {
     "an emergency stop": Fault(done("stop", how="emergency"), r"the robot's safety stopped it"),
     "the safeguard stops the robot": Fault(done("stop", how="safeguard"), r"the robot's safety stopped it"),
     "the program is stopped at the pendant": Fault(done("pendant"), r"the robot ended its program"),
+    "the controller ignores its program's stop": Fault(
+        together(done("ignore", how="unwilling"), of_ring("near", at=0.05)), r"ring \d: sensor 0 reads"
+    ),
     "the controller ignores every stop": Fault(
         together(done("ignore"), of_ring("near", at=0.05)), re.escape(UNSEEN), stops=False
     ),
@@ -259,7 +269,7 @@ def strike(rig: SimulatedRig, fault: Fault, rng: np.random.Generator, found: Sti
         try:
             family = victim.family()
             fault.strike(rig, victim, rng)
-        except (psutil.Error, StopIteration):  # it was just ending
+        except (psutil.Error, ProcessLookupError, StopIteration):  # it was just ending
             return False
         still = _stands(rig, struck, 10.0)
         if fault.moves and fault.reported is None:
@@ -271,7 +281,8 @@ def strike(rig: SimulatedRig, fault: Fault, rng: np.random.Generator, found: Sti
             found.wrong.append(f"processes were left for {found.left[-1]:.1f} s")
     finally:
         if victim.process.is_alive():
-            victim.send(signal.SIGCONT)
+            with suppress(ProcessLookupError):
+                victim.send(signal.SIGCONT)
         victim.close()
         rig.do("heal")
         for ring in range(RINGS):
@@ -300,11 +311,11 @@ def _stands(rig: SimulatedRig, struck: float, seconds: float) -> float | None:
 def _judge(fault: Fault, still: float | None, why: str, found: Stillness) -> None:
     """Whether the robot stood still in time, or the report says that it was not seen to; and whether it says why."""
     found.said.append(why)
-    found.unseen += UNSEEN in why
+    found.unseen += UNSEEN in why or bool(_LATE.search(why))
     if still is not None and fault.stops and not fault.moves:
         found.still.append(still)
     in_time = still is not None and still <= STILL and fault.stops
-    if not (in_time or fault.moves or UNSEEN in why):
+    if not (in_time or fault.moves or UNSEEN in why or _LATE.search(why)):
         found.wrong.append(f"stood still after {still} s, and the report says: {why}")
     if fault.reported is not None and not re.search(fault.reported, why):
         found.other += bool(_LIMITS.search(why))
@@ -317,13 +328,21 @@ def _gone(family: list[psutil.Process]) -> float:
     until = time.monotonic() + 10 * LEFT
     start = None
     while time.monotonic() < until:
-        alive = [p for p in family if p.is_running() and p.status() != psutil.STATUS_ZOMBIE]
+        alive = [p for p in family if _alive(p)]
         if start is None and family[0] not in alive:
             start = time.monotonic()
         if not alive:
             break
         time.sleep(0.005)
     return time.monotonic() - (start or time.monotonic())
+
+
+def _alive(process: psutil.Process) -> bool:
+    """Whether a process still runs."""
+    try:
+        return process.status() != psutil.STATUS_ZOMBIE and process.is_running()
+    except psutil.NoSuchProcess:
+        return False
 
 
 @contextmanager
@@ -393,7 +412,8 @@ def report(options: Sequence[str] = ()) -> list[str]:
         *(__doc__ or "").split("\n\n", 1)[1].strip().splitlines(),
         "",
         f"- Still: from the fault to stillness, as the rig tells it; bound {1000 * STILL:.0f} ms.",
-        "- Said: runs whose report says that the robot was not seen to stand still. They may break the bound.",
+        "- Said: runs whose report says that the robot was not seen to stand still, or only later. These may break the"
+        " bound.",
         f"- Left: until the check's last process was gone, after the check itself; bound {1000 * LEFT:.0f} ms.",
         "- Another limit first: a limit of time fired, and was named, before what was done was found.",
         "- Wrong: runs beyond a bound whose report does not say so, or that report something else.",

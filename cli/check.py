@@ -256,6 +256,8 @@ def _moved_robot(
         confirm(scene, checked.plans, itinerary, console)
     session.say("near stop", share=stops.share, waived=asked.reduced_near_stop and stops.share < scene.motion.near_share)
     try:
-        return MovedRobot(host or _of(rig).address, scene, session, itinerary, session.patience)
-    except MoveRefusedError as error:
+        return MovedRobot(
+            host or _of(rig).address, scene, session, itinerary, lambda text: say(f"ATTENTION: {text}", error=True)
+        )
+    except (MoveRefusedError, LinkFaultError) as error:
         raise UserError(f"--move: {error}") from error

@@ -10,6 +10,7 @@ from ..objectives.scene import Scene
 from ..reporting.terminal import Terminal
 from ..rig.check_models import DISCLAIMER
 from ..rig.operators import Itinerary
+from ..rig.poses.clear import sunk
 from ..rig.poses.near_stops import NearStops, by_ring
 from ..rig.procedure import Plans
 from .rig_options import ring_names
@@ -31,6 +32,9 @@ def require_known_cell(scene: Scene) -> None:
         lacks.append("cell_complete = true under [motion], once everything the robot can reach is in [[obstacles]]")
     if lacks:
         raise UserError(f"--move: the cell is not known; add to the scene: {'; and '.join(lacks)}")
+    if inside := sunk(scene):
+        more = f" (and {len(inside) - 1} more)" if len(inside) > 1 else ""
+        raise UserError(f"--move: {inside[0]}{more}; allowed: poses at which nothing stands in an obstacle")
 
 
 def require_near_stop(stops: NearStops, scene: Scene, waived: bool) -> None:
@@ -69,7 +73,10 @@ def show_near_stops(stops: NearStops, setup: Setup, scene: Scene, console: Termi
 def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Terminal) -> None:
     """Say what will move and what stops it, and ask; UserError unless the answer is yes."""
     reached, motion = sum(map(len, itinerary.reached)), scene.motion
+    floors = ", ".join(f"{o.keys['floor']:g} m" for o in scene.obstacles if "floor" in o.keys)
     lines = [
+        f"The scene states: the floor lies at {floors} in the base frame; it and {len(scene.obstacles) - 1} more obstacles"
+        f" are all that the robot can reach; rings_as_proposed = {str(motion.rings_as_proposed).lower()}.",
         f"The robot will move to {reached} of {sum(map(len, plans.parts))} poses, its leading joint at up to"
         f" {math.degrees(motion.speed):g}°/s and {math.degrees(motion.acceleration):g}°/s². It stops on a near reading as in"
         " the table above, on a ring that is silent, frozen or reports failures, on a fault of a link, and on Ctrl-C.",
@@ -80,7 +87,7 @@ def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Terminal)
         console.print(line, highlight=False, soft_wrap=True)
     try:
         answer = console.input("Type yes to let it move > ").strip()
-    except (EOFError, OSError):
+    except (EOFError, OSError, UnicodeDecodeError):
         answer = ""
     if answer != "yes":
         raise UserError("--move: not confirmed, nothing was moved; allowed: yes")

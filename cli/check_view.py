@@ -70,7 +70,7 @@ class View:
             self._live.stop()
             prompt = Text(f"{words}\n  Enter: done, s: leave it out, q: end the check > ")
             answer = self._console.input(prompt).strip().lower()
-        except (EOFError, OSError):
+        except (EOFError, OSError, UnicodeDecodeError):
             answer = "q"
         if self._console.is_terminal:
             self._live.start()

@@ -75,6 +75,8 @@ def check(
 
     if sum(given is not None for given in (rig, robot_host, replay)) != 1:
         raise UserError("check: allowed: one of --rig sim, --robot-host HOST, --replay FILE")
+    if robot_host == "":
+        raise UserError("--robot-host: found nothing, allowed: a name or an address")
     if robot_host is None and (ring or move):
         raise UserError(f"--{'ring' if ring else 'move'}: allowed: only with --robot-host")
     if allow_reduced_near_stop and not move:

@@ -56,11 +56,13 @@ class Itinerary:
         self.clearance, self._scene, self._setup = Clearance(scene, setup), scene, setup
         between = drawn(scene, _BETWEEN, seed, self.clearance.of)
         self.map = Roadmap(np.concatenate([start[None], *parts, between]), self.clearance.of)
+        self.at, self.reached, self.legs = 0, list[list[int]](), list[tuple[int, int]]()
+        for joints in parts:
+            self.reached.append(self.order(joints))
+            for q in joints[self.reached[-1]]:
+                self.legs += pairwise([self.at, *self.next(q)])
+                self.at = self.node(q)
         self.at = 0
-        self.reached = [self.order(joints) for joints in parts]
-        nodes = [self.node(joints[i]) for joints, order in zip(parts, self.reached, strict=True) for i in order]
-        stays = pairwise([0, *nodes])
-        self.legs = [leg for a, b in stays for leg in pairwise([a, *(self.map.way(a, b) or ())])]
 
     def node(self, q: Float[np.ndarray, " J"]) -> int:
         """The node at a pose."""
@@ -75,11 +77,14 @@ class Itinerary:
         """Nodes on the way there."""
         return self.map.way(self.at, self.node(q)) or []
 
-    def near_stops(self, *legs: tuple[int, int]) -> NearStops:
-        """The near stops along ways between nodes; along the whole route where none are given."""
-        ways = [straight(self.map.nodes[a], self.map.nodes[b], STEP) for a, b in legs or self.legs]
-        start = self.map.nodes[self.at]
-        return near_stops(self._scene, self._setup, np.concatenate([start[None], *ways]))
+    def near_stops(self) -> NearStops:
+        """The near stops along the whole route."""
+        ways = [straight(self.map.nodes[a], self.map.nodes[b], STEP) for a, b in self.legs]
+        return near_stops(self._scene, self._setup, np.concatenate([self.map.nodes[:1], *ways]))
+
+    def near_stops_to(self, node: int, q: Float[np.ndarray, " J"]) -> NearStops:
+        """The near stops along the way to a node from where the robot really is, ``q`` (J,) rad."""
+        return near_stops(self._scene, self._setup, straight(q, self.map.nodes[node], STEP))
 
 
 class MovedRobot:
@@ -90,22 +95,25 @@ class MovedRobot:
         scene: with its limits.
         session: robot and rings.
         itinerary: with the ways.
-        patience: factor of all limits of time; 1 for a real robot.
+        alarm: is told at once where the robot is not seen to stand still.
     """
 
-    def __init__(self, host: str, scene: Scene, session: Session, itinerary: Itinerary, patience: float = 1.0) -> None:
+    def __init__(
+        self, host: str, scene: Scene, session: Session, itinerary: Itinerary, alarm: Callable[[str], None]
+    ) -> None:
         limits, motion = scene.robot.limits, scene.motion
         joints = np.tile([-2 * np.pi, 2 * np.pi], (len(scene.robot.chain), 1)) if limits is None else limits
-        self._itinerary, self._counts = itinerary, session.rings.sizes
-        self._within = STEP + motion.speed * SILENT * patience  # a reading may be as old as the way takes that long
-        self._stops = itinerary.near_stops((itinerary.at, itinerary.at))
+        self._itinerary, self._session, self._counts = itinerary, session, session.rings.sizes
+        self._within = STEP + motion.speed * SILENT * session.patience  # a reading may be that old
+        self._stops = itinerary.near_stops_to(itinerary.at, session.link.latest().q)
         self._mover = Mover(
             host,
             session.link,
             Limits(joints, motion.speed, motion.acceleration),
             itinerary.clearance.fault,
             StopConditions(session, self._near, StopRules(motion.failed_share, motion.frozen_frames)),
-            patience,
+            session.patience,
+            alarm,
         )
 
     def order(self, joints: Float[np.ndarray, "P J"]) -> Sequence[int]:
@@ -113,8 +121,8 @@ class MovedRobot:
 
     def stand(self, q: Float[np.ndarray, " J"], words: str) -> bool:
         for node in self._itinerary.next(q):
-            self._stops = self._itinerary.near_stops((self._itinerary.at, node))
             try:
+                self._stops = self._itinerary.near_stops_to(node, self._session.link.latest().q)
                 self._mover.move(self._itinerary.map.nodes[node])
             except (MoveRefusedError, MoveStoppedError, LinkFaultError) as error:
                 raise EndedError(f"on the way to {words}: {error}") from error

@@ -257,6 +257,7 @@ PROPOSAL = to_toml(ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=sc
     [
         ([], "allowed: one of --rig sim, --robot-host HOST, --replay FILE"),
         (["--rig", "sim", "--replay", "x"], "allowed: one of --rig sim"),
+        (["--robot-host", ""], "--robot-host: found nothing"),
         (["--rig", "sim", "--move"], "--move: allowed: only with --robot-host"),
         (["--robot-host", "h"], "--ring: found none for forearm, tool"),
         (["--robot-host", "h", "--ring", "tool"], "allowed: NAME=PORT"),
@@ -341,7 +342,7 @@ def test_a_simulated_rig_needs_no_statement_and_says_so(tmp_path, monkeypatch, c
 def test_a_distance_of_nothing_is_refused(tmp_path, monkeypatch, key):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text(f"[motion]\n{key} = 0.0\n")
-    with pytest.raises(UserError, match=rf"scene.toml: motion.{key}: found 0.0, allowed: a number above 0"):
+    with pytest.raises(UserError, match=rf"scene.toml: motion.{key}: found 0.0, allowed: a number at least"):
         call(["check", "n2_16_25", "--rig", "sim", "--scene", "scene.toml"])
 
 

@@ -1,6 +1,7 @@
 """What a mover allows, asks for and tells, with a link and a process that do what the test says."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -30,7 +31,7 @@ while data := os.read(0, 4096):
         if record.kind != Kind.ALIVE:
             with log.open("a") as file: file.write(record.kind.name + chr(10))
         if record.kind == Kind.MOVE and log.with_name("dies").exists(): os._exit(3)
-        tell({Kind.MOVE: "moving", Kind.STOP: "stopping"}.get(record.kind, "alive"))
+        tell({Kind.MOVE: "moving", Kind.STOP: "stopping", Kind.REST: "resting"}.get(record.kind, "alive"))
 """
 
 
@@ -44,7 +45,7 @@ class Told:
         if self.fault and len(self.path) == 1:
             raise self.fault
         self.clock += 0.008
-        return State(0.0, self.clock, self.path.pop(0) if len(self.path) > 1 else self.path[0], np.zeros(6))
+        return State(time.monotonic(), self.clock, self.path.pop(0) if len(self.path) > 1 else self.path[0], np.zeros(6))
 
 
 @pytest.fixture
@@ -157,10 +158,12 @@ time.sleep(60)
 
 def test_a_process_that_says_nothing_any_more_and_a_robot_that_is_not_seen_to_stand_are_told():
     link = Told()
-    link.latest = lambda: State(0.0, 0.0, HOME, np.full(6, 0.3))  # it moves, whatever it is told
-    words = (sys.executable, "-c", SILENT)
-    with Mover("127.0.8.1", link, LIMITS, command=words) as mover, pytest.raises(MoveStoppedError) as stopped:
+    link.latest = lambda: State(time.monotonic(), time.monotonic(), HOME, np.full(6, 0.3))  # it moves, whatever it is told
+    words, alarms = (sys.executable, "-c", SILENT), []
+    stopping = pytest.raises(MoveStoppedError)
+    with Mover("127.0.8.1", link, LIMITS, alarm=alarms.append, command=words) as mover, stopping as stopped:
         mover.move(HOME + 1)
+    assert alarms == [str(stopped.value)]
     assert "the process that moves it gave no sign of life" in str(stopped.value)
     assert str(stopped.value).endswith(UNSEEN)
 
@@ -248,3 +251,30 @@ def test_what_ends_a_motion_is_named(deeds, said):
         process.stdin.close()
         process.stdin = None
         assert any(word.startswith(said) for word in heard(process))
+
+
+def test_a_robot_that_is_about_to_move_does_not_stand_still(rig):
+    """States of before the stop, however still, are no proof: only those that come after it."""
+    link, make, _ = rig
+    begun = time.monotonic()
+    link.latest = lambda: State(begun, link.clock, HOME, np.zeros(6))  # the last one, for ever
+    with make() as mover:
+        mover._patience = 0.1
+        assert not mover._stands(link)
+
+
+def test_signals_during_a_motion_are_noted_and_end_it_once(rig):
+    """Two signals at once raise nothing while the robot is being stopped."""
+    _, make, log = rig
+    before, calls = signal.getsignal(signal.SIGINT), []
+
+    def strike():
+        calls.append(1)
+        if len(calls) > 1:  # the first is asked before the motion begins
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
+
+    with make(danger=strike) as mover, pytest.raises(KeyboardInterrupt):
+        mover.move(HOME + 0.1)
+    assert told(log) == ["MOVE", "STOP"]
+    assert signal.getsignal(signal.SIGINT) is before

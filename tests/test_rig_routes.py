@@ -3,14 +3,17 @@
 from dataclasses import replace
 
 import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
+from place_rings.coverage.robots.link_bodies import Capsules
 from place_rings.formats.convert.obstacles import obstacles_of
 from place_rings.formats.convert.scenes import scene_model, scene_of
 from place_rings.formats.schema.scene_models import ObstacleModel
-from place_rings.objectives.scene import Motion
+from place_rings.objectives.scene import Motion, Pose
 from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.plan import planned
-from place_rings.rig.poses.clear import clear, gaps, least_gaps
+from place_rings.rig.poses.clear import clear, from_cell, gaps, least_gaps, sunk
 from place_rings.rig.poses.near_stops import NOBODY, by_ring, near_stops
 from place_rings.rig.poses.routes import SLACK, Clearance, Roadmap, straight
 from place_rings.rig.sensing.expected import ROBOT, expected
@@ -84,6 +87,7 @@ def test_near_stops_hold_about_a_pose_and_are_counted_ring_by_ring():
     for i, q in enumerate(joints):
         np.testing.assert_array_equal(stops.near(q, 0.0), stops.least[i])
         np.testing.assert_array_equal(stops.near(q, 100.0), stops.least.min(axis=0))
+        np.testing.assert_array_equal(stops.near(q + 10, 1.0), SCENE.motion.near)  # not on this way
     names = [b.name for b in SCENE.robot.bodies]
     rings = by_ring(stops, SETUP, names)
     assert [r.sensors for r in rings] == [r.count for r in SETUP.rings]
@@ -101,14 +105,31 @@ def test_a_body_near_an_obstacle_at_the_scenes_own_pose_may_come_no_nearer():
     height = gaps(replace(SCENE, obstacles=obstacles_of([ObstacleModel(floor=-5.0)])), HOME[None])[1].min(axis=0)[2:].min()
     bench = replace(SCENE, obstacles=obstacles_of([ObstacleModel(floor=float(height) - 5.0 - 0.05)]))
     near = gaps(bench, HOME[None])[1][0]
-    assert (near < motion.cell).any()
+    assert (near[2:] < motion.cell).any()
     least = least_gaps(bench, motion.own, motion.cell)[1]
-    np.testing.assert_allclose(least, np.minimum(near, motion.cell), atol=2e-6)
+    assert least[0] == -np.inf  # no joint moves the base nearer to the bench
+    np.testing.assert_allclose(least[2:], np.clip(near[2:], 0, motion.cell), atol=2e-6)
+    assert sunk(bench) == []
     assert clear(bench, HOME[None], motion.cell, motion.own)[0]
     lower = HOME + np.radians([0, 12, 0, 0, 0, 0])
     assert (gaps(bench, lower[None])[1][0] < least).any()
     assert not clear(bench, lower[None], motion.cell, motion.own)[0]
     assert "allowed: " in Clearance(bench, SETUP).fault(lower)
+    deep = replace(bench, poses=(*bench.poses, Pose(HOME + np.radians([0, 40, 0, 0, 0, 0]))))
+    assert any(line.startswith("poses[1]: ") for line in sunk(deep))
+    assert np.all(least_gaps(deep, motion.own, motion.cell)[1][2:] >= 0)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_distances_from_the_cell_are_those_of_many_points_of_an_axis(seed):
+    rng = np.random.default_rng(seed)
+    start, end, radius = rng.uniform(-1, 1, (3, 2, 3)), rng.uniform(-1, 1, (3, 2, 3)), np.array([0.05, 0.1])
+    found = from_cell(SCENE, Capsules(start, end, radius))
+    points = start + np.linspace(0, 1, 3000)[:, None, None, None] * (end - start)
+    exact = np.stack([o.body(points).min(axis=0) - radius for o in SCENE.obstacles], axis=-1).reshape(3, -1)
+    length = np.repeat(np.linalg.norm(end - start, axis=2), len(SCENE.obstacles), axis=1)
+    assert np.all(found >= exact - 1e-3)
+    assert np.all(found <= exact + length / 64 + 1e-9)
 
 
 def test_what_was_injected_is_found_by_the_same_seed():

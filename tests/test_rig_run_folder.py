@@ -66,6 +66,9 @@ def test_what_is_not_ours_stays(place):
     trap.mkdir()
     (trap / "lock").symlink_to(elsewhere / "lock")
     (place / f"{PREFIX}file").touch()
+    mine = place / f"{PREFIX}my-results"
+    mine.mkdir()
+    (mine / "lock").write_text("my own")
     before = sorted(place.rglob("*"))
     assert sweep() == []
     assert sorted(place.rglob("*")) == before

@@ -66,15 +66,23 @@ def test_distances_that_do_not_change_stop_it_after_the_stated_frames_and_not_be
     assert said[before + most] == f"its distances have not changed in {most} frames while the robot moves"
 
 
-@given(counts, st.data())
-def test_one_sensor_that_changes_is_enough(count, data):
-    moved = data.draw(st.integers(0, count - 1))
-    frames = []
-    for n in range(40):
-        distance = np.full(count, 0.7)
-        distance[moved] += 0.001 * (n % 2)
-        frames.append(frame(n, distance, np.full(count, Status.VALID)))
-    assert watched(frames) == [None] * 40
+@given(st.integers(2, 24), st.data())
+def test_some_frozen_sensors_stop_it_beyond_the_share_that_may_fail(count, data):
+    frozen = np.array(data.draw(st.lists(st.booleans(), min_size=count, max_size=count)))
+    frozen[data.draw(st.integers(0, count - 1))] = False
+    frames = [
+        frame(
+            n,
+            np.where(frozen, 0.7, 0.7 + 0.001 * (n % 2)),
+            np.where(n % 2, Status.VALID, Status.WEAK) + np.zeros(count, int),
+        )
+        for n in range(20)
+    ]
+    said = watched(frames)
+    assert said[: StopRules.frozen_frames] == [None] * StopRules.frozen_frames
+    stopped = [f"{frozen.sum()} of {count} sensors have not changed in 6 frames, 0 report failure"]
+    beyond = frozen.sum() > 1 and frozen.sum() > StopRules.failed_share * count
+    assert said[StopRules.frozen_frames :] == (stopped if beyond else [None]) * (20 - StopRules.frozen_frames)
 
 
 @pytest.mark.parametrize(
@@ -178,7 +186,7 @@ def test_the_docs_say_what_makes_it_stop_line_by_line(struck):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", range(31))
+@pytest.mark.parametrize("number", range(33))
 def test_each_fault_is_reported_and_leaves_the_robot_still(struck, number):
     """One run of each: times are the benchmark's affair."""
     pytest.importorskip("rtde_control")
@@ -192,4 +200,4 @@ def test_each_fault_is_reported_and_leaves_the_robot_still(struck, number):
 
 
 def test_the_faults_are_as_many_as_are_struck(struck):
-    assert len(struck.FAULTS) == 31
+    assert len(struck.FAULTS) == 33

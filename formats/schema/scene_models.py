@@ -57,15 +57,15 @@ class SafetyModel(StrictModel):
 class MotionModel(StrictModel):
     """How `check --move` may move a real robot. It is no safety function."""
 
-    speed_deg_s: float = Field(default=15.0, gt=0, le=60, description="degrees a second, of the leading joint")
+    speed_deg_s: float = Field(default=15.0, ge=1, le=60, description="degrees a second, of the leading joint")
     acceleration_deg_s2: float = Field(default=30.0, gt=0, le=120, description="degrees a second squared, likewise")
-    near_m: float = Field(default=0.15, gt=0, le=4, description="metres: a reading nearer than that stops the robot")
-    self_m: float = Field(default=0.04, gt=0, le=1, description="metres, that the robot's bodies keep from each other")
-    cell_m: float = Field(default=0.1, gt=0, le=1, description="metres, that they keep from obstacles")
+    near_m: float = Field(default=0.15, ge=0.05, le=4, description="metres: a reading nearer than that stops the robot")
+    self_m: float = Field(default=0.04, ge=0.01, le=1, description="metres, that the robot's bodies keep from each other")
+    cell_m: float = Field(default=0.1, ge=0.02, le=1, description="metres, that they keep from obstacles")
     near_share: float = Field(
         default=0.5, ge=0, le=1, description="of the sensors that must keep the whole of near_m, at least"
     )
-    failed_share: float = Field(default=0.25, ge=0, le=0.5, description="of a ring's sensors that may report failure")
+    failed_share: float = Field(default=0.25, ge=0, le=0.5, description="of a ring's sensors that may fail or freeze")
     frozen_frames: int = Field(
         default=6, ge=2, le=100, description="frames in which a ring's distances may stay unchanged during a motion"
     )

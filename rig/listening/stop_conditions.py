@@ -23,9 +23,9 @@ class StopRules:
     """When a ring that answers is as good as none."""
 
     failed_share: float = 0.25
-    """Share of a ring's sensors that may report failure."""
+    """Share of a ring's sensors that may report failure, or be frozen."""
     frozen_frames: int = 6
-    """Consecutive frames of a ring, while the robot moves, in which nothing may stay as it is."""
+    """Consecutive frames, while the robot moves, after which a distance that is still the same is frozen."""
 
     def too_many(self, failed: int, count: int) -> bool:
         """Whether so many failed sensors of a ring of ``count`` stop the robot: all of them, or more than
@@ -37,7 +37,7 @@ class RingWatch:
     """Whether one ring still shows what is around the robot."""
 
     def __init__(self, rules: StopRules) -> None:
-        self._rules, self._last, self._unchanged = rules, None, 0
+        self._rules, self._last, self._unchanged = rules, None, np.zeros(0, int)
 
     _last: Frame | None
 
@@ -50,30 +50,33 @@ class RingWatch:
             moving: whether the robot moves now.
         """
         if frame is None:
-            self._last, self._unchanged = None, 0
+            self._last = None
             return "is silent"
         failed, count = int((frame.status == Status.FAILED).sum()), len(frame.status)
         if self._rules.too_many(failed, count):
             return f"{failed} of {count} sensors report failure"
         self._follow(frame, moving)
-        if self._unchanged >= self._rules.frozen_frames:
-            return f"its distances have not changed in {self._unchanged} frames while the robot moves"
-        measured = np.isin(frame.status, (Status.VALID, Status.WEAK))
-        for sensor in np.flatnonzero(measured & (frame.distance < near)):
+        measured, frames = frame.distance > 0, self._rules.frozen_frames
+        frozen = measured & (self._unchanged >= frames)
+        if frozen.any() and (frozen == measured).all():
+            return f"its distances have not changed in {frames} frames while the robot moves"
+        if self._rules.too_many(failed + int(frozen.sum()), count):
+            return f"{frozen.sum()} of {count} sensors have not changed in {frames} frames, {failed} report failure"
+        near_by = np.isin(frame.status, (Status.VALID, Status.WEAK)) & (frame.distance < near)
+        for sensor in np.flatnonzero(near_by):
             read, least = 1000 * frame.distance[sensor], 1000 * near[sensor]
             return f"sensor {sensor} reads {read:.0f} mm, nearer than {least:.0f} mm"
         return None
 
     def _follow(self, frame: Frame, moving: bool) -> None:
-        """Count the frames in which nothing changed. A ring that measures no distance, or none but 0 (a sensor that is
-        covered), has none to change."""
+        """Count for how many frames each distance (n,) is the same. A sensor that measures none, or 0 as one that is
+        covered, has none to change."""
         before, self._last = self._last, frame
         if not moving or before is None:
-            self._unchanged = 0
+            self._unchanged = np.zeros(len(frame.distance), int)
         elif frame is not before:
-            same = np.array_equal(frame.distance, before.distance, equal_nan=True)
-            same = same and np.array_equal(frame.status, before.status)
-            self._unchanged = self._unchanged + 1 if same and (frame.distance > 0).any() else 0
+            same = (frame.distance == before.distance) & (frame.distance > 0)
+            self._unchanged = np.where(same, self._unchanged + 1, 0)
 
 
 class StopConditions:

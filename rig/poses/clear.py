@@ -16,6 +16,7 @@ _ALONG = 9  # points of a body's axis against the cell
 _TURN = np.pi  # rad either way of 0 that poses are drawn from, where limits leave more
 _TRIES = 100
 _ROUNDING = 1e-6  # m
+_SOME = 32  # poses
 
 
 def gaps(scene: Scene, joints: Float[np.ndarray, "P J"]) -> tuple[Float[np.ndarray, "P A"], Float[np.ndarray, "P B"]]:
@@ -30,13 +31,24 @@ def gaps(scene: Scene, joints: Float[np.ndarray, "P J"]) -> tuple[Float[np.ndarr
 
 
 def from_cell(scene: Scene, bodies: Capsules) -> Float[np.ndarray, "P B"]:
-    """Distances (P, N * O) m of N capsules from O obstacles, by points of their axes: at most half the gap between two
-    points too large."""
+    """Distances (P, N * O) m of N capsules from O obstacles, by points of their axes: at most 1/64 of an axis too large, as
+    an obstacle's function is convex along it."""
     start, end, radius = bodies
-    place = np.linspace(0, 1, _ALONG)[:, None, None, None]
-    points = start + place * (end - start)
-    each = [o.body(points).min(axis=0) - radius for o in scene.obstacles]
+    each = [_from_body(o.body, start, end) - radius for o in scene.obstacles]
     return np.stack(each, axis=-1).reshape(len(start), -1) if each else np.full((len(start), 0), np.inf)
+
+
+def _from_body(body: Any, start: Float[np.ndarray, "P N 3"], end: Float[np.ndarray, "P N 3"]) -> Float[np.ndarray, "P N"]:
+    """The least of a convex function on the segments between points (P, N, 3) m: on points of each, then on more of them
+    about the lowest."""
+    low, width, found = np.zeros(start.shape[:2]), np.ones(start.shape[:2]), np.full(start.shape[:2], np.inf)
+    for _ in range(2):
+        place = np.clip(low + np.linspace(0, 1, _ALONG)[:, None, None] * width, 0, 1)  # (A, P, N)
+        value = body(start + place[..., None] * (end - start))  # (A, P, N)
+        found = np.minimum(found, value.min(axis=0))
+        lowest = np.take_along_axis(place, value.argmin(axis=0)[None], axis=0)[0]
+        low, width = lowest - width / (_ALONG - 1), 2 * width / (_ALONG - 1)
+    return found
 
 
 def clear(
@@ -60,14 +72,35 @@ def least_gaps(
     """What the pairs of ``gaps`` must keep, m: ``own`` and ``cell``, and ``slack`` more.
 
     Two bodies that are nearer than ``own`` at one of the scene's own poses belong together, as neighbours do, and need
-    keep nothing. A body that is nearer than ``cell`` to an obstacle at one of them, as a base is to its floor, may come
-    as near as it is there, and no nearer.
+    keep nothing. A body that is nearer than ``cell`` to an obstacle at one of them may come as near as it is there, but
+    never into it. A body that no joint moves nearer to an obstacle, as a base to its floor, needs keep nothing.
     """
     bodies, obstacles = (known.min(axis=0) for known in gaps(scene, np.array([p.q for p in scene.poses])))
     return (
         np.where(bodies >= own, own + slack, -np.inf),
-        np.where(obstacles >= cell, cell + slack, obstacles - _ROUNDING),
+        np.where(
+            obstacles >= cell,
+            cell + slack,
+            np.where(fixed(scene), -np.inf, np.maximum(obstacles - _ROUNDING, 0.0)),
+        ),
     )
+
+
+def fixed(scene: Scene) -> Bool[np.ndarray, " B"]:
+    """Which distances of bodies from obstacles (B,), in the order of ``gaps``, no joint changes."""
+    joints = np.random.default_rng(0).uniform(-_TURN, _TURN, (_SOME, len(scene.robot.chain)))
+    return np.ptp(gaps(scene, joints)[1], axis=0) < _ROUNDING
+
+
+def sunk(scene: Scene) -> list[str]:
+    """Which bodies stand in an obstacle at which of the scene's own poses, as lines; those that no joint moves are left
+    out."""
+    found = gaps(scene, np.array([p.q for p in scene.poses]))[1]  # (P, B)
+    names = [(b.name, o.name) for b in scene.robot.bodies for o in scene.obstacles]
+    return [
+        f"poses[{p}]: {names[b][0]} stands {-1000 * found[p, b]:.0f} mm in {names[b][1]}"
+        for p, b in np.argwhere((found < -_ROUNDING) & ~fixed(scene))
+    ]
 
 
 Good = Callable[[Float[np.ndarray, "P J"]], Bool[np.ndarray, " P"]]

@@ -45,9 +45,9 @@ class NearStops:
 
     def near(self, q: Float[np.ndarray, " J"], within: float) -> Float[np.ndarray, " K"]:
         """The near stops (K,) m that hold about ``q`` (J,) rad: the lowest of the poses that lie ``within``
-        rad of it in every joint, or of the nearest one."""
-        off = np.abs(self.joints - q).max(axis=1)  # (P,)
-        return self.least[off <= max(within, float(off.min()))].min(axis=0)
+        rad of it in every joint; the full distance where there are none."""
+        here = np.abs(self.joints - q).max(axis=1) <= within  # (P,)
+        return self.least[here].min(axis=0, initial=self.full)
 
 
 def near_stops(scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> NearStops:

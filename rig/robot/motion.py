@@ -13,29 +13,30 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from jaxtyping import Float
 
 from ..recording.records import DamagedError, Kind, Record, RecordReader
 from .link import Link
-from .motion_process import SIGN
+from .motion_process import DECELERATION, SIGN
 from .state import JOINTS, pack_move
 from .vetting import LinkFaultError
 
 MOST_SPEED, MOST_ACCELERATION = math.radians(60), math.radians(120)  # rad/s and rad/s², whatever is asked for
 _READY = 20.0  # s, for the controller to take the program
 _TOLD = 0.5  # s, for an answer: the process says at once that it moves
-_STILL = 1.0  # s, for the robot to stand still after it was told to
+_STILL = 0.3  # s, for the robot to be seen to stand still, beyond what its deceleration takes
+BOUND = 1.0  # s, after which stillness came late
 _LOOK = 0.01  # s
 _STEP = math.radians(2)  # of the way that is checked
 _THERE, _STANDS = 2e-3, 2e-3  # rad of every joint; rad/s
-_FIRM = 5  # states
+_FIRM = 0.1  # s of the robot's clock, that it must be seen to stand
 _AGAIN = 3.0  # s, for a robot that was lost to answer again
 _PATIENCE = 2.0  # s, beyond what a motion takes by itself
 _DASHBOARD = 29999
@@ -75,7 +76,8 @@ class Mover:
         limits: of all motions.
         fault_at: what is wrong with joint angles (6,) rad on the way, such as links that come near each other; None:
             nothing. danger: what asks for a stop right now, such as a near reading; None: nothing. Asked a hundred times a
-            second. patience: factor of all limits of time; 1 for a real robot. command: that starts the process, for tests.
+            second. patience: factor of all limits of time; 1 for a real robot. alarm: is told at once where the robot is not
+            seen to stand still. command: that starts the process, for tests.
 
     Raises:
         MoveRefusedError: if the robot cannot be controlled.
@@ -89,10 +91,11 @@ class Mover:
         fault_at: Callable[[Float[np.ndarray, " 6"]], str | None] = lambda q: None,
         danger: Callable[[], str | None] = lambda: None,
         patience: float = 1.0,
+        alarm: Callable[[str], None] = lambda text: None,
         command: tuple[str, ...] = (sys.executable, "-m", f"{__package__}.motion_process"),
     ) -> None:
         self._host, self._link, self._limits, self._fault_at, self._danger = host, link, limits, fault_at, danger
-        self._reader, self._patience, self._heard = RecordReader(), patience, time.monotonic()
+        self._reader, self._patience, self._alarm, self._heard = RecordReader(), patience, alarm, time.monotonic()
         self._process = subprocess.Popen(
             [*command, host, str(patience)],
             stdin=subprocess.PIPE,
@@ -144,20 +147,25 @@ class Mover:
         q, speed, acceleration = np.asarray(q, float), self._limits.speed, self._limits.acceleration
         way = float(np.abs(q - self._link.latest().q).max())
         most = 1.5 * (way / speed + speed / acceleration) + _PATIENCE * self._patience
-        try:
-            self._tell(Kind.MOVE, pack_move(q, speed, acceleration))
-            self._expect("moving", _TOLD * self._patience)
-            self._watch(q, time.monotonic() + most)
-            self._tell(Kind.REST)
-        except BaseException as error:
-            with _undisturbed():
+        with _noted_signals() as signals:
+            try:
+                self._tell(Kind.MOVE, pack_move(q, speed, acceleration))
+                self._expect("moving", _TOLD * self._patience)
+                self._watch(q, time.monotonic() + most, signals)
+                self._tell(Kind.REST)
+                self._expect("resting", _TOLD * self._patience)
+            except BaseException as error:
+                began = time.monotonic()
                 still = self.stop()
-            why = self._why(error)
-            if not still:
-                raise MoveStoppedError(f"{why}; {UNSEEN}") from None
-            if isinstance(error, LinkFaultError | _NoAnswerError):
-                raise MoveStoppedError(why) from None
-            raise
+                why, took = self._why(error), time.monotonic() - began
+                if not still:
+                    self._alarm(f"{why}; {UNSEEN}")
+                    raise MoveStoppedError(f"{why}; {UNSEEN}") from None
+                if took > BOUND * self._patience:
+                    raise MoveStoppedError(f"{why}; it was seen to stand still only after {took:.1f} s") from None
+                if isinstance(error, LinkFaultError | _NoAnswerError):
+                    raise MoveStoppedError(why) from None
+                raise
 
     def _why(self, error: BaseException) -> str:
         """Why the robot was stopped: what the link says goes before what its client complains of."""
@@ -166,7 +174,7 @@ class Mover:
             return f"{fault} ({error})"
         return str(error) or "interrupted"
 
-    def _watch(self, q: Float[np.ndarray, " 6"], until: float) -> None:
+    def _watch(self, q: Float[np.ndarray, " 6"], until: float, signals: Sequence[str]) -> None:
         """Wait until the robot stands at ``q`` (6,) rad; MoveStoppedError where it has to be stopped."""
         self._heard = turn = time.monotonic()
         most = SIGN * self._patience
@@ -174,6 +182,8 @@ class Mover:
             before, turn = turn, time.monotonic()
             if turn - before > most:
                 raise MoveStoppedError(f"this program was held up for {turn - before:.2f} s, allowed: {most:g} s")
+            if signals:
+                raise KeyboardInterrupt(signals[0])
             if self._there(q):
                 return
             if wrong := self._danger():
@@ -208,7 +218,7 @@ class Mover:
         if self._process.poll() is None and self._process.stdin:
             self._process.stdin.close()  # upon which it stops and ends
             with suppress(subprocess.TimeoutExpired):
-                self._process.wait(_STILL * self._patience)
+                self._process.wait(BOUND * self._patience)
         self._process.kill()
         self._shut()
 
@@ -229,15 +239,20 @@ class Mover:
         return bool(np.abs(state.q - q).max() < _THERE and np.abs(state.speed).max() < _STANDS)
 
     def _stands(self, link: Link) -> bool:
-        """Whether the robot is seen to stand still in time: in ``_FIRM`` states that come one after another."""
-        until, firm, clock = time.monotonic() + _STILL * self._patience, 0, -np.inf
+        """Whether the robot is seen to stand still in time: at one place, for ``_FIRM`` s, in states that came after now."""
+        begin, first = time.monotonic(), None
+        until = begin + (self._limits.speed / DECELERATION + _STILL) * self._patience
         with suppress(LinkFaultError):
-            while time.monotonic() < until and firm < _FIRM:
+            while time.monotonic() < until:
                 state = link.latest()
-                if state.clock > clock:
-                    clock, firm = state.clock, firm + 1 if np.abs(state.speed).max() < _STANDS else 0
+                if np.abs(state.speed).max() >= _STANDS or (first and np.abs(state.q - first.q).max() > _THERE):
+                    first = None
+                elif first is None and state.time > begin:
+                    first = state
+                elif first and state.clock - first.clock >= _FIRM:
+                    return True
                 time.sleep(_LOOK)
-        return firm >= _FIRM
+        return False
 
     def _stands_by_another_link(self) -> bool:
         """The same where the link ended: the robot may still answer a new one."""
@@ -292,17 +307,22 @@ def _ended_by(status: int) -> str:
 
 
 @contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Let no second Ctrl-C, nor another signal that ends a check, interrupt the stopping of the robot."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.signal(number, signal.SIG_IGN) for number in _SIGNALS}
+def _noted_signals() -> Iterator[list[str]]:
+    """Ctrl-C, and other signals that would end a check, as a list that grows while a motion lasts.
+
+    They raise nothing: an exception might come between any two steps of stopping the robot.
+    """
+    noted, before = list[str](), dict[signal.Signals, Any]()
+    if threading.current_thread() is threading.main_thread():
+        for number in _SIGNALS:
+            if callable(signal.getsignal(number)):
+                text = "" if number == signal.SIGINT else f"ended by {number.name}"
+                before[number] = signal.signal(number, lambda *_, text=text: noted.append(text))
     try:
-        yield
+        yield noted
     finally:
         for number, handler in before.items():
-            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+            signal.signal(number, handler)
 
 
 class _NoAnswerError(Exception):

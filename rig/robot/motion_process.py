@@ -27,7 +27,7 @@ HANG = 2.0  # s, of one call of the client
 LEAVE = 3.0  # s, for stopping the robot once the check is gone
 START = 15.0  # s, for the client's constructor, which cannot be reached from Python while it hangs
 _TICK = 0.02  # s, between two signs to the robot
-_DECELERATION = 2.0  # rad/s²
+DECELERATION = 2.0  # rad/s²
 
 
 class MotionProcess:
@@ -75,11 +75,12 @@ class MotionProcess:
             word = "moving" if self._moving else "the robot refused to move"
             self.tell(Kind.DONE if self._moving else Kind.NOTE, word)
         elif record.kind == Kind.STOP:
-            self._client.stopJ(_DECELERATION, True)  # returns at once, so that the watchdog is still fed
+            self._client.stopJ(DECELERATION, True)  # returns at once, so that the watchdog is still fed
             self._moving = False
             self.tell(Kind.DONE, "stopping")
         elif record.kind == Kind.REST:
             self._moving = False
+            self.tell(Kind.DONE, "resting")
 
     def _watch(self) -> None:
         """Stop the robot where nobody watches it any more; show that this process lives."""
@@ -87,7 +88,7 @@ class MotionProcess:
             return
         silent = time.monotonic() - self._heard
         if silent > SIGN * self._patience:
-            self._client.stopJ(_DECELERATION, True)
+            self._client.stopJ(DECELERATION, True)
             self._moving = False
             self.tell(Kind.NOTE, f"the check gave no sign of life for {1000 * silent:.0f} ms; the robot was stopped")
         else:
@@ -115,7 +116,7 @@ class MotionProcess:
     def _leave(self) -> None:
         """The check is gone: stop the robot."""
         self._limit(LEAVE)
-        self._client.stopJ(_DECELERATION)
+        self._client.stopJ(DECELERATION)
         self._client.stopScript()
 
     def _limit(self, seconds: float) -> None:

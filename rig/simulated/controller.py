@@ -47,12 +47,13 @@ class Controller:
 
     clock_rate and clock_start: of the robot's own clock, which begins there and goes so much faster than the host's. Each of
     ``spoil`` changes the bytes of a package of data before they are sent; ``mute`` keeps it from answering, ``frozen`` from
-    sending, ``deaf`` from hearing anything; ``stubborn`` lets it move on, whatever should stop it.
+    sending, ``deaf`` from hearing anything; ``stubborn`` lets it move on, whatever should stop it, and
+    ``unwilling`` whatever its program should do.
     """
 
     def __init__(self, arm: Arm, address: str, clock_start: float = 1000.0, clock_rate: float = 1 + 30e-6) -> None:
         self.arm, self.address = arm, address
-        self.mute = self.frozen = self.deaf = self.stubborn = False
+        self.mute = self.frozen = self.deaf = self.stubborn = self.unwilling = False
         self.spoil: Callable[[bytes], bytes] | None = None
         self.safety = _NORMAL
         self._start, self._clock = time.monotonic(), (clock_start, clock_rate)
@@ -105,7 +106,7 @@ class Controller:
     async def heal(self) -> None:
         """Be as it was at first, whatever was done to it."""
         self.close()
-        self.mute = self.frozen = self.deaf = self.stubborn = False
+        self.mute = self.frozen = self.deaf = self.stubborn = self.unwilling = False
         self.spoil, self.safety = None, _NORMAL
         self.stop()
         await self.open()
@@ -219,7 +220,8 @@ class Controller:
                 self.arm.move(np.array(doubles[:6]), doubles[6], doubles[7])
                 return not asynchronous
             case _ if command == _STOP:
-                self._stop_arm(doubles[0])
+                if not self.unwilling:
+                    self._stop_arm(doubles[0])
                 return not asynchronous
             case _ if command == _WATCHDOG:
                 self._watchdog, self._fed = 1 / doubles[0], time.monotonic()

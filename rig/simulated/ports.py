@@ -41,8 +41,8 @@ class SimulatedRing:
     """A ring's electronics at ``path``, a link to a pseudo-terminal, there while it is plugged in.
 
     silent: it sends nothing. corrupt: share of bytes that arrive changed. disorder: share of frames that are held back until
-    after the next one. garble: it speaks as another firmware. failed: share of its sensors that report failure. frozen: it
-    sends the last distances again and again. near: m, that its first sensor reads.
+    after the next one. garble: it speaks as another firmware. failed, frozen: shares of its sensors that report failure,
+    and that send their last distance again and again. near: m, that its first sensor reads.
     """
 
     def __init__(self, path: Path, encoding: str, rng: np.random.Generator) -> None:
@@ -55,7 +55,7 @@ class SimulatedRing:
     def cure(self) -> None:
         """Be as it was at first, whatever was done to it."""
         self.silent, self.garble, self.corrupt, self.disorder = False, False, 0.0, 0.0
-        self.failed, self.frozen, self.near = 0.0, False, float("nan")
+        self.failed, self.frozen, self.near = 0.0, 0.0, float("nan")
         if not self._ends:
             self.plug()
 
@@ -101,11 +101,12 @@ class SimulatedRing:
     def _measured(
         self, distance: Float[np.ndarray, " n"], status: Int[np.ndarray, " n"]
     ) -> tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]:
-        """What a frame holds: the same as before where the ring is frozen, failures where sensors fail."""
-        if self.frozen and self._last is not None:
-            distance, status = self._last
-        self._last = distance, status
+        """What a frame holds, with what ails the sensors: the first of them."""
         number = np.arange(len(distance))
+        if self._last is not None:
+            kept = number < round(self.frozen * len(distance))
+            distance, status = (np.where(kept, old, new) for old, new in zip(self._last, (distance, status), strict=True))
+        self._last = distance, status
         if not np.isnan(self.near):
             first = number == 0
             distance, status = np.where(first, self.near, distance), np.where(first, Status.VALID, status)

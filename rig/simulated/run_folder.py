@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 PREFIX = "place-rings-rig-"
-_NEW, _LOCK = ".new-", "lock"
+_NEW, _LOCK, _SIGNED = ".new-", "lock", b"a run of place-rings\n"
 
 
 class RunFolder:
@@ -23,6 +23,7 @@ class RunFolder:
         new = Path(tempfile.mkdtemp(prefix=_NEW + PREFIX))
         self._lock = os.open(new / _LOCK, os.O_CREAT | os.O_RDWR | os.O_CLOEXEC, 0o600)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
+        os.write(self._lock, _SIGNED)
         self.path = new.rename(new.with_name(new.name.removeprefix(_NEW)))  # held before anyone looks for it
 
     def close(self) -> None:
@@ -44,7 +45,7 @@ def sweep() -> list[Path]:
 
 
 def _dead(folder: Path) -> bool:
-    """Whether nobody holds a folder; one without a lock is not ours."""
+    """Whether nobody holds a folder; one without a lock that we signed is not ours."""
     try:
         lock = os.open(folder / _LOCK, os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
     except FileNotFoundError:
@@ -54,6 +55,6 @@ def _dead(folder: Path) -> bool:
     except BlockingIOError:
         return False
     else:
-        return True
+        return os.read(lock, len(_SIGNED) + 1) == _SIGNED
     finally:
         os.close(lock)

@@ -105,7 +105,7 @@ class Simulation:
             "stop": lambda: controller.stop(message.get("how", "protective")),
             "pendant": controller.stop,
             "drop": controller.drop,
-            "ignore": lambda: setattr(controller, "stubborn", True),
+            "ignore": lambda: setattr(controller, message.get("how", "stubborn"), True),
             "world": lambda: self._tell(message),
             "counts": lambda: {"sent": [r.sent for r in self._rings], "dropped": [r.dropped for r in self._rings]},
             "state": lambda: {"q": self._arm.q.tolist(), "moving": self._arm.moving},
@@ -121,7 +121,7 @@ class Simulation:
                 "garble": lambda: setattr(ring, "garble", message.get("on", True)),
                 "fail": lambda: setattr(ring, "failed", message["share"]),
                 "near": lambda: setattr(ring, "near", message.get("at", float("nan"))),
-                "freeze": lambda: setattr(ring, "frozen", message.get("on", True)),
+                "freeze": lambda: setattr(ring, "frozen", message["share"]),
             }
         return deeds[message["do"]]()
 
