@@ -50,6 +50,8 @@ def work(address: str, ports: list[str], answers: Connection, said: Connection) 
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
     sys.stdin, sys.stdout = os.fdopen(0), os.fdopen(1, "w")
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    for number in (signal.SIGTERM, signal.SIGHUP):  # whatever nohup made of it
+        signal.signal(number, signal.SIG_DFL)
     why = ""
     with gone_is_an_error(), ended_by_signals():
         try:

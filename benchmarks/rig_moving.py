@@ -314,7 +314,7 @@ def _judge(fault: Fault, still: float | None, why: str, found: Stillness) -> Non
     found.unseen += UNSEEN in why or bool(_LATE.search(why))
     if still is not None and fault.stops and not fault.moves:
         found.still.append(still)
-    in_time = still is not None and still <= STILL and fault.stops
+    in_time = still is not None and still <= STILL
     if not (in_time or fault.moves or UNSEEN in why or _LATE.search(why)):
         found.wrong.append(f"stood still after {still} s, and the report says: {why}")
     if fault.reported is not None and not re.search(fault.reported, why):

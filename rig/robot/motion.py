@@ -13,9 +13,10 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from types import TracebackType
 from typing import Any, Self
 
@@ -174,7 +175,7 @@ class Mover:
             return f"{fault} ({error})"
         return str(error) or "interrupted"
 
-    def _watch(self, q: Float[np.ndarray, " 6"], until: float, signals: Sequence[str]) -> None:
+    def _watch(self, q: Float[np.ndarray, " 6"], until: float, signals: list[Callable[[], object]]) -> None:
         """Wait until the robot stands at ``q`` (6,) rad; MoveStoppedError where it has to be stopped."""
         self._heard = turn = time.monotonic()
         most = SIGN * self._patience
@@ -183,7 +184,7 @@ class Mover:
             if turn - before > most:
                 raise MoveStoppedError(f"this program was held up for {turn - before:.2f} s, allowed: {most:g} s")
             if signals:
-                raise KeyboardInterrupt(signals[0])
+                signals.pop(0)()  # raises
             if self._there(q):
                 return
             if wrong := self._danger():
@@ -307,22 +308,26 @@ def _ended_by(status: int) -> str:
 
 
 @contextmanager
-def _noted_signals() -> Iterator[list[str]]:
-    """Ctrl-C, and other signals that would end a check, as a list that grows while a motion lasts.
+def _noted_signals() -> Iterator[list[Callable[[], object]]]:
+    """Ctrl-C, and other signals that would end a check, as a list of what they do, which grows while a motion lasts.
 
-    They raise nothing: an exception might come between any two steps of stopping the robot.
+    Until then they do nothing: an exception might come between any two steps of stopping the robot. One that comes at the
+    very end of a motion is acted on after it.
     """
-    noted, before = list[str](), dict[signal.Signals, Any]()
+    noted, before = list[Callable[[], object]](), dict[signal.Signals, Any]()
     if threading.current_thread() is threading.main_thread():
         for number in _SIGNALS:
-            if callable(signal.getsignal(number)):
-                text = "" if number == signal.SIGINT else f"ended by {number.name}"
-                before[number] = signal.signal(number, lambda *_, text=text: noted.append(text))
+            handler = signal.getsignal(number)
+            if callable(handler):
+                deed = partial(handler, number, None)
+                before[number] = signal.signal(number, lambda *_, deed=deed: noted.append(deed))
     try:
         yield noted
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+    if noted:
+        noted[0]()
 
 
 class _NoAnswerError(Exception):
