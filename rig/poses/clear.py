@@ -33,7 +33,7 @@ def gaps(scene: Scene, joints: Float[np.ndarray, "P J"]) -> tuple[Float[np.ndarr
 def from_cell(scene: Scene, bodies: Capsules) -> Float[np.ndarray, "P B"]:
     """Distances (P, N * O) m of N capsules from O obstacles, by points of their axes: at most 1/64 of an axis too large, as
     an obstacle's function is convex along it."""
-    start, end, radius = bodies
+    start, end, radius = (np.asarray(a) for a in bodies)
     each = [_from_body(o.body, start, end) - radius for o in scene.obstacles]
     return np.stack(each, axis=-1).reshape(len(start), -1) if each else np.full((len(start), 0), np.inf)
 
