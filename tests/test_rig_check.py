@@ -15,7 +15,7 @@ import threading
 import time
 from contextlib import nullcontext, suppress
 from dataclasses import replace
-from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import psutil
@@ -47,6 +47,7 @@ from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import STALE
 from place_rings.rig.rod.plan import places, plan_rod
 from place_rings.rig.rod.rod import Rod
+from place_rings.rig.simulated.process import SimulatedRig
 from place_rings.rig.simulated_cell.cell import Cell, simulated_rig
 
 from .rig_cell import SCENE as CELL
@@ -382,7 +383,7 @@ def test_the_limits_of_a_real_rig_never_relax_and_those_of_a_simulated_one_do_to
         recording.close()
         raise UserError("enough")
 
-    rig = SimpleNamespace(address="a", ring=lambda i: "port")
+    rig = Mock(spec=SimulatedRig, address="a", ring=lambda i: "port")
     monkeypatch.setattr(command, "Session", session)
     monkeypatch.setattr(command, "_started", lambda *_: nullcontext(rig))
     rings = ["--ring", "forearm=port", "--ring", "tool=port"]

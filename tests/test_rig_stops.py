@@ -5,11 +5,13 @@ import re
 import sys
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from place_rings.rig.listening.session import Session
 from place_rings.rig.listening.stop_conditions import RingWatch, StopConditions, StopRules
 from place_rings.rig.rings.health import SILENT
 from place_rings.rig.rings.protocol import Frame, Status
@@ -130,7 +132,7 @@ class Link:
 def session(frames, fault=None, trouble=""):
     """A session of which a test says what it says."""
     rings = SimpleNamespace(counts=frames, latest=lambda: frames)
-    return SimpleNamespace(link=Link(fault), rings=rings, trouble=trouble)
+    return Mock(spec=Session, link=Link(fault), rings=rings, trouble=trouble)
 
 
 def test_conditions_name_the_ring_and_go_by_where_the_robot_is():
