@@ -408,6 +408,11 @@ def of_motion(runs: int, seed: int, spinning: int = 0, only: str = "") -> tuple[
 def report(options: Sequence[str] = ()) -> list[str]:
     """Both tables: on a machine without other work, and beside busy processes. ``--runs=N``: so many of each."""
     runs = int(next((o.partition("=")[2] for o in options if o.startswith("--runs=")), RUNS))
+    return page(*(of_motion(runs, 0, spinning) for spinning in (0, _BUSY)))
+
+
+def page(quiet: tuple[list[tuple[str, ...]], int, float], beside: tuple[list[tuple[str, ...]], int, float]) -> list[str]:
+    """What ``of_motion`` found without and with busy processes."""
     lines = [
         *(__doc__ or "").split("\n\n", 1)[1].strip().splitlines(),
         "",
@@ -417,9 +422,10 @@ def report(options: Sequence[str] = ()) -> list[str]:
         f"- Left: until the check's last process was gone, after the check itself; bound {1000 * LEFT:.0f} ms.",
         "- Another limit first: a limit of time fired, and was named, before what was done was found.",
         "- Wrong: runs beyond a bound whose report does not say so, or that report something else.",
+        "",
+        f"{_SIDE_BY_SIDE} rigs run side by side, as most of a run is waiting.",
     ]
-    for title, spinning in (("No other work on the machine", 0), (f"Beside {_BUSY} busy processes", _BUSY)):
-        rows, again, load = of_motion(runs, 0, spinning)
+    for title, (rows, again, load) in (("No other work on the machine", quiet), (f"Beside {_BUSY} busy processes", beside)):
         begun = f"{again} starts were begun again, as a limit of a real rig ended them before anything was done"
         lines += ["", f"{title} (load {load:.1f} on {os.cpu_count()} cores; {begun}):", "", *table(COLUMNS, rows)]
     return lines

@@ -14,7 +14,7 @@ from ..objectives.scene import Scene
 from .listening.session import Session
 from .listening.stop_conditions import StopConditions, StopRules
 from .poses.clear import drawn
-from .poses.near_stops import STEP, NearStops, near_stops
+from .poses.near_stops import STEP, NearStops, joined, near_stops
 from .poses.routes import Clearance, Roadmap, straight
 from .procedure import EndedError, Part
 from .rings.health import SILENT
@@ -105,6 +105,8 @@ class MovedRobot:
         joints = np.tile([-2 * np.pi, 2 * np.pi], (len(scene.robot.chain), 1)) if limits is None else limits
         self._itinerary, self._session, self._counts = itinerary, session, session.rings.sizes
         self._within = STEP + motion.speed * SILENT * session.patience  # a reading may be that old
+        # A simulated ring shows what it saw a while ago, maybe on another way.
+        self._route = itinerary.near_stops() if session.patience > 1 else None
         self._stops = itinerary.near_stops_to(itinerary.at, session.link.latest().q)
         self._mover = Mover(
             host,
@@ -122,8 +124,10 @@ class MovedRobot:
     def stand(self, q: Float[np.ndarray, " J"], words: str) -> bool:
         for node in self._itinerary.next(q):
             try:
-                self._stops = self._itinerary.near_stops_to(node, self._session.link.latest().q)
+                way = self._itinerary.near_stops_to(node, self._session.link.latest().q)
+                self._stops = self._route or joined(self._stops, way)  # a reading may still be of the way before
                 self._mover.move(self._itinerary.map.nodes[node])
+                self._stops = way
             except (MoveRefusedError, MoveStoppedError, LinkFaultError) as error:
                 raise EndedError(f"on the way to {words}: {error}") from error
             self._itinerary.at = node

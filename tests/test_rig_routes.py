@@ -14,7 +14,7 @@ from place_rings.objectives.scene import Motion, Pose
 from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.plan import planned
 from place_rings.rig.poses.clear import clear, from_cell, gaps, least_gaps, sunk
-from place_rings.rig.poses.near_stops import NOBODY, by_ring, near_stops
+from place_rings.rig.poses.near_stops import NOBODY, by_ring, joined, near_stops
 from place_rings.rig.poses.routes import SLACK, Clearance, Roadmap, straight
 from place_rings.rig.sensing.expected import ROBOT, expected
 from place_rings.rig.sensing.readings import at_stops
@@ -88,6 +88,8 @@ def test_near_stops_hold_about_a_pose_and_are_counted_ring_by_ring():
         np.testing.assert_array_equal(stops.near(q, 0.0), stops.least[i])
         np.testing.assert_array_equal(stops.near(q, 100.0), stops.least.min(axis=0))
         np.testing.assert_array_equal(stops.near(q + 10, 1.0), SCENE.motion.near)  # not on this way
+    both = joined(near_stops(SCENE, SETUP, joints[:4]), near_stops(SCENE, SETUP, joints[4:]))
+    np.testing.assert_array_equal(both.least, stops.least)
     names = [b.name for b in SCENE.robot.bodies]
     rings = by_ring(stops, SETUP, names)
     assert [r.sensors for r in rings] == [r.count for r in SETUP.rings]

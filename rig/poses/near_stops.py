@@ -50,6 +50,12 @@ class NearStops:
         return self.least[here].min(axis=0, initial=self.full)
 
 
+def joined(*stops: NearStops) -> NearStops:
+    """The near stops along several ways of the same sensors."""
+    parts = (np.concatenate([getattr(s, key) for s in stops]) for key in ("joints", "least", "body"))
+    return NearStops(stops[0].full, *parts)
+
+
 def near_stops(scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> NearStops:
     """The near stops of all sensors at P poses (P, J) rad.
 
