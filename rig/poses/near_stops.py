@@ -6,12 +6,12 @@ is lowered to below the distance of that body; where the body may touch the sens
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...coverage.rings.ring import Setup
+from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import Capsules, robot_capsules
 from ...coverage.sensors.sensor import Sensor
@@ -19,7 +19,8 @@ from ...objectives.scene import Scene
 from ..sensing.expected import beams_at, to_capsules
 
 STEP = np.radians(4.0)  # between the poses of a way
-MARGIN = 0.05  # m, that a sensor may read too little: 20 mm of slip, 20 mm of offset, two standard deviations
+MARGIN = 0.05  # m, that a sensor may read too little: 20 mm of offset, and scatter
+_SLIP = 0.02  # m, by which a ring may sit elsewhere along its link
 _ASTRAY = np.radians(8.0)  # by which a sensor may look elsewhere than proposed
 _WIDEST = np.radians(170.0)
 NOBODY = -1
@@ -59,17 +60,20 @@ def joined(*stops: NearStops) -> NearStops:
 def near_stops(scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> NearStops:
     """The near stops of all sensors at P poses (P, J) rad.
 
-    Each sensor may look up to 8° elsewhere than proposed and read up to 5 cm too little. Unless the scene says
+    Each ring may sit up to 2 cm farther along its link either way, and each sensor may look up to 8° elsewhere than
+    proposed and read up to 5 cm too little. Unless the scene says
     that the rings are as proposed, each may be wired in reverse or mounted the other way round, too.
     """
     full, shape = scene.motion.near, (len(joints), setup.sensors)
     if not scene.robot.bodies or not len(joints):
         return NearStops(full, joints, np.full(shape, full), np.full(shape, NOBODY))
     wide = tuple(replace(r, sensor=_wider(r.sensor)) for r in setup.rings)
-    distance, body = _to_robot(scene, Setup(wide), joints, full + MARGIN)
+    tilts = (1,) if scene.motion.rings_as_proposed else (1, -1)
+    distance, body = np.full(shape, np.inf), np.full(shape, NOBODY)
+    for slip, way in product((0.0, -_SLIP, _SLIP), tilts):
+        rings = Setup(tuple(replace(_slipped(scene, r, slip), tilt=way * r.tilt) for r in wide))
+        distance, body = _nearer(distance, body, *_to_robot(scene, rings, joints, full + MARGIN))
     if not scene.motion.rings_as_proposed:
-        turned = Setup(tuple(replace(r, tilt=-r.tilt) for r in wide))
-        distance, body = _nearer(distance, body, *_to_robot(scene, turned, joints, full + MARGIN))
         mirror = _in_reverse(setup)
         distance, body = _nearer(distance, body, distance[:, mirror], body[:, mirror])
     least = np.clip(distance - MARGIN, 0.0, full)
@@ -102,6 +106,12 @@ def _in_reverse(setup: Setup) -> Int[np.ndarray, " K"]:
     """The sensor (K,) that stands in the place of each one where the rings are wired in reverse."""
     first = np.cumsum([0, *(r.count for r in setup.rings)])
     return np.concatenate([a + -np.arange(b - a) % (b - a) for a, b in pairwise(first)])
+
+
+def _slipped(scene: Scene, ring: Ring, by: float) -> Ring:
+    """A ring ``by`` m farther along its link, where that has a length."""
+    length = scene.robot.mount(ring.link).length
+    return replace(ring, position=ring.position + by / length) if length > 0 else ring
 
 
 def _wider(sensor: Sensor) -> Sensor:
