@@ -46,7 +46,7 @@ from .check_view import View
 from .pipes import ended_by_signals, gone_is_an_error
 from .rig_options import ring_names
 
-_REAL, _SIMULATED = 1.0, 40.0  # patience: a real rig's limits of time hold, a simulated one shares its machine
+_REAL, _SIMULATED = 1.0, 100.0  # patience: a real rig's limits of time hold, a simulated one shares its machine
 _FIRST = 3.0  # s, for the rings to be heard
 _LAST = 1e11  # s since 1970, that a time can be
 

@@ -28,6 +28,7 @@ from .simulated.process import SimulatedRig, SimulationError
 _BETWEEN = 60  # poses between, over which ways may go
 _LOOK, _SETTLE = 0.1, 0.3  # s; an arm that has arrived still swings
 _STILL = 0.01  # rad/s
+_LATE = 0.05  # m, that what a simulated ring saw may have come nearer since
 _LEAVE = "; step out of the robot's reach: it may move next"
 _PASSAGE = 0.15  # s, of a simulated hand before a sensor
 
@@ -106,7 +107,7 @@ class MovedRobot:
         self._itinerary, self._session, self._counts = itinerary, session, session.rings.sizes
         self._within = STEP + motion.speed * SILENT * session.patience  # a reading may be that old
         # A simulated ring shows what it saw a while ago, maybe on another way.
-        self._route = itinerary.near_stops() if session.patience > 1 else None
+        self._route = itinerary.near_stops().lowered(_LATE) if session.patience > 1 else None
         self._stops = itinerary.near_stops_to(itinerary.at, session.link.latest().q)
         self._mover = Mover(
             host,

@@ -368,7 +368,7 @@ def test_too_few_sensors_with_a_near_stop_are_refused_unless_waived():
         assert all(body in cells[6] for body, _ in ring.why)
 
 
-@pytest.mark.parametrize(("host", "patience"), [("h", 1.0), (None, 40.0)])
+@pytest.mark.parametrize(("host", "patience"), [("h", 1.0), (None, 100.0)])
 def test_the_limits_of_a_real_rig_never_relax_and_those_of_a_simulated_one_do_together(
     tmp_path, monkeypatch, host, patience
 ):

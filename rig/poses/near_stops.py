@@ -44,6 +44,10 @@ class NearStops:
         """Share of the sensors that keep the full distance, over all poses."""
         return float((self.least >= self.full).mean()) if self.least.size else 1.0
 
+    def lowered(self, by: float) -> "NearStops":
+        """The same, each ``by`` m shorter."""
+        return replace(self, least=np.maximum(self.least - by, 0.0))
+
     def near(self, q: Float[np.ndarray, " J"], within: float) -> Float[np.ndarray, " K"]:
         """The near stops (K,) m that hold about ``q`` (J,) rad: the lowest of the poses that lie ``within``
         rad of it in every joint; the full distance where there are none."""
