@@ -1,8 +1,10 @@
-"""Are the docs alive? Builds them, then runs every bash and Python block of the README and of each page, in order.
+"""Are the docs alive? Builds them, then runs every bash and Python block of the README and of each
+page, in order.
 
-Each page has an empty folder of its own. What a ``text`` block quotes right after a block must stand in its output, line by
-line: … stands for anything, and numbers may be off by a hundredth of themselves, as a search may end a little elsewhere on
-another processor. A block that wants hardware or minutes says so, to its reader too: ```bash no-run: REASON
+Each page has an empty folder of its own. What a ``text`` block quotes right after a block must
+stand in its output, line by line: … stands for anything, and numbers may be off by a hundredth of
+themselves, as a search may end a little elsewhere on another processor. A block that wants hardware
+or minutes says so, to its reader too: ```bash no-run: REASON
 
 Usage: python .ci/docs.py [PAGE ...]; without pages: the README, all pages of docs/, and the build.
 """
@@ -17,8 +19,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-_FENCE = re.compile(r"^```(\w+)(?: no-run: (\S[^\n]*))?\n(.*?)^```$(?:\n+^```text\n(.*?)^```$)?", re.MULTILINE | re.DOTALL)
-_ANY_FENCE = re.compile(r"^[ >]*(?:```|~~~)+ *\{?(?:bash|sh|shell|python\d?|py|code-block)\b.*$", re.MULTILINE)
+_FENCE = re.compile(
+    r"^```(\w+)(?: no-run: (\S[^\n]*))?\n(.*?)^```$(?:\n+^```text\n(.*?)^```$)?",
+    re.MULTILINE | re.DOTALL,
+)
+_ANY_FENCE = re.compile(
+    r"^[ >]*(?:```|~~~)+ *\{?(?:bash|sh|shell|python\d?|py|code-block)\b.*$", re.MULTILINE
+)
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 _LOADED = re.compile(r"<(?:script|img|link|iframe)\b[^>]*\b(?:src|href)=\"(?:https?:)?//[^\"]*\"")
 _LIMIT = 600  # s, of a block
@@ -32,8 +39,8 @@ _ENVIRONMENT = os.environ | {
 
 @dataclass(frozen=True)
 class Block:
-    """A block of a page: bash or python, its text, the line it begins on, why it is not run, and what is quoted of its
-    output."""
+    """A block of a page: bash or python, its text, the line it begins on, why it is not run, and
+    what is quoted of its output."""
 
     language: str
     text: str
@@ -44,11 +51,16 @@ class Block:
 
 def pages(root: Path = ROOT) -> list[Path]:
     """The README and all pages of the docs."""
-    return [root / "README.md", *sorted(p for p in (root / "docs").rglob("*.md") if "_build" not in p.parts)]
+    return [
+        root / "README.md",
+        *sorted(p for p in (root / "docs").rglob("*.md") if "_build" not in p.parts),
+    ]
 
 
 def blocks(text: str) -> list[Block]:
-    """The bash and Python blocks of a page; ValueError where one is written so that it would be passed over."""
+    """The bash and Python blocks of a page; ValueError where one is written so that it would be
+    passed over.
+    """
     found = [
         Block(m[1], m[3], text.count("\n", 0, m.start()) + 1, m[2], m[4])
         for m in _FENCE.finditer(text)
@@ -57,7 +69,10 @@ def blocks(text: str) -> list[Block]:
     lines = {block.line for block in found}
     for fence in _ANY_FENCE.finditer(text):
         if (line := text.count("\n", 0, fence.start()) + 1) not in lines:
-            raise ValueError(f"line {line}: found {fence[0]!r}, allowed: ```bash or ```python, or with no-run: REASON")
+            raise ValueError(
+                f"line {line}: found {fence[0]!r}, allowed: ```bash or ```python, or with no-run:"
+                " REASON"
+            )
     return found
 
 
@@ -101,7 +116,11 @@ def run(page: Path) -> tuple[int, int]:
             if block.reason:
                 continue
             began = processor_seconds()
-            start = [sys.executable, "-c"] if block.language == "python" else ["bash", "-euo", "pipefail", "-c"]
+            start = (
+                [sys.executable, "-c"]
+                if block.language == "python"
+                else ["bash", "-euo", "pipefail", "-c"]
+            )
             done = subprocess.run(
                 [*start, block.text],
                 cwd=folder,
@@ -112,10 +131,18 @@ def run(page: Path) -> tuple[int, int]:
                 timeout=_LIMIT,
             )
             if done.returncode:
-                raise SystemExit(f"{name}:{block.line}: ended with {done.returncode}\n{done.stdout}\n{done.stderr}")
+                raise SystemExit(
+                    f"{name}:{block.line}: ended with"
+                    f" {done.returncode}\n{done.stdout}\n{done.stderr}"
+                )
             if block.quoted and (line := missing(block.quoted, done.stdout)) is not None:
-                raise SystemExit(f"{name}:{block.line}: quoted, but not said: {line}\n{done.stdout}")
-            print(f"{name}:{block.line}: {processor_seconds() - began:.0f} processor seconds", flush=True)
+                raise SystemExit(
+                    f"{name}:{block.line}: quoted, but not said: {line}\n{done.stdout}"
+                )
+            print(
+                f"{name}:{block.line}: {processor_seconds() - began:.0f} processor seconds",
+                flush=True,
+            )
     ran = sum(block.reason is None for block in all_blocks)
     return ran, len(all_blocks) - ran
 
@@ -123,7 +150,18 @@ def run(page: Path) -> tuple[int, int]:
 def build() -> None:
     """Build the pages, every warning an error; none may load anything from elsewhere."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", ROOT / "docs", folder]
+        command = [
+            sys.executable,
+            "-m",
+            "sphinx",
+            "-W",
+            "--keep-going",
+            "-q",
+            "-b",
+            "html",
+            ROOT / "docs",
+            folder,
+        ]
         subprocess.run(command, env=_ENVIRONMENT, check=True)
         built = list(Path(folder).rglob("*.html"))
         for page in built:
@@ -141,7 +179,10 @@ def main() -> None:
     ran, left = (sum(each) for each in zip(*counts, strict=True))
     if not ran:
         raise SystemExit("docs: no block to run")
-    print(f"docs: {ran} blocks ran, {left} say why they are not run; {processor_seconds():.0f} processor seconds")
+    print(
+        f"docs: {ran} blocks ran, {left} say why they are not run; {processor_seconds():.0f}"
+        " processor seconds"
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""Is the README alive? Runs its `verify` commands and compares the numbers it quotes; `docs.py` runs its blocks.
+"""Is the README alive? Runs its `verify` commands and compares the numbers it quotes; `docs.py`
+runs its blocks.
 
 Usage: python .ci/readme.py README.md OUT, with OUT the folder that the main command just wrote.
 """
@@ -28,7 +29,13 @@ def check_table(text: str, folder: Path) -> int:
     rows = re.findall(r"^\| (proposal|n\d_\d+_\d+) \| \d+ \| (.+) \|$", text, re.MULTILINE)
     for name, cells in rows:
         for target, cell in zip(targets, cells.split(" | "), strict=True):
-            slack = FOUND_SLACK if name == "proposal" and target == ("V_S", 0.5) else 20 if name == "proposal" else SLACK
+            slack = (
+                FOUND_SLACK
+                if name == "proposal" and target == ("V_S", 0.5)
+                else 20
+                if name == "proposal"
+                else SLACK
+            )
             if abs(zeta[(name, *target)] - float(cell)) > slack:
                 fail(f"{name} {target}: it says {cell}, measured {zeta[(name, *target)]:.2f}")
     return len(rows)
@@ -38,7 +45,9 @@ def check_verify(text: str) -> int:
     """Rows `` | `place-rings verify ...` | 12.34 | `` against what the command prints."""
     rows = re.findall(r"^\| `(place-rings verify [^`]+)` \| ([\d.]+) \|", text, re.MULTILINE)
     for command, said in rows:
-        output = subprocess.run([*shlex.split(command), "--json"], check=True, capture_output=True, text=True).stdout
+        output = subprocess.run(
+            [*shlex.split(command), "--json"], check=True, capture_output=True, text=True
+        ).stdout
         if abs(json.loads(output)["zeta_percent"] - float(said)) > SLACK:
             fail(f"{command}: it says {said}, measured {json.loads(output)['zeta_percent']:.2f}")
     return len(rows)
@@ -47,7 +56,9 @@ def check_verify(text: str) -> int:
 def check_help(text: str) -> int:
     """Every option of ours that is named exists."""
     helps = "".join(
-        subprocess.run(["place-rings", *command, "--help"], check=True, capture_output=True, text=True).stdout
+        subprocess.run(
+            ["place-rings", *command, "--help"], check=True, capture_output=True, text=True
+        ).stdout
         for command in ([], *([name] for name in commands if not name.startswith("-")))
     )
     blocks = " ".join(re.findall(r"place-rings[^`\n]*", text))

@@ -2,7 +2,7 @@
 
 Run: python benchmarks            all of them
      python benchmarks octree     some of them; the others' sections stay as they are
-     python benchmarks searches   which takes hours, and is run only when asked for; its options as --seeds=2
+     python benchmarks searches   hours, run only when asked for; its options as --seeds=2
 """
 
 import importlib
@@ -13,7 +13,17 @@ from pathlib import Path
 from common import surroundings
 
 NAMES = (
-    *("octree", "certified", "estimator", "growth", "occlusion", "kills", "questions", "fronts", "searches"),
+    *(
+        "octree",
+        "certified",
+        "estimator",
+        "growth",
+        "occlusion",
+        "kills",
+        "questions",
+        "fronts",
+        "searches",
+    ),
     *("rig", "rig_moving", "rig_checks", "viewer"),
 )
 _LONG = ("questions", "fronts", "searches", "rig", "rig_moving", "rig_checks")
@@ -41,7 +51,9 @@ PACKAGES = (
 def main() -> None:
     """Measure the sections asked for and put them in their places in the file."""
     options = [word for word in sys.argv[1:] if word.startswith("-")]
-    asked = [word for word in sys.argv[1:] if word not in options] or [name for name in NAMES if name not in _LONG]
+    asked = [word for word in sys.argv[1:] if word not in options] or [
+        name for name in NAMES if name not in _LONG
+    ]
     if unknown := [name for name in asked if name not in NAMES]:
         raise SystemExit(f"{unknown[0]}: no such benchmark; known: {', '.join(NAMES)}")
     for name in dict.fromkeys(part for word in asked for part in _PARTS.get(word, (word,))):
@@ -52,8 +64,11 @@ def main() -> None:
         command = f"`python benchmarks {name}`"
         if not any(command in line for line in lines):
             lines = [f"{command}.", "", *lines]
-        old = FILE.read_text() if FILE.exists() else ""  # now: another benchmark may have ended meanwhile
-        sections = dict(re.findall(r"^<!-- (\w+) -->\n(.*?)(?=^<!-- |\Z)", old, re.MULTILINE | re.DOTALL))
+        # now: another benchmark may have ended meanwhile
+        old = FILE.read_text() if FILE.exists() else ""
+        sections = dict(
+            re.findall(r"^<!-- (\w+) -->\n(.*?)(?=^<!-- |\Z)", old, re.MULTILINE | re.DOTALL)
+        )
         sections[name] = "\n".join([f"## {title}", "", *lines, "", surroundings(PACKAGES), "", ""])
         kept = [f"<!-- {n} -->\n{sections[n].rstrip()}\n\n" for n in NAMES if n in sections]
         head = "# Benchmarks\n\nAll by `python benchmarks`; medians, ratios within one run.\n\n"

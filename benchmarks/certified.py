@@ -1,6 +1,7 @@
 """The guaranteed interval against mesh Booleans, and what its width costs.
 
-Meshes within and around cones and ball bound the share too: both Booleans are counted against one interval.
+Meshes within and around cones and ball bound the share too: both Booleans are counted against one
+interval.
 """
 
 import math
@@ -30,7 +31,9 @@ def against_meshes() -> list[str]:
     low, high = (mesh_share(cones, SIDES, SIDES, BALL, outside) for outside in (False, True))
 
     def meshes() -> tuple[float, float]:
-        return mesh_share(cones, SIDES, SIDES, BALL), mesh_share(cones, SIDES, SIDES, BALL, outside=True)
+        return mesh_share(cones, SIDES, SIDES, BALL), mesh_share(
+            cones, SIDES, SIDES, BALL, outside=True
+        )
 
     def interval() -> Any:
         b = bracket(ball, cones, high - low)
@@ -39,12 +42,24 @@ def against_meshes() -> list[str]:
     measured = medians({"two Booleans, 64 sides": meshes, "certified": interval}, 5)
     slow = measured["two Booleans, 64 sides"][1]
     rows = [
-        [name, f"{100 * a:.3f} … {100 * b:.3f}", f"{100 * (b - a):.3f}", f"{seconds:.2f}", f"{seconds / slow:.2f}"]
+        [
+            name,
+            f"{100 * a:.3f} … {100 * b:.3f}",
+            f"{100 * (b - a):.3f}",
+            f"{seconds:.2f}",
+            f"{seconds / slow:.2f}",
+        ]
         for name, ((a, b), seconds) in measured.items()
     ]
     for row in rows:
         print(*row, flush=True)
-    columns = ("method", "share of the ball, %", "width, points", "seconds", "of the Booleans' time")
+    columns = (
+        "method",
+        "share of the ball, %",
+        "width, points",
+        "seconds",
+        "of the Booleans' time",
+    )
     return ["The cone task:", "", *table(columns, rows), ""]
 
 

@@ -28,7 +28,9 @@ def cone_task() -> Cones:
 
 
 def medians(works: dict[str, Callable[[], Any]], runs: int) -> dict[str, tuple[Any, float]]:
-    """What each returns, and the median of its seconds over some runs in a row, after one that warms up."""
+    """What each returns, and the median of its seconds over some runs in a row, after one that
+    warms up.
+    """
     found: dict[str, tuple[Any, float]] = {}
     for name, work in works.items():
         result, seconds = work(), []
@@ -63,4 +65,7 @@ def installed(peer: str) -> bool:
 def surroundings(packages: Sequence[str]) -> str:
     """Machine, Python and versions, in a line."""
     versions = [f"{p} {version(p)}" for p in packages if installed(p)]
-    return f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}, {', '.join(versions)}."
+    return (
+        f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()},"
+        f" {', '.join(versions)}."
+    )

@@ -1,8 +1,9 @@
 """The soft estimator against straightforward JAX, PyTorch and NumPy
 
-Setup n3_16_55 (112 cones) on the reference scene at its pose, target V_S(0.5), 100 000 points in 32 bit: value and gradient
-by apexes and axes. Straightforward means the definition over all pairs at once, mean(1 - prod(1 - sigmoid(-f / width))),
-differentiated by the library; NumPy has no gradient and computes the value only. All may use every core.
+Setup n3_16_55 (112 cones) on the reference scene at its pose, target V_S(0.5), 100 000 points in 32
+bit: value and gradient by apexes and axes. Straightforward means the definition over all pairs at
+once, mean(1 - prod(1 - sigmoid(-f / width))), differentiated by the library; NumPy has no gradient
+and computes the value only. All may use every core.
 """
 
 import statistics
@@ -27,7 +28,8 @@ from place_rings.objectives.scene import Scene
 PEERS: tuple[str, ...] = ("torch",)
 WIDTHS = (0.10, 0.05, 0.02, 0.008)  # m: the stages of the search, from the widest to the sharpest
 POINTS, RUNS = 100_000, 5
-SLOWEST = 5.0  # times as fast as straightforward JAX at the sharpest width: below that the benchmark fails
+# times as fast as straightforward JAX at the sharpest width: below that the benchmark fails
+SLOWEST = 5.0
 AGREE = 1e-5  # of value and gradient
 MEMORY_MB = 300
 
@@ -70,11 +72,24 @@ def task() -> tuple[Cones, np.ndarray]:
 
 
 def with_jax(cones: Cones, points: np.ndarray) -> Callable[[float], Any]:
-    """The definition as one array expression of components, (N, K) each: a stronger rival than (N, K, 3)."""
-    half, range_m, p = jnp.asarray(cones.half_angle), jnp.asarray(cones.range_m), jnp.asarray(points)
+    """The definition as one array expression of components, (N, K) each: a stronger rival than (N,
+    K, 3).
+    """
+    half, range_m, p = (
+        jnp.asarray(cones.half_angle),
+        jnp.asarray(cones.range_m),
+        jnp.asarray(points),
+    )
 
     def zeta(apex: Any, axis: Any, width: Any) -> Any:
-        f = cone(p[:, None], apex[None], axis[None], jnp.cos(half)[None], jnp.sin(half)[None], range_m[None])
+        f = cone(
+            p[:, None],
+            apex[None],
+            axis[None],
+            jnp.cos(half)[None],
+            jnp.sin(half)[None],
+            range_m[None],
+        )
         return jnp.mean(1 - jnp.prod(1 - jax.nn.sigmoid(-f / width), axis=1))
 
     both = jax.jit(jax.value_and_grad(zeta, (0, 1)))
@@ -118,7 +133,11 @@ def with_numpy(cones: Cones, points: np.ndarray) -> Callable[[float], Any]:
 
 def ours(cones: Cones, points: np.ndarray) -> Callable[[float], Any]:
     """The soft estimator; the same compiled function at all widths."""
-    estimate, c, p = jax.jit(soft_zeta), jax.tree.map(jnp.asarray, cones), jax.tree.map(jnp.asarray, cloud(points))
+    estimate, c, p = (
+        jax.jit(soft_zeta),
+        jax.tree.map(jnp.asarray, cones),
+        jax.tree.map(jnp.asarray, cloud(points)),
+    )
 
     def both(width: float) -> Any:
         soft = jax.block_until_ready(estimate(c, p, jnp.float32(width)))
@@ -127,8 +146,12 @@ def ours(cones: Cones, points: np.ndarray) -> Callable[[float], Any]:
     return both
 
 
-def measure(methods: dict[str, Callable[[float], Any]], width: float) -> dict[str, tuple[float, Any]]:
-    """Median seconds and result of each method, in turns, so that a busy machine slows all alike."""
+def measure(
+    methods: dict[str, Callable[[float], Any]], width: float
+) -> dict[str, tuple[float, Any]]:
+    """Median seconds and result of each method, in turns, so that a busy machine slows all
+    alike.
+    """
     seconds: dict[str, list[float]] = {name: [] for name in methods}
     results = {name: method(width) for name, method in methods.items()}
     for _ in range(RUNS):
@@ -146,9 +169,15 @@ def apart(a: Any, b: Any) -> float:
 
 
 def memory(width: float = WIDTHS[-1]) -> tuple[float, float]:
-    """Peak resident memory in MB of 1000 sensors and a million points, in a process of its own (Linux): what the estimate
-    adds, compiling included, to a process with JAX and the inputs; and that process in all."""
-    found = subprocess.run([sys.executable, "-c", _MEMORY.format(width=width)], check=True, capture_output=True, text=True)
+    """Peak resident memory in MB of 1000 sensors and a million points, in a process of its own
+    (Linux): what the estimate adds, compiling included, to a process with JAX and the inputs; and
+    that process in all."""
+    found = subprocess.run(
+        [sys.executable, "-c", _MEMORY.format(width=width)],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
     added, total = map(float, found.stdout.split())
     return added, total
 
@@ -156,28 +185,43 @@ def memory(width: float = WIDTHS[-1]) -> tuple[float, float]:
 def report() -> list[str]:
     """Measure, check the bounds and return Markdown; SystemExit if a bound is missed."""
     cones, points = task()
-    cones, points = jax.tree.map(lambda a: np.asarray(a, np.float32), cones), points.astype(np.float32)
+    cones, points = (
+        jax.tree.map(lambda a: np.asarray(a, np.float32), cones),
+        points.astype(np.float32),
+    )
     makers = {"ours": ours, "JAX": with_jax, "PyTorch": with_torch, "NumPy, value only": with_numpy}
     made = {name: maker(cones, points) for name, maker in makers.items()}
     methods = {name: method for name, method in made.items() if method is not None}
     rivals = [name for name in methods if name != "ours"]
     lines = [
-        f"112 cones, {POINTS:,} points; seconds are medians of {RUNS} runs in turns, in brackets how many times ours.",
+        (
+            f"112 cones, {POINTS:,} points; seconds are medians of {RUNS} runs in turns, in"
+            " brackets how many times ours."
+        ),
         "",
-        "| width, m | ours, s | " + " | ".join(f"{name}, s" for name in rivals) + " | value apart | gradient apart |",
+        "| width, m | ours, s | "
+        + " | ".join(f"{name}, s" for name in rivals)
+        + " | value apart | gradient apart |",
         "| --- " * (len(rivals) + 4) + "|",
     ]
     for width in WIDTHS:
         found = measure(methods, width)
         mine, (zeta, slope) = found["ours"]
         values = max(apart(zeta, found[name][1][0]) for name in rivals)
-        slopes = max(apart(slope, found[name][1][1]) for name in rivals if found[name][1][1] is not None)
+        slopes = max(
+            apart(slope, found[name][1][1]) for name in rivals if found[name][1][1] is not None
+        )
         cells = [f"{found[name][0]:.3f} ({found[name][0] / mine:.1f})" for name in rivals]
-        lines.append(f"| {width:g} | {mine:.4f} | {' | '.join(cells)} | {values:.1e} | {slopes:.1e} |")
+        lines.append(
+            f"| {width:g} | {mine:.4f} | {' | '.join(cells)} | {values:.1e} | {slopes:.1e} |"
+        )
         print(lines[-1], flush=True)
         least = SLOWEST if width == WIDTHS[-1] else 1.0
         if max(values, slopes) > AGREE or found["JAX"][0] < least * mine:
-            raise SystemExit(f"at {width} m a bound is missed: {AGREE:g} of agreement, {least:g} times the speed of JAX")
+            raise SystemExit(
+                f"at {width} m a bound is missed: {AGREE:g} of agreement, {least:g} times the speed"
+                " of JAX"
+            )
     added, total = memory()
     if added > MEMORY_MB:
         raise SystemExit(f"1000 sensors and a million points took {added:.0f} MB")
@@ -185,10 +229,22 @@ def report() -> list[str]:
         lines += ["", "PyTorch is not installed: it is left out."]
     lines += [
         "",
-        f"1000 sensors and 1,000,000 points (10^9 pairs) at {WIDTHS[-1]:g} m: {added:.0f} MB of peak memory over a",
+        (
+            f"1000 sensors and 1,000,000 points (10^9 pairs) at {WIDTHS[-1]:g} m: {added:.0f} MB of"
+            " peak memory over a"
+        ),
     ]
-    lines += [f"process that has imported JAX and made the inputs, compiling included; {total:.0f} MB in all."]
-    lines += ["", f"Command: `python benchmarks estimator`. {', '.join(map(_named, ('numpy', 'jax', *PEERS)))}."]
+    lines += [
+        f"process that has imported JAX and made the inputs, compiling included; {total:.0f} MB in"
+        " all."
+    ]
+    lines += [
+        "",
+        (
+            "Command: `python benchmarks estimator`."
+            f" {', '.join(map(_named, ('numpy', 'jax', *PEERS)))}."
+        ),
+    ]
     return lines
 
 

@@ -59,7 +59,9 @@ def ours(seed: int, any_rings: bool) -> tuple[list[Setup], float]:
 
 
 def nsga2(seed: int, seconds: float) -> list[Setup]:
-    """The last generation's front of pymoo's NSGA-II with its own defaults, on the paper's layout."""
+    """The last generation's front of pymoo's NSGA-II with its own defaults, on the paper's
+    layout.
+    """
     from pymoo.algorithms.moo.nsga2 import NSGA2
     from pymoo.core.problem import Problem
     from pymoo.core.termination import NoTermination
@@ -90,7 +92,9 @@ def nsga2(seed: int, seconds: float) -> list[Setup]:
 def area(setups: Sequence[Setup]) -> float:
     """Share of the unit square under the exactly counted front."""
     verifier = Verifier(Scene(), _VOXEL)
-    return pareto.hypervolume([tuple(100 * verifier.verify(s, t).zeta for t in TARGETS) for s in setups])
+    return pareto.hypervolume(
+        [tuple(100 * verifier.verify(s, t).zeta for t in TARGETS) for s in setups]
+    )
 
 
 def report(arguments: Sequence[str] = ()) -> list[str]:
@@ -105,14 +109,29 @@ def report(arguments: Sequence[str] = ()) -> list[str]:
             found.append(("ours, any rings", *ours(seed, any_rings=True)))
         spent = found[0][2]
         found.append(("NSGA-II", nsga2(seed, spent), spent))
-        rows += [(seed, name, f"{s:.0f}", len(setups), f"{area(setups):.4f}") for name, setups, s in found]
+        rows += [
+            (seed, name, f"{s:.0f}", len(setups), f"{area(setups):.4f}")
+            for name, setups, s in found
+        ]
         print(*rows[-len(found) :], sep="\n", flush=True)
     return [
-        f"{TARGETS[0]} against {TARGETS[1]}, {SENSORS} sensors in the paper's five rings of 16, which may touch"
-        " (`any rings`: in rings of our choice, which the peer cannot choose; one seed). Ours: three ends and"
-        f" {FLOORS} floors, counts included; NSGA-II (pymoo, its defaults, {_POPULATION} setups a generation) gets the same"
-        " processor seconds on the same compiled share of points."
-        f" All setups are then counted exactly, voxels of {_VOXEL:g} m.",
+        (
+            f"{TARGETS[0]} against {TARGETS[1]}, {SENSORS} sensors in the paper's five rings of 16,"
+            " which may touch (`any rings`: in rings of our choice, which the peer cannot choose;"
+            f" one seed). Ours: three ends and {FLOORS} floors, counts included; NSGA-II (pymoo,"
+            f" its defaults, {_POPULATION} setups a generation) gets the same processor seconds on"
+            " the same compiled share of points. All setups are then counted exactly, voxels of"
+            f" {_VOXEL:g} m."
+        ),
         "",
-        *table(("seed", "search", "processor seconds over processors", "setups", "area under the front"), rows),
+        *table(
+            (
+                "seed",
+                "search",
+                "processor seconds over processors",
+                "setups",
+                "area under the front",
+            ),
+            rows,
+        ),
     ]

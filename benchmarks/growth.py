@@ -1,7 +1,7 @@
 """How time and memory grow.
 
-Sensors, poses and points for the soft estimator's value and gradient; the voxel's side for the octree. Exponents are slopes
-of straight lines through the logarithms.
+Sensors, poses and points for the soft estimator's value and gradient; the voxel's side for the
+octree. Exponents are slopes of straight lines through the logarithms.
 """
 
 import statistics
@@ -36,7 +36,9 @@ def median_seconds(work: Callable[[], Any], runs: int = 5) -> float:
 
 
 def soft(sensors: int, poses: int, points: int) -> float:
-    """Seconds of one value and gradient: five rings about the reference scene's links, ``points`` at each pose."""
+    """Seconds of one value and gradient: five rings about the reference scene's links, ``points``
+    at each pose.
+    """
     import jax
     import jax.numpy as jnp
     from place_rings.coverage.rings.ring import Ring, Setup
@@ -47,9 +49,17 @@ def soft(sensors: int, poses: int, points: int) -> float:
     from place_rings.objectives.scene import Scene
 
     scene = Scene()
-    places = [("upper_arm", 0.0), ("upper_arm", 1.0), ("forearm", 0.0), ("forearm", 1.0), ("tool", 0.0)]
+    places = [
+        ("upper_arm", 0.0),
+        ("upper_arm", 1.0),
+        ("forearm", 0.0),
+        ("forearm", 1.0),
+        ("tool", 0.0),
+    ]
     counts = np.bincount(np.arange(sensors) % 5, minlength=5)
-    setup = Setup(tuple(Ring(link, at, int(n), 0.5) for (link, at), n in zip(places, counts, strict=True)))
+    setup = Setup(
+        tuple(Ring(link, at, int(n), 0.5) for (link, at), n in zip(places, counts, strict=True))
+    )
     swing = [scene.poses[0].q + np.array([0.03 * i, 0, 0, 0, 0, 0]) for i in range(poses)]
     base = sample(target_solid(Target("V_S", 0.5), scene.robot, swing[0], scene.shape), points, 0)
     turned = []
@@ -70,7 +80,9 @@ def octree(voxel: float) -> float:
     from place_rings.coverage.voxels.octree import count, voxels
 
     cones = cone_task()
-    return median_seconds(lambda: count(cones, voxel, within=voxels(sphere(np.zeros(3), BALL), voxel)))
+    return median_seconds(
+        lambda: count(cones, voxel, within=voxels(sphere(np.zeros(3), BALL), voxel))
+    )
 
 
 def peak_memory() -> float:
@@ -81,7 +93,9 @@ def peak_memory() -> float:
 
 def in_a_process(call: str) -> tuple[float, float]:
     """Seconds, and peak memory in MB, of a call in a process of its own."""
-    found = subprocess.run([sys.executable, __file__, call], check=True, capture_output=True, text=True)
+    found = subprocess.run(
+        [sys.executable, __file__, call], check=True, capture_output=True, text=True
+    )
     seconds, peak = map(float, found.stdout.split())
     return seconds, peak
 
@@ -107,7 +121,10 @@ def report() -> list[str]:
             print(*rows[-1], flush=True)
         slope = exponent(sizes, [seconds for seconds, _ in measured])
         slopes.append([name, f"{slope:.2f}", f"{most:g}", "yes" if slope <= most + NOISE else "no"])
-    intro = f"Soft estimator: value and gradient at {WIDTH:g} m, V_S(0.5). Memory: of the whole process, imports included."
+    intro = (
+        f"Soft estimator: value and gradient at {WIDTH:g} m, V_S(0.5). Memory: of the whole"
+        " process, imports included."
+    )
     columns = ("what grows", "to", "call", "seconds", "peak, MB")
     verdict = table(("time with", "exponent", "at most", f"holds within {NOISE:g}"), slopes)
     return [intro, "`python benchmarks growth`.", "", *verdict, "", *table(columns, rows)]

@@ -1,7 +1,9 @@
 """Studies whose processes are killed at random moments.
 
 Run: python benchmarks kills               the section of the report
-     python benchmarks/kills.py 2 2 1 80   on a small scale: 2 kills of the driver, 2 of workers, 1 Ctrl-C, of 80 cells
+     python benchmarks/kills.py 2 2 1 80   on a small scale
+
+The four numbers: kills of the driver, kills of workers, Ctrl-Cs, and cells of the study.
 """
 
 import json
@@ -46,18 +48,32 @@ class Damage:
 
 
 class Disturbed:
-    """A study in a folder of its own, with a hand that disturbs it, at moments that a seed gives."""
+    """A study in a folder of its own, with a hand that disturbs it, at moments that a seed
+    gives.
+    """
 
     def __init__(self, folder: Path, count: int, seed: int) -> None:
-        self.folder, self.count, self.rng, self.damage = folder, count, np.random.default_rng(seed), Damage()
+        self.folder, self.count, self.rng, self.damage = (
+            folder,
+            count,
+            np.random.default_rng(seed),
+            Damage(),
+        )
         self.notes, self.errors, self.before = folder / "notes", (folder / "errors").open("w+"), {}
         self.notes.touch()
 
     def start(self) -> subprocess.Popen:
         """The study's driver in a group of its own, as a terminal's foreground has it."""
-        command = [sys.executable, str(Path(__file__).with_name("noted.py")), str(self.folder), str(self.count)]
+        command = [
+            sys.executable,
+            str(Path(__file__).with_name("noted.py")),
+            str(self.folder),
+            str(self.count),
+        ]
         environment = {**os.environ, NOTES: str(self.notes)}
-        return subprocess.Popen(command, env=environment, start_new_session=True, stderr=self.errors)
+        return subprocess.Popen(
+            command, env=environment, start_new_session=True, stderr=self.errors
+        )
 
     def kept(self) -> int:
         """Cells noted as kept, up to now."""
@@ -67,7 +83,12 @@ class Disturbed:
         """A moment drawn at random, in the start of the driver or after some more cells."""
         more, moment = int(self.rng.integers(0 if first else 1, _BETWEEN)), self.rng.uniform()
         start, until = self.kept(), time.monotonic() + _PATIENCE
-        while more and self.kept() < start + more and driver.poll() is None and time.monotonic() < until:
+        while (
+            more
+            and self.kept() < start + more
+            and driver.poll() is None
+            and time.monotonic() < until
+        ):
             time.sleep(0.002)
         time.sleep(moment * (_MOMENT if more else _START))
         self.damage.starting += first and self.kept() == start
@@ -96,8 +117,13 @@ class Disturbed:
         driver = self.start()
         while self.damage.kills < kills and driver.poll() is None:
             self.await_moment(driver, first=False)
-            with suppress(psutil.NoSuchProcess):  # one that has ended, as its driver has or another took its place
-                workers = [p for p in psutil.Process(driver.pid).children() if "spawn_main" in " ".join(p.cmdline())]
+            # one that has ended, as its driver has or another took its place
+            with suppress(psutil.NoSuchProcess):
+                workers = [
+                    p
+                    for p in psutil.Process(driver.pid).children()
+                    if "spawn_main" in " ".join(p.cmdline())
+                ]
                 if workers:
                     workers[self.rng.integers(len(workers))].kill()
                     self.damage.kills += 1
@@ -111,7 +137,9 @@ class Disturbed:
         now = results(self.folder / "cells.sqlite")
         lines = [line.partition(" ") for line in self.notes.read_text().splitlines()]
         kept = {key for word, _, key in lines if word == "kept"}
-        self.damage.lost += len(kept - set(now)) + sum(now.get(key) != result for key, result in self.before.items())
+        self.damage.lost += len(kept - set(now)) + sum(
+            now.get(key) != result for key, result in self.before.items()
+        )
         self.before = now
 
     def finish(self, undisturbed: dict[str, Any]) -> Damage:
@@ -125,8 +153,13 @@ class Disturbed:
                 self.damage.again += key in kept
                 self.damage.wasted += key in seen and key not in kept
                 seen.add(key)
-        end = {key: _timeless(result) for key, (result, _) in results(self.folder / "cells.sqlite").items()}
-        self.damage.different = sum(end.get(key) != undisturbed.get(key) for key in {*end, *undisturbed})
+        end = {
+            key: _timeless(result)
+            for key, (result, _) in results(self.folder / "cells.sqlite").items()
+        }
+        self.damage.different = sum(
+            end.get(key) != undisturbed.get(key) for key in {*end, *undisturbed}
+        )
         return self.damage
 
 
@@ -146,7 +179,9 @@ def results(file: Path) -> dict[str, tuple[Any, float]]:
         return {}
     base = sqlite3.connect(file)
     try:
-        tables = base.execute("SELECT count(*) FROM sqlite_master WHERE name = 'cells'").fetchone()[0]
+        tables = base.execute("SELECT count(*) FROM sqlite_master WHERE name = 'cells'").fetchone()[
+            0
+        ]
         rows = base.execute("SELECT key, result, seconds FROM cells").fetchall() if tables else []
     finally:
         base.close()
@@ -155,12 +190,17 @@ def results(file: Path) -> dict[str, tuple[Any, float]]:
 
 def undisturbed(count: int) -> dict[str, Any]:
     """Results by cell of a study that nothing disturbs."""
-    with tempfile.TemporaryDirectory() as folder, Store(Path(folder) / "cells.sqlite", "kills") as store:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Store(Path(folder) / "cells.sqlite", "kills") as store,
+    ):
         found = engine.run(cells(count), TASKS, store)
     return {cell.key: _timeless(result) for cell, result in zip(cells(count), found, strict=True)}
 
 
-def disturb(drivers: int, workers: int, interrupts: int, wanted: dict[str, Any], seed: int = 0) -> Damage:
+def disturb(
+    drivers: int, workers: int, interrupts: int, wanted: dict[str, Any], seed: int = 0
+) -> Damage:
     """A study that is disturbed so often, held against the results of one that was not."""
     with tempfile.TemporaryDirectory() as folder:
         study = Disturbed(Path(folder), len(wanted), seed)
@@ -173,21 +213,34 @@ def disturb(drivers: int, workers: int, interrupts: int, wanted: dict[str, Any],
 
 def report() -> list[str]:
     """Twenty of each kind."""
-    kinds = {"`kill -9` of the driver": (20, 0, 0), "`kill -9` of a worker": (0, 20, 0), "Ctrl-C": (0, 0, 20)}
+    kinds = {
+        "`kill -9` of the driver": (20, 0, 0),
+        "`kill -9` of a worker": (0, 20, 0),
+        "Ctrl-C": (0, 0, 20),
+    }
     rows, wanted = [], undisturbed(CELLS)
     for name, (drivers, workers, interrupts) in kinds.items():
         d = disturb(drivers, workers, interrupts, wanted)
         gone = "" if workers else f"{d.gone:.2f}"
         print(name, d, flush=True)
         rows.append((name, d.kills, d.starting, d.lost, d.again, d.wasted, d.different, gone))
-    columns = ("what", "times", "before the first cell of a run", "kept cells lost", "kept cells measured again")
+    columns = (
+        "what",
+        "times",
+        "before the first cell of a run",
+        "kept cells lost",
+        "kept cells measured again",
+    )
     columns += (
         "cells measured again that were under way",
         "cells unlike the undisturbed run's",
         "last process gone after, s",
     )
     intro = [
-        f"A study of {CELLS} cells on two workers, disturbed at random (seeded) moments and run again until it was done:",
+        (
+            f"A study of {CELLS} cells on two workers, disturbed at random (seeded) moments and run"
+            " again until it was done:"
+        ),
         "`python benchmarks kills`.",
         "",
     ]
@@ -195,7 +248,9 @@ def report() -> list[str]:
 
 
 def main() -> None:
-    """A study disturbed on a small scale, which must take no harm; on a busy machine it may end before the last kill."""
+    """A study disturbed on a small scale, which must take no harm; on a busy machine it may end
+    before the last kill.
+    """
     drivers, workers, interrupts, count = map(int, sys.argv[1:])
     damage = disturb(drivers, workers, interrupts, undisturbed(count))
     print(damage)

@@ -13,8 +13,12 @@ def _frame(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return across, np.cross(axis, across)
 
 
-def cone_mesh(apex: Any, axis: Any, height: float, radius: float, sides: int) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (sides + 2, 3) m and triangles (2 sides, 3) of a closed cone; its base's corners lie at ``radius``."""
+def cone_mesh(
+    apex: Any, axis: Any, height: float, radius: float, sides: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (sides + 2, 3) m and triangles (2 sides, 3) of a closed cone; its base's corners lie
+    at ``radius``.
+    """
     u, v = _frame(axis)
     turn = np.arange(sides) * 2 * math.pi / sides
     rim = apex + height * axis + radius * (np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v)
@@ -26,17 +30,22 @@ def cone_mesh(apex: Any, axis: Any, height: float, radius: float, sides: int) ->
     return corners, np.vstack([side, base])
 
 
-def mesh_share(cones: Cones, sides: int, round_sides: int, ball: float, outside: bool = False) -> float:
-    """Volume of the union of cone meshes in a ball's mesh, over the volume 4/3 pi r^3 of the ball, by manifold3d.
+def mesh_share(
+    cones: Cones, sides: int, round_sides: int, ball: float, outside: bool = False
+) -> float:
+    """Volume of the union of cone meshes in a ball's mesh, over the volume 4/3 pi r^3 of the ball,
+    by manifold3d.
 
-    The meshes lie inside the true solids, or around them where ``outside`` is set: polygons grown by 1 / cos(pi / sides),
-    the ball's mesh scaled until its nearest face touches the ball.
+    The meshes lie inside the true solids, or around them where ``outside`` is set: polygons grown
+    by 1 / cos(pi / sides), the ball's mesh scaled until its nearest face touches the ball.
     """
     from manifold3d import Manifold, OpType
 
     grow = 1 / math.cos(math.pi / sides) if outside else 1.0
     each = []
-    for apex, axis, half, height in zip(cones.apex, cones.axis, cones.half_angle, cones.range_m, strict=True):
+    for apex, axis, half, height in zip(
+        cones.apex, cones.axis, cones.half_angle, cones.range_m, strict=True
+    ):
         u, v = _frame(axis)
         cylinder = Manifold.cylinder(height, 0.0, height * math.tan(half) * grow, sides)
         each.append(cylinder.transform(np.column_stack([u, v, axis, apex])))
@@ -47,4 +56,6 @@ def mesh_share(cones: Cones, sides: int, round_sides: int, ball: float, outside:
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         nearest = ((corners[:, 0] * normal).sum(axis=1) / np.linalg.norm(normal, axis=1)).min()
         round_ = round_.scale([ball / float(nearest)] * 3)
-    return float((Manifold.batch_boolean(each, OpType.Add) ^ round_).volume() / (4 / 3 * math.pi * ball**3))
+    return float(
+        (Manifold.batch_boolean(each, OpType.Add) ^ round_).volume() / (4 / 3 * math.pi * ball**3)
+    )

@@ -1,4 +1,5 @@
-"""The study that kills.py disturbs: quick cells, and every process notes what it does in one file, in the order of time.
+"""The study that kills.py disturbs: quick cells, and every process notes what it does in one file,
+in the order of time.
 
 Run: python benchmarks/noted.py FOLDER CELLS, with PLACE_RINGS_NOTES naming the file
 """
@@ -22,11 +23,24 @@ NOTES = "PLACE_RINGS_NOTES"
 
 def cells(count: int) -> list[Cell]:
     """Quick cells, of every rule."""
-    counts = (("centre", 0.05, 0.0), ("touch", 0.1, 0.0), ("centre", 0.03, 0.0), ("certified", None, 0.1))
+    counts = (
+        ("centre", 0.05, 0.0),
+        ("touch", 0.1, 0.0),
+        ("centre", 0.03, 0.0),
+        ("certified", None, 0.1),
+    )
     targets = (("V_S", 0.5), ("V_T", None), ("V_S", 1.1), ("V_O", None), ("V_S", 0.8))
     names = [f"n{i}_{j}_{theta}" for i in (1, 2, 3) for j in (8, 16) for theta in range(0, 60, 10)]
     found = [
-        {"scene": {}, "setup": s, "target": t, "radius": r, "rule": rule, "voxel": voxel, "width": width}
+        {
+            "scene": {},
+            "setup": s,
+            "target": t,
+            "radius": r,
+            "rule": rule,
+            "voxel": voxel,
+            "width": width,
+        }
         for (rule, voxel, width), (t, r), s in itertools.product(counts, targets, names)
     ]
     every = np.linspace(0, len(found) - 1, min(count, len(found))).astype(int)

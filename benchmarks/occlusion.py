@@ -1,8 +1,10 @@
-"""Shadows of the robot's bodies: by functions, and by rays cast at meshes of the same bodies and of the true links.
+"""Shadows of the robot's bodies: by functions, and by rays cast at meshes of the same bodies and of
+the true links.
 
-Points of V_S(0.5) on the reference scene, each against every sensor whose cone holds it: is the straight way to it free? By
-the capsules' functions, by embree on the same capsules as meshes, and by embree on the UR10's collision meshes (the
-``[robots]`` extra). A sensor that stands within something sees nothing.
+Points of V_S(0.5) on the reference scene, each against every sensor whose cone holds it: is the
+straight way to it free? By the capsules' functions, by embree on the same capsules as meshes, and
+by embree on the UR10's collision meshes (the ``[robots]`` extra). A sensor that stands within
+something sees nothing.
 """
 
 import sys
@@ -21,7 +23,8 @@ from place_rings.objectives.scene import Scene
 
 SETUPS = ("n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
 POINTS = 20_000
-_LINKS = ("shoulder", "upperarm", "forearm", "wrist1", "wrist2", "wrist3")  # of frames 0 to 5; the base stands still
+# of frames 0 to 5; the base stands still
+_LINKS = ("shoulder", "upperarm", "forearm", "wrist1", "wrist2", "wrist3")
 
 
 def capsule_meshes(occluders: Occluders) -> list[trimesh.Trimesh]:
@@ -29,14 +32,21 @@ def capsule_meshes(occluders: Occluders) -> list[trimesh.Trimesh]:
     found = []
     for start, end, radius in zip(*occluders.bodies, strict=True):
         ends = [trimesh.creation.icosphere(4, radius).apply_translation(c) for c in (start, end)]
-        found += [*ends, trimesh.creation.cylinder(radius, segment=np.stack([start, end]), sections=256)]
+        found += [
+            *ends,
+            trimesh.creation.cylinder(radius, segment=np.stack([start, end]), sections=256),
+        ]
     return found
 
 
 def link_meshes(frames: np.ndarray) -> list[trimesh.Trimesh]:
-    """The collision meshes of the links in the base frame; none where the data are not installed."""
+    """The collision meshes of the links in the base frame; none where the data are not
+    installed.
+    """
     places = [
-        Path(p) / "cmeel.prefix/share/example-robot-data/robots/ur_description/meshes/ur10/collision" for p in sys.path
+        Path(p)
+        / "cmeel.prefix/share/example-robot-data/robots/ur_description/meshes/ur10/collision"
+        for p in sys.path
     ]
     folder = next((p for p in places if p.exists()), None)
     if folder is None:
@@ -46,19 +56,25 @@ def link_meshes(frames: np.ndarray) -> list[trimesh.Trimesh]:
 
 
 def free(meshes: list[trimesh.Trimesh], apex: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Which points no face stands before, seen from an apex that stands in none of the meshes; none if it does."""
+    """Which points no face stands before, seen from an apex that stands in none of the meshes; none
+    if it does.
+    """
     clear = np.ones(len(points), bool)
     way = points - apex
     for mesh in meshes:
         if mesh.is_watertight and mesh.contains(apex[None])[0]:
             return np.zeros(len(points), bool)
-        where, ray, _ = mesh.ray.intersects_location(np.broadcast_to(apex, way.shape), way, multiple_hits=False)
+        where, ray, _ = mesh.ray.intersects_location(
+            np.broadcast_to(apex, way.shape), way, multiple_hits=False
+        )
         clear[ray] &= np.linalg.norm(where - apex, axis=1) >= np.linalg.norm(way[ray], axis=1)
     return clear
 
 
 def report() -> list[str]:
-    """A table: zeta under ``shadow`` by each way, pairs of point and sensor that agree, seconds of functions and of rays."""
+    """A table: zeta under ``shadow`` by each way, pairs of point and sensor that agree, seconds of
+    functions and of rays.
+    """
     scene = Scene()
     q = scene.poses[0].q
     frames = forward(scene.robot.chain, q)
@@ -68,8 +84,10 @@ def report() -> list[str]:
     lines = [
         "Pairs are of a sensor and a point in its cone.",
         "",
-        "| setup | ζ ignored | ζ shadow, functions | ζ, rays at capsules | pairs that agree | ζ, rays at true links "
-        "| pairs that agree | functions, s | rays at capsules, s |",
+        (
+            "| setup | ζ ignored | ζ shadow, functions | ζ, rays at capsules | pairs that agree |"
+            " ζ, rays at true links | pairs that agree | functions, s | rays at capsules, s |"
+        ),
         "| --- " * 9 + "|",
     ]
     for name in SETUPS:
@@ -88,7 +106,11 @@ def report() -> list[str]:
         cells = [name, *(f"{100 * a.any(axis=0).mean():.2f}" for a in (held, mine))]
         for kind, meshes in kinds.items():
             same = (rays[kind] == mine)[held].mean()
-            cells += [f"{100 * rays[kind].any(axis=0).mean():.2f}", f"{100 * same:.2f} %"] if meshes else ["–", "–"]
+            cells += (
+                [f"{100 * rays[kind].any(axis=0).mean():.2f}", f"{100 * same:.2f} %"]
+                if meshes
+                else ["–", "–"]
+            )
         cells += [f"{spent['functions']:.2f}", f"{spent['capsules']:.2f}"]
         lines.append("| " + " | ".join(cells) + " |")
     return lines

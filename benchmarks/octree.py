@@ -1,6 +1,7 @@
 """The octree against dense counts and meshes.
 
-The share of a ball's voxels (radius 1 m, rule `centre`) in 112 cones of 11 degrees half angle and 1 m.
+The share of a ball's voxels (radius 1 m, rule `centre`) in 112 cones of 11 degrees half angle and 1
+m.
 """
 
 import math
@@ -32,7 +33,9 @@ def lattice(voxel: float) -> np.ndarray:
 
 
 def dense(cones: Cones, voxel: float) -> tuple[int, int]:
-    """Voxels of the ball, and those in a cone: every centre against every cone, one cone after the other."""
+    """Voxels of the ball, and those in a cone: every centre against every cone, one cone after the
+    other.
+    """
     p = lattice(voxel)
     seen = np.zeros(len(p), bool)
     slope = math.cos(HALF_ANGLE) ** 2
@@ -44,7 +47,9 @@ def dense(cones: Cones, voxel: float) -> tuple[int, int]:
 
 
 def dense_jax(cones: Cones, bits: int) -> Callable[[float], tuple[int, int]]:
-    """The same by JAX: one fused loop over pairs, on all cores. Only 64 bit is sure to give the same integer."""
+    """The same by JAX: one fused loop over pairs, on all cores. Only 64 bit is sure to give the
+    same integer.
+    """
     dtype = np.dtype(f"float{bits}")
     apex, axis = (a.astype(dtype) for a in (cones.apex, cones.axis))
     slope = math.cos(HALF_ANGLE) ** 2
@@ -69,7 +74,9 @@ def dense_jax(cones: Cones, bits: int) -> Callable[[float], tuple[int, int]]:
 
 
 def by_open3d(cones: Cones, voxel: float) -> tuple[int, int]:
-    """The same by Open3D's occupancy of 64-sided cones, one scene a cone, as overlapping meshes confuse its parity."""
+    """The same by Open3D's occupancy of 64-sided cones, one scene a cone, as overlapping meshes
+    confuse its parity.
+    """
     import open3d  # noqa: TID251 a peer
 
     p = lattice(voxel)
@@ -77,7 +84,10 @@ def by_open3d(cones: Cones, voxel: float) -> tuple[int, int]:
     for apex, axis in zip(cones.apex, cones.axis, strict=True):
         corners, triangles = cone_mesh(apex, axis, RANGE, RANGE * math.tan(HALF_ANGLE), 64)
         scene = open3d.t.geometry.RaycastingScene()
-        scene.add_triangles(open3d.core.Tensor(corners.astype(np.float32)), open3d.core.Tensor(triangles.astype(np.uint32)))
+        scene.add_triangles(
+            open3d.core.Tensor(corners.astype(np.float32)),
+            open3d.core.Tensor(triangles.astype(np.uint32)),
+        )
         seen |= scene.compute_occupancy(query).numpy() > 0
     return len(p), int(seen.sum())
 
@@ -104,9 +114,20 @@ def report() -> list[str]:
         measured = medians(works, RUNS)
         truth, fast = measured["octree"]
         if measured["dense NumPy"][0] != truth:
-            raise SystemExit(f"at {voxel} m the octree counts {truth}, the dense count is {measured['dense NumPy'][0]}")
+            raise SystemExit(
+                f"at {voxel} m the octree counts {truth}, the dense count is"
+                f" {measured['dense NumPy'][0]}"
+            )
         for name, (found, seconds) in measured.items():
-            rows.append([f"{100 * voxel:g}", name, *(f"{n:,}" for n in found), f"{seconds:.3f}", f"{seconds / fast:.1f}"])
+            rows.append(
+                [
+                    f"{100 * voxel:g}",
+                    name,
+                    *(f"{n:,}" for n in found),
+                    f"{seconds:.3f}",
+                    f"{seconds / fast:.1f}",
+                ]
+            )
             print(*rows[-1], flush=True)
         for name, least in (
             ("dense NumPy", SLOWEST.get(voxel, 0)),
@@ -114,17 +135,20 @@ def report() -> list[str]:
         ):
             if measured[name][1] < least * fast:
                 notes.append(
-                    f"Fell short at {100 * voxel:g} cm: {measured[name][1] / fast:.1f} times {name}, {least} wanted."
+                    f"Fell short at {100 * voxel:g} cm: {measured[name][1] / fast:.1f} times"
+                    f" {name}, {least} wanted."
                 )
     if installed("manifold3d"):
         share, seconds = medians({"mesh": lambda: mesh_share(cones, 64, 128, 1.0)}, 3)["mesh"]
         notes.append(
-            f"A mesh Boolean of the same solids (manifold3d, 64 sides) takes {seconds:.2f} s for the share {share:.4f};"
-            f" the finest count has {truth[1] / truth[0]:.4f}."
+            f"A mesh Boolean of the same solids (manifold3d, 64 sides) takes {seconds:.2f} s for"
+            f" the share {share:.4f}; the finest count has {truth[1] / truth[0]:.4f}."
         )
     notes += [missing(peer) for peer in PEERS if not installed(peer)]
     columns = ("voxel, cm", "method", "in the ball", "in a cone", "seconds", "octree is faster by")
-    intro = "Voxels of a ball of 1 m in 112 cones of 11° half angle and 1 m, target voxels counted in:"
+    intro = (
+        "Voxels of a ball of 1 m in 112 cones of 11° half angle and 1 m, target voxels counted in:"
+    )
     return [intro, "`python benchmarks octree`.", "", *table(columns, rows), "", *notes]
 
 

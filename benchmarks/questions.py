@@ -20,18 +20,33 @@ README = Path(__file__).parent.parent / "README.md"
 
 def asked() -> list[tuple[str, str]]:
     """Question and command of each row that README's table has."""
-    return re.findall(r"^\| ([^|`]+) \| `(place-rings --target [^`]+)` \| ", README.read_text(), re.MULTILINE)
+    return re.findall(
+        r"^\| ([^|`]+) \| `(place-rings --target [^`]+)` \| ", README.read_text(), re.MULTILINE
+    )
 
 
 def answer(command: str) -> tuple[int, dict[str, float], float]:
-    """Sensors, zeta in percent by target, and seconds of work of the whole process, from start to the last file."""
+    """Sensors, zeta in percent by target, and seconds of work of the whole process, from start to
+    the last file.
+    """
     with tempfile.TemporaryDirectory() as folder:
-        words = [sys.executable, "-m", "place_rings.cli.entry", *shlex.split(command)[1:], "--json", "--out", folder]
+        words = [
+            sys.executable,
+            "-m",
+            "place_rings.cli.entry",
+            *shlex.split(command)[1:],
+            "--json",
+            "--out",
+            folder,
+        ]
         before = _spent()
         said = subprocess.run(words, check=True, capture_output=True, text=True, cwd=folder).stdout
         seconds = _spent() - before
     proposal = json.loads(said)["proposal"]
-    zeta = {z["target"] + ("" if z["radius"] is None else f"({z['radius']:g})"): z["zeta_percent"] for z in proposal["zeta"]}
+    zeta = {
+        z["target"] + ("" if z["radius"] is None else f"({z['radius']:g})"): z["zeta_percent"]
+        for z in proposal["zeta"]
+    }
     return sum(ring["count"] for ring in proposal["rings"]), zeta, seconds
 
 
@@ -47,12 +62,21 @@ def report() -> list[str]:
     for question, command in asked():
         sensors, zeta, seconds = answer(command)
         rows.append(
-            (question, f"`{command}`", sensors, ", ".join(f"{k} {v:.2f}" for k, v in zeta.items()), f"{seconds:.0f}")
+            (
+                question,
+                f"`{command}`",
+                sensors,
+                ", ".join(f"{k} {v:.2f}" for k, v in zeta.items()),
+                f"{seconds:.0f}",
+            )
         )
         print(*rows[-1], flush=True)
     return [
-        "Each command once, from a process's start to its last file. Seconds are processor seconds over the number of"
-        " processors: what an idle machine would show if all were busy all the time, and the same on a busy one.",
+        (
+            "Each command once, from a process's start to its last file. Seconds are processor"
+            " seconds over the number of processors: what an idle machine would show if all were"
+            " busy all the time, and the same on a busy one."
+        ),
         "",
         *table(("question", "command", "sensors", "ζ, %", "seconds"), rows),
     ]

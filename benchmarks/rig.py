@@ -28,21 +28,45 @@ def faults(runs: int, seed: int = 0) -> list[tuple[tuple, Found]]:
 
 def report(runs: int = RUNS) -> list[str]:
     """Both tables."""
-    columns = ("fault", "runs", "what happens", "median, ms", "worst, ms", "bound, ms", "joints given wrong", "records lost")
+    columns = (
+        "fault",
+        "runs",
+        "what happens",
+        "median, ms",
+        "worst, ms",
+        "bound, ms",
+        "joints given wrong",
+        "records lost",
+    )
     intro = [
-        f"{runs} runs of each, on the simulated rig, through unmodified ur-rtde and pyserial: `python benchmarks rig`.",
+        (
+            f"{runs} runs of each, on the simulated rig, through unmodified ur-rtde and pyserial:"
+            " `python benchmarks rig`."
+        ),
         "Times are from the fault's doing to its finding.",
         "Bounds are without what a busy machine takes to wake a thread (MEAN).",
-        "Joints given wrong: vectors that were handed out older than 80 ms, or not where the robot stood, of all asked for.",
-        "Records lost: of what was gathered, not in the recording's replay. Ending a session took at most ENDING s.",
-        "Runs begun again, as the machine kept the link waiting beyond its bound before anything was done: AGAIN.",
+        (
+            "Joints given wrong: vectors that were handed out older than 80 ms, or not where the"
+            " robot stood, of all asked for."
+        ),
+        (
+            "Records lost: of what was gathered, not in the recording's replay. Ending a session"
+            " took at most ENDING s."
+        ),
+        (
+            "Runs begun again, as the machine kept the link waiting beyond its bound before"
+            " anything was done: AGAIN."
+        ),
         "",
     ]
     found = faults(runs)
     rows, ending = [cells for cells, _ in found], max(each.closing for _, each in found)
     again = str(sum(each.disturbed for _, each in found))
     load = f"mean load here: {os.getloadavg()[2]:.1f} on {os.cpu_count()} cores"
-    head = [line.replace("MEAN", load).replace("ENDING", f"{ending:.2f}").replace("AGAIN", again) for line in intro]
+    head = [
+        line.replace("MEAN", load).replace("ENDING", f"{ending:.2f}").replace("AGAIN", again)
+        for line in intro
+    ]
     speed = ["", "Speed:", "", *table(("what", "", "", ""), throughput())]
     return [*head, *table(columns, rows), *speed]
 

@@ -1,12 +1,14 @@
-"""Checks of a rig against what was done to it: drawn errors of mounting and faults, found or not, and measured coverage.
+"""Checks of a rig against what was done to it: drawn errors of mounting and faults, found or not,
+and measured coverage.
 
-Each run mounts five rings of 16 sensors on a UR10 in a cell of floor, table and box, each ring off by up to 20 mm along its
-link, 5° of tilt and 5° of phase, its readings off by up to 20 mm; in one ring two sensors are swapped, one sensor of all is
-dead, and one ring is reversed: wired in reverse, or mounted the other way round. Readings scatter by 5 mm and 1 % of the
-distance, are rounded to 1 mm, and 2 % are lost. The mount check stops at 24 planned poses, 10 frames each; the coverage
-check puts a rod at 120 points, at three poses, planned for the setup as proposed. The true share of the coverage check is
-counted at every voxel of the target with the rings as they are mounted; nothing but these errors tells the simulated rig
-from the model.
+Each run mounts five rings of 16 sensors on a UR10 in a cell of floor, table and box, each ring off
+by up to 20 mm along its link, 5° of tilt and 5° of phase, its readings off by up to 20 mm; in one
+ring two sensors are swapped, one sensor of all is dead, and one ring is reversed: wired in reverse,
+or mounted the other way round. Readings scatter by 5 mm and 1 % of the distance, are rounded to 1
+mm, and 2 % are lost. The mount check stops at 24 planned poses, 10 frames each; the coverage check
+puts a rod at 120 points, at three poses, planned for the setup as proposed. The true share of the
+coverage check is counted at every voxel of the target with the rings as they are mounted; nothing
+but these errors tells the simulated rig from the model.
 """
 
 import hashlib
@@ -40,7 +42,12 @@ RUNS = 200
 TARGET = Target("V_S", 0.5)
 SCENE = Scene(
     poses=tuple(
-        Pose(np.radians(q)) for q in ((0, -45, 60, -105, -90, 0), (40, -70, 90, -110, -90, 0), (-60, -60, 50, -80, -90, 0))
+        Pose(np.radians(q))
+        for q in (
+            (0, -45, 60, -105, -90, 0),
+            (40, -70, 90, -110, -90, 0),
+            (-60, -60, 50, -80, -90, 0),
+        )
     ),
     obstacles=(
         Obstacle("floor", half_space(-0.75)),
@@ -57,7 +64,8 @@ SETUP = Setup(
         Ring("tool", 0.0, 16, 0.0, 0.0, 0.08),
     )
 )
-KEPT = Path("rig_checks.jsonl")  # in the folder where this runs: a run that this code has done is not done again
+# in the folder where this runs: a run that this code has done is not done again
+KEPT = Path("rig_checks.jsonl")
 
 
 def one(seed: int, plan: MountPlan, where: Places) -> dict[str, Any]:
@@ -95,7 +103,9 @@ def rod(
     """The coverage check, and the true share."""
     plan = plan_rod(SCENE, SETUP, TARGET, seed=seed, where=where)
     before = world.readings(rng, plan.joints, plan.detection.before)
-    every = world.readings(rng, plan.joints[plan.pose], plan.detection.frames, plan.rod.at(plan.point))
+    every = world.readings(
+        rng, plan.joints[plan.pose], plan.detection.frames, plan.rod.at(plan.point)
+    )
     each = len(every) // len(plan.pose)
     trials = [every.only(np.arange(i * each, (i + 1) * each)) for i in range(len(plan.pose))]
     true = rod_zeta(SCENE, world.mounted, where, plan.rod, plan.detection, alive)
@@ -105,7 +115,10 @@ def rod(
 def _trials(found: list[dict[str, Any]]) -> str:
     """What the rod's trials found, of those that were predicted seen and unseen."""
     (hit, missed), (extra, none) = np.sum([r["table"] for r in found], axis=0).tolist()
-    return f"Of {hit + missed} trials predicted seen {hit} were, of {extra + none} predicted unseen {none}."
+    return (
+        f"Of {hit + missed} trials predicted seen {hit} were, of {extra + none} predicted unseen"
+        f" {none}."
+    )
 
 
 def report(options: Sequence[str] = ()) -> list[str]:
@@ -127,46 +140,96 @@ def report(options: Sequence[str] = ()) -> list[str]:
 
 def _code() -> str:
     """A fingerprint of all files of ours that are loaded, this one included."""
-    files = {getattr(m, "__file__", None) for n, m in sys.modules.items() if n.startswith("place_rings")}
-    return hashlib.sha256(b"".join(Path(f).read_bytes() for f in sorted({__file__, *filter(None, files)}))).hexdigest()[:16]
+    files = {
+        getattr(m, "__file__", None) for n, m in sys.modules.items() if n.startswith("place_rings")
+    }
+    return hashlib.sha256(
+        b"".join(Path(f).read_bytes() for f in sorted({__file__, *filter(None, files)}))
+    ).hexdigest()[:16]
 
 
 def _tables(found: list[dict[str, Any]], plan: MountPlan) -> list[str]:
     def row(words: str, hits: Sequence[bool]) -> list[str]:
-        share, p = float(np.mean(hits)), stats.binomtest(int(sum(hits)), len(hits), 0.95, "less").pvalue
-        return [words, str(len(hits)), f"{100 * share:.1f} %", f"{p:.3f}", "no" if p > 0.01 else "yes"]
+        share, p = (
+            float(np.mean(hits)),
+            stats.binomtest(int(sum(hits)), len(hits), 0.95, "less").pvalue,
+        )
+        return [
+            words,
+            str(len(hits)),
+            f"{100 * share:.1f} %",
+            f"{p:.3f}",
+            "no" if p > 0.01 else "yes",
+        ]
 
     rows = [
         row("all values of all rings in their joint region", [r["all"] for r in found]),
         row("a ring's values in their joint region", [ok for r in found for ok in r["rings"]]),
         row("a value in its own interval", [ok for r in found for ok in r["values"]]),
-        row("the rod's true share in the measured interval", [r["share"][1] <= r["true"] <= r["share"][2] for r in found]),
-        *(row(f"{fault} found, and no other", [r["found"][fault] for r in found]) for fault in found[0]["found"]),
+        row(
+            "the rod's true share in the measured interval",
+            [r["share"][1] <= r["true"] <= r["share"][2] for r in found],
+        ),
+        *(
+            row(f"{fault} found, and no other", [r["found"][fault] for r in found])
+            for fault in found[0]["found"]
+        ),
     ]
     lines = (__doc__ or "").split("\n\n", 1)[1].strip().splitlines()
     lines += [
         "",
-        f"`python benchmarks rig_checks`, {len(found)} runs. Found below 95 %: by a one-sided binomial test at 1 %.",
+        (
+            f"`python benchmarks rig_checks`, {len(found)} runs. Found below 95 %: by a one-sided"
+            " binomial test at 1 %."
+        ),
         "",
     ]
     lines += table(("what", "trials", "held", "p", "found below 95 %"), rows)
     scale = (1000.0, 180 / math.pi, 180 / math.pi, 1000.0)
     off, margin = (
         [
-            [scale[k] * v for r in found for e in r[key] for k, v in zip(range(4 - len(e), 4), e, strict=True) if k == n]
+            [
+                scale[k] * v
+                for r in found
+                for e in r[key]
+                for k, v in zip(range(4 - len(e), 4), e, strict=True)
+                if k == n
+            ]
             for n in range(4)
         ]
         for key in ("off", "margin")
     )
-    lines += ["", "How far the values found are from what was done, and the margins of 95 % that are stated with them:", ""]
+    lines += [
+        "",
+        (
+            "How far the values found are from what was done, and the margins of 95 % that are"
+            " stated with them:"
+        ),
+        "",
+    ]
     lines += table(
-        ("error", "off by, median", "95 in 100 within", "most", "margin, median", "95 in 100 within"),
+        (
+            "error",
+            "off by, median",
+            "95 in 100 within",
+            "most",
+            "margin, median",
+            "95 in 100 within",
+        ),
         [
             [
                 name,
-                *(f"{v:.2f} {unit}" for v in (*np.percentile(off[n], (50, 95, 100)), *np.percentile(margin[n], (50, 95)))),
+                *(
+                    f"{v:.2f} {unit}"
+                    for v in (
+                        *np.percentile(off[n], (50, 95, 100)),
+                        *np.percentile(margin[n], (50, 95)),
+                    )
+                ),
             ]
-            for n, (name, unit) in enumerate((("slip", "mm"), ("tilt", "°"), ("phase", "°"), ("offset", "mm")))
+            for n, (name, unit) in enumerate(
+                (("slip", "mm"), ("tilt", "°"), ("phase", "°"), ("offset", "mm"))
+            )
         ],
     )
     width = [100 * (r["share"][2] - r["share"][1]) for r in found]
@@ -176,11 +239,16 @@ def _tables(found: list[dict[str, Any]], plan: MountPlan) -> list[str]:
     took = np.median([r["processor"] for r in found])
     lines += [
         "",
-        f"The measured share's interval is {np.median(width):.1f} points wide (median); it holds what was predicted of the"
-        f" proposal, which is off by up to {max(off_by):.1f} points, in {100 * np.mean(agree):.0f} % of the runs. What is"
-        f" predicted of the setup as built is off by {max(built):.2f} points at most. {_trials(found)}",
+        (
+            f"The measured share's interval is {np.median(width):.1f} points wide (median); it"
+            f" holds what was predicted of the proposal, which is off by up to {max(off_by):.1f}"
+            f" points, in {100 * np.mean(agree):.0f} % of the runs. What is predicted of the setup"
+            f" as built is off by {max(built):.2f} points at most. {_trials(found)}"
+        ),
         "",
-        f"A run takes {took:.1f} s of a processor (median), nothing of it in real time:"
-        " the readings come from what the simulated rig's processes ask, too.",
+        (
+            f"A run takes {took:.1f} s of a processor (median), nothing of it in real time:"
+            " the readings come from what the simulated rig's processes ask, too."
+        ),
     ]
     return lines

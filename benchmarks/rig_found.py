@@ -15,8 +15,9 @@ PLAIN = ("-m", "place_rings.rig.simulated")
 
 @dataclass
 class Found:
-    """What came of a fault's runs. outcomes: how often what. seconds: to be found. wrong: joint vectors that were given
-    though stale or untrue. lost: of what was gathered, not in the recording. closing: s, the longest that ending took."""
+    """What came of a fault's runs. outcomes: how often what. seconds: to be found. wrong: joint
+    vectors that were given though stale or untrue. lost: of what was gathered, not in the
+    recording. closing: s, the longest that ending took."""
 
     outcomes: Counter = field(default_factory=Counter)
     seconds: list[float] = field(default_factory=list)
@@ -41,7 +42,9 @@ def until(check: Callable[[], bool]) -> bool:
 
 
 def row(name: str, runs: int, run: Callable[[Found], None], bound: str) -> tuple[tuple, Found]:
-    """The row of a fault, and what was found in so many runs; those that the machine disturbed are begun again."""
+    """The row of a fault, and what was found in so many runs; those that the machine disturbed are
+    begun again.
+    """
     found = Found()
     while sum(found.outcomes.values()) < runs:
         try:

@@ -1,7 +1,8 @@
-"""A check that moves the robot to and fro, asking a person between two motions, until something ends it.
+"""A check that moves the robot to and fro, asking a person between two motions, until something
+ends it.
 
-It says "moving" at the begin of each motion, and at its end why it ended, as a line of JSON. Limits of time are those of
-a real rig.
+It says "moving" at the begin of each motion, and at its end why it ended, as a line of JSON. Limits
+of time are those of a real rig.
 """
 
 import json
@@ -44,7 +45,9 @@ def move(session: Session, mover: Mover, view: View) -> None:
 
 
 def work(address: str, ports: list[str], answers: Connection, said: Connection) -> None:
-    """Move until something ends it: as a process of its own, with answers for its stdin and lines for its stdout."""
+    """Move until something ends it: as a process of its own, with answers for its stdin and lines
+    for its stdout.
+    """
     os.dup2(answers.fileno(), 0)
     os.dup2(said.fileno(), 1)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
@@ -73,5 +76,10 @@ def check(address: str, ports: list[str]) -> None:
         limits = Limits(np.tile([-2 * np.pi, 2 * np.pi], (6, 1)))
         with Mover(address, session.link, limits, danger=stops) as mover:
             say("ready")
-            view = View(session, [str(i) for i in range(len(ports))], [1.5] * len(ports), Console(stderr=True))
+            view = View(
+                session,
+                [str(i) for i in range(len(ports))],
+                [1.5] * len(ports),
+                Console(stderr=True),
+            )
             move(session, mover, view)

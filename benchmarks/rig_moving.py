@@ -1,7 +1,9 @@
-"""Faults while the robot moves: how soon it stands still, what is reported, and what is left behind.
+"""Faults while the robot moves: how soon it stands still, what is reported, and what is left
+behind.
 
-Each run starts a check that moves the simulated robot (``rig_mover_victim.py``, a process of its own, through unmodified
-ur-rtde and pyserial, with the limits of a real rig), and strikes at a random moment of a motion.
+Each run starts a check that moves the simulated robot (``rig_mover_victim.py``, a process of its
+own, through unmodified ur-rtde and pyserial, with the limits of a real rig), and strikes at a
+random moment of a motion.
 """
 
 import json
@@ -31,20 +33,24 @@ from place_rings.rig.robot.motion_process import LEAVE
 from place_rings.rig.simulated.process import SimulatedRig, command
 from rig_found import PLAIN
 
-STILL, LEFT = 1.0, LEAVE + 0.5  # s: bounds of stillness, and of the end of all processes after the check's
+# s: bounds of stillness, and of the end of all processes after the check's
+STILL, LEFT = 1.0, LEAVE + 0.5
 RINGS = 2
 RUNS = 20
 _BUSY = 8
 _SECONDS = 20.0  # that a check may take to start, or to end
 _PAUSE = 1.5  # s, of a process that is stopped and goes on
-_LIMITS = re.compile("no new state came in time|states come too long|is silent|held up|no sign of life|process ended")
+_LIMITS = re.compile(
+    "no new state came in time|states come too long|is silent|held up|no sign of life|process ended"
+)
 _LATE = re.compile(r"it was seen to stand still only after [\d.]+ s")
 _SIDE_BY_SIDE = 3  # rigs at once: most of a run is waiting
 _TRIES = 12  # starts of a check, on a machine that is too busy for the limits of a real rig
 
 
 _HERE = str(Path(__file__).parent)
-os.environ["PYTHONPATH"] = os.pathsep.join([_HERE, os.environ.get("PYTHONPATH", "")])  # the forkserver reads no sys.path
+# the forkserver reads no sys.path
+os.environ["PYTHONPATH"] = os.pathsep.join([_HERE, os.environ.get("PYTHONPATH", "")])
 _FORKS = get_context("forkserver")  # imports once; each check is a process of its own all the same
 _FORKS.set_forkserver_preload(["rig_mover_victim"])
 
@@ -56,7 +62,9 @@ class Victim:
         from rig_mover_victim import work
 
         (answers, self._answers), (self._lines, lines) = _FORKS.Pipe(False), _FORKS.Pipe(False)
-        self.process = _FORKS.Process(target=work, args=(rig.address, [rig.ring(i) for i in range(RINGS)], answers, lines))
+        self.process = _FORKS.Process(
+            target=work, args=(rig.address, [rig.ring(i) for i in range(RINGS)], answers, lines)
+        )
         self.process.start()
         answers.close()
         lines.close()
@@ -76,7 +84,11 @@ class Victim:
             try:
                 said = self._said.get(timeout=min(left, 0.1))
             except Empty:
-                if not self.process.is_alive() and not self._reader.is_alive() and self._said.empty():
+                if (
+                    not self.process.is_alive()
+                    and not self._reader.is_alive()
+                    and self._said.empty()
+                ):
                     return None
                 continue
             if said["what"] == what:
@@ -177,8 +189,9 @@ def end_of_input(rig: SimulatedRig, victim: Victim, rng: np.random.Generator) ->
 
 @dataclass(frozen=True)
 class Fault:
-    """strike: what is done. reported: a pattern of what the check must say; None where it cannot. moves: whether the motion
-    goes on to its end, as the fault is none of it. stops: whether anything can stop the robot."""
+    """strike: what is done. reported: a pattern of what the check must say; None where it cannot.
+    moves: whether the motion goes on to its end, as the fault is none of it. stops: whether
+    anything can stop the robot."""
 
     strike: Strike
     reported: str | None
@@ -188,9 +201,15 @@ class Fault:
 
 _MOTION, _LINK = "robot.motion_process", "robot.link_process"
 FAULTS: dict[str, Fault] = {
-    "a reading is too near": Fault(of_ring("near", at=0.05), r"ring \d: sensor 0 reads \d+ mm, nearer than 150 mm"),
-    "all sensors of a ring fail": Fault(of_ring("fail", share=1.0), r"ring \d: 16 of 16 sensors report failure"),
-    "more sensors of a ring fail than may": Fault(of_ring("fail", share=0.32), r"ring \d: 5 of 16 sensors report failure"),
+    "a reading is too near": Fault(
+        of_ring("near", at=0.05), r"ring \d: sensor 0 reads \d+ mm, nearer than 150 mm"
+    ),
+    "all sensors of a ring fail": Fault(
+        of_ring("fail", share=1.0), r"ring \d: 16 of 16 sensors report failure"
+    ),
+    "more sensors of a ring fail than may": Fault(
+        of_ring("fail", share=0.32), r"ring \d: 5 of 16 sensors report failure"
+    ),
     "a ring's distances no longer change": Fault(
         of_ring("freeze", share=1.0), r"ring \d: .* have not changed in \d+ frames"
     ),
@@ -200,16 +219,21 @@ FAULTS: dict[str, Fault] = {
     "a ring is silent": Fault(of_ring("silent"), r"ring \d: is silent"),
     "a ring is unplugged": Fault(of_ring("unplug"), r"ring \d: is silent"),
     "a ring sends no intact frame": Fault(of_ring("garble"), r"ring \d: is silent"),
-    "the robot's side closes the connection": Fault(done("close"), r"the robot's side closed|the robot ended its program"),
+    "the robot's side closes the connection": Fault(
+        done("close"), r"the robot's side closed|the robot ended its program"
+    ),
     "the stream of states stalls": Fault(done("stall"), r"no new state came in time"),
     "the cable to the robot is pulled": Fault(done("drop"), r"no new state came in time"),
     "a malformed package ends the client": Fault(done("zero"), r"process ended"),
     "a protective stop": Fault(done("stop", how="protective"), r"the robot's safety stopped it"),
     "an emergency stop": Fault(done("stop", how="emergency"), r"the robot's safety stopped it"),
-    "the safeguard stops the robot": Fault(done("stop", how="safeguard"), r"the robot's safety stopped it"),
+    "the safeguard stops the robot": Fault(
+        done("stop", how="safeguard"), r"the robot's safety stopped it"
+    ),
     "the program is stopped at the pendant": Fault(done("pendant"), r"the robot ended its program"),
     "the controller ignores its program's stop": Fault(
-        together(done("ignore", how="unwilling"), of_ring("near", at=0.05)), r"ring \d: sensor 0 reads"
+        together(done("ignore", how="unwilling"), of_ring("near", at=0.05)),
+        r"ring \d: sensor 0 reads",
     ),
     "the controller ignores every stop": Fault(
         together(done("ignore"), of_ring("near", at=0.05)), re.escape(UNSEEN), stops=False
@@ -221,28 +245,45 @@ FAULTS: dict[str, Fault] = {
     "SIGKILL to the check, and the controller answers nothing": Fault(
         together(done("drop"), to_check(signal.SIGKILL)), None
     ),
-    "SIGSTOP to the check, then SIGCONT": Fault(paused, r"held up|no sign of life|no new state came in time"),
-    "SIGTERM to the process that moves the robot": Fault(to_child(_MOTION, signal.SIGTERM), r"ended by SIGTERM"),
-    "SIGKILL to the process that moves the robot": Fault(to_child(_MOTION, signal.SIGKILL), r"ended by SIGKILL"),
+    "SIGSTOP to the check, then SIGCONT": Fault(
+        paused, r"held up|no sign of life|no new state came in time"
+    ),
+    "SIGTERM to the process that moves the robot": Fault(
+        to_child(_MOTION, signal.SIGTERM), r"ended by SIGTERM"
+    ),
+    "SIGKILL to the process that moves the robot": Fault(
+        to_child(_MOTION, signal.SIGKILL), r"ended by SIGKILL"
+    ),
     "SIGSTOP to the process that moves the robot, then SIGCONT": Fault(
         to_child(_MOTION, signal.SIGSTOP, True), r"the process that moves it gave no sign of life"
     ),
-    "SIGHUP to the process that moves the robot": Fault(to_child(_MOTION, signal.SIGHUP), None, moves=True),
-    "SIGTERM to the process that reads the robot": Fault(to_child(_LINK, signal.SIGTERM), r"process ended"),
-    "SIGKILL to the process that reads the robot": Fault(to_child(_LINK, signal.SIGKILL), r"process ended"),
+    "SIGHUP to the process that moves the robot": Fault(
+        to_child(_MOTION, signal.SIGHUP), None, moves=True
+    ),
+    "SIGTERM to the process that reads the robot": Fault(
+        to_child(_LINK, signal.SIGTERM), r"process ended"
+    ),
+    "SIGKILL to the process that reads the robot": Fault(
+        to_child(_LINK, signal.SIGKILL), r"process ended"
+    ),
     "SIGSTOP to the process that reads the robot, then SIGCONT": Fault(
         to_child(_LINK, signal.SIGSTOP, True), r"no new state came in time"
     ),
-    "SIGHUP to the process that reads the robot": Fault(to_child(_LINK, signal.SIGHUP), None, moves=True),
-    "the end of input before the next question": Fault(end_of_input, r"ended by who was asked", moves=True),
+    "SIGHUP to the process that reads the robot": Fault(
+        to_child(_LINK, signal.SIGHUP), None, moves=True
+    ),
+    "the end of input before the next question": Fault(
+        end_of_input, r"ended by who was asked", moves=True
+    ),
 }
 
 
 @dataclass
 class Stillness:
-    """What came of a fault's runs. still: s until the robot stood still. left: s until every process of the check was gone.
-    unseen: runs whose report says that it was not seen to stand still. other: runs in which a limit of time fired before
-    what was done was found. wrong: what breaks the rule. again: starts that the machine spoilt before anything was done."""
+    """What came of a fault's runs. still: s until the robot stood still. left: s until every
+    process of the check was gone. unseen: runs whose report says that it was not seen to stand
+    still. other: runs in which a limit of time fired before what was done was found. wrong: what
+    breaks the rule. again: starts that the machine spoilt before anything was done."""
 
     still: list[float] = field(default_factory=list)
     left: list[float] = field(default_factory=list)
@@ -297,7 +338,9 @@ def _end(victim: Victim) -> None:
 
 
 def _stands(rig: SimulatedRig, struck: float, seconds: float) -> float | None:
-    """s after ``struck`` at which the robot stood still, as the rig itself tells; None: not in time."""
+    """s after ``struck`` at which the robot stood still, as the rig itself tells; None: not in
+    time.
+    """
     before = rig.do("state")["q"]
     while time.monotonic() < struck + seconds:
         time.sleep(0.02)
@@ -309,7 +352,9 @@ def _stands(rig: SimulatedRig, struck: float, seconds: float) -> float | None:
 
 
 def _judge(fault: Fault, still: float | None, why: str, found: Stillness) -> None:
-    """Whether the robot stood still in time, or the report says that it was not seen to; and whether it says why."""
+    """Whether the robot stood still in time, or the report says that it was not seen to; and
+    whether it says why.
+    """
     found.said.append(why)
     found.unseen += UNSEEN in why or bool(_LATE.search(why))
     if still is not None and fault.stops and not fault.moves:
@@ -386,13 +431,24 @@ def row(name: str, found: Stillness) -> tuple[str, ...]:
 
 
 COLUMNS = (
-    *("fault", "runs", "still, median, ms", "still, worst, ms", "said: not seen still", "left, worst, ms"),
+    *(
+        "fault",
+        "runs",
+        "still, median, ms",
+        "still, worst, ms",
+        "said: not seen still",
+        "left, worst, ms",
+    ),
     *("another limit first", "wrong"),
 )
 
 
-def of_motion(runs: int, seed: int, spinning: int = 0, only: str = "") -> tuple[list[tuple[str, ...]], int, float]:
-    """Rows of all faults, beside so many busy processes; starts that were begun again; the load meanwhile."""
+def of_motion(
+    runs: int, seed: int, spinning: int = 0, only: str = ""
+) -> tuple[list[tuple[str, ...]], int, float]:
+    """Rows of all faults, beside so many busy processes; starts that were begun again; the load
+    meanwhile.
+    """
     names = [name for name in FAULTS if only in name]
     with busy(spinning), ProcessPoolExecutor(_SIDE_BY_SIDE, get_context("spawn")) as pool:
         rows, again = [], 0
@@ -400,37 +456,65 @@ def of_motion(runs: int, seed: int, spinning: int = 0, only: str = "") -> tuple[
             rows.append(cells)
             again += found.again
             print(*cells, f"again {found.again}", sep=" | ", flush=True)
-            for text, count in Counter([*found.said, *(f"WRONG: {w}" for w in found.wrong)]).most_common():
+            for text, count in Counter(
+                [*found.said, *(f"WRONG: {w}" for w in found.wrong)]
+            ).most_common():
                 print(f"    {count}: {text}", flush=True)
         return rows, again, os.getloadavg()[1]
 
 
 def report(options: Sequence[str] = ()) -> list[str]:
-    """Both tables: on a machine without other work, and beside busy processes. ``--runs=N``: so many of each."""
+    """Both tables: on a machine without other work, and beside busy processes. ``--runs=N``: so
+    many of each.
+    """
     runs = int(next((o.partition("=")[2] for o in options if o.startswith("--runs=")), RUNS))
     return page(*(of_motion(runs, 0, spinning) for spinning in (0, _BUSY)))
 
 
-def page(quiet: tuple[list[tuple[str, ...]], int, float], beside: tuple[list[tuple[str, ...]], int, float]) -> list[str]:
+def page(
+    quiet: tuple[list[tuple[str, ...]], int, float],
+    beside: tuple[list[tuple[str, ...]], int, float],
+) -> list[str]:
     """What ``of_motion`` found without and with busy processes."""
     lines = [
         *(__doc__ or "").split("\n\n", 1)[1].strip().splitlines(),
         "",
         f"- Still: from the fault to stillness, as the rig tells it; bound {1000 * STILL:.0f} ms.",
-        "- Said: runs whose report says that the robot was not seen to stand still, or only later. These may break the"
-        " bound.",
-        f"- Left: until the check's last process was gone, after the check itself; bound {1000 * LEFT:.0f} ms.",
-        "- Another limit first: a limit of time fired, and was named, before what was done was found.",
+        (
+            "- Said: runs whose report says that the robot was not seen to stand still, or only"
+            " later. These may break the bound."
+        ),
+        (
+            "- Left: until the check's last process was gone, after the check itself; bound"
+            f" {1000 * LEFT:.0f} ms."
+        ),
+        (
+            "- Another limit first: a limit of time fired, and was named, before what was done was"
+            " found."
+        ),
         "- Wrong: runs beyond a bound whose report does not say so, or that report something else.",
         "",
         f"{_SIDE_BY_SIDE} rigs run side by side, as most of a run is waiting.",
     ]
-    for title, (rows, again, load) in (("No other work on the machine", quiet), (f"Beside {_BUSY} busy processes", beside)):
-        begun = f"{again} starts were begun again, as a limit of a real rig ended them before anything was done"
-        lines += ["", f"{title} (load {load:.1f} on {os.cpu_count()} cores; {begun}):", "", *table(COLUMNS, rows)]
+    for title, (rows, again, load) in (
+        ("No other work on the machine", quiet),
+        (f"Beside {_BUSY} busy processes", beside),
+    ):
+        begun = (
+            f"{again} starts were begun again, as a limit of a real rig ended them before anything"
+            " was done"
+        )
+        lines += [
+            "",
+            f"{title} (load {load:.1f} on {os.cpu_count()} cores; {begun}):",
+            "",
+            *table(COLUMNS, rows),
+        ]
     return lines
 
 
 if __name__ == "__main__":
     words = sys.argv[2:]
-    of_motion(int(sys.argv[1]), 0, _BUSY * ("busy" in words), next((w for w in words if w != "busy"), ""))
+    of_motion(
+        int(sys.argv[1]), 0, _BUSY * ("busy" in words), next((w for w in words if w != "busy"), "")
+    )

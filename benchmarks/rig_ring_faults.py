@@ -10,11 +10,18 @@ from place_rings.rig.robot.vetting import Ended, LinkFaultError
 from place_rings.rig.simulated.process import SimulatedRig, command
 from rig_found import PLAIN, Found, row, until
 
-_RINGS: dict[str, tuple[str, dict, dict, tuple[Happened, ...], float]] = {  # fault, its end, events, bound in s
+# fault, its end, events, bound in s
+_RINGS: dict[str, tuple[str, dict, dict, tuple[Happened, ...], float]] = {
     "unplugged": ("unplug", {}, {"do": "plug"}, (Happened.GONE,), 0.02),
     "plugged in again": ("plug", {}, {"do": "plug"}, (Happened.BACK,), 0.05 + 1 / 15),
     "silent": ("silent", {}, {"do": "silent", "on": False}, (Happened.SILENT,), SILENT + 0.02),
-    "speaks another language": ("garble", {"on": True}, {"do": "garble", "on": False}, (Happened.GARBLED,), SILENT + 1 / 15),
+    "speaks another language": (
+        "garble",
+        {"on": True},
+        {"do": "garble", "on": False},
+        (Happened.GARBLED,),
+        SILENT + 1 / 15,
+    ),
     "1 % of bytes changed": (
         "corrupt",
         {"share": 0.01},
@@ -40,7 +47,8 @@ def ring_fault(rig: SimulatedRig, name: str, rng: np.random.Generator, found: Fo
         rig.do("unplug", ring=ring)
     with Rings([Port(rig.ring(i), 16) for i in range(2)], on_event=watch.append) as rings:
         time.sleep(rng.uniform(0.4, 0.9))
-        if do != "plug" and None in rings.latest():  # the machine kept a line waiting, which is told already
+        # the machine kept a line waiting, which is told already
+        if do != "plug" and None in rings.latest():
             raise LinkFaultError(Ended.STALE)
         watch.clear()
         done = rig.do(do, ring=ring, **more)["time"]

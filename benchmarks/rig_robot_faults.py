@@ -44,8 +44,8 @@ _ROBOT: dict[str, tuple[str, dict]] = {
 
 
 class Asker(threading.Thread):
-    """Asks a link for joints again and again, and counts those that are older than they may be, or not where the robot
-    stands."""
+    """Asks a link for joints again and again, and counts those that are older than they may be, or
+    not where the robot stands."""
 
     def __init__(self, session: Session) -> None:
         super().__init__(daemon=True)
@@ -61,14 +61,20 @@ class Asker(threading.Thread):
                 continue
             now = time.monotonic()
             lag = min(lag, state.time - state.clock)
-            stale = now - state.time > STALE + _OWN or state.time - state.clock - lag > STALE + _DRIFT
+            stale = (
+                now - state.time > STALE + _OWN or state.time - state.clock - lag > STALE + _DRIFT
+            )
             self.given += 1
             self.wrong += bool(stale or np.abs(state.q - _HOME).max() > 1e-9)
 
 
 @contextmanager
-def listening(rig: SimulatedRig, folder: Path, found: Found, start: float = START) -> Iterator[Session]:
-    """A session that is recorded, whose link is asked all the time, and whose recording is replayed afterwards."""
+def listening(
+    rig: SimulatedRig, folder: Path, found: Found, start: float = START
+) -> Iterator[Session]:
+    """A session that is recorded, whose link is asked all the time, and whose recording is replayed
+    afterwards.
+    """
     file = folder / "recording"
     file.unlink(missing_ok=True)
     ports = [Port(rig.ring(i), 16) for i in range(2)]
@@ -88,7 +94,9 @@ def listening(rig: SimulatedRig, folder: Path, found: Found, start: float = STAR
         found.given, found.wrong = found.given + asker.given, found.wrong + asker.wrong
 
 
-def robot_fault(rig: SimulatedRig, folder: Path, do: str, more: dict, rng: np.random.Generator, found: Found) -> None:
+def robot_fault(
+    rig: SimulatedRig, folder: Path, do: str, more: dict, rng: np.random.Generator, found: Found
+) -> None:
     """One run of a fault of the robot's, at a random moment."""
     with listening(rig, folder, found) as session:
         session.link.wait()
@@ -120,12 +128,21 @@ def not_there(rig: SimulatedRig, folder: Path, do: str, found: Found) -> None:
     rig.do("heal")
 
 
-def victim(rig: SimulatedRig, folder: Path, full: bool, rng: np.random.Generator, found: Found) -> None:
+def victim(
+    rig: SimulatedRig, folder: Path, full: bool, rng: np.random.Generator, found: Found
+) -> None:
     """One run of a session that is killed, or whose disk is full, at a random moment."""
     file = folder / "victim"
     file.unlink(missing_ok=True)
     most = int(rng.integers(1000, 60000)) if full else 0
-    words = [str(Path(__file__).with_name("rig_victim.py")), rig.address, str(file), str(most), rig.ring(0), rig.ring(1)]
+    words = [
+        str(Path(__file__).with_name("rig_victim.py")),
+        rig.address,
+        str(file),
+        str(most),
+        rig.ring(0),
+        rig.ring(1),
+    ]
     with subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         process.stdout.readline()
@@ -141,7 +158,9 @@ def victim(rig: SimulatedRig, folder: Path, full: bool, rng: np.random.Generator
         found.outcomes[line.partition(": ")[2]] += 1
     else:
         kept = said[-1] if said else "0"
-        until(lambda: not any(c.is_running() and c.status() != psutil.STATUS_ZOMBIE for c in children))
+        until(
+            lambda: not any(c.is_running() and c.status() != psutil.STATUS_ZOMBIE for c in children)
+        )
         found.seconds.append(time.monotonic() - struck)
         found.outcomes["the recording is whole up to the kill, the client's process ends"] += 1
     recorded = Recorded(file)
@@ -157,8 +176,13 @@ def of_robot(runs: int, seed: int) -> list[tuple[tuple, Found]]:
         for name, (do, more) in _ROBOT.items():
             bound = "80" if name != "packages fall behind" else "80 behind"
             rows.append(row(name, runs, partial(robot_fault, rig, folder, do, more, rng), bound))
-        for name, do in (("the robot refuses to be connected to", "close"), ("it accepts, and never answers", "mute")):
-            rows.append(row(name, runs, partial(not_there, rig, folder, do), f"{1000 * _PATIENCE:.0f}"))
+        for name, do in (
+            ("the robot refuses to be connected to", "close"),
+            ("it accepts, and never answers", "mute"),
+        ):
+            rows.append(
+                row(name, runs, partial(not_there, rig, folder, do), f"{1000 * _PATIENCE:.0f}")
+            )
         for name, full in (("kill -9 of the check", False), ("the disk is full", True)):
             rows.append(row(name, runs, partial(victim, rig, folder, full, rng), ""))
     return rows

@@ -1,6 +1,9 @@
-"""A session with the simulated rig that is killed, or whose disk is full: it says what it kept, until it ends.
+"""A session with the simulated rig that is killed, or whose disk is full: it says what it kept,
+until it ends.
 
-Run: python benchmarks/rig_victim.py ADDRESS FILE BYTES PORT ...     the file may have so many bytes; 0: any number
+Run: python benchmarks/rig_victim.py ADDRESS FILE BYTES PORT ...
+
+The file may have so many BYTES; 0 stands for any number.
 """
 
 import resource

@@ -12,12 +12,15 @@ from place_rings.reporting.plots import COLOURS, GREY, plain, save, sheet
 MINE, ANY = "ours", "ours, any rings"
 SLACK = 0.3  # points below the best peer's last value: the level to be reached
 WANTED = 5.0  # times as soon as the best peer
-WALL, WORK, HELD = range(3)  # of a curve's points: seconds, processor seconds over processors, percent of held-out points
+# of a curve's points: seconds, processor seconds over processors, percent of held-out points
+WALL, WORK, HELD = range(3)
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run: its curve is made of (wall s, work s, percent of held-out points, percent of its own points)."""
+    """One run: its curve is made of (wall s, work s, percent of held-out points, percent of its own
+    points).
+    """
 
     scene: str
     sensors: int
@@ -42,8 +45,8 @@ class Run:
 
 @dataclass(frozen=True)
 class Match:
-    """All methods on one scene and budget: medians over the seeds of the best at the end, percent; the best peer; the level
-    to be reached, and the median seconds to it of each method."""
+    """All methods on one scene and budget: medians over the seeds of the best at the end, percent;
+    the best peer; the level to be reached, and the median seconds to it of each method."""
 
     scene: str
     sensors: int
@@ -69,15 +72,27 @@ def matches(runs: list[Run], seconds: float, clock: int) -> list[Match]:
     found = []
     for scene, sensors in dict.fromkeys((r.scene, r.sensors) for r in runs):
         mine = [r for r in runs if (r.scene, r.sensors) == (scene, sensors)]
-        by_method = {m: [r for r in mine if r.method == m] for m in dict.fromkeys(r.method for r in mine)}
+        by_method = {
+            m: [r for r in mine if r.method == m] for m in dict.fromkeys(r.method for r in mine)
+        }
         peers = [m for m in by_method if m not in (MINE, ANY)]
         if MINE not in by_method or not peers:
             continue
-        ends = {m: statistics.median(r.best(seconds, clock) for r in some) for m, some in by_method.items()}
+        ends = {
+            m: statistics.median(r.best(seconds, clock) for r in some)
+            for m, some in by_method.items()
+        }
         rival = max(peers, key=lambda m: ends[m])
         level = ends[rival] - SLACK
-        times = {m: statistics.median(r.reached(level, clock) for r in some) for m, some in by_method.items()}
-        found.append(Match(scene, sensors, {m: len(s) for m, s in by_method.items()}, ends, rival, level, times))
+        times = {
+            m: statistics.median(r.reached(level, clock) for r in some)
+            for m, some in by_method.items()
+        }
+        found.append(
+            Match(
+                scene, sensors, {m: len(s) for m, s in by_method.items()}, ends, rival, level, times
+            )
+        )
     return found
 
 
@@ -88,7 +103,10 @@ def _seconds(value: float) -> str:
 def tables(found: list[Match], seconds: float) -> list[str]:
     """Who was how good at the end, and how soon."""
     methods = list(dict.fromkeys(m for match in found for m in match.ends))
-    ends = [[match.scene, str(match.sensors), *(_end(match, m) for m in methods), f"{match.ahead:+.2f}"] for match in found]
+    ends = [
+        [match.scene, str(match.sensors), *(_end(match, m) for m in methods), f"{match.ahead:+.2f}"]
+        for match in found
+    ]
     soon = [
         [
             match.scene,
@@ -101,9 +119,20 @@ def tables(found: list[Match], seconds: float) -> list[str]:
         ]
         for match in found
     ]
-    heads = ("scene", "sensors", "level, %", "ours, s", "best peer, s", "ours is sooner by", f"{ANY}, s")
+    heads = (
+        "scene",
+        "sensors",
+        "level, %",
+        "ours, s",
+        "best peer, s",
+        "ours is sooner by",
+        f"{ANY}, s",
+    )
     return [
-        f"Held-out points covered after {seconds:g} s, percent, medians over the seeds (how many, in brackets); ahead: ours",
+        (
+            f"Held-out points covered after {seconds:g} s, percent, medians over the seeds (how"
+            " many, in brackets); ahead: ours"
+        ),
         "less the best peer, on the same layout.",
         "",
         table(("scene", "sensors", *methods, "ahead"), ends),
@@ -123,8 +152,10 @@ def _verdict(found: list[Match]) -> list[str]:
     late = [f"{m.scene} with {m.sensors}" for m in found if not m.sooner >= WANTED]
     behind = [f"{m.scene} with {m.sensors}" for m in found if m.ahead < 0]
     return [
-        f"Not {WANTED:g} times as soon: {', '.join(late) or 'nowhere'}. Below the best peer at the end: "
-        f"{', '.join(behind) or 'nowhere'}.",
+        (
+            f"Not {WANTED:g} times as soon: {', '.join(late) or 'nowhere'}. Below the best peer at"
+            f" the end: {', '.join(behind) or 'nowhere'}."
+        ),
     ]
 
 
@@ -146,8 +177,20 @@ def picture(runs: list[Run], seconds: float, clock: int, file: Path) -> None:
         for r in mine:
             steps = r.steps(clock)
             x, y = zip(*steps, (seconds, steps[-1][1]), strict=True)
-            ax.step(x, y, where="post", color=colours[r.method], lw=1.8 if r.method == MINE else 1, alpha=0.85)
-        plain(ax, f"{scene}, {sensors} sensors", "seconds of work", "held-out covered, %" if k % _IN_A_ROW == 0 else "")
+            ax.step(
+                x,
+                y,
+                where="post",
+                color=colours[r.method],
+                lw=1.8 if r.method == MINE else 1,
+                alpha=0.85,
+            )
+        plain(
+            ax,
+            f"{scene}, {sensors} sensors",
+            "seconds of work",
+            "held-out covered, %" if k % _IN_A_ROW == 0 else "",
+        )
         ax.set_xscale("log")
         ax.set_xlim(_FIRST, seconds)
         ax.xaxis.set_major_formatter("{x:g}")
@@ -157,14 +200,22 @@ def picture(runs: list[Run], seconds: float, clock: int, file: Path) -> None:
         else:
             ax.text(0.5, 0.5, "not measured", transform=ax.transAxes, ha="center", color=GREY)
     handles = [axes[0][0].plot([], [], color=colours[m], lw=2, label=m)[0] for m in methods]
-    figure.legend(handles=handles, loc="outside upper center", ncols=len(methods), frameon=False, fontsize=9)
+    figure.legend(
+        handles=handles, loc="outside upper center", ncols=len(methods), frameon=False, fontsize=9
+    )
     save(figure, file)
 
 
 def pages(runs: list[Run], folder: Path, seconds: float, clock: int) -> list[str]:
     """Write curves and picture into a folder and describe them."""
     records = [
-        {"scene": r.scene, "sensors": r.sensors, "seed": r.seed, "method": r.method, "evaluations": r.evaluations}
+        {
+            "scene": r.scene,
+            "sensors": r.sensors,
+            "seed": r.seed,
+            "method": r.method,
+            "evaluations": r.evaluations,
+        }
         | dict(zip(("wall_s", "work_s", "held_out_percent", "own_percent"), point, strict=True))
         for r in runs
         for point in r.curve
@@ -174,5 +225,15 @@ def pages(runs: list[Run], folder: Path, seconds: float, clock: int) -> list[str
     (folder / "curves.csv").write_text(csv_text(records))
     picture(runs, seconds, clock, folder / "searches.png")
     found = matches(runs, seconds, clock)
-    shown = ["![Held-out points covered against seconds of work, method by method](searches/searches.png)", ""]
-    return [*shown, *tables(found, seconds)] if found else ["No scene has runs of ours and of a peer yet."]
+    shown = [
+        (
+            "![Held-out points covered against seconds of work, method by"
+            " method](searches/searches.png)"
+        ),
+        "",
+    ]
+    return (
+        [*shown, *tables(found, seconds)]
+        if found
+        else ["No scene has runs of ours and of a peer yet."]
+    )

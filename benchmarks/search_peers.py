@@ -1,4 +1,5 @@
-"""The searches that are compared: ours, and optimisers that ask the same question with their own defaults.
+"""The searches that are compared: ours, and optimisers that ask the same question with their own
+defaults.
 
 Each peer asks until the time is up; those that can, ask many candidates at once.
 """
@@ -38,7 +39,12 @@ def cma_es(question: Question, seed: int) -> None:
 
     rng, population = np.random.default_rng(seed), 16
     while True:
-        options = {"bounds": [0, 1], "popsize": population, "seed": seed + population, "verbose": -9}
+        options = {
+            "bounds": [0, 1],
+            "popsize": population,
+            "seed": seed + population,
+            "verbose": -9,
+        }
         strategy = cma.CMAEvolutionStrategy(rng.uniform(size=question.size), 0.3, options)
         while not strategy.stop():
             x = strategy.ask()
@@ -72,7 +78,9 @@ def optuna_tpe(question: Question, seed: int) -> None:
     names = {f"x{i}": optuna.distributions.FloatDistribution(0, 1) for i in range(question.size)}
     while True:
         trial = study.ask(names)
-        study.tell(trial, float(question.shares(np.array([[trial.params[name] for name in names]]))[0]))
+        study.tell(
+            trial, float(question.shares(np.array([[trial.params[name] for name in names]]))[0])
+        )
 
 
 def _nlopt(algorithm: str) -> Peer:

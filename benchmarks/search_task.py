@@ -1,4 +1,6 @@
-"""One task for all searches: rings on a robot, asked as numbers in a unit box; and what any answer is worth."""
+"""One task for all searches: rings on a robot, asked as numbers in a unit box; and what any answer
+is worth.
+"""
 
 import os
 import time
@@ -68,8 +70,8 @@ def _wall_and_work() -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Shown:
-    """A setup that was a search's best: wall time s, processor time over the number of processors s, the value by which
-    the search chose it, the setup."""
+    """A setup that was a search's best: wall time s, processor time over the number of processors
+    s, the value by which the search chose it, the setup."""
 
     wall: float
     work: float
@@ -79,8 +81,9 @@ class Shown:
 
 @dataclass
 class Watch:
-    """A search's clock, and the setups that were its best. The clock is that on the wall, or the ``work`` done: processor
-    time over the number of processors, which a busy machine hardly stretches."""
+    """A search's clock, and the setups that were its best. The clock is that on the wall, or the
+    ``work`` done: processor time over the number of processors, which a busy machine hardly
+    stretches."""
 
     seconds: float
     work: bool = False
@@ -99,15 +102,20 @@ class Watch:
     def show(self, value: float, make: Callable[[], Setup], always: bool = False) -> None:
         """Keep a setup, if it is in time and better than those before or ``always`` taken."""
         now = self._since()
-        if now[self.work] <= self.seconds and (always or not self.shown or value > self.shown[-1].value):
+        if now[self.work] <= self.seconds and (
+            always or not self.shown or value > self.shown[-1].value
+        ):
             self.shown.append(Shown(*now, value, make()))
 
 
 class Question:
-    """The layout's positions, tilts and phases as ``size`` numbers in [0, 1], and the share of training points that
-    candidates cover: exact, compiled, on all processors. low, high (3, R): what 0 and 1 stand for."""
+    """The layout's positions, tilts and phases as ``size`` numbers in [0, 1], and the share of
+    training points that candidates cover: exact, compiled, on all processors. low, high (3, R):
+    what 0 and 1 stand for."""
 
-    def __init__(self, scene: Scene, wanted: Setup, seed: int, watch: Watch, points: int = POINTS) -> None:
+    def __init__(
+        self, scene: Scene, wanted: Setup, seed: int, watch: Watch, points: int = POINTS
+    ) -> None:
         """Draw the points and compile."""
         self.watch, self._space = watch, Space(scene, wanted)
         drawn = TargetPoints(scene, max(points // (len(scene.goals) * len(scene.poses)), 64), seed)
@@ -144,7 +152,9 @@ class Question:
                 raise OverError
             values = self._values(np.asarray(x[low:high], float))
             setups = jax.tree.map(lambda a, n=high - low: np.repeat(a, n, axis=0), self._arrays)
-            each = self._threads.map(lambda c, s=setups, v=values: self._objective.zetas(s, v, c), self._clouds)
+            each = self._threads.map(
+                lambda c, s=setups, v=values: self._objective.zetas(s, v, c), self._clouds
+            )
             share = np.mean(list(each), axis=0)
             best = int(np.argmax(share))
             self.watch.evaluations += high - low
@@ -153,11 +163,15 @@ class Question:
         return np.concatenate(found)
 
     def _setup(self, values: Float[np.ndarray, "3 R"]) -> Setup:
-        return self._space.setup(type(self._like)(self._like.segment, self._like.count, values, self._like.sign))
+        return self._space.setup(
+            type(self._like)(self._like.segment, self._like.count, values, self._like.sign)
+        )
 
 
 def held_out(scene: Scene, setups: list[Setup], points: int = HELD_OUT) -> list[float]:
-    """Weighted mean share in [0, 1] of points that no search saw, for setups with one number of sensors."""
+    """Weighted mean share in [0, 1] of points that no search saw, for setups with one number of
+    sensors.
+    """
     terms = [(g, p) for g in range(len(scene.goals)) for p in range(len(scene.poses))]
     drawn = TargetPoints(scene, -(-points // len(terms)), _HELD_OUT_SEED)
     clouds = [jax.tree.map(jnp.asarray, cloud(p)) for p in drawn.points]

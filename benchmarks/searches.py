@@ -1,7 +1,7 @@
 """Searches against each other: ours, CMA-ES, differential evolution, TPE, CRS2, ISRES.
 
-Run: python benchmarks searches                              everything, which takes hours; it can be stopped and goes on
-     python benchmarks searches --runs=0                     nothing more: the section from what was measured
+Run: python benchmarks searches                              everything: hours; stop it, it goes on
+     python benchmarks searches --runs=0                     the section from what was measured
      python benchmarks/searches.py --scenes V_OT --seeds 2   a part of it
      python benchmarks/searches.py --quick                   does it run at all
 """
@@ -23,7 +23,17 @@ from place_rings.studies.engine.runner import program
 from place_rings.studies.engine.store import Cell, Store
 from search_page import ANY, MINE, Run, pages
 from search_peers import PEERS, ours, space_of, until_over
-from search_task import HELD_OUT, POINTS, RINGS_PER_LINK, SCENES, Question, Watch, held_out, layout, scene_named
+from search_task import (
+    HELD_OUT,
+    POINTS,
+    RINGS_PER_LINK,
+    SCENES,
+    Question,
+    Watch,
+    held_out,
+    layout,
+    scene_named,
+)
 
 FOLDER = Path(__file__).parent.parent / "results" / "searches"
 OURS = (MINE, ANY)
@@ -33,40 +43,69 @@ _MARK = "result: "
 CLOCKS = ("wall", "work")
 _TIMES = {
     "wall": "Seconds are those on the wall.",
-    "work": "Seconds are processor seconds over the number of processors: what an idle machine would show to a method that"
-    " keeps all processors busy, and the same on a busy one. Methods that use one processor at a time are flattered by it."
-    " Wall seconds stand beside in `curves.csv`.",
+    "work": (
+        "Seconds are processor seconds over the number of processors: what an idle machine would"
+        " show to a method that keeps all processors busy, and the same on a busy one. Methods that"
+        " use one processor at a time are flattered by it. Wall seconds stand beside in"
+        " `curves.csv`."
+    ),
 }
-_ABOUT = """All methods choose the same numbers within the same bounds (positions, tilts and phases of the paper's rings,
-five of 16 sensors or seven; rings may touch), but for `{any}`, which chooses rings and counts too: no peer can. Peers ask
-for the exact share of {points:,} points by the function that our search scores with, on all processors, with their own
-defaults; CMA-ES and differential evolution ask in batches and start again when they have converged. A run is a process of
-its own: its clock starts after the imports, and drawing points and compiling count. What a method held for best is judged
-afterwards on {held:,} points that none has seen. Methods take turns, so that other work on the machine hits all alike."""
+_ABOUT = """All methods choose the same numbers within the same bounds (positions, tilts and \
+phases of the paper's rings,
+five of 16 sensors or seven; rings may touch), but for `{any}`, which chooses rings and counts \
+too: no peer can. Peers ask
+for the exact share of {points:,} points by the function that our search scores with, on all \
+processors, with their own
+defaults; CMA-ES and differential evolution ask in batches and start again when they have \
+converged. A run is a process of
+its own: its clock starts after the imports, and drawing points and compiling count. What a method \
+held for best is judged
+afterwards on {held:,} points that none has seen. Methods take turns, so that other work on the \
+machine hits all alike."""
 
 
 def _about(clock: str) -> str:
-    return " ".join([*_ABOUT.format(any=OURS[1], points=POINTS, held=HELD_OUT).split(), _TIMES[clock]])
+    return " ".join(
+        [*_ABOUT.format(any=OURS[1], points=POINTS, held=HELD_OUT).split(), _TIMES[clock]]
+    )
 
 
 def _digest() -> str:
-    text = b"".join((Path(__file__).parent / f"search_{part}.py").read_bytes() for part in ("task", "peers"))
+    text = b"".join(
+        (Path(__file__).parent / f"search_{part}.py").read_bytes() for part in ("task", "peers")
+    )
     return hashlib.sha256(text).hexdigest()[:12]
 
 
-def plan(scenes: list[str], sensors: list[int], seeds: int, seconds: float, clock: str) -> list[Cell]:
-    """All runs: for each scene, budget and seed all methods in a row, so that a busy machine slows all alike.
+def plan(
+    scenes: list[str], sensors: list[int], seeds: int, seconds: float, clock: str
+) -> list[Cell]:
+    """All runs: for each scene, budget and seed all methods in a row, so that a busy machine slows
+    all alike.
 
-    A peer's run is measured anew with another version of the peer, one of ours with other code of ours.
+    A peer's run is measured anew with another version of the peer, one of ours with other code of
+    ours.
     """
-    made_of = {name: f"{package} {version(package)}" for name, (package, _) in PEERS.items() if installed(package)}
+    made_of = {
+        name: f"{package} {version(package)}"
+        for name, (package, _) in PEERS.items()
+        if installed(package)
+    }
     made_of = dict.fromkeys(OURS, program({"search": search})) | made_of
     order = [(s, n) for s in SCENES for n in RINGS_PER_LINK if s in scenes and n in sensors]
     order.sort(key=lambda sn: (sn[1], sn[0] not in _FIRST))
     return [
         Cell(
             "search",
-            {"scene": s, "sensors": n, "seed": seed, "method": method, "seconds": seconds, "clock": clock, "of": of},
+            {
+                "scene": s,
+                "sensors": n,
+                "seed": seed,
+                "method": method,
+                "seconds": seconds,
+                "clock": clock,
+                "of": of,
+            },
         )
         for s, n in order
         for seed in range(seeds)
@@ -74,8 +113,12 @@ def plan(scenes: list[str], sensors: list[int], seeds: int, seconds: float, cloc
     ]
 
 
-def measure(scene: str, sensors: int, seed: int, method: str, seconds: float, clock: str, of: str = "") -> dict[str, Any]:
-    """One run: what its answers are worth on points that it has not seen, against the seconds since its start."""
+def measure(
+    scene: str, sensors: int, seed: int, method: str, seconds: float, clock: str, of: str = ""
+) -> dict[str, Any]:
+    """One run: what its answers are worth on points that it has not seen, against the seconds since
+    its start.
+    """
     asked = scene_named(scene)
     watch = Watch(seconds, work=clock == CLOCKS[1])
     if method in OURS:
@@ -83,7 +126,11 @@ def measure(scene: str, sensors: int, seed: int, method: str, seconds: float, cl
     else:
         until_over(PEERS[method][1], Question(asked, layout(asked, sensors), seed, watch), seed)
     later = [*watch.shown[1:], None]
-    shown = [s for s, after in zip(watch.shown, later, strict=True) if after is None or after.work - s.work > _GAP]
+    shown = [
+        s
+        for s, after in zip(watch.shown, later, strict=True)
+        if after is None or after.work - s.work > _GAP
+    ]
     worth = held_out(asked, [s.setup for s in shown]) if shown else []
     curve = [
         [round(s.wall, 3), round(s.work, 3), round(100 * w, 4), round(100 * s.value, 4)]
@@ -94,33 +141,55 @@ def measure(scene: str, sensors: int, seed: int, method: str, seconds: float, cl
 
 def in_a_process(cell: Cell) -> dict[str, Any]:
     """The run in a process of its own: whatever it compiles, it compiles on its own time."""
-    found = subprocess.run([sys.executable, __file__, "--one", json.dumps(cell.arguments)], capture_output=True, text=True)
+    found = subprocess.run(
+        [sys.executable, __file__, "--one", json.dumps(cell.arguments)],
+        capture_output=True,
+        text=True,
+    )
     if found.returncode:
         raise SystemExit(f"{cell.key}: {found.stderr}")
-    return json.loads(next(line for line in found.stdout.splitlines() if line.startswith(_MARK)).removeprefix(_MARK))
+    return json.loads(
+        next(line for line in found.stdout.splitlines() if line.startswith(_MARK)).removeprefix(
+            _MARK
+        )
+    )
 
 
 def report(arguments: list[str] | None = None) -> list[str]:
     """Measure what is not yet, write curves, tables and pictures into a folder, and describe."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--scenes", nargs="+", choices=SCENES, default=list(SCENES))
-    parser.add_argument("--sensors", nargs="+", type=int, choices=list(RINGS_PER_LINK), default=list(RINGS_PER_LINK))
+    parser.add_argument(
+        "--sensors", nargs="+", type=int, choices=list(RINGS_PER_LINK), default=list(RINGS_PER_LINK)
+    )
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--seconds", type=float, default=30.0)
     parser.add_argument("--methods", nargs="+", choices=[*OURS, *PEERS], default=[*OURS, *PEERS])
     parser.add_argument("--clock", choices=CLOCKS, default=CLOCKS[1])
-    parser.add_argument("--runs", type=int, default=10**6, help="at most so many more; the pages show all there are")
-    parser.add_argument("--quick", action="store_true", help="one scene, one seed, few seconds, into a folder thrown away")
+    parser.add_argument(
+        "--runs", type=int, default=10**6, help="at most so many more; the pages show all there are"
+    )
+    parser.add_argument(
+        "--quick",
+        action="store_true",
+        help="one scene, one seed, few seconds, into a folder thrown away",
+    )
     asked = parser.parse_args(arguments or [])
     if asked.quick:
         with tempfile.TemporaryDirectory() as folder:
-            return _into(Path(folder), plan(["V_S(0.5)"], [80], 1, min(asked.seconds, 6.0), asked.clock), asked.runs)
+            return _into(
+                Path(folder),
+                plan(["V_S(0.5)"], [80], 1, min(asked.seconds, 6.0), asked.clock),
+                asked.runs,
+            )
     FOLDER.mkdir(parents=True, exist_ok=True)
     cells = plan(asked.scenes, asked.sensors, asked.seeds, asked.seconds, asked.clock)
     return _into(FOLDER, cells, asked.runs, asked.methods)
 
 
-def _into(folder: Path, cells: list[Cell], runs: int, methods: Sequence[str] = (*OURS, *PEERS)) -> list[str]:
+def _into(
+    folder: Path, cells: list[Cell], runs: int, methods: Sequence[str] = (*OURS, *PEERS)
+) -> list[str]:
     found: list[Run] = []
     with Store(folder / "runs.sqlite", _digest()) as store:
         for cell in cells:
@@ -130,13 +199,22 @@ def _into(folder: Path, cells: list[Cell], runs: int, methods: Sequence[str] = (
                 result = in_a_process(cell)
                 store.put(cell, result, cell.arguments["seconds"])
                 last = result["curve"][-1] if result["curve"] else None
-                print(*(cell.arguments[k] for k in ("scene", "sensors", "seed", "method")), last, flush=True)
+                print(
+                    *(cell.arguments[k] for k in ("scene", "sensors", "seed", "method")),
+                    last,
+                    flush=True,
+                )
             if result is not None:
                 key = (cell.arguments[k] for k in ("scene", "sensors", "seed", "method"))
                 found.append(Run(*key, result["evaluations"], result["curve"]))
     seconds, clock = (cells[0].arguments[key] for key in ("seconds", "clock"))
     lines = pages(found, folder, seconds, CLOCKS.index(clock))
-    return [_about(clock), "", *lines, *(missing(package) for package, _ in PEERS.values() if not installed(package))]
+    return [
+        _about(clock),
+        "",
+        *lines,
+        *(missing(package) for package, _ in PEERS.values() if not installed(package)),
+    ]
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""The viewer: how near its figures are to the exact count, and how soon after a slider they are there.
+"""The viewer: how near its figures are to the exact count, and how soon after a slider they are
+there.
 
 Run: python benchmarks viewer
 """
@@ -24,7 +25,9 @@ EVENTS = 20
 
 
 def off() -> float:
-    """The largest difference from the exact count, points, over setups, targets and models of occlusion."""
+    """The largest difference from the exact count, points, over setups, targets and models of
+    occlusion.
+    """
     worst = 0.0
     for occlusion in OCCLUSIONS:
         scene = Scene(occlusion=occlusion)
@@ -32,7 +35,10 @@ def off() -> float:
         for name in SETUPS:
             for target in room.targets:
                 setup = named_setup(name)
-                about, exact = room.glance.zeta(setup, target, occlusion), verifier.verify(setup, target).zeta
+                about, exact = (
+                    room.glance.zeta(setup, target, occlusion),
+                    verifier.verify(setup, target).zeta,
+                )
                 worst = max(worst, 100 * abs(about - exact))
     return worst
 
@@ -40,7 +46,9 @@ def off() -> float:
 def waits(occlusion: str) -> list[float]:
     """Seconds from a slider's message to the page's new figures of all targets, over loopback."""
     found = []
-    with Server(ViewerSession(Scene(occlusion=occlusion), {"n3_16_55": named_setup("n3_16_55")})) as server:
+    with Server(
+        ViewerSession(Scene(occlusion=occlusion), {"n3_16_55": named_setup("n3_16_55")})
+    ) as server:
         client = Client(server.port)
         client.until(lambda: client.zeta("V_OT") is not None, "the page says no ζ")
         for i in range(EVENTS):
@@ -62,10 +70,15 @@ def report() -> list[str]:
         rows.append((occlusion, f"{statistics.median(seconds):.2f}", f"{max(seconds):.2f}"))
         print(*rows[-1], flush=True)
     return [
-        f"Figures of {', '.join(SETUPS)} for three targets under three models of occlusion are at most {off():.2f} points"
-        " off the exact count, rule `centre`, voxels of 1 cm.",
+        (
+            f"Figures of {', '.join(SETUPS)} for three targets under three models of occlusion are"
+            f" at most {off():.2f} points off the exact count, rule `centre`, voxels of 1 cm."
+        ),
         "",
-        f"Seconds from a slider's message to the new ζ of three targets, n3_16_55 (112 sensors), {EVENTS} times:",
+        (
+            "Seconds from a slider's message to the new ζ of three targets, n3_16_55 (112"
+            f" sensors), {EVENTS} times:"
+        ),
         "",
         *table(("occlusion", "median", "largest"), rows),
     ]

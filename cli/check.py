@@ -24,7 +24,15 @@ from ..rig.judge import judge
 from ..rig.listening.gathering import replay
 from ..rig.listening.session import Session
 from ..rig.mount.plan import FRAMES, planned
-from ..rig.operators import Crew, GuidedRobot, Helper, Itinerary, MovedRobot, SimulatedHelper, hurried
+from ..rig.operators import (
+    Crew,
+    GuidedRobot,
+    Helper,
+    Itinerary,
+    MovedRobot,
+    SimulatedHelper,
+    hurried,
+)
 from ..rig.plan_files import mount_plan_model, rod_plan_model, write_mount_plan, write_rod_plan
 from ..rig.poses.routes import SLACK, Clearance
 from ..rig.procedure import Part, Plans, run
@@ -46,15 +54,17 @@ from .check_view import View
 from .pipes import ended_by_signals, gone_is_an_error
 from .rig_options import ring_names
 
-_REAL, _SIMULATED = 1.0, 100.0  # patience: a real rig's limits of time hold, a simulated one shares its machine
+# patience: a real rig's limits of time hold, a simulated one shares its machine
+_REAL, _SIMULATED = 1.0, 100.0
 _FIRST = 3.0  # s, for the rings to be heard
 _LAST = 1e11  # s since 1970, that a time can be
 
 
 @dataclass(frozen=True)
 class Asked:
-    """What is to be done: parts, s of the self check, whether a hand is passed over the sensors, stops, trials, the rod,
-    whether the robot may be moved, also where most sensors keep no near stop, side of a voxel m, seed."""
+    """What is to be done: parts, s of the self check, whether a hand is passed over the sensors,
+    stops, trials, the rod, whether the robot may be moved, also where most sensors keep no near
+    stop, side of a voxel m, seed."""
 
     parts: tuple[Part, ...]
     seconds: float
@@ -78,7 +88,8 @@ def check_live(
     out: Path,
     as_json: bool,
 ) -> int:
-    """Check ``setup`` on the robot at ``host`` and the rings at ``ports``; on a simulated rig where ``host`` is None.
+    """Check ``setup`` on the robot at ``host`` and the rings at ``ports``; on a simulated rig where
+    ``host`` is None.
 
     Returns:
         the exit code of the verdict.
@@ -88,7 +99,10 @@ def check_live(
         scene = with_cell(scene)
         console.print(EXEMPT, highlight=False, soft_wrap=True)
     if len(scene.robot.chain) != JOINTS:
-        raise UserError(f"check: found robot {scene.robot.name}, allowed: one of {JOINTS} joints, as ur-rtde knows no other")
+        raise UserError(
+            f"check: found robot {scene.robot.name}, allowed: one of {JOINTS} joints, as ur-rtde"
+            " knows no other"
+        )
     setup, moved = rounded(setup, scene.sensor), asked.move or host is None
     if asked.move and {"mount", "coverage"} & set(asked.parts):
         require_known_cell(scene)
@@ -104,7 +118,8 @@ def check_live(
             with console.status("starting the simulated rig"):
                 rig = stack.enter_context(_started(scene, setup, asked.seed, folder))
             ports = [
-                PortModel(name=rig.ring(i), count=r.count, baud=BAUD, patience=_SIMULATED) for i, r in enumerate(setup.rings)
+                PortModel(name=rig.ring(i), count=r.count, baud=BAUD, patience=_SIMULATED)
+                for i, r in enumerate(setup.rings)
             ]
         about = AboutFile(
             setup=name,
@@ -132,18 +147,24 @@ def check_live(
     try:
         with console.status("judging"):
             judged = judge(checked, session.gathered, _wall(Recorded(file)))
-        return tell(judged, [*write_files(checked, judged, folder), *files, file.name], folder, as_json)
+        return tell(
+            judged, [*write_files(checked, judged, folder), *files, file.name], folder, as_json
+        )
     except KeyboardInterrupt:
         say(f"place-rings: interrupted; {file} is whole, and check --replay judges it", error=True)
         raise SystemExit(130) from None
 
 
 def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> int:
-    """The report of a recording, anew, and the exit code of its verdict. ``subject``: what it must be of."""
+    """The report of a recording, anew, and the exit code of its verdict. ``subject``: what it must
+    be of.
+    """
     recorded = Recorded(path)
     checked = Checked.of(_read_about(str(path), recorded.about.get("check")))
     if subject is not None and subject != checked.about.setup:
-        raise UserError(f"{path}: found a recording of {checked.about.setup}, allowed: one of {subject}")
+        raise UserError(
+            f"{path}: found a recording of {checked.about.setup}, allowed: one of {subject}"
+        )
     folder = output_folder(out)
     with Terminal(stderr=True).status("judging"):
         gathered = replay(recorded, checked.ports, checked.about.stale_s)
@@ -178,18 +199,31 @@ def _of(rig: SimulatedRig | None) -> SimulatedRig:
 
 def _free(folder: Path) -> Path:
     """The first name of a recording that is free."""
-    return next(p for p in (folder / f"recording-{i}.rig" for i in range(1, 100_000)) if not p.exists())
+    return next(
+        p for p in (folder / f"recording-{i}.rig" for i in range(1, 100_000)) if not p.exists()
+    )
 
 
 def _plans(setup: Setup, scene: Scene, asked: Asked, moved: bool) -> Plans:
     """What is to be done. The trials are shared evenly among the targets."""
-    good, targets = Clearance(scene, setup).of if moved else None, [goal.target for goal in scene.goals]
+    good, targets = (
+        Clearance(scene, setup).of if moved else None,
+        [goal.target for goal in scene.goals],
+    )
     each = -(-asked.trials // len(targets))
     try:
         return Plans(
             asked.seconds if "self" in asked.parts else None,
-            planned(scene, setup, asked.stops, FRAMES, seed=asked.seed, good=good) if "mount" in asked.parts else None,
-            tuple(plan_rod(scene, setup, t, each, asked.rod, seed=asked.seed) for t in targets if "coverage" in asked.parts),
+            (
+                planned(scene, setup, asked.stops, FRAMES, seed=asked.seed, good=good)
+                if "mount" in asked.parts
+                else None
+            ),
+            tuple(
+                plan_rod(scene, setup, t, each, asked.rod, seed=asked.seed)
+                for t in targets
+                if "coverage" in asked.parts
+            ),
             asked.wave,
         )
     except ValueError as error:
@@ -202,7 +236,8 @@ def _write_plans(scene: Scene, plans: Plans, folder: Path) -> list[str]:
         write_mount_plan(folder / "stops.toml", plans.mount)
         files.append("stops.toml")
     for plan in plans.rods:
-        files.append(f"trials-{plan.target.name}{'' if plan.target.radius is None else f'-{plan.target.radius:g}'}.toml")
+        radius = "" if plan.target.radius is None else f"-{plan.target.radius:g}"
+        files.append(f"trials-{plan.target.name}{radius}.toml")
         write_rod_plan(folder / files[-1], plan)
     if plans.rods:
         write_rod_pages(folder / "trials.pdf", scene, plans.rods)
@@ -211,7 +246,12 @@ def _write_plans(scene: Scene, plans: Plans, folder: Path) -> list[str]:
 
 
 def _work(
-    session: Session, checked: Checked, rig: SimulatedRig | None, asked: Asked, host: str | None, console: Terminal
+    session: Session,
+    checked: Checked,
+    rig: SimulatedRig | None,
+    asked: Asked,
+    host: str | None,
+    console: Terminal,
 ) -> None:
     """Do what is planned; UserError where it cannot begin."""
     setup, plans = checked.setup, checked.plans
@@ -229,7 +269,11 @@ def _work(
             robot = _moved_robot(session, checked, rig, asked, host, start, console)
             stack.callback(robot.close)
         rod = plans.rods[0].rod if plans.rods else Rod()
-        helper = Helper(view.ask, ring_names(setup), moves) if rig is None else SimulatedHelper(rig, setup, rod)
+        helper = (
+            Helper(view.ask, ring_names(setup), moves)
+            if rig is None
+            else SimulatedHelper(rig, setup, rod)
+        )
         stack.enter_context(view)
         run(session, plans, Crew(robot, helper, view.show))
 
@@ -246,7 +290,9 @@ def _moved_robot(
     """The robot, ready to be moved, once a person has said yes; UserError where it may not be."""
     scene, setup = checked.scene if rig is None else hurried(checked.scene), checked.setup
     if wrong := Clearance(scene, setup).fault(start, SLACK):
-        raise UserError(f"--move: the robot stands where nothing may begin: {wrong}; bring it to a clear pose")
+        raise UserError(
+            f"--move: the robot stands where nothing may begin: {wrong}; bring it to a clear pose"
+        )
     with console.status("planning the route"):
         itinerary = Itinerary(scene, setup, start, checked.plans.parts, checked.about.seed)
         stops = itinerary.near_stops()
@@ -254,10 +300,18 @@ def _moved_robot(
     if rig is None:
         require_near_stop(stops, scene, asked.reduced_near_stop)
         confirm(scene, checked.plans, itinerary, console)
-    session.say("near stop", share=stops.share, waived=asked.reduced_near_stop and stops.share < scene.motion.near_share)
+    session.say(
+        "near stop",
+        share=stops.share,
+        waived=asked.reduced_near_stop and stops.share < scene.motion.near_share,
+    )
     try:
         return MovedRobot(
-            host or _of(rig).address, scene, session, itinerary, lambda text: say(f"ATTENTION: {text}", error=True)
+            host or _of(rig).address,
+            scene,
+            session,
+            itinerary,
+            lambda text: say(f"ATTENTION: {text}", error=True),
         )
     except (MoveRefusedError, LinkFaultError) as error:
         raise UserError(f"--move: {error}") from error

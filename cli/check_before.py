@@ -16,25 +16,36 @@ from ..rig.procedure import Plans
 from .rig_options import ring_names
 
 EXEMPT = (
-    "The simulated rig knows its whole cell, and nobody can be hurt: it moves without --move, without a floor and"
-    " [motion] cell_complete in the scene, and with relaxed limits of time. A real robot does not."
+    "The simulated rig knows its whole cell, and nobody can be hurt: it moves without --move,"
+    " without a floor and [motion] cell_complete in the scene, and with relaxed limits of time. A"
+    " real robot does not."
 )
 
 
 def require_known_cell(scene: Scene) -> None:
-    """UserError that says what to add, where a scene does not say all that a moving robot could hit."""
+    """UserError that says what to add, where a scene does not say all that a moving robot could
+    hit.
+    """
     lacks = []
     if not any("floor" in o.keys for o in scene.obstacles):
         lacks.append("[[obstacles]] floor = HEIGHT_OF_YOUR_FLOOR (m, in the base frame)")
     if not scene.robot.bodies:
-        lacks.append("a robot with bodies (`place-rings robot` fits them), as nothing else keeps it off the cell and itself")
+        lacks.append(
+            "a robot with bodies (`place-rings robot` fits them), as nothing else keeps it off the"
+            " cell and itself"
+        )
     if not scene.motion.cell_complete:
-        lacks.append("cell_complete = true under [motion], once everything the robot can reach is in [[obstacles]]")
+        lacks.append(
+            "cell_complete = true under [motion], once everything the robot can reach is in"
+            " [[obstacles]]"
+        )
     if lacks:
         raise UserError(f"--move: the cell is not known; add to the scene: {'; and '.join(lacks)}")
     if inside := sunk(scene):
         more = f" (and {len(inside) - 1} more)" if len(inside) > 1 else ""
-        raise UserError(f"--move: {inside[0]}{more}; allowed: poses at which nothing stands in an obstacle")
+        raise UserError(
+            f"--move: {inside[0]}{more}; allowed: poses at which nothing stands in an obstacle"
+        )
 
 
 def require_near_stop(stops: NearStops, scene: Scene, waived: bool) -> None:
@@ -43,27 +54,43 @@ def require_near_stop(stops: NearStops, scene: Scene, waived: bool) -> None:
     if stops.share >= least or waived:
         return
     hint = (
-        "" if scene.motion.rings_as_proposed else "; rings_as_proposed = true, if every ring is the right way round, helps"
+        ""
+        if scene.motion.rings_as_proposed
+        else "; rings_as_proposed = true, if every ring is the right way round, helps"
     )
     raise UserError(
-        f"--move: along the route {100 * stops.share:.0f} % of the sensors keep the whole near stop, allowed:"
-        f" {100 * least:.0f} % and more (near_share under [motion]){hint}; --allow-reduced-near-stop moves all the same"
+        f"--move: along the route {100 * stops.share:.0f} % of the sensors keep the whole near"
+        f" stop, allowed: {100 * least:.0f} % and more (near_share under [motion]){hint};"
+        " --allow-reduced-near-stop moves all the same"
     )
 
 
 def show_near_stops(stops: NearStops, setup: Setup, scene: Scene, console: Terminal) -> None:
     """Print what each ring keeps of the near stop along the route, and why not all of it."""
     table = Table(
-        title=f"Near stop along the route: a reading below {1000 * stops.full:.0f} mm stops the robot",
+        title=(
+            f"Near stop along the route: a reading below {1000 * stops.full:.0f} mm stops the robot"
+        ),
         title_justify="left",
-        caption="A sensor that may see the robot itself stops it at a shorter distance there, or not at all.",
+        caption=(
+            "A sensor that may see the robot itself stops it at a shorter distance there, or not at"
+            " all."
+        ),
         caption_justify="left",
     )
     table.add_column("ring")
-    for name in ("sensors", "always full", "sometimes less", "sometimes none", "full, % of the route"):
+    for name in (
+        "sensors",
+        "always full",
+        "sometimes less",
+        "sometimes none",
+        "full, % of the route",
+    ):
         table.add_column(name, justify="right")
     table.add_column("lowered by the robot's own (sensors)")
-    for name, ring in zip(ring_names(setup), by_ring(stops, setup, [b.name for b in scene.robot.bodies]), strict=True):
+    for name, ring in zip(
+        ring_names(setup), by_ring(stops, setup, [b.name for b in scene.robot.bodies]), strict=True
+    ):
         counts = (ring.sensors, ring.always_full, ring.sometimes_less, ring.sometimes_none)
         why = ", ".join(f"{body} ({count})" for body, count in ring.why)
         table.add_row(name, *map(str, counts), f"{100 * ring.share:.0f}", why)
@@ -75,11 +102,18 @@ def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Terminal)
     reached, motion = sum(map(len, itinerary.reached)), scene.motion
     floors = ", ".join(f"{o.keys['floor']:g} m" for o in scene.obstacles if "floor" in o.keys)
     lines = [
-        f"The scene states: the floor lies at {floors} in the base frame; it and {len(scene.obstacles) - 1} more obstacles"
-        f" are all that the robot can reach; rings_as_proposed = {str(motion.rings_as_proposed).lower()}.",
-        f"The robot will move to {reached} of {sum(map(len, plans.parts))} poses, its leading joint at up to"
-        f" {math.degrees(motion.speed):g}°/s and {math.degrees(motion.acceleration):g}°/s². It stops on a near reading as in"
-        " the table above, on a ring that is silent, frozen or reports failures, on a fault of a link, and on Ctrl-C.",
+        (
+            f"The scene states: the floor lies at {floors} in the base frame; it and"
+            f" {len(scene.obstacles) - 1} more obstacles are all that the robot can reach;"
+            f" rings_as_proposed = {str(motion.rings_as_proposed).lower()}."
+        ),
+        (
+            f"The robot will move to {reached} of {sum(map(len, plans.parts))} poses, its leading"
+            f" joint at up to {math.degrees(motion.speed):g}°/s and"
+            f" {math.degrees(motion.acceleration):g}°/s². It stops on a near reading as in the"
+            " table above, on a ring that is silent, frozen or reports failures, on a fault of a"
+            " link, and on Ctrl-C."
+        ),
         DISCLAIMER,
         "Keep out of its reach, and a hand on its emergency stop.",
     ]

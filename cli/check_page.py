@@ -37,7 +37,10 @@ def _stops(checked: Checked, judged: Judged) -> list[Mapping[str, Any]]:
     """Each sensor, as wired, at each stop: what should have been read as proposed, and what was."""
     assert judged.read is not None
     setup, read = checked.setup, judged.read
-    wanted, first = expected(checked.scene, setup, read.joints), np.cumsum([0, *(r.count for r in setup.rings)])
+    wanted, first = (
+        expected(checked.scene, setup, read.joints),
+        np.cumsum([0, *(r.count for r in setup.rings)]),
+    )
     ring = setup.ring_of_sensor
     return [
         {
@@ -65,7 +68,9 @@ def _trials(judged: Judged) -> list[Mapping[str, Any]]:
                 "trial": len(rows) + i,
                 "target": str(plan.target),
                 "pose": int(plan.pose[i]),
-                **dict(zip(("x_m", "y_m", "z_m"), (_number(v) for v in plan.point[i]), strict=True)),
+                **dict(
+                    zip(("x_m", "y_m", "z_m"), (_number(v) for v in plan.point[i]), strict=True)
+                ),
                 "predicted_seen": int(plan.covered[i]),
                 "tested": int(found.tested[i]),
                 "seen": int(found.seen[i]) if found.tested[i] else "",
@@ -80,7 +85,10 @@ def page(r: CheckResult) -> str:
     """The report as Markdown."""
     lines = [f"# Check of {escaped(r.setup)}: {r.verdict}", "", f"> {r.disclaimer}", ""]
     kind = f"a simulated rig, seed {r.seed}" if r.simulated else "a real rig"
-    lines += [f"Recorded {r.recorded} on {kind}, {r.seconds:.0f} s, by place-rings {escaped(r.version)}.", ""]
+    lines += [
+        f"Recorded {r.recorded} on {kind}, {r.seconds:.0f} s, by place-rings {escaped(r.version)}.",
+        "",
+    ]
     lines += [f"- {escaped(reason)}" for reason in r.reasons] + [""] * bool(r.reasons)
     if r.warnings:
         lines += ["## Warnings", "", *(f"- {escaped(warning)}" for warning in r.warnings), ""]
@@ -91,7 +99,14 @@ def _self(r: CheckResult) -> list[str]:
     if r.self_check is None:
         return []
     rows = [
-        (str(one.ring), str(one.frames), f"{one.rate_hz:.1f}", str(one.gaps), str(one.answering), _shown(one.scatter_mm))
+        (
+            str(one.ring),
+            str(one.frames),
+            f"{one.rate_hz:.1f}",
+            str(one.gaps),
+            str(one.answering),
+            _shown(one.scatter_mm),
+        )
         for one in r.self_check.rings
     ]
     heads = ("ring", "frames", "a second", "gaps", "sensors that answer", "scatter, mm")
@@ -123,18 +138,43 @@ def _shown(value: float | None, digits: int = 1) -> str:
 def _mount(r: CheckResult) -> list[str]:
     if r.mount is None:
         return []
-    lines = ["## Mount check", "", f"{r.mount.stops} of {r.mount.planned} stops; margins of 95 %.", ""]
-    heads = ["ring", "link", "slip, mm", "tilt, °", "phase, °", "offset, mm", "readings", "residuals"]
+    lines = [
+        "## Mount check",
+        "",
+        f"{r.mount.stops} of {r.mount.planned} stops; margins of 95 %.",
+        "",
+    ]
+    heads = [
+        "ring",
+        "link",
+        "slip, mm",
+        "tilt, °",
+        "phase, °",
+        "offset, mm",
+        "readings",
+        "residuals",
+    ]
     lines += [table(heads, [_ring(one) for one in r.mount.rings])]
-    lines += [f"- ring {one.ring} ({escaped(one.link)}) {escaped(fault)}" for one in r.mount.rings for fault in one.faults]
-    lines += [f"- not told by these readings: {escaped(', '.join(r.mount.open))}"] * bool(r.mount.open)
+    lines += [
+        f"- ring {one.ring} ({escaped(one.link)}) {escaped(fault)}"
+        for one in r.mount.rings
+        for fault in one.faults
+    ]
+    lines += [f"- not told by these readings: {escaped(', '.join(r.mount.open))}"] * bool(
+        r.mount.open
+    )
     if r.mount.injected_found is not None:
         held = [one.region_holds for one in r.mount.rings]
-        said = ", ".join(f"{what} {'found' if ok else 'NOT found'}" for what, ok in r.mount.injected_found.items())
+        said = ", ".join(
+            f"{what} {'found' if ok else 'NOT found'}"
+            for what, ok in r.mount.injected_found.items()
+        )
         lines += [
             "",
-            f"Of what was injected: {said}; what was injected lies in the region of 95 % of {sum(map(bool, held))} of"
-            f" {len(held)} rings (after a slash: injected).",
+            (
+                f"Of what was injected: {said}; what was injected lies in the region of 95 % of"
+                f" {sum(map(bool, held))} of {len(held)} rings (after a slash: injected)."
+            ),
         ]
     rows = [
         (
@@ -143,7 +183,11 @@ def _mount(r: CheckResult) -> list[str]:
         )
         for z in r.mount.zeta
     ]
-    return [*lines, "", table(("ζ, %", "as proposed", "as built", "as built, by sensors that answer"), rows)]
+    return [
+        *lines,
+        "",
+        table(("ζ, %", "as proposed", "as built", "as built, by sensors that answer"), rows),
+    ]
 
 
 def _ring(one: RingFitModel) -> list[str]:
@@ -164,11 +208,16 @@ def _coverage(r: CheckResult) -> list[str]:
         rows = [("predicted seen", str(a), str(b)), ("predicted unseen", str(d), str(e))]
         verdict = "they agree" if c.agrees else "they do not agree"
         lines += [
-            f"{c.trials} of {c.planned} trials with a rod {thick:g} mm thick and {long:g} mm long, in the"
-            f" {c.testable_percent:.0f} % of {c.named} where it can stand.",
+            (
+                f"{c.trials} of {c.planned} trials with a rod {thick:g} mm thick and {long:g} mm"
+                f" long, in the {c.testable_percent:.0f} % of {c.named} where it can stand."
+            ),
             *("", table(("trials", "seen", "not seen"), rows)),
-            f"The rod is seen in **{c.measured_percent:.1f} %** ({c.low_percent:.1f} to {c.high_percent:.1f}) of {c.named},"
-            f" predicted {c.predicted_percent:.1f} %: {verdict}.",
+            (
+                f"The rod is seen in **{c.measured_percent:.1f} %** ({c.low_percent:.1f} to"
+                f" {c.high_percent:.1f}) of {c.named}, predicted {c.predicted_percent:.1f} %:"
+                f" {verdict}."
+            ),
         ]
         if c.built_percent is not None:
             lines.append(f"Predicted of the setup as built: {c.built_percent:.1f} %.")
@@ -181,17 +230,43 @@ def _coverage(r: CheckResult) -> list[str]:
 def _health(r: CheckResult) -> list[str]:
     rows = [
         (
-            *(escaped(t) for t in (f"{one.ring} {one.link}", "simulated" if r.simulated else one.port, one.decoder)),
+            *(
+                escaped(t)
+                for t in (
+                    f"{one.ring} {one.link}",
+                    "simulated" if r.simulated else one.port,
+                    one.decoder,
+                )
+            ),
             *(str(v) for v in (one.frames, one.lost, one.late, one.corrupt, one.restarts)),
             *(_shown(one.drift_ppm), _shown(one.jitter_ms, 2)),
         )
         for one in r.lines
     ]
-    heads = ("ring", "port", "decoder", "frames", "lost", "late", "corrupt", "restarts", "clock, ppm", "jitter, ms")
-    robot = f"The robot told of itself {r.robot.states} times in {r.robot.seconds:.1f} s; its clock goes"
-    clock = f"{robot} {_shown(r.robot.drift_ppm)} ppm fast, states come within {_shown(r.robot.jitter_ms, 2)} ms."
+    heads = (
+        "ring",
+        "port",
+        "decoder",
+        "frames",
+        "lost",
+        "late",
+        "corrupt",
+        "restarts",
+        "clock, ppm",
+        "jitter, ms",
+    )
+    robot = (
+        f"The robot told of itself {r.robot.states} times in {r.robot.seconds:.1f} s; its clock"
+        " goes"
+    )
+    clock = (
+        f"{robot} {_shown(r.robot.drift_ppm)} ppm fast, states come within"
+        f" {_shown(r.robot.jitter_ms, 2)} ms."
+    )
     lines = ["## Links", "", table(heads, rows), clock, ""]
     if r.events:
-        told = [(f"{e.seconds:.2f}", str(e.ring), escaped(e.what), escaped(e.detail)) for e in r.events]
+        told = [
+            (f"{e.seconds:.2f}", str(e.ring), escaped(e.what), escaped(e.detail)) for e in r.events
+        ]
         lines += ["## Events", "", table(("s", "ring", "what", "detail"), told)]
     return lines

@@ -1,4 +1,6 @@
-"""What a terminal shows while a check runs: each ring's distances and health, the robot, how far it is."""
+"""What a terminal shows while a check runs: each ring's distances and health, the robot, how far it
+is.
+"""
 
 import time
 from contextlib import suppress
@@ -33,19 +35,27 @@ def bars(frame: Frame | None, range_m: float) -> Text:
             text.append("·", style="dim")
         else:
             share = min(max(float(distance) / range_m, 0.0), 0.999)
-            text.append(_BARS[int(share * len(_BARS))], style="yellow" if distance < 0.15 * range_m else "")
+            text.append(
+                _BARS[int(share * len(_BARS))], style="yellow" if distance < 0.15 * range_m else ""
+            )
     return text
 
 
 class View:
     """The live view of a session. ranges: of each ring's sensors, m; names: of the rings."""
 
-    def __init__(self, session: Session, names: list[str], ranges: list[float], console: Console) -> None:
+    def __init__(
+        self, session: Session, names: list[str], ranges: list[float], console: Console
+    ) -> None:
         self._session, self._names, self._ranges, self._console = session, names, ranges, console
         self._part, self._done, self._of, self._said = "", 0, 1, ""
         self._begin = time.monotonic()
         self._live = Live(
-            get_renderable=self.table, console=console, refresh_per_second=_OFTEN, transient=True, redirect_stdout=False
+            get_renderable=self.table,
+            console=console,
+            refresh_per_second=_OFTEN,
+            transient=True,
+            redirect_stdout=False,
         )
 
     def __enter__(self) -> "View":
@@ -58,14 +68,18 @@ class View:
             self._live.stop()
 
     def show(self, part: Part, done: int, of: int) -> None:
-        """So many steps of a part are done; told in a line where there is no terminal to draw on."""
+        """So many steps of a part are done; told in a line where there is no terminal to draw
+        on.
+        """
         if not self._console.is_terminal and part != self._said:
             with suppress(OSError):
                 self._console.print(f"{_WORDS[part]} …", highlight=False)
         self._part, self._done, self._of, self._said = _WORDS[part], done, of, part
 
     def ask(self, words: str) -> bool:
-        """Tell a person what to do, and wait: Enter, it is done; s, it is left out; q or the end of input: no more."""
+        """Tell a person what to do, and wait: Enter, it is done; s, it is left out; q or the end of
+        input: no more.
+        """
         try:
             self._live.stop()
             prompt = Text(f"{words}\n  Enter: done, s: leave it out, q: end the check > ")
@@ -85,13 +99,27 @@ class View:
         for name in ("ring", "frames/s", "lost", "late", "corrupt", "nearest, m"):
             table.add_column(name, justify="left" if name == "ring" else "right")
         table.add_column("sensors, as wired")
-        rings = zip(self._names, self._session.rings.latest(), self._session.rings.counts, self._ranges, strict=True)
+        rings = zip(
+            self._names,
+            self._session.rings.latest(),
+            self._session.rings.counts,
+            self._ranges,
+            strict=True,
+        )
         for name, frame, c, range_m in rings:
-            near = np.nan if frame is None or np.isnan(frame.distance).all() else float(np.nanmin(frame.distance))
+            near = (
+                np.nan
+                if frame is None or np.isnan(frame.distance).all()
+                else float(np.nanmin(frame.distance))
+            )
             cells = (f"{c.frames / seconds:.1f}", str(c.lost), str(c.late), str(c.corrupt))
-            table.add_row(name, *cells, "" if np.isnan(near) else f"{near:.3f}", bars(frame, range_m))
+            table.add_row(
+                name, *cells, "" if np.isnan(near) else f"{near:.3f}", bars(frame, range_m)
+            )
         line = Table.grid(padding=(0, 1))
-        line.add_row(self._part, ProgressBar(self._of, self._done, width=40), f"{self._done} of {self._of}")
+        line.add_row(
+            self._part, ProgressBar(self._of, self._done, width=40), f"{self._done} of {self._of}"
+        )
         return Group(table, line, Text(DISCLAIMER, style="dim"))
 
     def _robot(self) -> str:

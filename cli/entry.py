@@ -1,4 +1,6 @@
-"""Where the command starts: the rest is imported under guard, as that takes a second and Ctrl-C may come before."""
+"""Where the command starts: the rest is imported under guard, as that takes a second and Ctrl-C may
+come before.
+"""
 
 import _thread
 import os
@@ -16,7 +18,8 @@ def main() -> None:
     heeded = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     try:
         if heeded:
-            signal.signal(signal.SIGINT, _nothing_to_keep)  # an exception through a half imported library can crash it
+            # an exception through a half imported library can crash it
+            signal.signal(signal.SIGINT, _nothing_to_keep)
         from ..reporting.terminal import guard
         from .main import main as run
 
@@ -30,8 +33,9 @@ def main() -> None:
 
 
 def never_lost(dropped: Any) -> None:
-    """Raise Ctrl-C again where Python drops it, as it does with all that is raised in a callback of the garbage collector
-    (JAX has one, and in it a search spends a tenth of its first seconds); a ``sys.unraisablehook``."""
+    """Raise Ctrl-C again where Python drops it, as it does with all that is raised in a callback of
+    the garbage collector (JAX has one, and in it a search spends a tenth of its first seconds); a
+    ``sys.unraisablehook``."""
     if isinstance(dropped.exc_value, KeyboardInterrupt):
         again = threading.Timer(_SOON, _thread.interrupt_main)
         again.daemon = True

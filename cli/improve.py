@@ -1,4 +1,6 @@
-"""The command that betters what is mounted: run, tell step by step what to do, write what was found."""
+"""The command that betters what is mounted: run, tell step by step what to do, write what was
+found.
+"""
 
 import math
 from contextlib import nullcontext
@@ -34,7 +36,14 @@ _MOST_TOLD = 5  # broken rules
 
 
 def find(
-    scene: Scene, setup: Setup, most: int, add_sensors: int, seed: int, time_cap: float, voxel: float, console: Terminal
+    scene: Scene,
+    setup: Setup,
+    most: int,
+    add_sensors: int,
+    seed: int,
+    time_cap: float,
+    voxel: float,
+    console: Terminal,
 ) -> improving.Improved:
     """Run the search with a progress bar on ``console``."""
     columns = (
@@ -51,7 +60,9 @@ def find(
             best = f"best so far {100 * p.best:.1f} %"
             bar.update(task, description=what, total=p.climbs, completed=p.done, best=best)
 
-        return improving.improve(scene, setup, most, add_sensors, seed, time_cap, voxel=voxel, tell=tell)
+        return improving.improve(
+            scene, setup, most, add_sensors, seed, time_cap, voxel=voxel, tell=tell
+        )
 
 
 def told(change: Change, mounted: int, robot: Robot) -> str:
@@ -71,7 +82,9 @@ def told(change: Change, mounted: int, robot: Robot) -> str:
         does.append(f"carry to {after.link}{place}")
     elif change.moved:
         way = "distal" if after.position > before.position else "proximal"
-        does.append(f"move {1000 * change.moved:.0f} mm towards {way}{place.replace(',', ' to', 1)}")
+        does.append(
+            f"move {1000 * change.moved:.0f} mm towards {way}{place.replace(',', ' to', 1)}"
+        )
     if change.tilted:
         does.append(f"tilt {_deg(before.tilt)} → {_deg(after.tilt)}")
     if change.turned:
@@ -113,13 +126,26 @@ def improve(
 
 
 def _record(
-    found: improving.Improved, scene: Scene, name: str, most: int, add_sensors: int, seed: int, voxel: float, log: Terminal
+    found: improving.Improved,
+    scene: Scene,
+    name: str,
+    most: int,
+    add_sensors: int,
+    seed: int,
+    voxel: float,
+    log: Terminal,
 ) -> ImproveResult:
-    """What was found as a file holds it, each answer counted goal by goal; the rules that are broken are told."""
+    """What was found as a file holds it, each answer counted goal by goal; the rules that are
+    broken are told.
+    """
     if found.broken:
         some, more = [f.text for f in found.broken[:_MOST_TOLD]], len(found.broken) - _MOST_TOLD
         rest = f"; and {more} more" if more > 0 else ""
-        log.print(f"Taken as it is, though it breaks rules: {'; '.join(some)}{rest}.", soft_wrap=True, highlight=False)
+        log.print(
+            f"Taken as it is, though it breaks rules: {'; '.join(some)}{rest}.",
+            soft_wrap=True,
+            highlight=False,
+        )
     zetas = _verified(name, scene, [found.mounted, *found.steps], voxel, log)
     return ImproveResult(
         setup=name,
@@ -138,19 +164,28 @@ def _record(
     )
 
 
-def _verified(name: str, scene: Scene, answers: list[Answer], voxel: float, log: Terminal) -> list[list[VerifyResult]]:
+def _verified(
+    name: str, scene: Scene, answers: list[Answer], voxel: float, log: Terminal
+) -> list[list[VerifyResult]]:
     """Zeta of all answers for each goal; none of those that come after Ctrl-C."""
     verifier, found = Verifier(scene, voxel), []
     try:
         for answer in answers:
             label = f"{name}, {len(answer.changes)} changes" if answer.changes else name
-            found.append([verify_result(label, verifier.verify(answer.setup, goal.target)) for goal in scene.goals])
+            found.append(
+                [
+                    verify_result(label, verifier.verify(answer.setup, goal.target))
+                    for goal in scene.goals
+                ]
+            )
     except KeyboardInterrupt:
         log.print("interrupted: the count goal by goal ends here, what was found is kept")
     return found + [[]] * (len(answers) - len(found))
 
 
-def _step(answer: Answer, found: improving.Improved, scene: Scene, zeta: list[VerifyResult]) -> StepModel:
+def _step(
+    answer: Answer, found: improving.Improved, scene: Scene, zeta: list[VerifyResult]
+) -> StepModel:
     mounted = len(found.mounted.setup.rings)
     return StepModel(
         exact_percent=100 * answer.exact,
@@ -163,17 +198,33 @@ def _step(answer: Answer, found: improving.Improved, scene: Scene, zeta: list[Ve
     )
 
 
-def _written(record: ImproveResult, found: improving.Improved, scene: Scene, folder: Path) -> ImproveResult:
-    """The record with its files, which are written: a proposal of each step, a picture, the record itself."""
-    files = {f"changes_{len(step.changes)}": folder / f"changes_{len(step.changes)}.toml" for step in record.steps}
+def _written(
+    record: ImproveResult, found: improving.Improved, scene: Scene, folder: Path
+) -> ImproveResult:
+    """The record with its files, which are written: a proposal of each step, a picture, the record
+    itself.
+    """
+    files = {
+        f"changes_{len(step.changes)}": folder / f"changes_{len(step.changes)}.toml"
+        for step in record.steps
+    }
     files |= {"picture": folder / "improve.png"} if found.steps else {}
     record = record.model_copy(update={"files": {k: str(path) for k, path in files.items()}})
     for answer, step in zip(found.steps, record.steps, strict=True):
-        result = SearchResult(answer.setup, answer.soft, answer.exact, answer.short, found.outcome, found.statistics)
-        proposal = ProposalFile(rings=step.rings, scene=record.scene, zeta=step.zeta, found=found_model(result, record.seed))
+        result = SearchResult(
+            answer.setup, answer.soft, answer.exact, answer.short, found.outcome, found.statistics
+        )
+        proposal = ProposalFile(
+            rings=step.rings,
+            scene=record.scene,
+            zeta=step.zeta,
+            found=found_model(result, record.seed),
+        )
         n = len(step.changes)
         lines = [told(c, len(record.rings), scene.robot) for c in answer.changes]
-        heading = f"What is mounted, with {_changes(n)} by place-rings improve:\n" + "\n".join(lines)
+        heading = f"What is mounted, with {_changes(n)} by place-rings improve:\n" + "\n".join(
+            lines
+        )
         write_text(files[f"changes_{n}"], to_toml(proposal, heading))
     if found.steps:
         last = found.steps[-1]
@@ -182,7 +233,9 @@ def _written(record: ImproveResult, found: improving.Improved, scene: Scene, fol
             f"{target_label(a)}: {a.zeta_percent:.1f} → {b.zeta_percent:.1f} %"
             for a, b in zip(record.zeta, record.steps[-1].zeta, strict=False)
         )
-        comparison_picture(files["picture"], scene, found.mounted.setup, last.setup, captions, goals)
+        comparison_picture(
+            files["picture"], scene, found.mounted.setup, last.setup, captions, goals
+        )
     write_text(folder / "improve.json", record.model_dump_json(indent=2) + "\n")
     return record
 
@@ -191,7 +244,9 @@ def _changes(n: int) -> str:
     return counted(n, "change")
 
 
-def _show(record: ImproveResult, found: improving.Improved, scene: Scene, console: Terminal) -> None:
+def _show(
+    record: ImproveResult, found: improving.Improved, scene: Scene, console: Terminal
+) -> None:
     """What each number of changes gains and costs, and what to do."""
     table = Table(title=f"{record.setup}: exact ζ in percent, and the work", title_justify="left")
     labels = [target_label(r) for r in record.zeta]
@@ -201,22 +256,40 @@ def _show(record: ImproveResult, found: improving.Improved, scene: Scene, consol
     for step in record.steps:
         cells = [f"{r.zeta_percent:.2f}" for r in step.zeta] or [""] * len(labels)
         w = step.work
-        costs = (f"{w.sensors_added:+d}", f"{w.moved_mm:.0f}", f"{w.tilted_deg:.1f}", f"{w.turned_deg:.1f}")
+        costs = (
+            f"{w.sensors_added:+d}",
+            f"{w.moved_mm:.0f}",
+            f"{w.tilted_deg:.1f}",
+            f"{w.turned_deg:.1f}",
+        )
         table.add_row(str(len(step.changes)), *cells, f"{step.gain_percent:+.2f}", *costs)
     console.print(table)
     for answer in found.steps:
         console.print(f"{_changes(len(answer.changes))}:")
         for change in answer.changes:
-            console.print(f"  {told(change, len(record.rings), scene.robot)}", highlight=False, soft_wrap=True)
+            console.print(
+                f"  {told(change, len(record.rings), scene.robot)}", highlight=False, soft_wrap=True
+            )
     least = f"{100 * WORTH:g} points"
     last = len(found.steps[-1].changes) if found.steps else 0
     if not last:
-        console.print(f"No gain: nothing of up to {_changes(record.most_changes)} was found that gains {least} or more.")
+        console.print(
+            f"No gain: nothing of up to {_changes(record.most_changes)} was found that gains"
+            f" {least} or more."
+        )
     elif last < record.most_changes and found.outcome is Outcome.FINISHED:
-        console.print(f"More changes, up to {record.most_changes}, were not found to gain {least} more.")
+        console.print(
+            f"More changes, up to {record.most_changes}, were not found to gain {least} more."
+        )
     if found.mounted.short:
         shorts = ", ".join(f"{step.short_percent:.2f}" for step in record.steps)
-        console.print(f"Floors are missed by {record.short_percent:.2f} points as mounted; step by step: {shorts or '–'}.")
-    console.print(f"{found.statistics.evaluations} evaluations, {found.statistics.seconds:.0f} s; {found.outcome.value}.")
+        console.print(
+            f"Floors are missed by {record.short_percent:.2f} points as mounted; step by step:"
+            f" {shorts or '–'}."
+        )
+    console.print(
+        f"{found.statistics.evaluations} evaluations, {found.statistics.seconds:.0f} s;"
+        f" {found.outcome.value}."
+    )
     for path in record.files.values():
         console.print(f"  {path}", highlight=False, soft_wrap=True)

@@ -29,17 +29,23 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
     with Terminal(stderr=True).status("counting") as status:
 
         def tell(b: Bracket) -> None:
-            status.update(f"pass {b.passes}: {100 * b.low:.3f} … {100 * b.high:.3f} %, {b.cells:,} cells")
+            status.update(
+                f"pass {b.passes}: {100 * b.low:.3f} … {100 * b.high:.3f} %, {b.cells:,} cells"
+            )
 
         def at(pose: int) -> None:
             if len(scene.poses) > 1:
                 status.update(f"counting pose {pose + 1} of {len(scene.poses)}")
 
-        verifier = Verifier(scene, counting.voxel, counting.rule, counting.width, tell, counting.memory, at)
+        verifier = Verifier(
+            scene, counting.voxel, counting.rule, counting.width, tell, counting.memory, at
+        )
         counted = [verifier.verify(setup, goal.target) for goal in scene.goals]
         blocked = unseeing(scene, setup)
         results = [
-            with_sight(verify_result(name, one, scene), scene, by_occlusion(verifier, setup, one), blocked)
+            with_sight(
+                verify_result(name, one, scene), scene, by_occlusion(verifier, setup, one), blocked
+            )
             for one in counted
         ]
     extra = {"sensors": sensor_records(setup), "mounting": mounting_lines(scene, setup)}
@@ -49,7 +55,9 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
         say_json(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
         return
     console = Terminal()
-    console.print(zeta_table(results, {name: setup.sensors}, f"ζ in percent, {how(counting)}, {place(scene)}"))
+    console.print(
+        zeta_table(results, {name: setup.sensors}, f"ζ in percent, {how(counting)}, {place(scene)}")
+    )
     print_sight(console, results, results[0].unseeing, scene)
     for told in results[0].mounting:
         console.print(f"No real mount: {told}.", highlight=False, soft_wrap=True)

@@ -49,15 +49,22 @@ def verify(
     *,
     given: SubjectOptions = AS_IT_IS,
     voxel: Annotated[
-        float | None, Parameter(help="Side of a voxel, m: 0.01. With --rule certified: cells of this one size.")
+        float | None,
+        Parameter(help="Side of a voxel, m: 0.01. With --rule certified: cells of this one size."),
     ] = None,
     rule: Annotated[Rule, Parameter(help="How a voxel is counted.")] = "centre",
     width: Annotated[
-        float | None, Parameter(help="With --rule certified: width of the guaranteed interval, in points: 0.1.")
+        float | None,
+        Parameter(help="With --rule certified: width of the guaranteed interval, in points: 0.1."),
     ] = None,
     memory: Annotated[
         float | None,
-        Parameter(help="GB that sets of voxels may take; what needs more is streamed. Half of the free memory."),
+        Parameter(
+            help=(
+                "GB that sets of voxels may take; what needs more is streamed. Half of the free"
+                " memory."
+            )
+        ),
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -82,26 +89,45 @@ def robustness(
     *,
     place: SceneOptions = REFERENCE,
     mounted: FrameOptions = NO_FRAMES,
-    k: Annotated[int, Parameter(name="--k", help="Tell apart up to so many sensors that see a point.")] = 3,
+    k: Annotated[
+        int, Parameter(name="--k", help="Tell apart up to so many sensors that see a point.")
+    ] = 3,
     draws: Annotated[int, Parameter(help="Mountings that are drawn.")] = 100,
-    position_error_mm: Annotated[float, Parameter(help="Of each ring, along its link, either way.")] = 5.0,
+    position_error_mm: Annotated[
+        float, Parameter(help="Of each ring, along its link, either way.")
+    ] = 5.0,
     direction_error_deg: Annotated[
-        float, Parameter(help="Of each ring as a whole (rocked two ways and turned) and of each sensor on it, either way.")
+        float,
+        Parameter(
+            help=(
+                "Of each ring as a whole (rocked two ways and turned) and of each sensor on it,"
+                " either way."
+            )
+        ),
     ] = 2.0,
     law: Annotated[
-        Law, Parameter(help="uniform: errors up to these limits. normal: the limits are two standard deviations.")
+        Law,
+        Parameter(
+            help=(
+                "uniform: errors up to these limits. normal: the limits are two standard"
+                " deviations."
+            )
+        ),
     ] = "uniform",
     seed: Seed = 0,
     voxel: Voxel = 0.01,
     as_json: Json = False,
 ) -> None:
-    """Count what several sensors see, what is lost with a sensor or a ring, and ζ under errors of mounting.
+    """Count what several sensors see, what is lost with a sensor or a ring, and ζ under errors of
+    mounting.
 
     Example: place-rings robustness n2_16_25 --target V_S --radius 0.5
     """
     from .robustness import robustness as run
 
-    asked = resolve_robustness(k, voxel, draws, seed, mounting_errors(position_error_mm, direction_error_deg, law))
+    asked = resolve_robustness(
+        k, voxel, draws, seed, mounting_errors(position_error_mm, direction_error_deg, law)
+    )
     run(subject, *SubjectOptions(place, mounted=mounted).resolve(subject), asked, as_json)
 
 
@@ -114,26 +140,42 @@ def safety(
     robot: RobotOption = None,
     motion: MotionOptions = NO_MOTION,
     sensing: SensorOptions = NO_SENSOR,
-    approaches: Annotated[int, Parameter(validator=Number(gte=1, lte=100_000), help="Walks that are drawn.")] = 720,
-    directions: Annotated[int, Parameter(validator=Number(gte=1, lte=360), help="Sectors that are told apart.")] = 12,
+    approaches: Annotated[
+        int, Parameter(validator=Number(gte=1, lte=100_000), help="Walks that are drawn.")
+    ] = 720,
+    directions: Annotated[
+        int, Parameter(validator=Number(gte=1, lte=360), help="Sectors that are told apart.")
+    ] = 12,
     rate: Annotated[
-        float | None, Parameter(validator=Number(gt=0, lte=10_000), help="Readings a second; the sensor's own, or 20.")
+        float | None,
+        Parameter(
+            validator=Number(gt=0, lte=10_000), help="Readings a second; the sensor's own, or 20."
+        ),
     ] = None,
-    latency: Annotated[float, Parameter(validator=Number(gte=0, lte=5), help="From a reading to the report, s.")] = 0.02,
+    latency: Annotated[
+        float, Parameter(validator=Number(gte=0, lte=5), help="From a reading to the report, s.")
+    ] = 0.02,
     occlusion: Annotated[
         Occlusion | None,
-        Parameter(help="What the robot does to its sensors; the scene's, but shadow in place of ignore, if none is given."),
+        Parameter(
+            help=(
+                "What the robot does to its sensors; the scene's, but shadow in place of ignore, if"
+                " none is given."
+            )
+        ),
     ] = None,
     seed: Seed = 0,
-    out: Annotated[Path, Parameter(help="Folder for README.md, safety.png, approaches.csv and safety.json.")] = Path(
-        "place-rings-safety"
-    ),
+    out: Annotated[
+        Path, Parameter(help="Folder for README.md, safety.png, approaches.csv and safety.json.")
+    ] = Path("place-rings-safety"),
     as_json: Json = False,
 ) -> None:
-    """Let a dark person walk in from all sides while the robot moves: is each reported before its separation distance?
+    """Let a dark person walk in from all sides while the robot moves: is each reported before its
+    separation distance?
 
-    With --sensor, a target of 17 % reflectance and the size of a torso unless told otherwise. What the distances are made of
-    stands in a scene's [safety]. An engineering aid: no safety rating follows.
+    With --sensor, a target of 17 % reflectance and the size of a torso unless told otherwise. What
+    the distances are made of stands in a scene's [safety]. An engineering aid: no safety rating
+    follows.
 
     Example: place-rings safety n3_16_55 --trajectory task.csv --sensor vl53l1x --ambient 50kcps
     """
@@ -142,7 +184,9 @@ def safety(
 
     if sensing.sensor is not None:
         reflectance = DARK_TARGET if sensing.reflectance is None else sensing.reflectance
-        sensing = replace(sensing, reflectance=reflectance, target_size=sensing.target_size or TORSO)
+        sensing = replace(
+            sensing, reflectance=reflectance, target_size=sensing.target_size or TORSO
+        )
     setup, found = sensing.resolve(subject, resolve_scene(scene, robot))
     if motion.degrees and motion.trajectory is None:
         raise UserError("--degrees: found alone, allowed: only with --trajectory")
@@ -157,20 +201,32 @@ def improve(
     /,
     *,
     place: SceneOptions = REFERENCE,
-    changes: Annotated[int, Parameter(validator=Number(gte=1, lte=20), help="Rings touched, at most.")] = 3,
-    add_sensors: Annotated[int, Parameter(validator=Number(gte=0, lte=1000), help="Sensors more than now, at most.")] = 0,
+    changes: Annotated[
+        int, Parameter(validator=Number(gte=1, lte=20), help="Rings touched, at most.")
+    ] = 3,
+    add_sensors: Annotated[
+        int, Parameter(validator=Number(gte=0, lte=1000), help="Sensors more than now, at most.")
+    ] = 0,
     at_least: Floors = (),
     mounted: FrameOptions = NO_FRAMES,
     seed: Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")] = 0,
-    time: Annotated[float | None, Parameter(help="Cap on the search, s; it ends by its own plan otherwise.")] = None,
+    time: Annotated[
+        float | None, Parameter(help="Cap on the search, s; it ends by its own plan otherwise.")
+    ] = None,
     voxel: Voxel = 0.01,
     out: Annotated[
         Path | None,
-        Parameter(help="Folder for a proposal of each step, a picture and improve.json; nothing is written without."),
+        Parameter(
+            help=(
+                "Folder for a proposal of each step, a picture and improve.json; nothing is written"
+                " without."
+            )
+        ),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Find the best single change to what is mounted, the best two, and so on: what each gains, and the work it is.
+    """Find the best single change to what is mounted, the best two, and so on: what each gains, and
+    the work it is.
 
     One change is one ring touched: set anew on its link, carried to another, added, or taken away.
 
@@ -184,4 +240,15 @@ def improve(
 
     cap = resolve_time(time)
     setup, asked = SubjectOptions(place, mounted=mounted).resolve(subject)
-    run(subject, setup, with_floors(asked, at_least), changes, add_sensors, seed, cap, voxel, out, as_json)
+    run(
+        subject,
+        setup,
+        with_floors(asked, at_least),
+        changes,
+        add_sensors,
+        seed,
+        cap,
+        voxel,
+        out,
+        as_json,
+    )

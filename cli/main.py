@@ -24,7 +24,14 @@ from .app import (
     Voxel,
     app,
 )
-from .option_groups import NO_MOTION, NO_SENSOR, REFERENCE, MotionOptions, SceneOptions, SensorOptions
+from .option_groups import (
+    NO_MOTION,
+    NO_SENSOR,
+    REFERENCE,
+    MotionOptions,
+    SceneOptions,
+    SensorOptions,
+)
 from .options import (
     resolve_reach,
     resolve_space,
@@ -40,24 +47,39 @@ def place(
     rings_per_link: Count | None = None,
     sensors_per_ring: Count | None = None,
     sensors: Annotated[
-        int | None, Parameter(validator=Number(gte=1, lte=2000), help="Spend so many sensors on any rings.")
+        int | None,
+        Parameter(validator=Number(gte=1, lte=2000), help="Spend so many sensors on any rings."),
     ] = None,
-    reach: Annotated[float | None, Parameter(help="Find the fewest sensors that cover so many percent.")] = None,
+    reach: Annotated[
+        float | None, Parameter(help="Find the fewest sensors that cover so many percent.")
+    ] = None,
     at_least: Floors = (),
     sensing: SensorOptions = NO_SENSOR,
     motion: MotionOptions = NO_MOTION,
-    worst: Annotated[bool, Parameter(negative=(), help="Make the worst pose good, not the mean of all.")] = False,
+    worst: Annotated[
+        bool, Parameter(negative=(), help="Make the worst pose good, not the mean of all.")
+    ] = False,
     redundancy: Annotated[int, Parameter(help="Make large what at least so many sensors see.")] = 1,
-    losing: Annotated[Losing | None, Parameter(help="Make ζ without the worst ring, or sensor, large.")] = None,
-    tolerant: Annotated[bool, Parameter(negative=(), help="Make the mean under errors of mounting large.")] = False,
-    position_error_mm: Annotated[float | None, Parameter(help="With --tolerant: see robustness; 5.")] = None,
-    direction_error_deg: Annotated[float | None, Parameter(help="With --tolerant: see robustness; 2.")] = None,
+    losing: Annotated[
+        Losing | None, Parameter(help="Make ζ without the worst ring, or sensor, large.")
+    ] = None,
+    tolerant: Annotated[
+        bool, Parameter(negative=(), help="Make the mean under errors of mounting large.")
+    ] = False,
+    position_error_mm: Annotated[
+        float | None, Parameter(help="With --tolerant: see robustness; 5.")
+    ] = None,
+    direction_error_deg: Annotated[
+        float | None, Parameter(help="With --tolerant: see robustness; 2.")
+    ] = None,
     seed: Seed = 0,
-    time: Annotated[float | None, Parameter(help="Cap on the search, s; it ends by its own schedule otherwise.")] = None,
+    time: Annotated[
+        float | None, Parameter(help="Cap on the search, s; it ends by its own schedule otherwise.")
+    ] = None,
     voxel: Voxel = 0.01,
-    out: Annotated[Path, Parameter(help="Folder for proposal.toml, placement.png and result.json.")] = Path(
-        "place-rings-out"
-    ),
+    out: Annotated[
+        Path, Parameter(help="Folder for proposal.toml, placement.png and result.json.")
+    ] = Path("place-rings-out"),
     as_json: Json = False,
 ) -> None:
     """Search a placement, verify it, and show it beside the paper's.
@@ -78,7 +100,8 @@ def place(
 
     Example: place-rings --target V_S --radius 0.5 --trajectory task.csv --worst
 
-    Example: place-rings --target V_S --radius 0.5 --sensor vl53l1x --ambient 50kcps --target-size 0.1x0.4
+    Example: place-rings --target V_S --radius 0.5 --sensor vl53l1x --ambient 50kcps --target-size
+    0.1x0.4
 
     Parameters
     ----------
@@ -96,7 +119,9 @@ def place(
     share = resolve_reach(reach, sensors)
     aim = resolve_aim(asked, redundancy, losing, tolerant, position_error_mm, direction_error_deg)
     try:
-        space = resolve_space(asked, rings_per_link, sensors_per_ring, sensors, free=share is not None)
+        space = resolve_space(
+            asked, rings_per_link, sensors_per_ring, sensors, free=share is not None
+        )
         run(asked, space, share, seed, cap, voxel, out, as_json, aim)
     except InfeasibleError as error:
         raise UserError(f"{where.scene}: {error}" if where.scene else str(error)) from error

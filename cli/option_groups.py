@@ -1,4 +1,6 @@
-"""Options that several commands share, in groups: a setup's scene, sensor, motion, and the frames of a URDF."""
+"""Options that several commands share, in groups: a setup's scene, sensor, motion, and the frames
+of a URDF.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +30,8 @@ class SceneOptions:
     scene: SceneFileOption = None
     robot: RobotOption = None
     occlusion: Annotated[
-        Occlusion | None, Parameter(help="The robot's own body: ignored, throws shadows, or blinds sensors.")
+        Occlusion | None,
+        Parameter(help="The robot's own body: ignored, throws shadows, or blinds sensors."),
     ] = None
 
     def given(self) -> Scene | None:
@@ -37,7 +40,9 @@ class SceneOptions:
 
     def applied(self, scene: Scene) -> Scene:
         """``scene`` with the targets and the occlusion that are asked for."""
-        return with_occlusion(with_goals(scene, parse_goals(self.target, self.radius)), self.occlusion)
+        return with_occlusion(
+            with_goals(scene, parse_goals(self.target, self.radius)), self.occlusion
+        )
 
 
 @Parameter(name="*")
@@ -45,20 +50,28 @@ class SceneOptions:
 class SensorOptions:
     """Another sensor than the scene's, or other conditions for it."""
 
-    sensor: Annotated[str | None, Parameter(help="A sensor of the catalogue: see place-rings sensors.")] = None
-    ambient: Annotated[
-        str | None, Parameter(help="With --sensor: light, like 50kcps or 5klx. The darkest, if none is given.")
+    sensor: Annotated[
+        str | None, Parameter(help="A sensor of the catalogue: see place-rings sensors.")
     ] = None
-    reflectance: Annotated[float | None, Parameter(help="With --sensor: of the target, 0.17 for 17 %.")] = None
+    ambient: Annotated[
+        str | None,
+        Parameter(help="With --sensor: light, like 50kcps or 5klx. The darkest, if none is given."),
+    ] = None
+    reflectance: Annotated[
+        float | None, Parameter(help="With --sensor: of the target, 0.17 for 17 %.")
+    ] = None
     target_size: Annotated[
-        str | None, Parameter(help="With --sensor: WIDTHxHEIGHT of the target, m. It fills the beam, else.")
+        str | None,
+        Parameter(help="With --sensor: WIDTHxHEIGHT of the target, m. It fills the beam, else."),
     ] = None
 
     def asked(self, own: Sensor | None = None) -> Sensor | None:
         """The sensor asked for; ``own`` is the one that conditions alone are about."""
         return resolve_sensor(self.sensor, self.ambient, self.reflectance, self.target_size, own)
 
-    def resolve(self, subject: str, scene: Scene | None, frames: FramePattern | None = None) -> tuple[Setup, Scene]:
+    def resolve(
+        self, subject: str, scene: Scene | None, frames: FramePattern | None = None
+    ) -> tuple[Setup, Scene]:
         """A setup and its scene, as ``resolve`` has them, with the sensor asked for."""
         own = None
         if self.sensor is None and self != NO_SENSOR:
@@ -72,9 +85,12 @@ class MotionOptions:
     """A recorded motion instead of a scene's poses."""
 
     trajectory: Annotated[
-        Path | None, Parameter(help="A recorded motion (CSV: time and joint angles) in place of the poses.")
+        Path | None,
+        Parameter(help="A recorded motion (CSV: time and joint angles) in place of the poses."),
     ] = None
-    degrees: Annotated[bool, Parameter(negative=(), help="The angles of --trajectory are in degrees, not radians.")] = False
+    degrees: Annotated[
+        bool, Parameter(negative=(), help="The angles of --trajectory are in degrees, not radians.")
+    ] = False
 
     def applied(self, scene: Scene, worst: bool = False) -> Scene:
         """``scene`` along the motion; ``worst``: where the worst pose is to be made large."""
@@ -87,9 +103,12 @@ class FrameOptions:
     """Which frames of a URDF are sensors."""
 
     frames: Annotated[
-        str | None, Parameter(help="Of a .urdf: the frames that are sensors, a regular expression: tof_.*")
+        str | None,
+        Parameter(help="Of a .urdf: the frames that are sensors, a regular expression: tof_.*"),
     ] = None
-    beam: Annotated[Along | None, Parameter(help="Of a .urdf: the axis along which these frames look: x.")] = None
+    beam: Annotated[
+        Along | None, Parameter(help="Of a .urdf: the axis along which these frames look: x.")
+    ] = None
 
     def resolve(self) -> FramePattern | None:
         """What the two mean; None where nothing is asked."""
@@ -98,7 +117,12 @@ class FrameOptions:
         return FramePattern(PATTERN if self.frames is None else self.frames, self.beam or "x")
 
 
-REFERENCE, NO_SENSOR, NO_MOTION, NO_FRAMES = SceneOptions(), SensorOptions(), MotionOptions(), FrameOptions()
+REFERENCE, NO_SENSOR, NO_MOTION, NO_FRAMES = (
+    SceneOptions(),
+    SensorOptions(),
+    MotionOptions(),
+    FrameOptions(),
+)
 
 
 @Parameter(name="*")
@@ -112,7 +136,9 @@ class SubjectOptions:
     mounted: FrameOptions = NO_FRAMES
 
     def resolve(self, subject: str) -> tuple[Setup, Scene]:
-        """The setup of a file or of a name, and the scene in which the options want it looked at."""
+        """The setup of a file or of a name, and the scene in which the options want it looked
+        at.
+        """
         setup, scene = self.sensing.resolve(subject, self.place.given(), self.mounted.resolve())
         return setup, self.motion.applied(self.place.applied(scene))
 

@@ -43,11 +43,13 @@ def positive(option: str, text: str) -> float:
 
 
 def parse_goal(text: str, radius: float | None, option: str = "--target") -> Goal:
-    """NAME[:RADIUS][=WEIGHT] as a goal, for instance ``V_S:0.5=0.6``; ``radius`` is that of a V_S without its own, and
-    ``option`` is blamed."""
+    """NAME[:RADIUS][=WEIGHT] as a goal, for instance ``V_S:0.5=0.6``; ``radius`` is that of a V_S
+    without its own, and ``option`` is blamed."""
     match = _TARGET.fullmatch(text)
     if match is None:
-        raise UserError(f"{option}: found {shown(text)}, allowed: NAME[:RADIUS][=WEIGHT], like V_S:0.5=0.6")
+        raise UserError(
+            f"{option}: found {shown(text)}, allowed: NAME[:RADIUS][=WEIGHT], like V_S:0.5=0.6"
+        )
     weight = positive(f"{option} {text}, weight", match["weight"]) if match["weight"] else 1.0
     own = positive(f"{option} {text}, radius", match["radius"]) if match["radius"] else None
     if own is None and match["name"] == "V_S":
@@ -63,9 +65,14 @@ def parse_goals(targets: Sequence[str], radius: float | None) -> tuple[Goal, ...
     if radius is not None and not (math.isfinite(radius) and radius > 0):
         raise UserError(f"--radius: found {radius:g}, allowed: a positive number of metres")
     goals = tuple(parse_goal(text, radius) for text in targets)
-    used = any(g.target.name == "V_S" and ":" not in text for g, text in zip(goals, targets, strict=True))
+    used = any(
+        g.target.name == "V_S" and ":" not in text for g, text in zip(goals, targets, strict=True)
+    )
     if radius is not None and not used:
-        raise UserError(f"--radius: found {radius:g}, allowed: only with a --target V_S that has no radius of its own")
+        raise UserError(
+            f"--radius: found {radius:g}, allowed: only with a --target V_S that has no radius of"
+            " its own"
+        )
     return goals
 
 
@@ -75,7 +82,8 @@ def resolve_scene(
     """The scene that the options describe; None where they leave it to a proposal.
 
     Raises:
-        UserError: for an unknown robot or target, or a shell that lies within the robot's own volume.
+        UserError: for an unknown robot or target, or a shell that lies within the robot's own
+            volume.
     """
     goals = parse_goals(targets, radius)
     asked = read_scene(scene) if scene else None
@@ -90,8 +98,8 @@ def urdf_of(robot: str | None) -> Path | None:
 
 
 def given_robot(text: str) -> Robot:
-    """The robot that ``--robot`` means: built in, of a robot's file (.toml), or of a URDF, to which bodies and mounts are
-    then fitted; UserError for none of them."""
+    """The robot that ``--robot`` means: built in, of a robot's file (.toml), or of a URDF, to which
+    bodies and mounts are then fitted; UserError for none of them."""
     if text.lower().endswith(".toml"):
         return read_robot(Path(text))
     if (urdf := urdf_of(text)) is not None:
@@ -105,8 +113,9 @@ def given_robot(text: str) -> Robot:
 
 
 def _on_robot(path: Path | None, scene: Scene | None, robot: Robot) -> Scene:
-    """``scene``, that of the file at ``path``, on another robot, in that robot's own pose where the scene has the one of its
-    own; UserError where its poses, mounts or rings are not that robot's."""
+    """``scene``, that of the file at ``path``, on another robot, in that robot's own pose where the
+    scene has the one of its own; UserError where its poses, mounts or rings are not that robot's.
+    """
     if scene is None:
         return Scene(robot=robot, poses=(Pose(robot.rest),))
     if len(scene.poses) == 1 and np.array_equal(scene.poses[0].q, scene.robot.rest):
@@ -125,38 +134,53 @@ def with_goals(scene: Scene, goals: tuple[Goal, ...], option: str = "--radius") 
         inner = scene.shape.robot_radius
         if goal.target.radius is not None and goal.target.radius <= inner:
             raise UserError(
-                f"{option}: found {goal.target.radius:g}, allowed: above {inner:g}, the radius of the robot's own V_R"
+                f"{option}: found {goal.target.radius:g}, allowed: above {inner:g}, the radius of"
+                " the robot's own V_R"
             )
     return replace(scene, goals=goals) if goals else scene
 
 
 def with_occlusion(scene: Scene, occlusion: Occlusion | None) -> Scene:
-    """``scene`` under ``--occlusion``, if that is given; UserError for a robot that has no bodies to shadow or blind."""
+    """``scene`` under ``--occlusion``, if that is given; UserError for a robot that has no bodies
+    to shadow or blind.
+    """
     if occlusion is None:
         return scene
     if occlusion != "ignore" and not scene.robot.bodies:
-        raise UserError(f"--occlusion: found {occlusion}, allowed: ignore, as robot {scene.robot.name} has no bodies")
+        raise UserError(
+            f"--occlusion: found {occlusion}, allowed: ignore, as robot {scene.robot.name} has no"
+            " bodies"
+        )
     return replace(scene, occlusion=occlusion)
 
 
 def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
-    """``scene`` with floors NAME[:RADIUS]=PERCENT for its targets; one that is no target of it becomes one of weight 0."""
+    """``scene`` with floors NAME[:RADIUS]=PERCENT for its targets; one that is no target of it
+    becomes one of weight 0.
+    """
     goals, floored = list(scene.goals), list[Target]()
     for text in floors:
         match = _TARGET.fullmatch(text)
         if match is None or not match["weight"]:
-            raise UserError(f"--at-least: found {shown(text)}, allowed: NAME[:RADIUS]=PERCENT, like V_S:1.5=60")
+            raise UserError(
+                f"--at-least: found {shown(text)}, allowed: NAME[:RADIUS]=PERCENT, like V_S:1.5=60"
+            )
         percent = positive(f"--at-least {text}, percent", match["weight"])
         if percent > 100:
-            raise UserError(f"--at-least: found {percent:g}, allowed: percent, above 0 and at most 100")
+            raise UserError(
+                f"--at-least: found {percent:g}, allowed: percent, above 0 and at most 100"
+            )
         if match["name"] == "V_S" and not match["radius"]:
             raise UserError(
-                f"--at-least: found {shown(text)}, allowed: a V_S with its radius, like V_S:0.5={match['weight']}"
+                f"--at-least: found {shown(text)}, allowed: a V_S with its radius, like"
+                f" V_S:0.5={match['weight']}"
             )
         target = parse_goal(text.rpartition("=")[0], None, "--at-least").target
         with_goals(scene, (Goal(target),), f"--at-least {text}, radius")
         if target in floored:
-            raise UserError(f"--at-least: found {shown(text)} beside another floor for {target}, allowed: one")
+            raise UserError(
+                f"--at-least: found {shown(text)} beside another floor for {target}, allowed: one"
+            )
         floored.append(target)
         place = next((i for i, g in enumerate(goals) if g.target == target), None)
         if place is None:
@@ -167,8 +191,9 @@ def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
 
 
 def with_motion(scene: Scene, trajectory: Path | None, degrees: bool, worst: bool = False) -> Scene:
-    """``scene`` with the poses of a recorded motion in place of its own, where one is given; ``worst``: the worst pose is to
-    be made large, which one pose is itself. UserError for a record that does not serve."""
+    """``scene`` with the poses of a recorded motion in place of its own, where one is given;
+    ``worst``: the worst pose is to be made large, which one pose is itself. UserError for a record
+    that does not serve."""
     if degrees and trajectory is None:
         raise UserError("--degrees: found alone, allowed: only with --trajectory")
     if trajectory is not None:
@@ -187,7 +212,9 @@ def resolve_pair(targets: Sequence[str], scene: Scene) -> tuple[Target, Target]:
     """The two targets of a front in ``scene``: the near and the far shell where none are given."""
     goals = parse_goals(targets, None) or (Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.5)))
     if weighted := [text for text in targets if "=" in text]:
-        raise UserError(f"--target: found {shown(weighted[0])}, allowed: no weight, as a front has all of them")
+        raise UserError(
+            f"--target: found {shown(weighted[0])}, allowed: no weight, as a front has all of them"
+        )
     if len(goals) != 2 or goals[0].target == goals[1].target:
         raise UserError(f"--target: found {len(goals)} target(s), allowed: two different ones")
     with_goals(scene, goals)
@@ -195,24 +222,33 @@ def resolve_pair(targets: Sequence[str], scene: Scene) -> tuple[Target, Target]:
 
 
 def resolve_reach(reach: float | None, sensors: int | None) -> float | None:
-    """``--reach`` as a share; UserError where it is none, or where the number of sensors is given too."""
+    """``--reach`` as a share; UserError where it is none, or where the number of sensors is given
+    too.
+    """
     if reach is None:
         return None
     if not 0 < reach < 100:
         raise UserError(f"--reach: found {reach:g}, allowed: percent, above 0 and below 100")
     if sensors is not None:
-        raise UserError(f"--reach: found {reach:g} with --sensors {sensors}, allowed: only one of them")
+        raise UserError(
+            f"--reach: found {reach:g} with --sensors {sensors}, allowed: only one of them"
+        )
     return reach / 100
 
 
 def resolve_space(
-    scene: Scene, rings_per_link: int | None, sensors_per_ring: int | None, sensors: int | None, free: bool = False
+    scene: Scene,
+    rings_per_link: int | None,
+    sensors_per_ring: int | None,
+    sensors: int | None,
+    free: bool = False,
 ) -> Space | None:
     """The setups that a search may choose from; None where also the number of sensors is ``free``.
 
     Raises:
         InfeasibleError: where the rules leave none.
-        UserError: where the rings asked for have more sensors than a scene's rule allows, or fewer, or are asked for beside
+        UserError: where the rings asked for have more sensors than a scene's rule allows, or fewer,
+            or are asked for beside
             free ones.
     """
     if sensors is not None or free:
@@ -223,21 +259,26 @@ def resolve_space(
             if given is not None:
                 beside = "--reach" if free else f"--sensors {sensors}"
                 raise UserError(
-                    f"{option}: found {given} with {beside}, allowed: one of the two; rings are free there, within"
-                    f" rules.{rule} of a scene"
+                    f"{option}: found {given} with {beside}, allowed: one of the two; rings are"
+                    f" free there, within rules.{rule} of a scene"
                 )
         return None if free else Space(scene, sensors=sensors)
     least, most = scene.rules.sensors
-    asked = min(max(SENSORS_PER_RING, least), most) if sensors_per_ring is None else sensors_per_ring
+    asked = (
+        min(max(SENSORS_PER_RING, least), most) if sensors_per_ring is None else sensors_per_ring
+    )
     if not least <= asked <= most and (least, most) != Rules().sensors:
-        raise UserError(f"--sensors-per-ring: found {asked}, allowed: {least} to {most}, the scene's rules.sensors_per_ring")
+        raise UserError(
+            f"--sensors-per-ring: found {asked}, allowed: {least} to {most}, the scene's"
+            " rules.sensors_per_ring"
+        )
     return Space(scene, ring_layout(scene, rings_per_link or RINGS_PER_LINK, asked))
 
 
 @dataclass(frozen=True)
 class Counting:
-    """How to count: rule, side of a voxel in m, bytes that sets of voxels may take, and, when certified, the width of the
-    interval in [0, 1]; 0: none."""
+    """How to count: rule, side of a voxel in m, bytes that sets of voxels may take, and, when
+    certified, the width of the interval in [0, 1]; 0: none."""
 
     rule: Rule
     voxel: float | None
@@ -245,7 +286,9 @@ class Counting:
     width: float = 0.0
 
 
-def resolve_counting(rule: Rule, voxel: float | None, width: float | None, memory: float | None) -> Counting:
+def resolve_counting(
+    rule: Rule, voxel: float | None, width: float | None, memory: float | None
+) -> Counting:
     """What ``--rule``, ``--voxel``, ``--width`` (points) and ``--memory`` (GB) mean together."""
     if memory is not None and not memory >= LEAST_MEMORY:
         raise UserError(f"--memory: found {memory:g}, allowed: GB, {LEAST_MEMORY:g} and more")
@@ -254,7 +297,9 @@ def resolve_counting(rule: Rule, voxel: float | None, width: float | None, memor
     if rule != "certified":
         if width is not None:
             raise UserError(f"--width: found {width:g}, allowed: only with --rule certified")
-        return Counting(rule, VOXEL if voxel is None else voxel, None if memory is None else memory * 1e9)
+        return Counting(
+            rule, VOXEL if voxel is None else voxel, None if memory is None else memory * 1e9
+        )
     if width is not None and not 0 < width <= 100:
         raise UserError(f"--width: found {width:g}, allowed: points, above 0 and at most 100")
     if width is None:
@@ -263,8 +308,12 @@ def resolve_counting(rule: Rule, voxel: float | None, width: float | None, memor
 
 
 def check_machines(workers: int, scheduler: str | None) -> None:
-    """Where a study shall run: on so many processes of this machine, or where a scheduler says; UserError if on both."""
+    """Where a study shall run: on so many processes of this machine, or where a scheduler says;
+    UserError if on both.
+    """
     if scheduler is not None and not re.fullmatch(r"(tcp|tls)://\S+:\d+", scheduler):
-        raise UserError(f"--scheduler: found {shown(scheduler)}, allowed: tcp://HOST:PORT or tls://HOST:PORT")
+        raise UserError(
+            f"--scheduler: found {shown(scheduler)}, allowed: tcp://HOST:PORT or tls://HOST:PORT"
+        )
     if scheduler is not None and workers != 1:
         raise UserError(f"--workers: found {workers} beside --scheduler, allowed: one of the two")

@@ -14,5 +14,8 @@ def task(scene: Scene, rate: float) -> None:
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time_s", *(f"q{i}" for i in range(len(scene.robot.chain)))])
-    writer.writerows([round(float(v), 9) + 0.0 for v in (t, *q)] for t, q in zip(motion.time_s, motion.q, strict=True))
+    writer.writerows(
+        [round(float(v), 9) + 0.0 for v in (t, *q)]
+        for t, q in zip(motion.time_s, motion.q, strict=True)
+    )
     say_lines(text.getvalue())

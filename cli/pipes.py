@@ -10,8 +10,8 @@ from typing import Any, NoReturn
 
 @contextmanager
 def gone_is_an_error() -> Iterator[None]:
-    """Let a write to a process that is gone raise BrokenPipeError. Elsewhere it ends the command, as one whose reader had
-    enough should end (``place-rings cones … | head``)."""
+    """Let a write to a process that is gone raise BrokenPipeError. Elsewhere it ends the command,
+    as one whose reader had enough should end (``place-rings cones … | head``)."""
     before = signal.signal(signal.SIGPIPE, signal.SIG_IGN)
     try:
         yield
@@ -21,7 +21,9 @@ def gone_is_an_error() -> Iterator[None]:
 
 @contextmanager
 def ended_by_signals() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP end what runs as Ctrl-C does, where nobody has decided otherwise (as ``nohup`` does)."""
+    """Let SIGTERM and SIGHUP end what runs as Ctrl-C does, where nobody has decided otherwise (as
+    ``nohup`` does).
+    """
     heeded = [n for n in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(n) is signal.SIG_DFL]
     for number in heeded:
         signal.signal(number, _end)

@@ -12,7 +12,13 @@ from ..coverage.rings.ring import Setup
 from ..formats.convert.results import tolerant_model
 from ..formats.convert.scenes import ring_models, scene_model
 from ..formats.convert.sensor_records import sensor_records
-from ..formats.schema.proposal_models import FoundModel, ProposalFile, ReachedModel, ReachModel, SearchFile
+from ..formats.schema.proposal_models import (
+    FoundModel,
+    ProposalFile,
+    ReachedModel,
+    ReachModel,
+    SearchFile,
+)
 from ..formats.schema.result_models import VerifyResult
 from ..formats.writing import made_folder, to_toml, write_text
 from ..objectives.criterion import Criterion, judge
@@ -37,7 +43,13 @@ PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
 
 
 def find(
-    scene: Scene, space: Space, seed: int, time_cap: float, verifier: Verifier, console: Terminal, aim: Criterion
+    scene: Scene,
+    space: Space,
+    seed: int,
+    time_cap: float,
+    verifier: Verifier,
+    console: Terminal,
+    aim: Criterion,
 ) -> searching.SearchResult:
     """Run the search with a progress bar on ``console``; ``verifier`` counts its answer."""
     columns = (
@@ -54,13 +66,25 @@ def find(
             what = f"stage {p.stage} of {p.stages}"
             if p.to_count:
                 what, total, done = "counting the finalists", p.to_count, p.counted
-            bar.update(task, description=what, total=total, completed=done, best=f"best so far {100 * p.best:.1f} %")
+            bar.update(
+                task,
+                description=what,
+                total=total,
+                completed=done,
+                best=f"best so far {100 * p.best:.1f} %",
+            )
 
         return searching.search(scene, space, seed, time_cap, tell=tell, aim=aim, verifier=verifier)
 
 
 def find_fewest(
-    scene: Scene, wanted: float, seed: int, time_cap: float, voxel: float, console: Terminal, aim: Criterion
+    scene: Scene,
+    wanted: float,
+    seed: int,
+    time_cap: float,
+    voxel: float,
+    console: Terminal,
+    aim: Criterion,
 ) -> tuple[searching.SearchResult, ReachModel]:
     """Run the searches for fewest sensors with a progress bar on ``console``."""
     columns = (
@@ -82,15 +106,18 @@ def find_fewest(
             )
 
         found = fewest_sensors(scene, wanted, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
-    tried = [ReachedModel(sensors=n, exact_percent=100 * v, reached=ok) for n, (v, ok) in found.tried.items()]
+    tried = [
+        ReachedModel(sensors=n, exact_percent=100 * v, reached=ok)
+        for n, (v, ok) in found.tried.items()
+    ]
     return found.result, ReachModel(wanted_percent=100 * wanted, reached=found.reached, tried=tried)
 
 
 def compare(
     scene: Scene, setup: Setup, known: tuple[Verified, ...], verifier: Verifier, console: Terminal
 ) -> list[VerifyResult]:
-    """Zeta of the proposal and of the paper's setups for all targets, by one verifier; ``known``: what is counted already of
-    the proposal."""
+    """Zeta of the proposal and of the paper's setups for all targets, by one verifier; ``known``:
+    what is counted already of the proposal."""
     setups = {"proposal": setup} | papers(scene)
     goals, targets = [g.target for g in scene.goals], compared(scene)
     results: list[VerifyResult] = []
@@ -98,7 +125,9 @@ def compare(
         task = bar.add_task("verifying", total=len(targets) * len(setups) * len(scene.poses))
         verifier.at = lambda _: bar.advance(task)
         try:
-            for result in counted(verifier, setups, targets, goals, {("proposal", v.target): v for v in known}):
+            for result in counted(
+                verifier, setups, targets, goals, {("proposal", v.target): v for v in known}
+            ):
                 results.append(result)
                 bar.update(task, completed=len(results) * len(scene.poses))
         except KeyboardInterrupt:
@@ -109,7 +138,9 @@ def compare(
 def asked_values(
     scene: Scene, setup: Setup, value: float, voxel: float, console: Terminal, aim: Criterion
 ) -> dict[str, float]:
-    """What was asked for, in percent, of the proposal and of the paper's setups, where it is not zeta itself."""
+    """What was asked for, in percent, of the proposal and of the paper's setups, where it is not
+    zeta itself.
+    """
     if aim.plain:
         return {}
     verifier, found = Verifier(scene, voxel), {"proposal": 100 * value}
@@ -133,8 +164,8 @@ def place(
     as_json: bool,
     aim: Criterion,
 ) -> None:
-    """Search a placement for ``scene`` that is good by ``aim``, verify it beside the paper's setups, and write proposal,
-    picture and result; InfeasibleError where the rules leave none."""
+    """Search a placement for ``scene`` that is good by ``aim``, verify it beside the paper's
+    setups, and write proposal, picture and result; InfeasibleError where the rules leave none."""
     console, log = Terminal(), Terminal(stderr=True)
     check_scene(scene, voxel)
     check_scene_sight(scene)
@@ -152,11 +183,20 @@ def place(
         proposal = ProposalFile(
             rings=ring_models(result.setup, scene.sensor),
             scene=scene_model(scene),
-            zeta=mine if len(scene.poses) <= MANY else [r.model_copy(update={"poses": []}) for r in mine],
+            zeta=(
+                mine
+                if len(scene.poses) <= MANY
+                else [r.model_copy(update={"poses": []}) for r in mine]
+            ),
             found=found_model(result, seed, aim),
         )
         captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
-        placement_picture(files["picture"], scene, result.setup, captions or ["interrupted before it was verified"])
+        placement_picture(
+            files["picture"],
+            scene,
+            result.setup,
+            captions or ["interrupted before it was verified"],
+        )
         record = SearchFile(
             proposal=proposal,
             soft_minus_exact_percent=100 * (result.soft - result.exact),
@@ -173,11 +213,17 @@ def place(
         say_json(record.model_dump_json(indent=2))
         return
     console.print(ring_table(result.setup, scene.robot))
-    sensors = {"proposal": result.setup.sensors} | {name: one.sensors for name, one in papers(scene).items()}
+    sensors = {"proposal": result.setup.sensors} | {
+        name: one.sensors for name, one in papers(scene).items()
+    }
     where = f"robot {scene.robot.name}, occlusion {scene.occlusion}, {len(scene.poses)} pose(s)"
     title = f"ζ in percent, rule centre, voxels of {voxel:g} m, {where}"
     order = {(t.name, t.radius): i for i, t in enumerate(PAPER_TARGETS)}
-    console.print(zeta_table(sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)), sensors, title))
+    console.print(
+        zeta_table(
+            sorted(comparison, key=lambda r: order.get((r.target, r.radius), -1)), sensors, title
+        )
+    )
     own = mine[0].unseeing if mine else []
     mount = [f"No real mount: {line}." for line in mounting_lines(scene, result.setup)]
     print_sight(console, comparison, own, scene, [*without_lines(scene, result.setup), *mount])
@@ -197,9 +243,10 @@ def place(
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""
     sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""
     console.print(
-        f"Found{sought}: exact {100 * result.exact:.2f} %, soft {100 * result.soft:.2f} % (width {1000 * spent.width:g} mm,"
-        f" difference {100 * (result.soft - result.exact):+.2f}); {spent.starts} starts, {spent.evaluations} evaluations,"
-        f" {spent.seconds:.0f} s; {result.outcome.value}."
+        f"Found{sought}: exact {100 * result.exact:.2f} %, soft {100 * result.soft:.2f} % (width"
+        f" {1000 * spent.width:g} mm, difference {100 * (result.soft - result.exact):+.2f});"
+        f" {spent.starts} starts, {spent.evaluations} evaluations, {spent.seconds:.0f} s;"
+        f" {result.outcome.value}."
     )
     if reached:
         console.print(_told(reached))
@@ -214,17 +261,27 @@ def place(
 def _told(reached: ReachModel) -> str:
     tried = ", ".join(f"{t.sensors}: {t.exact_percent:.2f}" for t in reached.tried)
     if not reached.reached:
-        return f"{reached.wanted_percent:g} % was not reached; sensors and ζ in percent of each search: {tried}."
-    return f"Fewest sensors found for {reached.wanted_percent:g} %; each search, sensors and ζ in percent: {tried}."
+        return (
+            f"{reached.wanted_percent:g} % was not reached; sensors and ζ in percent of each"
+            f" search: {tried}."
+        )
+    return (
+        f"Fewest sensors found for {reached.wanted_percent:g} %; each search, sensors and ζ in"
+        f" percent: {tried}."
+    )
 
 
 _FILES = {"proposal": "proposal.toml", "picture": "placement.png", "result": "result.json"}
-_HEADING = """A placement of sensor rings, found by place-rings. Edit it freely, then check it again:
+_HEADING = """A placement of sensor rings, found by place-rings. Edit it freely, then check it \
+again:
   place-rings verify proposal.toml
-Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive towards distal."""
+Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive \
+towards distal."""
 
 
-def found_model(result: searching.SearchResult, seed: int, aim: Criterion | None = None) -> FoundModel:
+def found_model(
+    result: searching.SearchResult, seed: int, aim: Criterion | None = None
+) -> FoundModel:
     """How a proposal was found, with this command and these versions."""
     spent, aim = result.statistics, aim or Criterion()
     return FoundModel(

@@ -32,12 +32,16 @@ def report(
     /,
     *,
     given: SubjectOptions = AS_IT_IS,
-    draws: Annotated[int, Parameter(validator=Number(gte=1, lte=100_000), help="Mountings drawn for the tolerance.")] = 100,
+    draws: Annotated[
+        int,
+        Parameter(validator=Number(gte=1, lte=100_000), help="Mountings drawn for the tolerance."),
+    ] = 100,
     seed: Seed = 0,
     voxel: Voxel = 0.01,
     out: Annotated[Path, Parameter(help="Folder for report.html.")] = Path("place-rings-report"),
 ) -> None:
-    """Write a report of a setup that needs nothing else: what it sees, where it is blind, how to mount it, what it takes.
+    """Write a report of a setup that needs nothing else: what it sees, where it is blind, how to
+    mount it, what it takes.
 
     Example: place-rings report place-rings-out/proposal.toml --out place-rings-out
     """
@@ -45,7 +49,9 @@ def report(
     run(subject, setup, asked, voxel, draws, seed, out)
 
 
-def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: int, out: Path) -> None:
+def run(
+    name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: int, out: Path
+) -> None:
     """Count, draw and write the report of ``setup``, which is called ``name``."""
     from ..reporting.pages import html
     from ..reporting.placement_picture import placement_picture
@@ -61,7 +67,9 @@ def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: i
     check_sight(scene, setup)
     origin, folder, console = how_found(name), output_folder(out), Terminal(stderr=True)
     facts = gather(name, setup, scene, voxel, draws, seed, origin, console)
-    versions = {package: version(package) for package in PACKAGES} | {"python": sys.version.split()[0]}
+    versions = {package: version(package) for package in PACKAGES} | {
+        "python": sys.version.split()[0]
+    }
     with console.status("drawing"), TemporaryDirectory() as pictures:
         captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in facts.own]
         placement_picture(Path(pictures) / PICTURE, scene, setup, captions)
@@ -70,7 +78,9 @@ def run(name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: i
                 blind_picture(Path(pictures) / blind_name(n), scene, setup, blind, shown)
         created = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
         text = html(
-            page(facts, sys.argv[1:], versions, created, length), Path(pictures), f"Placement report: {Path(name).name}"
+            page(facts, sys.argv[1:], versions, created, length),
+            Path(pictures),
+            f"Placement report: {Path(name).name}",
         )
     write_text(folder / FILE, text)
     say(answer(facts).replace("**", ""))

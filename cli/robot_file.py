@@ -1,4 +1,6 @@
-"""The commands about robots: what is built in, and a robot from a URDF, with a picture to check and files to edit."""
+"""The commands about robots: what is built in, and a robot from a URDF, with a picture to check and
+files to edit.
+"""
 
 import math
 import re
@@ -26,8 +28,10 @@ from ..reporting.terminal import Terminal
 _LIST = re.compile(r"\[\n[-+.\deE,\s]+\]")  # of numbers, over several lines
 _CLEARANCE = 0.02  # m, from what a ring surrounds to its sensors
 _HEADING = """A robot, for place-rings. Edit it freely; a scene names it by robot = "{file}".
-Lengths in metres, angles in degrees. A mount is the axis of a link around which rings sit: from start along axis
-(proximal to distal), in the frame of the joint that moves the link. A body is a capsule that stands for a part.
+Lengths in metres, angles in degrees. A mount is the axis of a link around which rings sit: from \
+start along axis
+(proximal to distal), in the frame of the joint that moves the link. A body is a capsule that \
+stands for a part.
 Of a URDF, reach (the radius of V_O) is an estimate: the data sheet knows better."""
 
 
@@ -40,7 +44,9 @@ def import_urdf(
     surface: Which = "collision",
     name: str | None = None,
 ) -> RobotFit:
-    """The robot in a URDF with bodies and mounts fitted to its meshes, told on stderr; UserError for one that is bad."""
+    """The robot in a URDF with bodies and mounts fitted to its meshes, told on stderr; UserError
+    for one that is bad.
+    """
     urdf = read_urdf(path)
     picked = pick_chain(urdf, base, tip)
     log = Terminal(stderr=True)
@@ -52,7 +58,11 @@ def import_urdf(
         fit = fit_robot(picked, Meshes(path, packages), name or urdf.name, capsules, surface, tell)
     if picked.left_out:
         names = ", ".join(picked.left_out)
-        log.print(f"left out, as joints beside the chain move them: {names}", highlight=False, soft_wrap=True)
+        log.print(
+            f"left out, as joints beside the chain move them: {names}",
+            highlight=False,
+            soft_wrap=True,
+        )
     if not fit.links:
         log.print("no link has a shape: no bodies, and no mount but the tool", highlight=False)
     return fit
@@ -64,7 +74,9 @@ def robots() -> None:
     for column in ("name", "joints", "reach, m", "links with mounts (usable length, m)", "source"):
         table.add_column(column, justify="right" if column in ("joints", "reach, m") else "left")
     for robot in ROBOTS.values():
-        table.add_row(robot.name, str(len(robot.chain)), f"{robot.reach:g}", _mounts(robot), robot.source)
+        table.add_row(
+            robot.name, str(len(robot.chain)), f"{robot.reach:g}", _mounts(robot), robot.source
+        )
     Terminal().print(table)
 
 
@@ -74,10 +86,15 @@ def _mounts(robot: Robot) -> str:
 
 
 def ring_radius(robot: Robot) -> float:
-    """A radius at which rings clear all sections, and go around all links as real ones, m, up to the next 5 mm."""
+    """A radius at which rings clear all sections, and go around all links as real ones, m, up to
+    the next 5 mm.
+    """
     real = Scene(robot=robot, rules=Rules(mount="real"))
     around = max(m.section + m.aside for m in robot.mounts) + _CLEARANCE
-    return math.ceil(200 * max(around, *(real.least_radius(link) for link in robot.links)) - 1e-6) / 200
+    return (
+        math.ceil(200 * max(around, *(real.least_radius(link) for link in robot.links)) - 1e-6)
+        / 200
+    )
 
 
 def scene_text(robot: Robot, file: str) -> str:
@@ -103,19 +120,26 @@ def robot(
     name: str | None,
     out: Path,
 ) -> None:
-    """Write ``robot.toml``, ``scene.toml`` and ``robot.png`` of a robot that is built in or in a URDF."""
+    """Write ``robot.toml``, ``scene.toml`` and ``robot.png`` of a robot that is built in or in a
+    URDF.
+    """
     if what in ROBOTS:
         fit = RobotFit(ROBOTS[what], ())
     elif what.lower().endswith((".urdf", ".xml")):
         fit = import_urdf(Path(what), base, tip, packages, capsules, surface, name)
     else:
-        raise UserError(f"robot: found {shown(what)}, allowed: a file .urdf, or one of {', '.join(ROBOTS)}")
+        raise UserError(
+            f"robot: found {shown(what)}, allowed: a file .urdf, or one of {', '.join(ROBOTS)}"
+        )
     found = fit.robot
     folder = output_folder(out)
     files = [folder / file for file in ("robot.toml", "scene.toml", "robot.png")]
     robot_picture(files[2], found, fit.links)
     text = to_toml(robot_file(found), _HEADING.format(file=files[0].name))
-    write_text(files[0], _LIST.sub(lambda m: "[" + ", ".join(m[0][1:-1].replace(",", " ").split()) + "]", text))
+    write_text(
+        files[0],
+        _LIST.sub(lambda m: "[" + ", ".join(m[0][1:-1].replace(",", " ").split()) + "]", text),
+    )
     write_text(files[1], scene_text(found, files[0].name))
     console = Terminal()
     console.print(_mount_table(found))
@@ -133,7 +157,9 @@ def _mount_table(robot: Robot) -> Table:
     names = (*robot.chain.joints, "tcp")
     for m in robot.mounts:
         usable = f"{m.usable[0]:.2f} … {m.usable[1]:.2f}" if m.length > 0 else ""
-        table.add_row(m.link, names[m.frame], f"{1000 * m.length:.0f}", usable, f"{1000 * m.section:.0f}")
+        table.add_row(
+            m.link, names[m.frame], f"{1000 * m.length:.0f}", usable, f"{1000 * m.section:.0f}"
+        )
     return table
 
 

@@ -1,4 +1,6 @@
-"""The command that asks how robust a setup is: against blind sensors and rings, and against errors of its mounting."""
+"""The command that asks how robust a setup is: against blind sensors and rings, and against errors
+of its mounting.
+"""
 
 from ..coverage.rings.ring import Setup
 from ..objectives.scene import Scene

@@ -1,4 +1,6 @@
-"""The command that asks whether a person is detected in time: simulate, say what was found, write the report."""
+"""The command that asks whether a person is detected in time: simulate, say what was found, write
+the report.
+"""
 
 import shlex
 import sys
@@ -27,18 +29,27 @@ from ..reporting.lines.protective_volume import formula
 from ..reporting.lines.sensors import sensor_lines
 from ..reporting.pages import csv_text
 from ..reporting.terminal import Terminal, say_json
-from ..simulation.detection import Approaches, Timing, approach, floor_of, seeing_as_far, start_of, walker
+from ..simulation.detection import (
+    Approaches,
+    Timing,
+    approach,
+    floor_of,
+    seeing_as_far,
+    start_of,
+    walker,
+)
 from ..simulation.moments import STEP, Moments, moments_of_record, moments_of_scene
 
 ASSUMED_HZ = 20.0  # where no rate is sourced
-DARK_TARGET = 0.17  # reflectance where none is asked: the darkest that is sourced for the most common sensor
+# reflectance where none is asked: the darkest that is sourced for the most common sensor
+DARK_TARGET = 0.17
 TORSO = "0.45x0.7"  # m, of a person
 
 
 @dataclass(frozen=True)
 class SafetyOptions:
-    """How approaches are drawn and reported: their number, directions that are told apart, rate of the sensors in Hz (None:
-    theirs), latency s, occlusion, seed."""
+    """How approaches are drawn and reported: their number, directions that are told apart, rate of
+    the sensors in Hz (None: theirs), latency s, occlusion, seed."""
 
     approaches: int
     directions: int
@@ -50,7 +61,10 @@ class SafetyOptions:
 
 def timing(setup: Setup, asked: SafetyOptions) -> tuple[Timing, bool]:
     """Period and latency of each sensor, and whether a rate had to be assumed."""
-    rates = [asked.rate or (MODELS[r.sensor.use.model].rate_hz if r.sensor.use else None) for r in setup.rings]
+    rates = [
+        asked.rate or (MODELS[r.sensor.use.model].rate_hz if r.sensor.use else None)
+        for r in setup.rings
+    ]
     period = np.repeat([1 / (rate or ASSUMED_HZ) for rate in rates], [r.count for r in setup.rings])
     return Timing(period, asked.latency), any(rate is None for rate in rates)
 
@@ -77,7 +91,11 @@ def safety(
         if trajectory is not None and record is not None:
             check_limits(trajectory, scene.robot, zip(record.time_s, record.q, strict=True))
         moments, full = (
-            moments_of_scene(scene, s) if record is None else moments_of_record(scene.robot, record, s)
+            (
+                moments_of_scene(scene, s)
+                if record is None
+                else moments_of_record(scene.robot, record, s)
+            )
             for s in (left, whole)
         )
     except ValueError as error:
@@ -90,7 +108,9 @@ def safety(
     stands, floor = tuple(o.body for o in scene.obstacles), floor_of(scene)
     setups = [setup] if range_m >= needed else [setup, farther]
     found: list[Approaches] = []
-    with Progress(*Progress.get_default_columns(), console=Terminal(stderr=True), transient=True) as bar:
+    with Progress(
+        *Progress.get_default_columns(), console=Terminal(stderr=True), transient=True
+    ) as bar:
         task = bar.add_task("walking in", total=len(setups) * asked.approaches)
         for one in setups:
             done = len(found) * asked.approaches
@@ -98,13 +118,34 @@ def safety(
             def tell(n: int, done: int = done) -> None:
                 bar.update(task, completed=done + n)
 
-            walk = (when, scene.safety.human, azimuths, asked.seed, asked.occlusion, start, tell, stands, floor)
+            walk = (
+                when,
+                scene.safety.human,
+                azimuths,
+                asked.seed,
+                asked.occlusion,
+                start,
+                tell,
+                stands,
+                floor,
+            )
             found.append(approach(scene.robot, one, moments, *walk))
     result = _result(name, setup, scene, asked, moments, full, found, when, assumed, range_m, began)
-    result = result.model_copy(update={"separation": result.separation.model_copy(update={"reaction_s": whole.reaction})})
+    result = result.model_copy(
+        update={"separation": result.separation.model_copy(update={"reaction_s": whole.reaction})}
+    )
     command = shlex.join(["place-rings", *sys.argv[1:]])
     person = walker(scene.safety.human, start, floor)
-    picture(scene.robot, setup, moments, found[0], person, floor, asked.directions, folder / "safety.png")
+    picture(
+        scene.robot,
+        setup,
+        moments,
+        found[0],
+        person,
+        floor,
+        asked.directions,
+        folder / "safety.png",
+    )
     write_text(folder / "approaches.csv", csv_text(detection_page.rows(found[0], moments)))
     write_text(folder / "safety.json", result.model_dump_json(indent=2) + "\n")
     write_text(folder / "README.md", detection_page.page(result, command))
@@ -133,7 +174,11 @@ def _result(
     began: float,
 ) -> SafetyResult:
     first, edges = found[0], np.linspace(0, 360, asked.directions + 1)
-    sector = np.clip(np.searchsorted(edges, np.degrees(first.azimuth) % 360, side="right") - 1, 0, asked.directions - 1)
+    sector = np.clip(
+        np.searchsorted(edges, np.degrees(first.azimuth) % 360, side="right") - 1,
+        0,
+        asked.directions - 1,
+    )
     whole = replace(scene.safety, reaction=max(scene.safety.reaction, float(when.spent.max())))
     fastest = float(full.speed.max())
     largest = separation(whole, fastest, stopping_time(whole, scene.robot.name, fastest))
@@ -146,14 +191,26 @@ def _result(
         in_time=ShareModel(**_share(first)),
         if_far_enough=ShareModel(**_share(found[1])) if len(found) > 1 else None,
         never_reported=int(np.isnan(first.report).sum()),
-        nearest_report_m=float(np.nanmin(first.report)) if np.isfinite(first.report).any() else None,
+        nearest_report_m=(
+            float(np.nanmin(first.report)) if np.isfinite(first.report).any() else None
+        ),
         by_direction=[
-            DirectionModel(from_deg=low, to_deg=high, approaches=int((sector == k).sum()), **_share(first, sector == k))
+            DirectionModel(
+                from_deg=low,
+                to_deg=high,
+                approaches=int((sector == k).sum()),
+                **_share(first, sector == k),
+            )
             for k, (low, high) in enumerate(pairwise(edges))
             if (sector == k).any()
         ],
         separation=separation_model(
-            float(full.asked.min()), float(moments.weight @ full.asked.mean(axis=1)), largest, fastest, known, whole
+            float(full.asked.min()),
+            float(moments.weight @ full.asked.mean(axis=1)),
+            largest,
+            fastest,
+            known,
+            whole,
         ),
         separation_at_report_m=float(moments.asked.max()),
         period_s=float(when.period.max()),
@@ -180,22 +237,36 @@ def _show(r: SafetyResult, folder: Path) -> None:
 
     say(
         f"{r.setup}: {r.in_time.percent:.1f} % of {r.approaches} approaches are reported in time"
-        f" ({r.in_time.low_percent:.1f} to {r.in_time.high_percent:.1f}); {r.never_reported} are not before contact."
+        f" ({r.in_time.low_percent:.1f} to {r.in_time.high_percent:.1f}); {r.never_reported} are"
+        " not before contact."
     )
-    say(f"At the fastest part {formula(r.separation)} (ISO/TS 15066); S is {r.separation.least_m:.2f} m at least.")
+    say(
+        f"At the fastest part {formula(r.separation)} (ISO/TS 15066); S is"
+        f" {r.separation.least_m:.2f} m at least."
+    )
     if r.range_m < r.range_needed_m:
         say(
-            f"The sensors cannot reach the distance asked: they see {r.range_m:.2f} m, {r.range_needed_m:.2f} m are needed;"
-            f" {r.range_m:.2f} m suffice at {r.range_suffices_percent:.0f} % of the moments."
+            f"The sensors cannot reach the distance asked: they see {r.range_m:.2f} m,"
+            f" {r.range_needed_m:.2f} m are needed; {r.range_m:.2f} m suffice at"
+            f" {r.range_suffices_percent:.0f} % of the moments."
         )
     if r.if_far_enough is not None:
-        say(f"With the same beams seeing {r.range_needed_m:.2f} m, {r.if_far_enough.percent:.1f} % would be in time.")
+        say(
+            f"With the same beams seeing {r.range_needed_m:.2f} m, {r.if_far_enough.percent:.1f} %"
+            " would be in time."
+        )
     if not r.separation.speeds_known:
-        say(f"No joint speeds are known: all parts are taken at {r.separation.fastest_m_s:g} m/s. Give --trajectory.")
+        say(
+            f"No joint speeds are known: all parts are taken at {r.separation.fastest_m_s:g} m/s."
+            " Give --trajectory."
+        )
     for line in sensor_lines(r.sensors):
         say(line)
     if not r.sensors:
-        say("The sensor is not of the catalogue: its nominal range is taken as it is, for any target and light.")
+        say(
+            "The sensor is not of the catalogue: its nominal range is taken as it is, for any"
+            " target and light."
+        )
     say(r.disclaimer)
     for name in ("README.md", "safety.png", "approaches.csv", "safety.json"):
         say(f"  {folder / name}")

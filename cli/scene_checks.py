@@ -29,13 +29,17 @@ def check_scene(scene: Scene, voxel: float) -> None:
             solid = scene.solid(goal.target, 0)
             check_voxel(solid, voxel)
             if voxel > _COARSE and len(target_voxels(solid, voxel, "centre")) == 0:
-                raise ValueError(f"voxel {voxel:g} m is larger than target {goal.target}; allowed: smaller")
+                raise ValueError(
+                    f"voxel {voxel:g} m is larger than target {goal.target}; allowed: smaller"
+                )
         except ValueError as error:
             raise UserError(f"--voxel: {error}") from error
 
 
 def check_sight(scene: Scene, setup: Setup) -> None:
-    """Refuse a setup whose sensors stand within their own link, where the scene minds it, and a robot without bodies."""
+    """Refuse a setup whose sensors stand within their own link, where the scene minds it, and a
+    robot without bodies.
+    """
     if scene.occlusion == "ignore":
         return
     try:
@@ -46,6 +50,12 @@ def check_sight(scene: Scene, setup: Setup) -> None:
 
 
 def check_scene_sight(scene: Scene) -> None:
-    """Refuse a search whose rings would all lie within a link's own tube, where the scene minds it."""
-    rings = [] if scene.real else [Ring(link, 0.5, 1, radius=scene.radius_of(link)) for link in scene.robot.links]
+    """Refuse a search whose rings would all lie within a link's own tube, where the scene minds
+    it.
+    """
+    rings = (
+        []
+        if scene.real
+        else [Ring(link, 0.5, 1, radius=scene.radius_of(link)) for link in scene.robot.links]
+    )
     check_sight(scene, Setup((*rings, *scene.rules.fixed)))

@@ -1,4 +1,6 @@
-"""Sensors on the command line: what their options mean, the catalogue as a table, how a range came about."""
+"""Sensors on the command line: what their options mean, the catalogue as a table, how a range came
+about.
+"""
 
 import json
 from dataclasses import replace
@@ -14,10 +16,14 @@ from ..reporting.terminal import Terminal, say, say_json
 
 
 def resolve_sensor(
-    name: str | None, ambient: str | None, reflectance: float | None, size: str | None, own: Sensor | None = None
+    name: str | None,
+    ambient: str | None,
+    reflectance: float | None,
+    size: str | None,
+    own: Sensor | None = None,
 ) -> Sensor | None:
-    """What ``--sensor`` and what goes with it mean; None where nothing is asked. The others alone are about ``own``, the
-    scene's sensor, if that is one of the catalogue."""
+    """What ``--sensor`` and what goes with it mean; None where nothing is asked. The others alone
+    are about ``own``, the scene's sensor, if that is one of the catalogue."""
     given = {"--ambient": ambient, "--reflectance": reflectance, "--target-size": size}
     asked = {option: value for option, value in given.items() if value is not None}
     if name is None and not asked:
@@ -25,7 +31,10 @@ def resolve_sensor(
     base = own.use if name is None and own is not None else None
     if name is None and base is None:
         option, value = next(iter(asked.items()))
-        raise UserError(f"{option}: found {value}, allowed: only with --sensor, or a scene whose sensor names its model")
+        raise UserError(
+            f"{option}: found {value}, allowed: only with --sensor, or a scene whose sensor names"
+            " its model"
+        )
     if name is not None and name not in MODELS:
         raise UserError(f"--sensor: found {name}, allowed: {', '.join(MODELS)}")
     use = base or Use(str(name))
@@ -43,7 +52,8 @@ def resolve_sensor(
 
 def _figures(model: Model) -> str:
     return ", ".join(
-        f"{f.range_m:g} ({f.light.label}{'' if f.reflectance >= 0.88 else f', {100 * f.reflectance:.3g} %'})"
+        f"{f.range_m:g}"
+        f" ({f.light.label}{'' if f.reflectance >= 0.88 else f', {100 * f.reflectance:.3g} %'})"
         for f in model.figures
     )
 
@@ -51,13 +61,23 @@ def _figures(model: Model) -> str:
 def sensors(as_json: bool) -> None:
     """Print the catalogue."""
     if as_json:
-        say_json(json.dumps([sensor_record(effective(Use(name))).model_dump(mode="json") for name in MODELS], indent=2))
+        say_json(
+            json.dumps(
+                [sensor_record(effective(Use(name))).model_dump(mode="json") for name in MODELS],
+                indent=2,
+            )
+        )
         return
     table = Table(
-        title="Ranges in m of a white target (88 %, Benewake 90) that fills the beam, unless said", title_justify="left"
+        title="Ranges in m of a white target (88 %, Benewake 90) that fills the beam, unless said",
+        title_justify="left",
     )
     for column in ("sensor", "beam", "zones", "range", "least m", "Hz"):
-        table.add_column(column, justify="right" if column in ("least m", "Hz") else "left", no_wrap=column == "sensor")
+        table.add_column(
+            column,
+            justify="right" if column in ("least m", "Hz") else "left",
+            no_wrap=column == "sensor",
+        )
     for m in MODELS.values():
         beam = f"{m.side_deg:.3g}° {'square' if m.square else 'cone'}"
         least, rate = ("–" if v is None else f"{v:g}" for v in (m.least_m, m.rate_hz))
@@ -69,6 +89,15 @@ def sensors(as_json: bool) -> None:
         note = f" ({m.note})" if m.note else ""
         console.print(f"{m.name}: {m.source}{note}", highlight=False, soft_wrap=True)
         if m.board is not None:
-            size = " × ".join(f"{1000 * side:.4g}" for side in (m.board.width, m.board.height, m.board.thickness))
-            console.print(f"{m.name} on a board of {size} mm: {m.board.source}", highlight=False, soft_wrap=True)
-    say("No prices: none is sourced. Nearer than its least range a sensor still answers, with a distance not to be trusted.")
+            size = " × ".join(
+                f"{1000 * side:.4g}" for side in (m.board.width, m.board.height, m.board.thickness)
+            )
+            console.print(
+                f"{m.name} on a board of {size} mm: {m.board.source}",
+                highlight=False,
+                soft_wrap=True,
+            )
+    say(
+        "No prices: none is sourced. Nearer than its least range a sensor still answers, with a"
+        " distance not to be trusted."
+    )

@@ -34,7 +34,8 @@ def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOpt
 
 @app.command
 def sensors(*, as_json: Json = False) -> None:
-    """Print the catalogue of sensors: beams, ranges by light and target, rates, and where each figure is from.
+    """Print the catalogue of sensors: beams, ranges by light and target, rates, and where each
+    figure is from.
 
     Example: place-rings sensors
     """
@@ -47,16 +48,22 @@ def sensors(*, as_json: Json = False) -> None:
 def task(
     *,
     robot: RobotOption = None,
-    rate: Annotated[float, Parameter(validator=Number(gte=1, lte=1000), help="Rows a second.")] = 25.0,
+    rate: Annotated[
+        float, Parameter(validator=Number(gte=1, lte=1000), help="Rows a second.")
+    ] = 25.0,
 ) -> None:
-    """Print the paper's task (ten products from one table to the other, 100 s) as a recorded motion: CSV in radians.
+    """Print the paper's task (ten products from one table to the other, 100 s) as a recorded
+    motion: CSV in radians.
 
     Example: place-rings task > task.csv
     """
     from .paper_task import task as run
 
     if robot is not None and robot not in PAPER_ROBOTS:
-        raise UserError(f"--robot: found {shown(robot)}, allowed: {', '.join(PAPER_ROBOTS)}, as the task is the paper's")
+        raise UserError(
+            f"--robot: found {shown(robot)}, allowed: {', '.join(PAPER_ROBOTS)}, as the task is the"
+            " paper's"
+        )
     run(resolve_scene(None, robot) or Scene(), rate)
 
 
@@ -69,30 +76,47 @@ def study(
     sensors: Annotated[
         int | None,
         Parameter(
-            validator=Number(gte=1, lte=2000), help="pareto: of the front with most points, 80; 24, 48, 80, 112 go along."
+            validator=Number(gte=1, lte=2000),
+            help="pareto: of the front with most points, 80; 24, 48, 80, 112 go along.",
         ),
     ] = None,
     scene: SceneFileOption = None,
-    out: Annotated[Path | None, Parameter(help="Folder for data, pictures and page: results/NAME.")] = None,
-    seed: Annotated[int, Parameter(validator=Number(gte=0), help="Of searches and paths; same seed, same figures.")] = 0,
+    out: Annotated[
+        Path | None, Parameter(help="Folder for data, pictures and page: results/NAME.")
+    ] = None,
+    seed: Annotated[
+        int,
+        Parameter(validator=Number(gte=0), help="Of searches and paths; same seed, same figures."),
+    ] = 0,
     workers: Annotated[
-        int, Parameter(validator=Number(gte=1, lte=1024), help="Processes of this machine; 1: this one, with its threads.")
+        int,
+        Parameter(
+            validator=Number(gte=1, lte=1024),
+            help="Processes of this machine; 1: this one, with its threads.",
+        ),
     ] = 1,
     scheduler: Annotated[
-        str | None, Parameter(help="A running dask scheduler that you trust, tcp://HOST:PORT, instead of --workers.")
+        str | None,
+        Parameter(
+            help="A running dask scheduler that you trust, tcp://HOST:PORT, instead of --workers."
+        ),
     ] = None,
 ) -> None:
     """Run a study into a folder; one that was stopped goes on where it was.
 
-    paper: all that Kumar and Sahin (2019) measured, beside what they published and beside searched setups.
+    paper: all that Kumar and Sahin (2019) measured, beside what they published and beside searched
+    setups.
 
-    bound: how far the search can be from the best setup of a grid, by linear and integer programmes.
+    bound: how far the search can be from the best setup of a grid, by linear and integer
+    programmes.
 
-    convergence: ζ of the paper's setups against the side of the voxels, rule by rule, on both UR10 chains.
+    convergence: ζ of the paper's setups against the side of the voxels, rule by rule, on both UR10
+    chains.
 
     pareto: fronts of two targets, by default V_S:0.5 against V_S:1.5, each point a proposal.
 
-    robots: what ignoring the robot's body costs on six robots: searches under each model of occlusion, seen under all three.
+    robots: what ignoring the robot's body costs on six robots: searches under each model of
+    occlusion, seen under all three.
 
     Example: place-rings study paper --workers 16
 
@@ -103,9 +127,13 @@ def study(
     check_machines(workers, scheduler)
     folder = out or Path("results") / name
     if name != "pareto" and (target or scene or sensors):
-        raise UserError(f"study {name}: found --target, --scene or --sensors, allowed: only with pareto")
+        raise UserError(
+            f"study {name}: found --target, --scene or --sensors, allowed: only with pareto"
+        )
     if name == "convergence" and seed:
-        raise UserError(f"--seed: found {seed} with study convergence, allowed: none, as nothing is drawn there")
+        raise UserError(
+            f"--seed: found {seed} with study convergence, allowed: none, as nothing is drawn there"
+        )
     if name == "bound":
         study_bound(folder, seed, workers, scheduler)
     elif name == "convergence":
@@ -122,7 +150,17 @@ def study(
 @app.command
 def schema(
     name: Literal[
-        "scene", "robot", "proposal", "verify", "robustness", "result", "improve", "safety", "printing", "check", "sensors"
+        "scene",
+        "robot",
+        "proposal",
+        "verify",
+        "robustness",
+        "result",
+        "improve",
+        "safety",
+        "printing",
+        "check",
+        "sensors",
     ],
     /,
 ) -> None:

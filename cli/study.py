@@ -8,7 +8,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+)
 
 from ..coverage.targets import Target
 from ..formats.convert.scenes import scene_model
@@ -39,19 +46,26 @@ Measure = Callable[[str, list[Cell]], list[Any]]
 
 @contextmanager
 def _runner(workers: int, scheduler: str | None) -> Iterator[Callable[..., list[Any]]]:
-    """Runs cells in this process, on so many processes of this machine, or where a scheduler says."""
+    """Runs cells in this process, on so many processes of this machine, or where a scheduler
+    says.
+    """
     if workers == 1 and scheduler is None:
         yield run
         return
     from ..studies.engine import cluster
 
-    with gone_is_an_error(), cluster.there(scheduler) if scheduler is not None else cluster.here(workers) as client:
+    with (
+        gone_is_an_error(),
+        cluster.there(scheduler) if scheduler is not None else cluster.here(workers) as client,
+    ):
         yield partial(cluster.run, client)
 
 
 @contextmanager
 def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Measure]:
-    """Measures cells under a progress bar with a heading; what the folder holds already is not measured again."""
+    """Measures cells under a progress bar with a heading; what the folder holds already is not
+    measured again.
+    """
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
@@ -72,7 +86,11 @@ def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Me
                 yield measure
         except KeyboardInterrupt:
             bar.stop()
-            say(f"place-rings: stopped; what is measured is kept in {store.file}, run again to go on", error=True)
+            say(
+                f"place-rings: stopped; what is measured is kept in {store.file}, run again to"
+                " go on",
+                error=True,
+            )
             sys.exit(130)
 
 
@@ -87,7 +105,10 @@ def study_convergence(out: Path, workers: int = 1, scheduler: str | None = None)
         rows = convergence.measure(lambda cells: measure("measuring", cells))
     write_text(folder / "data.csv", csv_text([vars(row) for row in rows]))
     convergence_report.picture(rows, folder / "convergence.png")
-    write_text(folder / "README.md", convergence_report.page(rows, shlex.join(["place-rings", "study", "convergence"])))
+    write_text(
+        folder / "README.md",
+        convergence_report.page(rows, shlex.join(["place-rings", "study", "convergence"])),
+    )
     say(str(folder / "README.md"))
 
 
@@ -108,9 +129,13 @@ def study_pareto(
     workers: int = 1,
     scheduler: str | None = None,
 ) -> None:
-    """Search, draw and write the front of two targets, with fewer points for those of the paper's numbers of sensors that
-    the scene's rules allow; InfeasibleError where they do not allow ``sensors``."""
-    keys, wanted = scene_model(scene).model_dump(mode="json", exclude_defaults=True), sensors or _SENSORS
+    """Search, draw and write the front of two targets, with fewer points for those of the paper's
+    numbers of sensors that the scene's rules allow; InfeasibleError where they do not allow
+    ``sensors``."""
+    keys, wanted = (
+        scene_model(scene).model_dump(mode="json", exclude_defaults=True),
+        sensors or _SENSORS,
+    )
     Space(scene, sensors=wanted)
     budgets = {n: pareto.FEWER for n in _PAPERS if _feasible(scene, n)} | {wanted: pareto.POINTS}
     with made_folder(out) as folder, _measuring(folder, workers, scheduler) as measure:

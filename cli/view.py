@@ -28,16 +28,31 @@ def view(
     subject: Subject,
     /,
     *,
-    compare: Annotated[str | None, Parameter(help="Another proposal or name, beside the first and in its scene.")] = None,
+    compare: Annotated[
+        str | None, Parameter(help="Another proposal or name, beside the first and in its scene.")
+    ] = None,
     given: SubjectOptions = AS_IT_IS,
-    urdf: Annotated[Path | None, Parameter(help="Show the robot's surface as this URDF's meshes have it.")] = None,
-    packages: Annotated[tuple[Path, ...], Parameter(negative=(), help="Folders with the meshes of --urdf.")] = (),
-    out: Annotated[Path | None, Parameter(help="Folder in which the page may save proposals and pictures.")] = None,
-    host: Annotated[str, Parameter(help="Address to serve at: this machine only, unless you say another.")] = "127.0.0.1",
-    port: Annotated[int, Parameter(validator=Number(gte=0, lte=65535), help="0: any that is free.")] = 0,
-    browser: Annotated[bool, Parameter(negative="--no-browser", help="Open the page in a browser.")] = True,
+    urdf: Annotated[
+        Path | None, Parameter(help="Show the robot's surface as this URDF's meshes have it.")
+    ] = None,
+    packages: Annotated[
+        tuple[Path, ...], Parameter(negative=(), help="Folders with the meshes of --urdf.")
+    ] = (),
+    out: Annotated[
+        Path | None, Parameter(help="Folder in which the page may save proposals and pictures.")
+    ] = None,
+    host: Annotated[
+        str, Parameter(help="Address to serve at: this machine only, unless you say another.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        int, Parameter(validator=Number(gte=0, lte=65535), help="0: any that is free.")
+    ] = 0,
+    browser: Annotated[
+        bool, Parameter(negative="--no-browser", help="Open the page in a browser.")
+    ] = True,
 ) -> None:
-    """Show a setup in a browser: robot, rings, cones, what is seen and what is not; change it, count it, search on from it.
+    """Show a setup in a browser: robot, rings, cones, what is seen and what is not; change it,
+    count it, search on from it.
 
     Example: place-rings view n3_16_55
 
@@ -82,7 +97,10 @@ def run(
             raise UserError(f"--target: {error}") from error
     server = Server(room, host, port)
     if host not in (LOOPBACK, "localhost", "::1"):
-        console.print(f"Careful: whoever reaches {host} can use this page; it has no password.", highlight=False)
+        console.print(
+            f"Careful: whoever reaches {host} can use this page; it has no password.",
+            highlight=False,
+        )
     say(f"{server.url}  (Ctrl-C ends it)")
     try:
         if browser:
@@ -96,4 +114,5 @@ def run(
         ending.join(_PATIENCE)
         console.print("closed")
         sys.stdout.flush()
-        os._exit(0)  # what is still at work has nothing to keep: a proposal is written whole or not at all
+        # what is still at work has nothing to keep: a proposal is written whole or not at all
+        os._exit(0)

@@ -1,4 +1,6 @@
-"""Array types and the one rule by which NumPy and JAX share code: ask the array for its namespace."""
+"""Array types and the one rule by which NumPy and JAX share code: ask the array for its
+namespace.
+"""
 
 from typing import Any
 
@@ -9,15 +11,17 @@ Array = np.ndarray | jax.Array
 
 
 def namespace(array: Any) -> Any:
-    """The array API namespace of ``array``: ``numpy`` for a NumPy array, ``jax.numpy`` for a JAX one (traced or not)."""
+    """The array API namespace of ``array``: ``numpy`` for a NumPy array, ``jax.numpy`` for a JAX
+    one (traced or not).
+    """
     return array.__array_namespace__()
 
 
 def dot(a: Any, b: Any) -> Any:
     """Inner product over the last axis (3), spelled out.
 
-    A matrix product may round differently for other batch shapes; this does not, so a point has one value wherever it
-    is computed. The exact count rests on that.
+    A matrix product may round differently for other batch shapes; this does not, so a point has one
+    value wherever it is computed. The exact count rests on that.
     """
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
 
@@ -30,7 +34,9 @@ def cross(a: Any, b: Any) -> Any:
 
 
 def root(square: Any) -> Any:
-    """Square root with value 0 and gradient 0 at (and below) 0: the dangerous input is replaced before the root."""
+    """Square root with value 0 and gradient 0 at (and below) 0: the dangerous input is replaced
+    before the root.
+    """
     xp = namespace(square)
     if xp is np:
         return np.sqrt(np.maximum(square, 0.0))
@@ -39,9 +45,11 @@ def root(square: Any) -> Any:
 
 
 def rows(array: Any, index: Any) -> Any:
-    """``array[..., index, :]`` for ``array`` (..., K, 3), laid out so that each component lies contiguous in memory.
+    """``array[..., index, :]`` for ``array`` (..., K, 3), laid out so that each component lies
+    contiguous in memory.
 
-    Arithmetic on single components then runs through memory once, which is most of the octree's time.
+    Arithmetic on single components then runs through memory once, which is most of the octree's
+    time.
     """
     if np.ndim(index) == 0:
         return array[..., index, :]

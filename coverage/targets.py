@@ -21,8 +21,8 @@ TCP_RANGE = 1.5  # m, radius of V_T: one sensor range (the paper)
 
 @dataclass(frozen=True)
 class Shape:
-    """How target volumes are made from a pose: blend of the pose curve, interpolation points per bend, V_R's radius m,
-    V_T's radius m."""
+    """How target volumes are made from a pose: blend of the pose curve, interpolation points per
+    bend, V_R's radius m, V_T's radius m."""
 
     blend: float = 0.5
     points_per_bend: int = 20
@@ -48,7 +48,9 @@ class Target:
             need = "needs a radius in metres" if self.name == "V_S" else "takes no radius"
             raise ValueError(f"target {self.name} {need}")
         if self.radius is not None and not (np.isfinite(self.radius) and self.radius > 0):
-            raise ValueError(f"radius {self.radius} of target {self.name} is not a positive number of metres")
+            raise ValueError(
+                f"radius {self.radius} of target {self.name} is not a positive number of metres"
+            )
 
     def __str__(self) -> str:
         return self.name if self.radius is None else f"{self.name}({self.radius:g})"
@@ -68,17 +70,22 @@ def target_solid(
     rate: Float[np.ndarray, " J"] | None = None,
     safety: Safety | None = None,
 ) -> Difference:
-    """The target at pose ``q`` (J,) rad in the base frame: the outer solid less V_R and ``obstacles``. V_P follows from
-    ``rate`` (J,) rad/s, the joints' speeds, where they are known, and ``safety``; it is less the robot's bodies, too.
+    """The target at pose ``q`` (J,) rad in the base frame: the outer solid less V_R and
+    ``obstacles``. V_P follows from ``rate`` (J,) rad/s, the joints' speeds, where they are known,
+    and ``safety``; it is less the robot's bodies, too.
 
     Raises:
-        ValueError: if the shell's radius is not larger than V_R's, so that nothing is left; or if V_P does not follow.
+        ValueError: if the shell's radius is not larger than V_R's, so that nothing is left; or if
+            V_P does not follow.
     """
     shape = shape or Shape()
     curve = robot_curve(robot, q, shape)
     inner = shape.robot_radius
     if target.radius is not None and target.radius <= inner:
-        raise ValueError(f"radius {target.radius:g} of target V_S is inside the robot's own V_R; allowed: above {inner:g}")
+        raise ValueError(
+            f"radius {target.radius:g} of target V_S is inside the robot's own V_R; allowed: above"
+            f" {inner:g}"
+        )
     body: Solid = curve.tube(shape.robot_radius, shape.points_per_bend)
     tcp = forward(robot.chain, q)[-1, :3, 3]
     outer: Solid

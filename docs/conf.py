@@ -1,4 +1,6 @@
-"""Sphinx: MyST pages, furo, and what is made from the code. No page, and no build, asks anything of the network."""
+"""Sphinx: MyST pages, furo, and what is made from the code. No page, and no build, asks anything of
+the network.
+"""
 
 import sys
 from importlib.metadata import version as installed

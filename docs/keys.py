@@ -11,19 +11,32 @@ from place_rings.cli.side_commands import schema
 
 _SHORT = 40  # characters of a default that is shown
 _BOUNDS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
-_WORDS = {"string": "text", "number": "number", "integer": "integer", "boolean": "true or false", "null": "none"}
+_WORDS = {
+    "string": "text",
+    "number": "number",
+    "integer": "integer",
+    "boolean": "true or false",
+    "null": "none",
+}
 
 
 class KeyTables:
-    """Tables of one page, where each file has a section of its own; what several share stands with the first."""
+    """Tables of one page, where each file has a section of its own; what several share stands with
+    the first.
+    """
 
     def __init__(self) -> None:
-        self.schemas = {name: _schema(name) for name in get_args(inspect.signature(schema).parameters["name"].annotation)}
+        self.schemas = {
+            name: _schema(name)
+            for name in get_args(inspect.signature(schema).parameters["name"].annotation)
+        }
         self.done = {whole["title"] for whole in self.schemas.values()}
         self.named: set[str] = set()
 
     def of(self, name: str) -> str:
-        """The table of a file's keys, and one for each kind of table in it; ``others``: of all that were not asked for."""
+        """The table of a file's keys, and one for each kind of table in it; ``others``: of all that
+        were not asked for.
+        """
         if name == "others":
             rest = [other for other in self.schemas if other not in self.named]
             return "\n\n".join(f"## {other}\n\n{self.of(other)}" for other in rest)
@@ -73,7 +86,11 @@ def _kind(value: dict[str, Any]) -> str:
     if "enum" in value or "const" in value:
         return " or ".join(f"`{one}`" for one in value.get("enum", [value.get("const")]))
     if value.get("type") == "array":
-        least, most, inner = value.get("minItems", 0), value.get("maxItems"), _kind(value.get("items", {}))
+        least, most, inner = (
+            value.get("minItems", 0),
+            value.get("maxItems"),
+            _kind(value.get("items", {})),
+        )
         return f"{least} of: {inner}" if least == most else f"list of: {inner}"
     if value.get("type") == "object":
         inner = value.get("additionalProperties")
@@ -90,7 +107,14 @@ def _default(value: dict[str, Any]) -> str:
 def _told(value: dict[str, Any]) -> str:
     """Its description, or else that of what it is a list of."""
     inner = [value, value.get("items", {}), *value.get("anyOf", [])]
-    return next((_flat(one["description"]) for one in inner if isinstance(one, dict) and "description" in one), "")
+    return next(
+        (
+            _flat(one["description"])
+            for one in inner
+            if isinstance(one, dict) and "description" in one
+        ),
+        "",
+    )
 
 
 def _flat(text: str) -> str:

@@ -1,4 +1,6 @@
-"""Formulas as MathML, which browsers draw themselves: no page loads a script from elsewhere for them."""
+"""Formulas as MathML, which browsers draw themselves: no page loads a script from elsewhere for
+them.
+"""
 
 from typing import Any
 

@@ -1,4 +1,6 @@
-"""The picture of the method: one function, and what follows from it. Usage: python docs/pictures.py [FILE]"""
+"""The picture of the method: one function, and what follows from it. Usage: python docs/pictures.py
+[FILE]
+"""
 
 import math
 import sys
@@ -30,7 +32,9 @@ def sensors() -> Cones:
 
 
 def seen(points: Any) -> Any:
-    """The sensors' function, less what the second body hides: min over the sensors of max(cone, -behind)."""
+    """The sensors' function, less what the second body hides: min over the sensors of max(cone,
+    -behind).
+    """
     cones, (start, end) = sensors(), (np.array(p) for p in BODIES[1])
     values = []
     for i in range(len(cones)):
@@ -51,7 +55,11 @@ def soft(axes: Axes) -> None:
     """sigmoid(-f / width)."""
     x, z, points = grid()
     axes.pcolormesh(
-        x, z, 1 / (1 + np.exp(np.clip(seen(points) / WIDTH, -50, 50))).reshape(x.shape), cmap="Blues", rasterized=True
+        x,
+        z,
+        1 / (1 + np.exp(np.clip(seen(points) / WIDTH, -50, 50))).reshape(x.shape),
+        cmap="Blues",
+        rasterized=True,
     )
 
 
@@ -64,7 +72,9 @@ def cells(axes: Axes, corner: tuple[float, float], side: float) -> None:
             cells(axes, (corner[0] + i * side / 2, corner[1] + j * side / 2), side / 2)
         return
     colour = INSIDE if value < -reach else OUTSIDE if value > reach else OPEN
-    axes.add_patch(Rectangle(corner, side, side, facecolor=colour, edgecolor="white", linewidth=0.3))
+    axes.add_patch(
+        Rectangle(corner, side, side, facecolor=colour, edgecolor="white", linewidth=0.3)
+    )
 
 
 def grid() -> tuple[Any, Any, Any]:
@@ -76,26 +86,36 @@ def grid() -> tuple[Any, Any, Any]:
 def bodies(axes: Axes) -> None:
     """The robot."""
     x, z, points = grid()
-    distance = np.minimum.reduce([point_to_segment(points, np.array(start), np.array(end)) for start, end in BODIES])
+    distance = np.minimum.reduce(
+        [point_to_segment(points, np.array(start), np.array(end)) for start, end in BODIES]
+    )
     axes.contourf(x, z, (distance - RADIUS).reshape(x.shape), [-1.0, 0.0], colors=["#666666"])
 
 
 def main() -> None:
     """Draw and write."""
-    figure, axes = plt.subplots(2, 2, figsize=(11, 8.2), layout="constrained", sharex=True, sharey=True)
+    figure, axes = plt.subplots(
+        2, 2, figsize=(11, 8.2), layout="constrained", sharex=True, sharey=True
+    )
     contours(axes[0, 0], sensors())
     contours(axes[0, 1], seen)
     soft(axes[1, 0])
     for i in range(2):
         cells(axes[1, 1], (LEFT + 0.8 * i, LOW), 0.8)
         cells(axes[1, 1], (LEFT + 0.8 * i, LOW + 0.8), 0.8)
-    titles = ("three cones: f = min of three", "less a shadow: max(cone, −behind)", "soft occupancy, for the search")
+    titles = (
+        "three cones: f = min of three",
+        "less a shadow: max(cone, −behind)",
+        "soft occupancy, for the search",
+    )
     for one, title in zip(axes.flat, (*titles, "octree cells, for the exact count"), strict=True):
         bodies(one)
         one.set(title=title, xlim=(LEFT, RIGHT), ylim=(LOW, HIGH), aspect="equal")
     for one in axes[1]:
         one.set_xlabel("m")
-    figure.savefig(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent / "method.png", dpi=110)
+    figure.savefig(
+        sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent / "method.png", dpi=110
+    )
 
 
 if __name__ == "__main__":

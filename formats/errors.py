@@ -1,4 +1,6 @@
-"""Errors that a user sees: one line that names the file, the key, what was found and what is allowed."""
+"""Errors that a user sees: one line that names the file, the key, what was found and what is
+allowed.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,7 +14,9 @@ _LONGEST = 60  # characters shown of a text that was found
 
 
 class UserError(Exception):
-    """Something that the user gave cannot be used. Its text is one printable line: the caller prints it and exits with 2."""
+    """Something that the user gave cannot be used. Its text is one printable line: the caller
+    prints it and exits with 2.
+    """
 
     def __init__(self, line: str) -> None:
         super().__init__(printable(line))
@@ -43,13 +47,15 @@ def shown(value: Any) -> str:
 def explain(file: str, error: ValidationError, model: type[BaseModel]) -> UserError:
     """The first of ``error``'s complaints about ``file`` as one line, and how many more there are.
 
-    What is allowed is read off the JSON Schema of ``model``, so that limits stand in one place. A rule that a schema
-    cannot say (pydantic's error type "rule") brings its own text.
+    What is allowed is read off the JSON Schema of ``model``, so that limits stand in one place. A
+    rule that a schema cannot say (pydantic's error type "rule") brings its own text.
     """
     faults = error.errors(include_url=False)
     first, schema = faults[0], model.model_json_schema()
     where = _key(tuple(part for part in first["loc"] if part not in (NAMED, IN_LINE)))
-    node, rest = _descend(schema, first["loc"][:-1] if first["type"] == "extra_forbidden" else first["loc"])
+    node, rest = _descend(
+        schema, first["loc"][:-1] if first["type"] == "extra_forbidden" else first["loc"]
+    )
     if first["type"] == "rule":
         text = first["msg"]
     elif first["type"] == "extra_forbidden":
@@ -62,13 +68,19 @@ def explain(file: str, error: ValidationError, model: type[BaseModel]) -> UserEr
 
 
 def _key(loc: tuple[int | str, ...]) -> str:
-    """The path of a key as in ``poses[0].q_deg``; a part that is no bare key of TOML stands in quotes."""
+    """The path of a key as in ``poses[0].q_deg``; a part that is no bare key of TOML stands in
+    quotes.
+    """
     text = ""
     for part in loc:
         if isinstance(part, int):
             text += f"[{part}]"
         else:
-            bare = part.replace("_", "").replace("-", "").isalnum() and part.isascii() and len(part) <= _LONGEST
+            bare = (
+                part.replace("_", "").replace("-", "").isalnum()
+                and part.isascii()
+                and len(part) <= _LONGEST
+            )
             text += "." * bool(text) + (part if bare else shown(part))
     return text
 
@@ -83,8 +95,12 @@ def _resolve(node: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str,
     return node
 
 
-def _descend(schema: Mapping[str, Any], loc: tuple[int | str, ...]) -> tuple[Mapping[str, Any], tuple[int | str, ...]]:
-    """The part of ``schema`` that a location leads to, and what is left of the location where the schema ends."""
+def _descend(
+    schema: Mapping[str, Any], loc: tuple[int | str, ...]
+) -> tuple[Mapping[str, Any], tuple[int | str, ...]]:
+    """The part of ``schema`` that a location leads to, and what is left of the location where the
+    schema ends.
+    """
     node = _resolve(schema, schema)
     for i, part in enumerate(loc):
         inner: Any
@@ -109,14 +125,21 @@ def _allowed(node: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
         return str(node["const"])
     kind = node.get("type")
     if kind == "object":
-        return "a table" + (f" with keys among {', '.join(node['properties'])}" if "properties" in node else "")
+        return "a table" + (
+            f" with keys among {', '.join(node['properties'])}" if "properties" in node else ""
+        )
     if kind == "array":
         low, high = node.get("minItems", 0), node.get("maxItems")
         items = _resolve(node["items"] if "items" in node else node["prefixItems"][0], schema)
         size = f"{low}" if low == high else f"{low} or more" if high is None else f"{low} to {high}"
         each = "table" if items.get("type") == "object" else _allowed(items, schema)
         return f"a list of {size}, each {'a ' * (each == 'table')}{each}"
-    words = {"number": "a number", "integer": "an integer", "string": "a text", "boolean": "true or false"}
+    words = {
+        "number": "a number",
+        "integer": "an integer",
+        "string": "a text",
+        "boolean": "true or false",
+    }
     limits = [
         f"{word} {node[key]}"
         for key, word in (

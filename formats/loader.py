@@ -53,7 +53,9 @@ def _text(path: Path, kind: str) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise UserError(f"{name}: byte {error.start} is not UTF-8, allowed: {kind} in UTF-8") from error
+        raise UserError(
+            f"{name}: byte {error.start} is not UTF-8, allowed: {kind} in UTF-8"
+        ) from error
 
 
 def read_model(path: Path, model: type[_Model]) -> _Model:
@@ -63,7 +65,8 @@ def read_model(path: Path, model: type[_Model]) -> _Model:
         return model.model_validate(_with_robot(path, tomllib.loads(text), model))
     except ValidationError as error:
         raise explain(name, error, model) from error
-    except (ValueError, RecursionError) as error:  # tomllib's own, and int()'s for thousands of digits
+    except (ValueError, RecursionError) as error:
+        # tomllib's own, and int()'s for thousands of digits
         raise UserError(f"{name}: not TOML: {error}") from error
 
 
@@ -76,20 +79,28 @@ def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict
     if not isinstance(asked, str) or not asked.lower().endswith((".toml", ".urdf")):
         return raw
     if asked.lower().endswith(".urdf"):
-        raise UserError(f"{path}: {key}: found {shown(asked)}, allowed: a robot's file (.toml), which robot makes of a URDF")
+        raise UserError(
+            f"{path}: {key}: found {shown(asked)}, allowed: a robot's file (.toml), which robot"
+            " makes of a URDF"
+        )
     inside = {**scene, "robot": read_model(_beside(path, key, asked), RobotFile)}
     return {**raw, "scene": inside} if model is ProposalFile else inside
 
 
 def _beside(path: Path, key: str, name: str) -> Path:
-    """The file of that name in the folder of the file at ``path`` or below; UserError if it leads elsewhere."""
+    """The file of that name in the folder of the file at ``path`` or below; UserError if it leads
+    elsewhere.
+    """
     folder = path.resolve().parent
     try:
         found = (folder / name).resolve()
     except (OSError, ValueError, RuntimeError) as error:
         raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file's name") from error
     if Path(name).is_absolute() or not found.is_relative_to(folder):
-        raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or below")
+        raise UserError(
+            f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or"
+            " below"
+        )
     return path.parent / name
 
 
@@ -99,12 +110,16 @@ def read_robot(path: Path) -> Robot:
 
 
 def read_scene(path: Path) -> Scene:
-    """The scene in a TOML file; UserError if it, or a file it names, cannot be read or breaks a rule."""
+    """The scene in a TOML file; UserError if it, or a file it names, cannot be read or breaks a
+    rule.
+    """
     return _scene(path, read_model(path, SceneFile))
 
 
 def _scene(path: Path, file: SceneFile, key: str = "") -> Scene:
-    """The scene of the file at ``path``, with the meshes and the poses of the record that it names below ``key``."""
+    """The scene of the file at ``path``, with the meshes and the poses of the record that it names
+    below ``key``.
+    """
 
     def read(where: str, name: str) -> tuple[Path, bytes]:
         at = _beside(path, where.removeprefix(f"{path}: "), name)
@@ -119,29 +134,38 @@ def _scene(path: Path, file: SceneFile, key: str = "") -> Scene:
 
 
 def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:
-    """``scene`` with another sensor, if one is given: its fixed rings that had the scene's have it too."""
+    """``scene`` with another sensor, if one is given: its fixed rings that had the scene's have it
+    too.
+    """
     if sensor is None:
         return scene
-    fixed = tuple(replace(r, sensor=sensor) if r.sensor == scene.sensor else r for r in scene.rules.fixed)
+    fixed = tuple(
+        replace(r, sensor=sensor) if r.sensor == scene.sensor else r for r in scene.rules.fixed
+    )
     return replace(scene, sensor=sensor, rules=replace(scene.rules, fixed=fixed))
 
 
 def read_proposal(path: Path, sensor: Sensor | None = None) -> tuple[Setup, Scene, ProposalFile]:
-    """The setup and the scene of a proposal, and the whole file; ``sensor`` in place of the scene's, if one is given.
-    UserError if it cannot be read or breaks a rule."""
+    """The setup and the scene of a proposal, and the whole file; ``sensor`` in place of the
+    scene's, if one is given. UserError if it cannot be read or breaks a rule."""
     file = read_model(path, ProposalFile)
     scene = with_sensor(_scene(path, file.scene, "scene."), sensor)
     return setup_of(file.rings, scene.sensor, scene.ring_radius), scene, file
 
 
 def resolve(
-    name_or_path: str, scene: Scene | None, sensor: Sensor | None = None, frames: FramePattern | None = None
+    name_or_path: str,
+    scene: Scene | None,
+    sensor: Sensor | None = None,
+    frames: FramePattern | None = None,
 ) -> tuple[Setup, Scene]:
-    """A setup and its scene: the paper's setup of that name in ``scene``, what is mounted there by a CSV of sensors (.csv)
-    at its poses, by their poses on links (.json), or by the ``frames`` of a URDF (.urdf), or else a proposal's file.
+    """A setup and its scene: the paper's setup of that name in ``scene``, what is mounted there by
+    a CSV of sensors (.csv) at its poses, by their poses on links (.json), or by the ``frames`` of a
+    URDF (.urdf), or else a proposal's file.
 
-    A proposal brings its own scene unless ``scene`` is given; without one, the others are in the reference scene. Where
-    ``sensor`` is given, it stands in place of the scene's: for all rings that name none of their own.
+    A proposal brings its own scene unless ``scene`` is given; without one, the others are in the
+    reference scene. Where ``sensor`` is given, it stands in place of the scene's: for all rings
+    that name none of their own.
 
     Raises:
         UserError: if it is none of them, or if the scene's robot lacks a link of the setup.
@@ -168,7 +192,9 @@ def resolve(
     for i, ring in enumerate(setup.rings):
         if ring.link not in scene.robot.links:
             allowed = f"a link of {scene.robot.name}: {', '.join(scene.robot.links)}"
-            raise UserError(f"{name_or_path}: rings[{i}].link: found {shown(ring.link)}, allowed: {allowed}")
+            raise UserError(
+                f"{name_or_path}: rings[{i}].link: found {shown(ring.link)}, allowed: {allowed}"
+            )
     return setup, scene
 
 
@@ -183,7 +209,9 @@ def _mounted(path: Path, scene: Scene, frames: FramePattern) -> Setup:
 
 
 def how_found(name_or_path: str) -> FoundModel | None:
-    """How a setup that ``resolve`` read was found, as its file (.toml) says; None where nothing does."""
+    """How a setup that ``resolve`` read was found, as its file (.toml) says; None where nothing
+    does.
+    """
     path = Path(name_or_path)
     named = path.suffix.lower() != ".toml" or _LOOKS_LIKE_A_NAME.fullmatch(name_or_path)
     return None if named else read_model(path, ProposalFile).found

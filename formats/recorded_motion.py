@@ -1,4 +1,6 @@
-"""Reads recorded joint motions: CSV with a column of times and one for each joint, line by line, in bounded memory."""
+"""Reads recorded joint motions: CSV with a column of times and one for each joint, line by line, in
+bounded memory.
+"""
 
 import csv
 import math
@@ -28,9 +30,9 @@ _SHOWN = 12  # columns that an error names
 def read_record(path: Path, robot: Robot, degrees: bool = False) -> MotionRecord:
     """The motion of ``robot`` in a CSV file.
 
-    The first line names the columns, parted by commas, semicolons, tabs or blanks: one of ``TIMES`` in seconds, and one for
-    each joint by the robot's names (with or without ``_joint``), as q0, q1, ... or as actual_q_0, actual_q_1, ... Other
-    columns are passed over.
+    The first line names the columns, parted by commas, semicolons, tabs or blanks: one of ``TIMES``
+    in seconds, and one for each joint by the robot's names (with or without ``_joint``), as q0, q1,
+    ... or as actual_q_0, actual_q_1, ... Other columns are passed over.
 
     Args:
         path: of the file.
@@ -38,19 +40,28 @@ def read_record(path: Path, robot: Robot, degrees: bool = False) -> MotionRecord
         degrees: angles are in degrees; else in radians.
 
     Raises:
-        UserError: if it cannot be read, lacks a column, or holds a line that breaks a rule; it names the first.
+        UserError: if it cannot be read, lacks a column, or holds a line that breaks a rule; it
+            names the first.
     """
     try:
         if not path.is_file():
-            raise UserError(f"{path}: found {'no file' if path.exists() else 'nothing'}, allowed: a CSV file")
+            raise UserError(
+                f"{path}: found {'no file' if path.exists() else 'nothing'}, allowed: a CSV file"
+            )
         with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
             return _Reader(str(path), robot, degrees).read(file)
     except (OSError, ValueError) as error:
-        raise UserError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from error
+        raise UserError(
+            f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"
+        ) from error
 
 
-def with_record(scene: Scene, path: Path, how: Thinning | None = None, degrees: bool = False) -> Scene:
-    """``scene`` with the poses of a recorded motion in place of its own; UserError if the file does not serve."""
+def with_record(
+    scene: Scene, path: Path, how: Thinning | None = None, degrees: bool = False
+) -> Scene:
+    """``scene`` with the poses of a recorded motion in place of its own; UserError if the file does
+    not serve.
+    """
     how = how or Thinning()
     record = read_record(path, scene.robot, degrees)
     _check_rates(path, scene.robot, record)
@@ -59,12 +70,18 @@ def with_record(scene: Scene, path: Path, how: Thinning | None = None, degrees: 
     return replace(scene, poses=thinned.poses, recorded=recorded(path.name, record, thinned, how))
 
 
-def check_limits(path: Path, robot: Robot, moments: Iterable[tuple[float, Float[np.ndarray, " J"]]]) -> None:
-    """Refuse (UserError) the first moment of the record at ``path``, s and rad, at which a joint is beyond its limits."""
+def check_limits(
+    path: Path, robot: Robot, moments: Iterable[tuple[float, Float[np.ndarray, " J"]]]
+) -> None:
+    """Refuse (UserError) the first moment of the record at ``path``, s and rad, at which a joint is
+    beyond its limits.
+    """
     for time_s, q in moments:
         beyond = robot.beyond(q)
         if beyond is not None:
-            low, high = np.degrees(robot.limits[beyond]) if robot.limits is not None else (-np.inf, np.inf)
+            low, high = (
+                np.degrees(robot.limits[beyond]) if robot.limits is not None else (-np.inf, np.inf)
+            )
             joint, angle = robot.chain.joints[beyond], np.degrees(q[beyond])
             raise UserError(
                 f"{path}: {joint} at {time_s:g} s: found {angle:.6g} degrees,"
@@ -82,9 +99,10 @@ def _check_rates(path: Path, robot: Robot, record: MotionRecord) -> None:
             row = int(rate.argmax())
             jump = np.degrees(np.diff(record.q[row : row + 2, joint])[0])
             raise UserError(
-                f"{path}: {name} at {record.time_s[row + 1]:g} s: found a jump of {jump:.6g} degrees in"
-                f" {record.time_s[row + 1] - record.time_s[row]:.3g} s, allowed: {MOST_DEG_S} degrees a second at most;"
-                " angles cut at half a turn have to be made whole again"
+                f"{path}: {name} at {record.time_s[row + 1]:g} s: found a jump of {jump:.6g}"
+                f" degrees in {record.time_s[row + 1] - record.time_s[row]:.3g} s, allowed:"
+                f" {MOST_DEG_S} degrees a second at most; angles cut at half a turn have to be made"
+                " whole again"
             )
 
 
@@ -115,7 +133,12 @@ class _Reader:
             if len(line) > _LONGEST:
                 raise self._refuse(number, "", f"more than {_LONGEST} characters", "fewer")
             if number > MOST_ROWS + 1:
-                raise self._refuse(number, "", f"more than {MOST_ROWS} rows", f"up to {MOST_ROWS}: record at a lower rate")
+                raise self._refuse(
+                    number,
+                    "",
+                    f"more than {MOST_ROWS} rows",
+                    f"up to {MOST_ROWS}: record at a lower rate",
+                )
             yield line
 
     def _rows(self, file: TextIO) -> Iterator[tuple[int, list[str]]]:
@@ -136,17 +159,27 @@ class _Reader:
     def _columns(self, header: list[str]) -> tuple[list[int], list[str]]:
         """Places and names of the columns: the time, then the joints."""
         lower = [name.strip().lower() for name in header]
-        named = ", ".join(shown(name)[1:-1] for name in lower[:_SHOWN]) + ", …" * (len(lower) > _SHOWN)
+        named = ", ".join(shown(name)[1:-1] for name in lower[:_SHOWN]) + ", …" * (
+            len(lower) > _SHOWN
+        )
         found = [name for name in lower if name in TIMES]
         if len(found) != 1:
             raise self._refuse(
-                1, "", f"{len(found)} columns of times among {named or 'nothing'}", f"one of {', '.join(TIMES)}"
+                1,
+                "",
+                f"{len(found)} columns of times among {named or 'nothing'}",
+                f"one of {', '.join(TIMES)}",
             )
         scheme = max(self.schemes, key=lambda names: sum(name in lower for name in names))
         for name in scheme:
             if lower.count(name) != 1:
                 ways = " or ".join(f"{names[0]} … {names[-1]}" for names in self.schemes)
-                raise self._refuse(1, name, f"{lower.count(name)} such columns among {named}", f"one each of {ways}")
+                raise self._refuse(
+                    1,
+                    name,
+                    f"{lower.count(name)} such columns among {named}",
+                    f"one each of {ways}",
+                )
         names = [found[0], *scheme]
         return [lower.index(name) for name in names], names
 
@@ -172,7 +205,9 @@ class _Reader:
         for number, fields in rows:
             if len(fields) != len(header):
                 check()
-                raise self._refuse(number, "", f"{len(fields)} columns", f"{len(header)}, as line 1 names")
+                raise self._refuse(
+                    number, "", f"{len(fields)} columns", f"{len(header)}, as line 1 names"
+                )
             try:
                 values.append([float(fields[i]) for i in places])
             except ValueError:
@@ -184,14 +219,18 @@ class _Reader:
         check()
         return self._record(chunks)
 
-    def _refuse_text(self, number: int, fields: list[str], places: list[int], names: list[str]) -> None:
+    def _refuse_text(
+        self, number: int, fields: list[str], places: list[int], names: list[str]
+    ) -> None:
         for place, name in zip(places, names, strict=True):
             try:
                 float(fields[place])
             except ValueError:
                 raise self._refuse(number, name, shown(fields[place]), "a number") from None
 
-    def _check(self, chunk: Float[np.ndarray, "C K"], lines: Sequence[int], names: list[str], last: float) -> None:
+    def _check(
+        self, chunk: Float[np.ndarray, "C K"], lines: Sequence[int], names: list[str], last: float
+    ) -> None:
         """Refuse the first line of a chunk that breaks a rule; ``last`` is the time before it."""
         before = np.concatenate([[last], chunk[:-1, 0]])
         with np.errstate(invalid="ignore"):
@@ -208,7 +247,9 @@ class _Reader:
         elif column == 0:
             allowed = f"above {before[row]:g}, the time before it"
         else:
-            unit, hint = ("degrees", "") if self.degrees else ("rad", "; or say that angles are in degrees")
+            unit, hint = (
+                ("degrees", "") if self.degrees else ("rad", "; or say that angles are in degrees")
+            )
             allowed = f"{-self.most:.5g} to {self.most:.5g} {unit}{hint}"
         raise self._refuse(number, names[column], shown(value), allowed)
 
@@ -220,7 +261,9 @@ class _Reader:
         seconds = float(table[-1, 0] - table[0, 0])
         if not _LEAST_SECONDS <= seconds <= _MOST_SECONDS:
             allowed = f"{_LEAST_SECONDS:g} to {_MOST_SECONDS:g}"
-            raise UserError(f"{self.name}: found {seconds:g} s from first to last, allowed: {allowed}")
+            raise UserError(
+                f"{self.name}: found {seconds:g} s from first to last, allowed: {allowed}"
+            )
         q = np.ascontiguousarray(table[:, 1:])
         return MotionRecord(table[:, 0].copy(), np.radians(q) if self.degrees else q)
 

@@ -1,4 +1,6 @@
-"""What a scene's sensors see past the robot and the cell, and which of them stand in the way of themselves."""
+"""What a scene's sensors see past the robot and the cell, and which of them stand in the way of
+themselves.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -30,10 +32,15 @@ class BodilessError(ValueError):
 def check_bodies(scene: Scene, occlusion: Occlusion) -> None:
     """Refuse a robot without bodies that should shadow or blind its sensors: BodilessError."""
     if occlusion != "ignore" and not scene.robot.bodies:
-        raise BodilessError(f"occlusion: found {occlusion}, allowed: ignore, as robot {scene.robot.name} has no bodies")
+        raise BodilessError(
+            f"occlusion: found {occlusion}, allowed: ignore, as robot {scene.robot.name} has no"
+            " bodies"
+        )
 
 
-def occluders(scene: Scene, q: Float[np.ndarray, " J"], occlusion: Occlusion | None = None) -> Occluders:
+def occluders(
+    scene: Scene, q: Float[np.ndarray, " J"], occlusion: Occlusion | None = None
+) -> Occluders:
     """What stands in the way of sensors at joint angles ``q`` (J,) rad.
 
     Raises:
@@ -48,14 +55,16 @@ def occluders(scene: Scene, q: Float[np.ndarray, " J"], occlusion: Occlusion | N
 
 
 def sight(scene: Scene, cones: Cones, q: Float[np.ndarray, " J"], bracketed: bool = False) -> Parts:
-    """What sensors with these ``cones`` see at joint angles ``q`` (J,) rad under the scene's occlusion; ``bracketed`` as in
-    ``beams``. BodilessError as for ``occluders``."""
+    """What sensors with these ``cones`` see at joint angles ``q`` (J,) rad under the scene's
+    occlusion; ``bracketed`` as in ``beams``. BodilessError as for ``occluders``."""
     if scene.occlusion == "ignore" and not scene.obstacles:
         return cones
     return beams(cones, occluders(scene, q), scene.occlusion, bracketed)
 
 
-def setup_sight(scene: Scene, setup: Setup, q: Float[np.ndarray, " J"], bracketed: bool = False) -> Parts:
+def setup_sight(
+    scene: Scene, setup: Setup, q: Float[np.ndarray, " J"], bracketed: bool = False
+) -> Parts:
     """The same for a setup."""
     return sight(scene, sensor_cones(scene.robot, setup, q), q, bracketed)
 
@@ -63,8 +72,9 @@ def setup_sight(scene: Scene, setup: Setup, q: Float[np.ndarray, " J"], brackete
 def check_mounting(scene: Scene, setup: Setup) -> None:
     """Refuse a sensor whose apex lies within its own link's tube: no ring can be mounted there.
 
-    A sensor within a housing across the link, another link or an obstacle is not refused: it sees nothing, and ``within``
-    names it, so that the paper's rings at the links' ends, which stand in the joints' housings, can be counted.
+    A sensor within a housing across the link, another link or an obstacle is not refused: it sees
+    nothing, and ``within`` names it, so that the paper's rings at the links' ends, which stand in
+    the joints' housings, can be counted.
 
     Raises:
         ValueError: naming ring, sensor, link, body and by how much.
@@ -72,7 +82,9 @@ def check_mounting(scene: Scene, setup: Setup) -> None:
     if not setup.rings:
         return
     values = ring_values(setup)
-    apex = sensor_poses(ring_arrays(scene.robot, setup.rings), values.position, values.tilt, values.phase).apex
+    apex = sensor_poses(
+        ring_arrays(scene.robot, setup.rings), values.position, values.tilt, values.phase
+    ).apex
     first = np.cumsum([0, *(r.count for r in setup.rings)])
     for i, ring in enumerate(setup.rings):
         for body in tube_of(scene.robot.mount(ring.link), scene.robot.bodies):
@@ -81,15 +93,16 @@ def check_mounting(scene: Scene, setup: Setup) -> None:
             if len(some) and gap.min() <= INSIDE:
                 k = int(gap.argmin())
                 raise ValueError(
-                    f"ring {i}, sensor {k} ({ring.link}): found {-1000 * gap[k]:.1f} mm within body {body.name}, of"
-                    f" radius {body.radius:g} m; allowed under {scene.occlusion}: outside of it"
+                    f"ring {i}, sensor {k} ({ring.link}): found {-1000 * gap[k]:.1f} mm within body"
+                    f" {body.name}, of radius {body.radius:g} m; allowed under {scene.occlusion}:"
+                    " outside of it"
                 )
 
 
 @dataclass(frozen=True)
 class Unseeing:
-    """A sensor of a ring, counted from 0, that sees nothing, or next to nothing but the robot, at some poses; where it
-    stands within something then, its name and how deep at most, m."""
+    """A sensor of a ring, counted from 0, that sees nothing, or next to nothing but the robot, at
+    some poses; where it stands within something then, its name and how deep at most, m."""
 
     ring: int
     sensor: int
@@ -99,13 +112,17 @@ class Unseeing:
 
 
 def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
-    """The sensors of ``setup`` that see less than a hundredth of their cones, pose by pose put together. A scene that
-    ignores the robot's body hears of those that would see nothing past it, if the robot has bodies."""
+    """The sensors of ``setup`` that see less than a hundredth of their cones, pose by pose put
+    together. A scene that ignores the robot's body hears of those that would see nothing past it,
+    if the robot has bodies."""
     if scene.occlusion == "ignore" and scene.robot.bodies:
         scene = replace(scene, occlusion="shadow")
     ring = setup.ring_of_sensor
     number = np.concatenate([np.arange(r.count) for r in setup.rings]) if setup.rings else ring
-    names = [*(b.name for b in scene.robot.bodies if scene.occlusion != "ignore"), *(o.name for o in scene.obstacles)]
+    names = [
+        *(b.name for b in scene.robot.bodies if scene.occlusion != "ignore"),
+        *(o.name for o in scene.obstacles),
+    ]
     found: dict[tuple[int, str | None], tuple[list[int], float]] = {}
     unit = np.random.default_rng(0).random((_SAMPLES, 3))
     for p, pose in enumerate(scene.poses):
@@ -116,7 +133,10 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
         where, depth = occluders(scene, pose.q).holds(np.asarray(cones.apex))
         for k in range(len(cones)):
             name = names[where[k]] if where[k] >= 0 else None
-            if name is None and np.mean(seen.part(_within_beam(cones, k, unit), k) <= 0) >= _NOTHING:
+            if (
+                name is None
+                and np.mean(seen.part(_within_beam(cones, k, unit), k) <= 0) >= _NOTHING
+            ):
                 continue
             poses, deepest = found.setdefault((k, name), ([], 0.0))
             poses.append(p)
@@ -136,7 +156,10 @@ def _within_beam(cones: Cones, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[
     """Points (N, 3) m spread evenly over beam ``k``, by numbers (N, 3) in the unit cube."""
     axis, d = cones.axis[k], cones.range_m[k] * unit[:, 0] ** (1 / 3)
     if isinstance(cones, Optics) and cones.half_up[k] > 0:
-        wide, high = (np.tan(half[k]) * (2 * unit[:, i] - 1) for i, half in ((1, cones.half_angle), (2, cones.half_up)))
+        wide, high = (
+            np.tan(half[k]) * (2 * unit[:, i] - 1)
+            for i, half in ((1, cones.half_angle), (2, cones.half_up))
+        )
         along = axis + wide[:, None] * cross(cones.up[k], axis) + high[:, None] * cones.up[k]
         return cones.apex[k] + d[:, None] * along
     across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])

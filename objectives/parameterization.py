@@ -1,4 +1,6 @@
-"""Where rings may go: the free segments of every link, and how values in a box become places that keep every rule."""
+"""Where rings may go: the free segments of every link, and how values in a box become places that
+keep every rule.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,13 +14,15 @@ from jaxtyping import Float, Int
 from ..coverage.arrays import Array, namespace
 from .scene import Scene
 
-GRAIN = 1e-6  # of a link: positions are rounded to it in files, so bounds and spacings are rounded to the safe side
+# of a link: positions are rounded to it in files, so bounds and spacings are rounded to the safe
+# side
+GRAIN = 1e-6
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of a link on which rings may sit: low and high in [0, 1], most rings there, least distance of two rings as
-    a share of the link."""
+    """A stretch of a link on which rings may sit: low and high in [0, 1], most rings there, least
+    distance of two rings as a share of the link."""
 
     link: str
     low: float
@@ -31,8 +35,12 @@ def _inward(low: float, high: float) -> tuple[float, float]:
     return math.ceil(low / GRAIN - 1e-9) * GRAIN, math.floor(high / GRAIN + 1e-9) * GRAIN
 
 
-def _without(stretches: list[tuple[float, float]], cut: tuple[float, float]) -> list[tuple[float, float]]:
-    """The stretches less the interval ``cut``, whose ends belong to what is left unless nothing else does."""
+def _without(
+    stretches: list[tuple[float, float]], cut: tuple[float, float]
+) -> list[tuple[float, float]]:
+    """The stretches less the interval ``cut``, whose ends belong to what is left unless nothing
+    else does.
+    """
     found = []
     for low, high in stretches:
         if cut[1] <= low or cut[0] >= high:
@@ -42,15 +50,17 @@ def _without(stretches: list[tuple[float, float]], cut: tuple[float, float]) -> 
     return found
 
 
-def _common(stretches: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+def _common(
+    stretches: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]
+) -> list[tuple[float, float]]:
     """What two lists of stretches have in common."""
     found = [(max(a, c), min(b, d)) for a, b in stretches for c, d in others]
     return [(low, high) for low, high in sorted(found) if low <= high]
 
 
 def _apart(stretches: list[tuple[float, float]], gap: float) -> list[tuple[float, float]]:
-    """Neighbouring stretches moved apart to ``gap``, half from either, so that their rings keep the spacing; where one has
-    less than that, the longer one stays whole and the other goes."""
+    """Neighbouring stretches moved apart to ``gap``, half from either, so that their rings keep the
+    spacing; where one has less than that, the longer one stays whole and the other goes."""
     found: list[tuple[float, float]] = []
     for low, high in sorted(stretches):
         while found and (lack := gap - (low - found[-1][1])) > 0:
@@ -65,15 +75,24 @@ def _apart(stretches: list[tuple[float, float]], gap: float) -> list[tuple[float
     return found
 
 
-def segments(scene: Scene, clear: Mapping[str, Sequence[tuple[float, float]]] | None = None) -> list[Segment]:
-    """All stretches of all links on which new rings may sit, by limits, keep-outs, joints and fixed rings; and, where
-    rings have bodies, by where a ring is ``clear`` on each link."""
+def segments(
+    scene: Scene, clear: Mapping[str, Sequence[tuple[float, float]]] | None = None
+) -> list[Segment]:
+    """All stretches of all links on which new rings may sit, by limits, keep-outs, joints and fixed
+    rings; and, where rings have bodies, by where a ring is ``clear`` on each link."""
     found, rules = [], scene.rules
     for mount in scene.robot.mounts:
-        limits, fixed = scene.limits_of(mount.link), [r.position for r in rules.fixed if r.link == mount.link]
+        limits, fixed = (
+            scene.limits_of(mount.link),
+            [r.position for r in rules.fixed if r.link == mount.link],
+        )
         if mount.length == 0:
             barred = clear is not None and not clear[mount.link]
-            if not fixed and not barred and not any(low <= 0 <= high for low, high in limits.keep_out):
+            if (
+                not fixed
+                and not barred
+                and not any(low <= 0 <= high for low, high in limits.keep_out)
+            ):
                 found.append(Segment(mount.link, 0.0, 0.0, 1, 0.0))
             continue
         margin = rules.from_joints / mount.length
@@ -93,8 +112,9 @@ def segments(scene: Scene, clear: Mapping[str, Sequence[tuple[float, float]]] | 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Interval:
-    """The segment of each of R rings, as arrays (R,): its number, low end, what is free of it beside the spacings of its
-    rings, and the spacing. tilt_of, sign (R,): the ring whose tilt each has, and its sign."""
+    """The segment of each of R rings, as arrays (R,): its number, low end, what is free of it
+    beside the spacings of its rings, and the spacing. tilt_of, sign (R,): the ring whose tilt each
+    has, and its sign."""
 
     segment: Int[Array, "*batch R"]
     low: Float[Array, "*batch R"]
@@ -105,8 +125,8 @@ class Interval:
 
 
 def stretch(found: list[Segment], which: Int[np.ndarray, " R"], shared: Any = None) -> Interval:
-    """The stretches of rings that sit on segments ``which`` (R,), -1 for a place without a ring; ``shared``: signs (R,) of
-    the one tilt that all rings have, None where each has its own."""
+    """The stretches of rings that sit on segments ``which`` (R,), -1 for a place without a ring;
+    ``shared``: signs (R,) of the one tilt that all rings have, None where each has its own."""
     none = Segment("", 0.0, 0.0, 0, 0.0)
     each = [found[i] if i >= 0 else none for i in which]
     rings = np.array([max(np.count_nonzero(which == i), 1) for i in which])
@@ -115,29 +135,42 @@ def stretch(found: list[Segment], which: Int[np.ndarray, " R"], shared: Any = No
     number = np.where(which >= 0, which, -1 - np.arange(len(which)))
     tilt_of = np.arange(len(which)) if shared is None else np.zeros(len(which), int)
     sign = np.ones(len(which)) if shared is None else np.asarray(shared, float)
-    return Interval(number, np.array([s.low for s in each]), np.maximum(free, 0.0), gap, tilt_of, sign)
+    return Interval(
+        number, np.array([s.low for s in each]), np.maximum(free, 0.0), gap, tilt_of, sign
+    )
 
 
 def decode(where: Interval, values: Float[Array, "3 R"]) -> Float[Array, "3 R"]:
-    """Positions, tilts and phases (3, R) of values in a box, of which the first row runs from 0 to 1 in what is free.
+    """Positions, tilts and phases (3, R) of values in a box, of which the first row runs from 0 to
+    1 in what is free.
 
-    The rings of a segment are ranked by that row, and each stands one spacing further for every ring below it: so all keep
-    the spacing, whatever the values, and any such placement can be reached.
+    The rings of a segment are ranked by that row, and each stands one spacing further for every
+    ring below it: so all keep the spacing, whatever the values, and any such placement can be
+    reached.
     """
     xp = namespace(values)
     along = values[0]
     each = xp.arange(along.shape[0])
-    below = (along[None] < along[:, None]) | ((along[None] == along[:, None]) & (each[None] < each[:, None]))
+    below = (along[None] < along[:, None]) | (
+        (along[None] == along[:, None]) & (each[None] < each[:, None])
+    )
     rank = xp.sum(below & (where.segment[None] == where.segment[:, None]), axis=1)
     position = where.low + along * where.free + rank * where.gap
     return xp.stack([position, where.sign * values[1][where.tilt_of], values[2]])
 
 
 def value_slopes(
-    where: Interval, position: Float[np.ndarray, " R"], tilt: Float[np.ndarray, " R"], phase: Float[np.ndarray, " R"]
+    where: Interval,
+    position: Float[np.ndarray, " R"],
+    tilt: Float[np.ndarray, " R"],
+    phase: Float[np.ndarray, " R"],
 ) -> Float[np.ndarray, "3 R"]:
-    """How fast something grows by the values that ``decode`` reads, from how fast it does by positions, tilts and phases."""
-    return np.stack([position * where.free, np.bincount(where.tilt_of, where.sign * tilt, len(tilt)), phase])
+    """How fast something grows by the values that ``decode`` reads, from how fast it does by
+    positions, tilts and phases.
+    """
+    return np.stack(
+        [position * where.free, np.bincount(where.tilt_of, where.sign * tilt, len(tilt)), phase]
+    )
 
 
 def encode(where: Interval, position: Float[np.ndarray, " R"]) -> Float[np.ndarray, " R"]:

@@ -16,12 +16,16 @@ def poses_at_once(points: int, goals: int, poses: int) -> int:
     return min(poses, max(FEW, points // (goals * POINTS)))
 
 
-def representative(weights: Float[np.ndarray, " P"], count: int, rng: np.random.Generator) -> Float[np.ndarray, " P"]:
-    """Weights of about ``count`` poses that stand for all, summing to 1; all as they are where they are no more.
+def representative(
+    weights: Float[np.ndarray, " P"], count: int, rng: np.random.Generator
+) -> Float[np.ndarray, " P"]:
+    """Weights of about ``count`` poses that stand for all, summing to 1; all as they are where they
+    are no more.
 
-    Systematic sampling: ``count`` equal steps along the cumulative weight, from a drawn start. A pose is met in proportion
-    to its weight, so that the mean over those met is, over the starts, the mean over all; and as poses follow each other in
-    time, those met are spread over the whole motion.
+    Systematic sampling: ``count`` equal steps along the cumulative weight, from a drawn start. A
+    pose is met in proportion to its weight, so that the mean over those met is, over the starts,
+    the mean over all; and as poses follow each other in time, those met are spread over the whole
+    motion.
     """
     if count >= len(weights):
         return weights
@@ -30,8 +34,12 @@ def representative(weights: Float[np.ndarray, " P"], count: int, rng: np.random.
     return np.bincount(met, minlength=len(weights)) / count
 
 
-def with_worst(weights: Float[np.ndarray, " P"], by_pose: Float[np.ndarray, "S P"], count: int) -> Float[np.ndarray, " P"]:
-    """``weights`` with ``count`` poses looked at beside: by turns the worst of each setup, whose zetas are ``by_pose``."""
+def with_worst(
+    weights: Float[np.ndarray, " P"], by_pose: Float[np.ndarray, "S P"], count: int
+) -> Float[np.ndarray, " P"]:
+    """``weights`` with ``count`` poses looked at beside: by turns the worst of each setup, whose
+    zetas are ``by_pose``.
+    """
     found: Any = weights.copy()
     for pose in dict.fromkeys(np.argsort(by_pose, axis=1, kind="stable").T.ravel().tolist()):
         if count == 0:

@@ -1,4 +1,6 @@
-"""Redundancy of a setup: how much of a target several sensors see, and what stays seen when a sensor or a ring fails."""
+"""Redundancy of a setup: how much of a target several sensors see, and what stays seen when a
+sensor or a ring fails.
+"""
 
 import time
 from collections.abc import Callable
@@ -19,7 +21,9 @@ MOST = 3  # sensors that are told apart where nobody says how many
 
 @dataclass(frozen=True)
 class Loss:
-    """What a failure leaves: number of the sensor or ring that fails, and zeta in [0, 1] without it."""
+    """What a failure leaves: number of the sensor or ring that fails, and zeta in [0, 1] without
+    it.
+    """
 
     index: int
     zeta: float
@@ -29,8 +33,9 @@ class Loss:
 class Redundancy:
     """Redundancy of one target, exact by the rule ``centre``.
 
-    weights (P,) of the poses, summing to 1; target_voxels (P,); tallies: of each pose. Shares are weighted means over poses:
-    one sensor fails in all poses, so the loss is averaged before the worst is taken.
+    weights (P,) of the poses, summing to 1; target_voxels (P,); tallies: of each pose. Shares are
+    weighted means over poses: one sensor fails in all poses, so the loss is averaged before the
+    worst is taken.
     """
 
     target: Target
@@ -81,22 +86,37 @@ def _worst(zetas: np.ndarray) -> Loss:
 
 
 def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOST) -> Redundancy:
-    """Zeta_1 ... zeta_most of ``setup`` for ``target``, and zeta after the loss of each sensor and each ring, by one descent
-    of the octree at each pose.
+    """Zeta_1 ... zeta_most of ``setup`` for ``target``, and zeta after the loss of each sensor and
+    each ring, by one descent of the octree at each pose.
 
     Raises:
         ValueError: for an empty target, a rule other than ``centre``, or ``most`` below 1.
         TooFineError: if the count would take days.
         BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
     """
-    began, scene, ring, voxel = time.perf_counter(), verifier.scene, setup.ring_of_sensor, verifier.centre_voxel
+    began, scene, ring, voxel = (
+        time.perf_counter(),
+        verifier.scene,
+        setup.ring_of_sensor,
+        verifier.centre_voxel,
+    )
     voxels, tallies = [], []
     for p, pose in enumerate(scene.poses):
         seen = setup_sight(scene, setup, pose.q)
         sizes, parts = zip(
-            *((len(wanted), tally(seen, ring, wanted, most, region)) for wanted, region in verifier.pieces(target, p)),
+            *(
+                (len(wanted), tally(seen, ring, wanted, most, region))
+                for wanted, region in verifier.pieces(target, p)
+            ),
             strict=True,
         )
         voxels.append(sum(sizes))
         tallies.append(sum(parts[1:], parts[0]))
-    return Redundancy(target, voxel, scene.pose_weights, np.array(voxels), tuple(tallies), time.perf_counter() - began)
+    return Redundancy(
+        target,
+        voxel,
+        scene.pose_weights,
+        np.array(voxels),
+        tuple(tallies),
+        time.perf_counter() - began,
+    )

@@ -24,8 +24,8 @@ REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
 
 @dataclass(frozen=True)
 class Pose:
-    """Joint angles q (J,) rad, the weight of the pose in the mean, when a record was there, s, if it is from one, and the
-    joints' speeds ``rate`` (J,) rad/s, where they are known."""
+    """Joint angles q (J,) rad, the weight of the pose in the mean, when a record was there, s, if
+    it is from one, and the joints' speeds ``rate`` (J,) rad/s, where they are known."""
 
     q: Float[np.ndarray, " J"]
     weight: float = 1.0
@@ -35,8 +35,9 @@ class Pose:
 
 @dataclass(frozen=True)
 class Recorded:
-    """Where a scene's poses come from: the file of a recorded motion, its rows and seconds, the largest distance in any
-    joint of a recorded sample from its pose, rad, and by how much speed added to weights."""
+    """Where a scene's poses come from: the file of a recorded motion, its rows and seconds, the
+    largest distance in any joint of a recorded sample from its pose, rad, and by how much speed
+    added to weights."""
 
     file: str
     rows: int
@@ -51,7 +52,9 @@ Mounting = Literal["real", "free"]
 
 @dataclass(frozen=True)
 class Goal:
-    """A target volume, its weight in the objective (0: none), and the zeta in [0, 1] that it shall have at least."""
+    """A target volume, its weight in the objective (0: none), and the zeta in [0, 1] that it shall
+    have at least.
+    """
 
     target: Target
     weight: float = 1.0
@@ -60,8 +63,9 @@ class Goal:
 
 @dataclass(frozen=True)
 class Limits:
-    """Where rings may sit on a link and how they may tilt: position (low, high) on its mount axis, intervals within that
-    are kept free of rings, tilt (low, high) rad; and the sensor and the radius, m, of its rings, if not the scene's."""
+    """Where rings may sit on a link and how they may tilt: position (low, high) on its mount axis,
+    intervals within that are kept free of rings, tilt (low, high) rad; and the sensor and the
+    radius, m, of its rings, if not the scene's."""
 
     position: tuple[float, float] = (0.0, 1.0)
     tilt: tuple[float, float] = (math.radians(-70), math.radians(70))
@@ -72,14 +76,14 @@ class Limits:
 
 @dataclass(frozen=True)
 class Rules:
-    """What makes a setup buildable: least distance of two rings on a link, m, and of a ring from the link's ends, m; least
-    and most sensors of a ring; most rings on a link; whether all rings have one tilt, up to its sign; and rings that are
-    there and stay.
+    """What makes a setup buildable: least distance of two rings on a link, m, and of a ring from
+    the link's ends, m; least and most sensors of a ring; most rings on a link; whether all rings
+    have one tilt, up to its sign; and rings that are there and stay.
 
-    mount: ``real``: a ring has a body, which clears its link by ``standoff`` m (from what is surrounded to the sensors),
-    stays within what is usable of the link, and lies in no body and no obstacle at any pose; ``free``: it has none; where
-    nothing is said, real unless the robot's own body is ignored. band: the body's thickness, across the axis, and its width
-    along it, m.
+    mount: ``real``: a ring has a body, which clears its link by ``standoff`` m (from what is
+    surrounded to the sensors), stays within what is usable of the link, and lies in no body and no
+    obstacle at any pose; ``free``: it has none; where nothing is said, real unless the robot's own
+    body is ignored. band: the body's thickness, across the axis, and its width along it, m.
     """
 
     spacing: float = 0.03
@@ -94,14 +98,16 @@ class Rules:
 
     @property
     def arm(self) -> float:
-        """How far a ring's body reaches along its axis to either side of its circle before it is rounded off, m."""
+        """How far a ring's body reaches along its axis to either side of its circle before it is
+        rounded off, m.
+        """
         return max(self.band[1] - self.band[0], 0.0) / 2
 
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A convex thing of the cell: its name, its body in the base frame, the keys of a scene's file that make it, and whether
-    it is the hull of something that is not convex."""
+    """A convex thing of the cell: its name, its body in the base frame, the keys of a scene's file
+    that make it, and whether it is the hull of something that is not convex."""
 
     name: str
     body: Polyhedron
@@ -137,12 +143,15 @@ class Motion:
 
 @dataclass(frozen=True)
 class Scene:
-    """The empty scene is the reference scene: a UR10 in one pose, V_S(0.5), the paper's sensor and ring radius.
+    """The empty scene is the reference scene: a UR10 in one pose, V_S(0.5), the paper's sensor and
+    ring radius.
 
-    limits: of each link by name; a link that is not named has the default limits. over_poses: whether the weighted mean over
-    the poses or the worst of them is to be large. occlusion: what the robot's own body does to its sensors; obstacles shadow
-    in any case, and are no part of a target. radius_stated: ``ring_radius`` is meant, and not raised where a real ring needs
-    more. safety: what the distances of V_P are made of. motion: how a real robot may be moved. printing: how rings are made.
+    limits: of each link by name; a link that is not named has the default limits. over_poses:
+    whether the weighted mean over the poses or the worst of them is to be large. occlusion: what
+    the robot's own body does to its sensors; obstacles shadow in any case, and are no part of a
+    target. radius_stated: ``ring_radius`` is meant, and not raised where a real ring needs more.
+    safety: what the distances of V_P are made of. motion: how a real robot may be moved. printing:
+    how rings are made.
     """
 
     robot: Robot = UR10
@@ -163,7 +172,9 @@ class Scene:
     printing: Printing = field(default_factory=Printing)
 
     def solid(self, target: Target, pose: int) -> Difference:
-        """The target volume at a pose, less V_R and the obstacles; ValueError as for ``target_solid``."""
+        """The target volume at a pose, less V_R and the obstacles; ValueError as for
+        ``target_solid``.
+        """
         at, stands = self.poses[pose], tuple(o.body for o in self.obstacles)
         return target_solid(target, self.robot, at.q, self.shape, stands, at.rate, self.safety)
 
@@ -187,8 +198,8 @@ class Scene:
         return (self.rules.mount or ("free" if self.occlusion == "ignore" else "real")) == "real"
 
     def least_radius(self, link: str) -> float:
-        """The least radius of a ring on ``link``, m, up to the next mm: of what it surrounds, and the stand-off; 0 where
-        rings have no bodies."""
+        """The least radius of a ring on ``link``, m, up to the next mm: of what it surrounds, and
+        the stand-off; 0 where rings have no bodies."""
         if not self.real:
             return 0.0
         around = surrounded(self.robot.mount(link), self.robot.bodies)
@@ -200,17 +211,26 @@ class Scene:
         return self.ring_radius if of_link is None and self.radius_stated else of_link
 
     def radius_of(self, link: str) -> float:
-        """The radius of a new ring on ``link``, m: the scene's; one that was not stated is raised to the least, and to where
-        its boards clear the link at every tilt that is allowed."""
+        """The radius of a new ring on ``link``, m: the scene's; one that was not stated is raised
+        to the least, and to where its boards clear the link at every tilt that is allowed."""
         stated = self.stated_radius(link)
-        return max(self.ring_radius, self.least_radius(link), self._roomy(link)) if stated is None else stated
+        return (
+            max(self.ring_radius, self.least_radius(link), self._roomy(link))
+            if stated is None
+            else stated
+        )
 
     def _roomy(self, link: str) -> float:
         board = self.sensor_of(link).board
         if board is None or not self.real:
             return 0.0
         around = surrounded(self.robot.mount(link), self.robot.bodies)
-        return math.ceil(1000 * roomy_radius(board, self.printing, around, self.limits_of(link).tilt) - 1e-6) / 1000
+        return (
+            math.ceil(
+                1000 * roomy_radius(board, self.printing, around, self.limits_of(link).tilt) - 1e-6
+            )
+            / 1000
+        )
 
     @property
     def spacing(self) -> float:

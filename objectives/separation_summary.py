@@ -12,8 +12,8 @@ from .scene import Scene
 
 @dataclass(frozen=True)
 class Separations:
-    """Over the poses, m: the least of all parts, the mean over the parts and by weight over the poses, the largest term by
-    term; and the speed of the fastest part, m/s."""
+    """Over the poses, m: the least of all parts, the mean over the parts and by weight over the
+    poses, the largest term by term; and the speed of the fastest part, m/s."""
 
     least: float
     mean: float

@@ -1,4 +1,6 @@
-"""What the search climbs: its aim, weighted over targets and poses, soft with a gradient, and as a share of points."""
+"""What the search climbs: its aim, weighted over targets and poses, soft with a gradient, and as a
+share of points.
+"""
 
 from typing import Any
 
@@ -8,7 +10,14 @@ from jaxtyping import Float
 from scipy.special import logsumexp, softmax
 
 from ..coverage.rings.mounting_errors import misplaced
-from ..coverage.rings.ring_kinematics import RingArrays, SensorPoses, in_links, ring_slopes, seen_from, sensor_poses
+from ..coverage.rings.ring_kinematics import (
+    RingArrays,
+    SensorPoses,
+    in_links,
+    ring_slopes,
+    seen_from,
+    sensor_poses,
+)
 from ..coverage.robots.kinematics import forward
 from ..coverage.soft.estimator import SHARP, Soft
 from ..coverage.soft.sampling import BLOCK, Cloud, cloud, sample
@@ -18,7 +27,8 @@ from .scene import Scene
 from .soft_terms import Rows, SoftTerms
 
 MARGIN = 0.003  # above a floor, so that a soft value that reaches it does so when counted
-TEMPERATURE = 0.005  # of the soft minimum over P poses, which exceeds the minimum by at most this times log P
+# of the soft minimum over P poses, which exceeds the minimum by at most this times log P
+TEMPERATURE = 0.005
 STEEP = 300.0  # of the parabola under a floor: 0.01 short costs 0.03, and 6 for each further
 _SOFTNESS = 0.1  # of the minimum over losses, for each m of a sigmoid's width
 _AT_ONCE = 16  # setups
@@ -36,26 +46,36 @@ def floors(scene: Scene) -> Float[np.ndarray, " G"]:
 
 
 def worth(zetas: Float[np.ndarray, "*batch G"], scene: Scene) -> Any:
-    """The weighted mean (...) of the goals' zetas (..., G), less a steep parabola for each that falls short of its floor."""
+    """The weighted mean (...) of the goals' zetas (..., G), less a steep parabola for each that
+    falls short of its floor.
+    """
     short = np.maximum(floors(scene) - zetas, 0.0)
     return zetas @ scene.goal_weights - STEEP * (short * short).sum(axis=-1)
 
 
 class TargetPoints:
-    """Points of every goal at every pose of a scene, drawn once: targets do not move with the rings."""
+    """Points of every goal at every pose of a scene, drawn once: targets do not move with the
+    rings.
+    """
 
     def __init__(self, scene: Scene, count: int, seed: int, mountings: int = 1) -> None:
-        """Draw ``count`` points in each goal at each pose, anew for each of so many mountings: the luck of the points then
-        evens out over these, and fewer will do.
+        """Draw ``count`` points in each goal at each pose, anew for each of so many mountings: the
+        luck of the points then evens out over these, and fewer will do.
 
         Raises:
             ValueError: if a target is empty.
         """
         self.mountings = mountings
-        self.terms = [(g, p) for _ in range(mountings) for g in range(len(scene.goals)) for p in range(len(scene.poses))]
+        self.terms = [
+            (g, p)
+            for _ in range(mountings)
+            for g in range(len(scene.goals))
+            for p in range(len(scene.poses))
+        ]
         seeds = np.random.SeedSequence(seed).generate_state(len(self.terms))
         self.points = [
-            sample(scene.solid(scene.goals[g].target, p), count, int(s)) for (g, p), s in zip(self.terms, seeds, strict=True)
+            sample(scene.solid(scene.goals[g].target, p), count, int(s))
+            for (g, p), s in zip(self.terms, seeds, strict=True)
         ]
 
     def clouds(self, count: int) -> Cloud:
@@ -69,25 +89,30 @@ class TargetPoints:
 
 
 class CoverageObjective:
-    """Weighted mean over a scene's goals and poses of what is aimed at (zeta, unless told otherwise), for setups with one
-    number of rings and sensors; where the scene asks for the worst pose, the soft minimum over the poses of the mean over
-    the goals, -T log(mean(exp(-zeta / T))).
+    """Weighted mean over a scene's goals and poses of what is aimed at (zeta, unless told
+    otherwise), for setups with one number of rings and sensors; where the scene asks for the worst
+    pose, the soft minimum over the poses of the mean over the goals, -T log(mean(exp(-zeta / T))).
 
-    A setup is given by its arrays (``RingArrays`` and ``Interval``) and its values (3, R), which ``decode`` reads. A goal
-    whose zeta falls short of its floor lowers the value by a steep parabola. Only ``SoftTerms`` is compiled, for all setups
-    with one number of sensors; where these sit, and what their slopes mean for the values, is little work for NumPy. One
-    object serves many threads.
+    A setup is given by its arrays (``RingArrays`` and ``Interval``) and its values (3, R), which
+    ``decode`` reads. A goal whose zeta falls short of its floor lowers the value by a steep
+    parabola. Only ``SoftTerms`` is compiled, for all setups with one number of sensors; where these
+    sit, and what their slopes mean for the values, is little work for NumPy. One object serves many
+    threads.
     """
 
     def __init__(self, scene: Scene, points: TargetPoints, aim: Criterion | None = None) -> None:
-        """Take the scene's goals and poses, and the points that were drawn for them and for the aim's mountings.
+        """Take the scene's goals and poses, and the points that were drawn for them and for the
+        aim's mountings.
 
         Raises:
-            ValueError: if the points are for another number of mountings, or the goals have floors that the aim cannot keep.
+            ValueError: if the points are for another number of mountings, or the goals have floors
+                that the aim cannot keep.
         """
         self.scene, self.aim = scene, aim or Criterion()
         if points.mountings != self.aim.mountings:
-            raise ValueError(f"points are for {points.mountings} mountings, the aim has {self.aim.mountings}")
+            raise ValueError(
+                f"points are for {points.mountings} mountings, the aim has {self.aim.mountings}"
+            )
         check_criterion(scene, self.aim)
         self._goal, self._pose = (np.array(column) for column in zip(*points.terms, strict=True))
         self._mounting = np.arange(len(points.terms)) // (len(points.terms) // points.mountings)
@@ -100,14 +125,20 @@ class CoverageObjective:
         """Where all sensors sit, (D, K, 3), mounting by mounting."""
         meant = sensor_poses(slots, *decode(where, values))
         errors = self.aim.drawn(slots.length.shape[0], slots.ring.shape[0])
-        return SensorPoses(*(v[None] for v in meant)) if errors is None else misplaced(slots, meant, errors)
+        return (
+            SensorPoses(*(v[None] for v in meant))
+            if errors is None
+            else misplaced(slots, meant, errors)
+        )
 
     def _looks(self, slots: RingArrays, here: SensorPoses, some: Any) -> Rows:
         """What the terms of numbers ``some`` (T,) look at of a setup in its seats."""
         at, pose = np.unique(self._pose[some], return_inverse=True)
         parts = seen_from(slots, here, self._frames[at], slots.half_up is not None)
         apex, axis, *up = (v[self._mounting[some], pose] for v in parts)
-        lost = {None: None, "ring": slots.ring, "sensor": np.arange(len(slots.ring))}[self.aim.losing]
+        lost = {None: None, "ring": slots.ring, "sensor": np.arange(len(slots.ring))}[
+            self.aim.losing
+        ]
         half_angle, range_m, half_up, zoned, group = (
             None if a is None else np.broadcast_to(a, (len(some), *np.shape(a)))
             for a in (slots.half_angle, slots.range_m, slots.half_up, slots.zoned, lost)
@@ -116,7 +147,9 @@ class CoverageObjective:
         return rows._replace(up=up[0] if up else None, half_up=half_up, zoned=zoned, group=group)
 
     def _worth(self, zetas: Any, some: Any, poses: Any) -> tuple[float, Any, Any]:
-        """Value of a setup whose ``some`` terms have these zetas (T,), its slopes by these, and zeta pose by pose (P,)."""
+        """Value of a setup whose ``some`` terms have these zetas (T,), its slopes by these, and
+        zeta pose by pose (P,).
+        """
         goal, pose, weights = self._goal[some], self._pose[some], self._goal_weights
         share = poses[pose] / self.aim.mountings
         zeta = np.bincount(goal, share * zetas, len(weights))
@@ -128,21 +161,35 @@ class CoverageObjective:
             pull = pull + (least - poses)[pose] * weights[goal]
         return value - STEEP * float(short @ short), pull, by_pose
 
-    def _pulled_back(self, slots: RingArrays, where: Interval, here: SensorPoses, some: Any, slopes: list[Any]) -> Any:
-        """Slopes (3, R) by the values, from those by what ``some`` terms look at, (T, K, 3) each."""
+    def _pulled_back(
+        self, slots: RingArrays, where: Interval, here: SensorPoses, some: Any, slopes: list[Any]
+    ) -> Any:
+        """Slopes (3, R) by the values, from those by what ``some`` terms look at, (T, K, 3)
+        each.
+        """
         by = [np.zeros_like(here.apex) if a is not None else None for a in slopes]
         for total, slope in zip(by, slopes, strict=True):
             if total is not None:
-                np.add.at(total, self._mounting[some], in_links(slots, slope, self._frames[self._pose[some]]))
+                np.add.at(
+                    total,
+                    self._mounting[some],
+                    in_links(slots, slope, self._frames[self._pose[some]]),
+                )
         return value_slopes(where, *ring_slopes(slots, here, *by))
 
-    def _of_some(self, setups: Any, values: Any, clouds: Cloud, poses: Any, width: float, slopes: bool) -> tuple[Any, ...]:
-        """Value, slopes (3, R) and zeta pose by pose (P,) of each of some setups; poses (P,): weights, of which those of 0
-        are not looked at."""
+    def _of_some(
+        self, setups: Any, values: Any, clouds: Cloud, poses: Any, width: float, slopes: bool
+    ) -> tuple[Any, ...]:
+        """Value, slopes (3, R) and zeta pose by pose (P,) of each of some setups; poses (P,):
+        weights, of which those of 0 are not looked at."""
         some = np.flatnonzero(poses[self._pose] > 0)
         each = [jax.tree.map(lambda a, i=i: a[i], setups) for i in range(len(values))]
-        places = [self._seats(slots, where, x) for (slots, where), x in zip(each, values, strict=True)]
-        looks = [self._looks(slots, here, some) for (slots, _), here in zip(each, places, strict=True)]
+        places = [
+            self._seats(slots, where, x) for (slots, where), x in zip(each, values, strict=True)
+        ]
+        looks = [
+            self._looks(slots, here, some) for (slots, _), here in zip(each, places, strict=True)
+        ]
         rows = jax.tree.map(lambda *a: np.concatenate(a), *looks)
         if self.aim.losing is None:
             soft = self._terms(rows, clouds, width, slopes)
@@ -150,7 +197,9 @@ class CoverageObjective:
             worth = [self._worth(z, some, poses) for z in zetas]
         else:
             losses = (setups[0].length if self.aim.losing == "ring" else setups[0].ring).shape[1]
-            soft, worth = self._after_the_worst_loss(rows, losses, some, clouds, poses, width, slopes)
+            soft, worth = self._after_the_worst_loss(
+                rows, losses, some, clouds, poses, width, slopes
+            )
         found = []
         for i, (value, pull, by_pose) in enumerate(worth):
             slope = np.zeros_like(values[i])
@@ -163,12 +212,25 @@ class CoverageObjective:
         return tuple(np.stack(part) for part in zip(*found, strict=True))
 
     def _after_the_worst_loss(
-        self, rows: Rows, losses: int, some: Any, clouds: Cloud, poses: Any, width: float, slopes: bool
+        self,
+        rows: Rows,
+        losses: int,
+        some: Any,
+        clouds: Cloud,
+        poses: Any,
+        width: float,
+        slopes: bool,
     ) -> tuple[Soft, list[Any]]:
-        """The least of the zetas after each loss, softly: -s log sum exp(-zeta / s). Its slope is that of their mean by the
-        weights that the soft minimum gives them, which takes a first run over all terms."""
-        share, softness = poses[self._pose[some]] * self._goal_weights[self._goal[some]], width * _SOFTNESS
-        soft = self._terms(rows._replace(weights=np.ones((len(rows.term), losses))), clouds, width, False)
+        """The least of the zetas after each loss, softly: -s log sum exp(-zeta / s). Its slope is
+        that of their mean by the weights that the soft minimum gives them, which takes a first run
+        over all terms."""
+        share, softness = (
+            poses[self._pose[some]] * self._goal_weights[self._goal[some]],
+            width * _SOFTNESS,
+        )
+        soft = self._terms(
+            rows._replace(weights=np.ones((len(rows.term), losses))), clouds, width, False
+        )
         zetas = np.tensordot(share, soft.zeta.reshape(-1, len(some), losses), (0, 1))
         if slopes:
             weights = np.repeat(softmax(-zetas / softness, axis=1), len(some), axis=0)
@@ -176,16 +238,25 @@ class CoverageObjective:
         values = -softness * logsumexp(-zetas / softness, axis=1)
         return soft, [(float(value), share, np.zeros_like(poses)) for value in values]
 
-    def _in_pieces(self, setups: Any, values: Any, clouds: Cloud, poses: Any, width: float, slopes: bool) -> tuple[Any, ...]:
+    def _in_pieces(
+        self, setups: Any, values: Any, clouds: Cloud, poses: Any, width: float, slopes: bool
+    ) -> tuple[Any, ...]:
         weights = self.scene.pose_weights if poses is None else np.asarray(poses, float)
         found = []
         for i in range(0, len(values), _AT_ONCE):
-            some, x = jax.tree.map(lambda a, i=i: a[i : i + _AT_ONCE], (setups, np.asarray(values, float)))
+            some, x = jax.tree.map(
+                lambda a, i=i: a[i : i + _AT_ONCE], (setups, np.asarray(values, float))
+            )
             found.append(self._of_some(some, x, clouds, weights, float(width), slopes))
         return tuple(np.concatenate(part) for part in zip(*found, strict=True))
 
     def soft(
-        self, setups: Any, values: Float[np.ndarray, "S 3 R"], width: float, clouds: Cloud, poses: Any = None
+        self,
+        setups: Any,
+        values: Float[np.ndarray, "S 3 R"],
+        width: float,
+        clouds: Cloud,
+        poses: Any = None,
     ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"]]:
         """Soft values of S setups, and their gradients by the setups' values.
 
@@ -200,7 +271,12 @@ class CoverageObjective:
         return value, slope
 
     def zetas(
-        self, setups: Any, values: Float[np.ndarray, "S 3 R"], clouds: Cloud, width: float = SHARP, poses: Any = None
+        self,
+        setups: Any,
+        values: Float[np.ndarray, "S 3 R"],
+        clouds: Cloud,
+        width: float = SHARP,
+        poses: Any = None,
     ) -> Float[np.ndarray, " S"]:
         """Soft values of S setups without gradients, in a quarter of the time.
 

@@ -1,4 +1,6 @@
-"""The compiled part of what a search climbs: soft zetas, and their slopes, of beams against points of goals at poses."""
+"""The compiled part of what a search climbs: soft zetas, and their slopes, of beams against points
+of goals at poses.
+"""
 
 from threading import Lock
 from typing import Any, NamedTuple
@@ -18,15 +20,17 @@ from ..coverage.solids.cones import Cones
 from ..coverage.solids.sensor_beams import optics
 from .scene import Scene
 
-_ROWS = {"cpu": (16, None)}  # rows in one call, and how many of these at once: on a CPU one after the other,
+# rows in one call, and how many of these at once: on a CPU one after the other,
+_ROWS = {"cpu": (16, None)}
 _ROWS_ELSEWHERE = (256, 4)  # on an accelerator several, as memory holds them
 
 
 class Rows(NamedTuple):
-    """What N rows look at, each one setup's K sensors at one pose and the points of one term: numbers of the term and of the
-    pose (N,); apexes m and axes (N, K, 3), half angles and ranges (N, K); where beams may be square ups (N, K, 3), half
-    angles along them and whether they are zoned (N, K), else None. Where losses count: the group (N, K) that each sensor is
-    lost with, and the weights (N, G) of the losses in slopes."""
+    """What N rows look at, each one setup's K sensors at one pose and the points of one term:
+    numbers of the term and of the pose (N,); apexes m and axes (N, K, 3), half angles and ranges
+    (N, K); where beams may be square ups (N, K, 3), half angles along them and whether they are
+    zoned (N, K), else None. Where losses count: the group (N, K) that each sensor is lost with, and
+    the weights (N, G) of the losses in slopes."""
 
     term: Any
     pose: Any
@@ -42,11 +46,13 @@ class Rows(NamedTuple):
 
 
 class SoftTerms:
-    """Soft zetas and slopes of rows, in 32 bit. One object serves many threads, and compiles once for all clouds of one
-    shape, widths, links, counts and numbers of rows."""
+    """Soft zetas and slopes of rows, in 32 bit. One object serves many threads, and compiles once
+    for all clouds of one shape, widths, links, counts and numbers of rows."""
 
     def __init__(self, scene: Scene, frames: Any, seen: int) -> None:
-        """For a scene with the robot's ``frames`` at its poses; a point counts when so many sensors have ``seen`` it."""
+        """For a scene with the robot's ``frames`` at its poses; a point counts when so many sensors
+        have ``seen`` it.
+        """
         self._seen, self._occlusion, self._bodies = seen, scene.occlusion, None
         self._obstacles = tuple(o.body for o in scene.obstacles)
         if scene.occlusion != "ignore":
@@ -54,7 +60,9 @@ class SoftTerms:
         self._each, self._compiling, self._compiled = jax.jit(self._of_each), Lock(), False
 
     def __call__(self, rows: Rows, clouds: Cloud, width: float, slopes: bool) -> Soft:
-        """Zetas (N,), or (N, G) after each loss, and slopes (N, K, 3) by apexes, axes and ups, NumPy."""
+        """Zetas (N,), or (N, G) after each loss, and slopes (N, K, 3) by apexes, axes and ups,
+        NumPy.
+        """
         size, found, n = _rows()[0], [], len(rows.term)
         for i in range(0, n, size):
             some = jax.tree.map(lambda a, i=i: _filled(a[i : i + size], size), rows)
@@ -71,15 +79,22 @@ class SoftTerms:
         return found
 
     def _of_each(self, rows: Rows, count: Any, clouds: Cloud, width: Any, slopes: Any) -> Soft:
-        """Of the first ``count`` rows; the others only fill the shape, which is the same for any count."""
+        """Of the first ``count`` rows; the others only fill the shape, which is the same for any
+        count.
+        """
 
         def one(numbered: Any) -> Soft:
             i, row = numbered
             zetas = () if row.group is None else row.weights.shape
 
             def look() -> Soft:
-                beams = optics(row.apex, row.axis, row.half_angle, row.range_m, row.up, row.half_up, row.zoned)
-                seen, points = self._past(beams, row.pose), jax.tree.map(lambda a: a[row.term], clouds)
+                beams = optics(
+                    row.apex, row.axis, row.half_angle, row.range_m, row.up, row.half_up, row.zoned
+                )
+                seen, points = (
+                    self._past(beams, row.pose),
+                    jax.tree.map(lambda a: a[row.term], clouds),
+                )
                 if row.group is None:
                     return soft_seen(seen, points, width, self._seen, slopes=slopes)
                 return soft_losses(seen, row.group, points, width, row.weights, slopes=slopes)

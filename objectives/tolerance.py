@@ -1,6 +1,7 @@
 """Tolerance of a setup: zeta when rings and sensors sit a little beside where they were meant to.
 
-Every drawn mounting is counted exactly; all are counted on the same voxels, by the same luck (see ``draw_errors``).
+Every drawn mounting is counted exactly; all are counted on the same voxels, by the same luck (see
+``draw_errors``).
 """
 
 import math
@@ -25,7 +26,9 @@ DRAWS = 100  # mountings where nobody says how many
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Zeta in [0, 1] of one target as meant, ``nominal``, and for each drawn mounting, ``zetas`` (D,)."""
+    """Zeta in [0, 1] of one target as meant, ``nominal``, and for each drawn mounting, ``zetas``
+    (D,).
+    """
 
     target: Target
     voxel: float
@@ -43,7 +46,11 @@ class Tolerance:
     @property
     def mean_error(self) -> float:
         """Standard error of the mean, from the spread of the draws; infinite for one draw."""
-        return float(np.std(self.zetas, ddof=1) / math.sqrt(len(self.zetas))) if len(self.zetas) > 1 else math.inf
+        return (
+            float(np.std(self.zetas, ddof=1) / math.sqrt(len(self.zetas)))
+            if len(self.zetas) > 1
+            else math.inf
+        )
 
     @property
     def fifth_percentile(self) -> float:
@@ -63,7 +70,8 @@ def exact_zetas(
     seen: int = 1,
     tell: Callable[[], None] = lambda: None,
 ) -> Float[np.ndarray, " D"]:
-    """The exact share of ``target`` that at least ``seen`` sensors see, for D sets of cones or beams: means over the poses.
+    """The exact share of ``target`` that at least ``seen`` sensors see, for D sets of cones or
+    beams: means over the poses.
 
     Args:
         verifier: scene, voxels and memory; of rule ``centre``.
@@ -90,10 +98,14 @@ def exact_zetas(
                     covered[i] += count_k_covered(one, wanted, seen, region)
                 tell()
         each.append(covered / total)
-    return np.array([weighted_mean(verifier.scene.pose_weights, shares) for shares in np.stack(each).T])
+    return np.array(
+        [weighted_mean(verifier.scene.pose_weights, shares) for shares in np.stack(each).T]
+    )
 
 
-def mounted_cones(verifier: Verifier, setup: Setup, drawn: Misplaced) -> Callable[[int], list[Parts]]:
+def mounted_cones(
+    verifier: Verifier, setup: Setup, drawn: Misplaced
+) -> Callable[[int], list[Parts]]:
     """What ``setup`` sees at the pose of a number, for each drawn mounting."""
     scene = verifier.scene
 
@@ -119,7 +131,8 @@ def tolerance(
     seed: int = 0,
     tell: Callable[[], None] = lambda: None,
 ) -> Tolerance:
-    """Zeta of ``setup`` for ``target`` under drawn errors of its mounting, each draw counted exactly.
+    """Zeta of ``setup`` for ``target`` under drawn errors of its mounting, each draw counted
+    exactly.
 
     Raises:
         ValueError: for an empty target, a rule other than ``centre``, or no draws.
@@ -132,4 +145,12 @@ def tolerance(
     (nominal,) = exact_zetas(verifier, target, nominal_cones(verifier, setup))
     drawn = draw_errors(len(setup.rings), setup.sensors, errors, draws, seed)
     zetas = exact_zetas(verifier, target, mounted_cones(verifier, setup, drawn), tell=tell)
-    return Tolerance(target, verifier.centre_voxel, errors, seed, float(nominal), zetas, time.perf_counter() - began)
+    return Tolerance(
+        target,
+        verifier.centre_voxel,
+        errors,
+        seed,
+        float(nominal),
+        zetas,
+        time.perf_counter() - began,
+    )

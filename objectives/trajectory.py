@@ -1,4 +1,6 @@
-"""From a recorded motion to poses with weights: those that lie nearest to where the robot was, and for how long."""
+"""From a recorded motion to poses with weights: those that lie nearest to where the robot was, and
+for how long.
+"""
 
 import math
 from dataclasses import dataclass
@@ -21,8 +23,8 @@ _RATE_DIGITS = 6  # decimals of a joint's speed, rad/s
 
 @dataclass(frozen=True)
 class MotionRecord:
-    """A recorded motion: time_s (T,) s, strictly ascending, and joint angles q (T, J) rad; straight in joint space between
-    two samples."""
+    """A recorded motion: time_s (T,) s, strictly ascending, and joint angles q (T, J) rad; straight
+    in joint space between two samples."""
 
     time_s: Float[np.ndarray, " T"]
     q: Float[np.ndarray, "T J"]
@@ -30,8 +32,9 @@ class MotionRecord:
 
 @dataclass(frozen=True)
 class Thinning:
-    """How a record becomes poses: so many at most; fewer where then no joint of any sample is further than ``within``, rad,
-    from its pose; and by how much speed adds to their weight (0: dwell time alone)."""
+    """How a record becomes poses: so many at most; fewer where then no joint of any sample is
+    further than ``within``, rad, from its pose; and by how much speed adds to their weight (0:
+    dwell time alone)."""
 
     poses: int = 200
     within: float = math.radians(2)
@@ -40,15 +43,19 @@ class Thinning:
 
 @dataclass(frozen=True)
 class Thinned:
-    """Poses in the order of their times, and the largest distance in any joint, rad, of a recorded sample from its pose."""
+    """Poses in the order of their times, and the largest distance in any joint, rad, of a recorded
+    sample from its pose.
+    """
 
     poses: tuple[Pose, ...]
     within: float
 
 
-def _travelled(robot: Robot, q: Float[np.ndarray, "T J"]) -> tuple[Float[np.ndarray, " C"], Float[np.ndarray, " C"]]:
-    """From each sample to the next, how far the TCP goes, m, and how far the TCP or a body does at most: an end of it, and
-    what stands a radius off as it turns."""
+def _travelled(
+    robot: Robot, q: Float[np.ndarray, "T J"]
+) -> tuple[Float[np.ndarray, " C"], Float[np.ndarray, " C"]]:
+    """From each sample to the next, how far the TCP goes, m, and how far the TCP or a body does at
+    most: an end of it, and what stands a radius off as it turns."""
     tcp, most = [], []
     for i in range(0, len(q) - 1, _CHUNK):
         frames = forward(robot.chain, q[i : i + _CHUNK + 1])
@@ -58,7 +65,10 @@ def _travelled(robot: Robot, q: Float[np.ndarray, "T J"]) -> tuple[Float[np.ndar
             points = np.concatenate([points, bodies.start, bodies.end], axis=1)
         gone = np.linalg.norm(np.diff(points, axis=0), axis=2)
         if robot.bodies:
-            turned = np.linalg.norm(np.diff(frames[..., :3, :3], axis=0), axis=(2, 3)) / math.sqrt(2)  # 2 sin(angle / 2)
+            # 2 sin(angle / 2)
+            turned = np.linalg.norm(np.diff(frames[..., :3, :3], axis=0), axis=(2, 3)) / math.sqrt(
+                2
+            )
             spin = [turned[:, b.frame] * b.radius * (b.frame != BASE) for b in robot.bodies]
             gone[:, 1:] += np.stack(spin * 2, axis=1)
         tcp.append(gone[:, 0])
@@ -71,8 +81,9 @@ def _at(record: MotionRecord, time: Float[np.ndarray, " C"]) -> Float[np.ndarray
 
 
 def _spread(q: Float[np.ndarray, "C J"], most: int, within: float) -> Int[np.ndarray, " C"]:
-    """The cluster of each sample: the centres are, one after the other, the samples furthest from all before, until they are
-    ``most`` or no sample is further than ``within``. No choice of as many centres is more than twice as near."""
+    """The cluster of each sample: the centres are, one after the other, the samples furthest from
+    all before, until they are ``most`` or no sample is further than ``within``. No choice of as
+    many centres is more than twice as near."""
     first = int(np.abs(q - q.mean(axis=0)).max(axis=1).argmin())
     distance, owner = np.abs(q - q[first]).max(axis=1), np.zeros(len(q), int)
     for number in range(1, most):
@@ -98,16 +109,18 @@ def _middles(
 def thin(record: MotionRecord, robot: Robot, how: Thinning | None = None) -> Thinned:
     """The poses that stand for a record, and how near they are to it.
 
-    Time is cut into equal cells of 10 ms (1,000 to 200,000 of them, whatever the rate of the record). Cells are grouped by
-    farthest points in joint space, by the largest difference of any joint; each group's pose is the cell nearest to its
-    mean, and every cell then goes to the nearest pose. A pose weighs, summed over its cells of duration dt and TCP speed v,
+    Time is cut into equal cells of 10 ms (1,000 to 200,000 of them, whatever the rate of the
+    record). Cells are grouped by farthest points in joint space, by the largest difference of any
+    joint; each group's pose is the cell nearest to its mean, and every cell then goes to the
+    nearest pose. A pose weighs, summed over its cells of duration dt and TCP speed v,
 
         dt * (1 + speed_weight * v / 0.25 m/s),
 
-    scaled so that all weights sum to the record's duration in seconds. The distance that an approaching person must be
-    seen at grows in proportion to speed (ISO 13855), hence the form; at the reduced speed of ISO 10218-1 a moment counts
-    twice that of standing still. A pose has the joints' speeds of that of its cells in which a part of the robot is fastest,
-    as its protective volume asks for.
+    scaled so that all weights sum to the record's duration in seconds. The distance that an
+    approaching person must be seen at grows in proportion to speed (ISO 13855), hence the form; at
+    the reduced speed of ISO 10218-1 a moment counts twice that of standing still. A pose has the
+    joints' speeds of that of its cells in which a part of the robot is fastest, as its protective
+    volume asks for.
 
     Raises:
         ValueError: for fewer than two samples.
@@ -116,7 +129,9 @@ def thin(record: MotionRecord, robot: Robot, how: Thinning | None = None) -> Thi
         raise ValueError(f"found {len(record.time_s)} samples, allowed: 2 and more")
     how = how or Thinning()
     total = float(record.time_s[-1] - record.time_s[0])
-    edges = np.linspace(record.time_s[0], record.time_s[-1], int(np.clip(math.ceil(total / CELL), *CELLS)) + 1)
+    edges = np.linspace(
+        record.time_s[0], record.time_s[-1], int(np.clip(math.ceil(total / CELL), *CELLS)) + 1
+    )
     middle = (edges[:-1] + edges[1:]) / 2
     q, step = _at(record, middle), np.diff(edges)
     at_edges = _at(record, edges)
@@ -131,7 +146,10 @@ def thin(record: MotionRecord, robot: Robot, how: Thinning | None = None) -> Thi
     order = np.lexsort((np.arange(len(q)), -most / step, owner))
     fastest = order[np.unique(owner[order], return_index=True)[1]]
     rate = np.diff(at_edges, axis=0)[fastest] / step[fastest, None]
-    distance = [tree.query(record.q[i : i + _CHUNK], p=math.inf)[0].max() for i in range(0, len(record.q), _CHUNK)]
+    distance = [
+        tree.query(record.q[i : i + _CHUNK], p=math.inf)[0].max()
+        for i in range(0, len(record.q), _CHUNK)
+    ]
     scale = total / math.fsum(sums)
     poses = (
         Pose(q[i], float(f"{w * scale:.9g}"), round(float(middle[i]), 6), np.round(r, _RATE_DIGITS))

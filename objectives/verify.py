@@ -26,12 +26,17 @@ VOXEL = 0.01  # m, side of a voxel where none is given
 RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
 _MOST = 1e10  # voxels on the surface of a target: more would take days
 _SIDES = 24  # voxels on the surface of a target inside a region, for each voxel on one of its faces
-_BYTES = 100  # for each voxel on the surface of a target: its key, its interval and the sorting of both
+# for each voxel on the surface of a target: its key, its interval and the sorting of both
+_BYTES = 100
 
 
 def weighted_mean(weights: Iterable[float], shares: Iterable[float]) -> float:
-    """The mean of shares in [0, 1] by weights that sum to 1 but for rounding, which takes it nowhere beyond 1."""
-    return min(math.fsum(float(w) * float(share) for w, share in zip(weights, shares, strict=True)), 1.0)
+    """The mean of shares in [0, 1] by weights that sum to 1 but for rounding, which takes it
+    nowhere beyond 1.
+    """
+    return min(
+        math.fsum(float(w) * float(share) for w, share in zip(weights, shares, strict=True)), 1.0
+    )
 
 
 class TooFineError(ValueError):
@@ -40,8 +45,8 @@ class TooFineError(ValueError):
 
 @dataclass(frozen=True)
 class PoseZeta:
-    """Zeta in [0, 1] at one pose; low and high equal it unless the rule is certified, then it is their middle, ``proof``
-    says how they were reached, and there are no counts of voxels."""
+    """Zeta in [0, 1] at one pose; low and high equal it unless the rule is certified, then it is
+    their middle, ``proof`` says how they were reached, and there are no counts of voxels."""
 
     weight: float
     zeta: float
@@ -54,8 +59,8 @@ class PoseZeta:
 
 @dataclass(frozen=True)
 class Verified:
-    """Zeta in [0, 1] of one target: the weighted mean over poses, and each pose beside it; ``width`` is that asked of a
-    certified interval."""
+    """Zeta in [0, 1] of one target: the weighted mean over poses, and each pose beside it;
+    ``width`` is that asked of a certified interval."""
 
     target: Target
     rule: Rule
@@ -90,16 +95,20 @@ def target_voxels(
     region: Region | None = None,
     memory: float | None = None,
 ) -> VoxelSet:
-    """Omega(V_max), of the whole or of one region: under ``touch``, as in the paper, the voxels touched by the outer solid
-    less those touched by V_R."""
+    """Omega(V_max), of the whole or of one region: under ``touch``, as in the paper, the voxels
+    touched by the outer solid less those touched by V_R."""
     if rule == "centre":
         return voxels(solid, voxel, region=region, memory=memory)
-    outer, body = (voxels(s, voxel, "touch", region=region, memory=memory) for s in (solid.a, solid.b))
+    outer, body = (
+        voxels(s, voxel, "touch", region=region, memory=memory) for s in (solid.a, solid.b)
+    )
     return outer - body
 
 
 def surface_voxels(solid: Difference, voxel: float) -> float:
-    """A generous guess of the voxels on the surface of a solid, a few times those on its box: the ones that are stored."""
+    """A generous guess of the voxels on the surface of a solid, a few times those on its box: the
+    ones that are stored.
+    """
     x, y, z = np.ptp(solid.bounds(), axis=0)
     return float(4 * (x * y + y * z + z * x) / voxel**2)
 
@@ -115,13 +124,15 @@ def check_voxel(solid: Difference, voxel: float) -> None:
     surface = surface_voxels(solid, voxel)
     if surface > _MOST:
         raise TooFineError(
-            f"voxel {voxel:g} m would mean about {surface:.1g} voxels on the surface alone, more than {_MOST:.0e};"
-            f" allowed: {voxel * math.sqrt(surface / _MOST):.1g} m and more"
+            f"voxel {voxel:g} m would mean about {surface:.1g} voxels on the surface alone, more"
+            f" than {_MOST:.0e}; allowed: {voxel * math.sqrt(surface / _MOST):.1g} m and more"
         )
 
 
 class Verifier:
-    """Counts zeta of setups in one scene and keeps the voxels of its targets, which no setup changes."""
+    """Counts zeta of setups in one scene and keeps the voxels of its targets, which no setup
+    changes.
+    """
 
     def __init__(
         self,
@@ -141,8 +152,10 @@ class Verifier:
             rule: how a voxel is counted, or ``certified``.
             width: in [0, 1], of the interval, when certified; 0: what cells of side ``voxel`` give.
             tell: is given the interval after each pass, when certified.
-            memory: bytes that counting may take: half for the work, a quarter for one target's voxels (what needs more is
-                counted region by region) and a quarter for those kept for the next setup. None: half of what is free.
+            memory: bytes that counting may take: half for the work, a quarter for one target's
+                voxels (what needs more is
+                counted region by region) and a quarter for those kept for the next setup. None:
+                    half of what is free.
             at: is given the number of each pose before it is counted.
         """
         self.memory = psutil.virtual_memory().available / 2 if memory is None else memory
@@ -160,8 +173,8 @@ class Verifier:
         return found
 
     def pieces(self, target: Target, pose: int) -> Iterator[tuple[VoxelSet, Region | None]]:
-        """The voxels of ``target`` at a pose, each once: all of them, or region by region where memory asks for it; of the
-        rule ``touch``, or else ``centre``.
+        """The voxels of ``target`` at a pose, each once: all of them, or region by region where
+        memory asks for it; of the rule ``touch``, or else ``centre``.
 
         Raises:
             ValueError: for a target that holds no voxel, or one whose radius lies within V_R.
@@ -178,17 +191,23 @@ class Verifier:
             if total:
                 yield wanted, None
         else:
-            for region in regions(solid, voxel, int(math.sqrt(self.memory / 4 / (_SIDES * _BYTES)))):
+            for region in regions(
+                solid, voxel, int(math.sqrt(self.memory / 4 / (_SIDES * _BYTES)))
+            ):
                 wanted = target_voxels(solid, voxel, self._rule, region, self.memory / 2)
                 total += len(wanted)
                 if len(wanted):
                     yield wanted, region
         if total == 0:
-            raise ValueError(f"target {target} holds no voxel of {voxel:g} m: it is empty or the voxel too large")
+            raise ValueError(
+                f"target {target} holds no voxel of {voxel:g} m: it is empty or the voxel too large"
+            )
 
     @property
     def centre_voxel(self) -> float:
-        """Side of the voxels, m, for what counts by the rule ``centre`` alone; ValueError under another rule."""
+        """Side of the voxels, m, for what counts by the rule ``centre`` alone; ValueError under
+        another rule.
+        """
         if self.rule != "centre" or self.voxel is None:
             raise ValueError(f"found rule {self.rule}, allowed here: centre")
         return self.voxel
@@ -229,37 +248,61 @@ class Verifier:
         start = time.perf_counter()
         poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))
         weights = [p.weight for p in poses]
-        zeta, low, high = (weighted_mean(weights, [getattr(p, key) for p in poses]) for key in ("zeta", "low", "high"))
+        zeta, low, high = (
+            weighted_mean(weights, [getattr(p, key) for p in poses])
+            for key in ("zeta", "low", "high")
+        )
         if self.rule == "certified":
             rounding = (len(poses) + 4) * 2.0**-52  # of weights that sum to 1, and of the mean
             low, high = low * (1 - rounding), min(high * (1 + rounding), 1.0)
-        return Verified(target, self.rule, self.voxel, zeta, low, high, poses, time.perf_counter() - start, self.width)
+        return Verified(
+            target,
+            self.rule,
+            self.voxel,
+            zeta,
+            low,
+            high,
+            poses,
+            time.perf_counter() - start,
+            self.width,
+        )
 
     def judge(self, setup: Setup) -> tuple[float, float]:
-        """By how much zeta falls short of the goals' floors, all together, and its weighted mean over the goals, of all
-        poses or of the worst one, as the scene asks: both in [0, 1]. A setup is better than another if it falls less short,
-        or else if its mean is higher. Raises as ``verify`` does."""
+        """By how much zeta falls short of the goals' floors, all together, and its weighted mean
+        over the goals, of all poses or of the worst one, as the scene asks: both in [0, 1]. A setup
+        is better than another if it falls less short, or else if its mean is higher. Raises as
+        ``verify`` does."""
         return self.judged([self.verify(setup, goal.target) for goal in self.scene.goals])
 
     def judged(self, each: Sequence[Verified]) -> tuple[float, float]:
         """The judgement of a setup whose goals are verified already, in their order."""
         goals, weights = self.scene.goals, [float(w) for w in self.scene.goal_weights]
-        short = math.fsum(max(goal.at_least - v.zeta, 0.0) for goal, v in zip(goals, each, strict=True))
+        short = math.fsum(
+            max(goal.at_least - v.zeta, 0.0) for goal, v in zip(goals, each, strict=True)
+        )
         if self.scene.over_poses == "mean":
             return short, weighted_mean(weights, [v.zeta for v in each])
         at_poses = zip(*(v.poses for v in each), strict=True)
-        return short, min(weighted_mean(weights, [p.zeta for p in goal_by_goal]) for goal_by_goal in at_poses)
+        return short, min(
+            weighted_mean(weights, [p.zeta for p in goal_by_goal]) for goal_by_goal in at_poses
+        )
 
 
 def by_occlusion(verifier: Verifier, setup: Setup, known: Verified) -> dict[Occlusion, float]:
-    """Zeta in [0, 1] of ``setup`` for the target of ``known`` under each model, by the same voxels; ``known`` under its own.
+    """Zeta in [0, 1] of ``setup`` for the target of ``known`` under each model, by the same voxels;
+    ``known`` under its own.
 
-    None where the robot has no bodies, or where the rule is certified: an interval is made for one model at a time.
+    None where the robot has no bodies, or where the rule is certified: an interval is made for one
+    model at a time.
     """
     scene = verifier.scene
     if not scene.robot.bodies or verifier.rule == "certified":
         return {}
     return {
-        occlusion: known.zeta if occlusion == scene.occlusion else verifier.under(occlusion).verify(setup, known.target).zeta
+        occlusion: (
+            known.zeta
+            if occlusion == scene.occlusion
+            else verifier.under(occlusion).verify(setup, known.target).zeta
+        )
         for occlusion in OCCLUSIONS
     }

@@ -1,4 +1,6 @@
-"""The picture of unseen approaches: robot, beams and paths from above and from the side, and what each path clears."""
+"""The picture of unseen approaches: robot, beams and paths from above and from the side, and what
+each path clears.
+"""
 
 from pathlib import Path
 from typing import Any
@@ -22,7 +24,9 @@ from ..simulation.detection import turned
 from ..simulation.human import PEDESTAL
 from .plots import COLOURS, GREY, INK, plain, save, sheet
 
-_DISC = np.stack([f(np.linspace(0, 2 * np.pi, 40, endpoint=False)) for f in (np.cos, np.sin)], axis=1)
+_DISC = np.stack(
+    [f(np.linspace(0, 2 * np.pi, 40, endpoint=False)) for f in (np.cos, np.sin)], axis=1
+)
 _BEAM, _ROBOT = COLOURS[5], "#9aa4ae"
 _EVERY = 0.1  # m along a path from one drawn ball to the next
 
@@ -36,7 +40,9 @@ def _beam(cones: Cones, i: int) -> Float[np.ndarray, "P 3"]:
     axis = cones.axis[i]
     u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     u /= np.linalg.norm(u)
-    circle = cones.range_m[i] * np.tan(cones.half_angle[i]) * (_DISC @ np.stack([u, np.cross(axis, u)]))
+    circle = (
+        cones.range_m[i] * np.tan(cones.half_angle[i]) * (_DISC @ np.stack([u, np.cross(axis, u)]))
+    )
     return np.vstack([cones.apex[i], cones.apex[i] + cones.range_m[i] * axis + circle])
 
 
@@ -57,7 +63,9 @@ def capsule_outlines(start: Any, end: Any, radius: Any, flat: list[int]) -> list
     return [_outline(np.vstack([p[flat] + r * _DISC for p in (a, b)])) for a, b, r in each]
 
 
-def _view(ax: Axes, cones: Cones, bodies: Capsules, approaches: list[Approach], plane: tuple[int, int]) -> None:
+def _view(
+    ax: Axes, cones: Cones, bodies: Capsules, approaches: list[Approach], plane: tuple[int, int]
+) -> None:
     """Everything projected on the plane of two axes: beams, robot, floor, paths."""
     flat = list(plane)
     beams = [_outline(_beam(cones, i)[:, flat]) for i in range(len(cones))]
@@ -69,7 +77,12 @@ def _view(ax: Axes, cones: Cones, bodies: Capsules, approaches: list[Approach], 
         line = _along(found.path)[:, flat]
         size = np.full(len(line[::2]), 2 * found.radius)
         balls = EllipseCollection(
-            size, size, np.zeros(len(size)), units="xy", offsets=line[::2], offset_transform=ax.transData
+            size,
+            size,
+            np.zeros(len(size)),
+            units="xy",
+            offsets=line[::2],
+            offset_transform=ax.transData,
         )
         balls.set(facecolor=_colour(k), alpha=0.22, edgecolor=_colour(k), lw=0.6, zorder=4)
         ax.add_collection(balls)
@@ -78,7 +91,13 @@ def _view(ax: Axes, cones: Cones, bodies: Capsules, approaches: list[Approach], 
     if 2 in plane:
         ax.axhline(-PEDESTAL, color=INK, lw=1.2, zorder=2)
         ax.fill_between(
-            [0, 1], -PEDESTAL - 0.2, -PEDESTAL, transform=ax.get_yaxis_transform(), color="#e4e7ea", lw=0, zorder=2
+            [0, 1],
+            -PEDESTAL - 0.2,
+            -PEDESTAL,
+            transform=ax.get_yaxis_transform(),
+            color="#e4e7ea",
+            lw=0,
+            zorder=2,
         )
     ax.set_aspect("equal")
 
@@ -95,9 +114,14 @@ def _colour(k: int) -> str:
 
 
 def picture(
-    robot: Robot, setups: dict[str, Setup], q: Float[np.ndarray, " J"], found: dict[str, list[Approach]], file: Path
+    robot: Robot,
+    setups: dict[str, Setup],
+    q: Float[np.ndarray, " J"],
+    found: dict[str, list[Approach]],
+    file: Path,
 ) -> None:
-    """For each named setup a row: from above, from the side, and the ball's clearance along its path.
+    """For each named setup a row: from above, from the side, and the ball's clearance along its
+    path.
 
     Args:
         robot: with bodies.
@@ -110,7 +134,9 @@ def picture(
     figure = sheet(14.5, 0.6 + 4.3 * len(setups))
     axes = figure.subplots(len(setups), 3, squeeze=False, width_ratios=(1, 1, 0.85))
     spots = np.concatenate([_along(one.path) for many in found.values() for one in many])
-    spots = np.vstack([spots, *(sensor_cones(robot, setup, q).bounds() for setup in setups.values())])
+    spots = np.vstack(
+        [spots, *(sensor_cones(robot, setup, q).bounds() for setup in setups.values())]
+    )
     low, high = spots.min(axis=0) - 0.1, spots.max(axis=0) + 0.1
     low[2] = -PEDESTAL - 0.15
     high[1:] = low[1:] + (high - low)[1:].max()  # both views equally high

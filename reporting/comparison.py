@@ -14,14 +14,23 @@ from ..objectives.verify import Verified, Verifier, by_occlusion
 PAPER_SETUPS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
 
 
-PAPER_TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), Target("V_S", 0.5), Target("V_S", 1.5))
+PAPER_TARGETS = (
+    Target("V_O"),
+    Target("V_T"),
+    Target("V_OT"),
+    Target("V_S", 0.5),
+    Target("V_S", 1.5),
+)
 
 
-_FEW_POSES = 4  # up to here all of the paper's targets are compared, beyond only those that were asked for
+# up to here all of the paper's targets are compared, beyond only those that were asked for
+_FEW_POSES = 4
 
 
 def comparable(scene: Scene) -> tuple[str, ...]:
-    """The paper's setups that the scene's robot can carry: none where it lacks one of their links."""
+    """The paper's setups that the scene's robot can carry: none where it lacks one of their
+    links.
+    """
     links = {ring.link for ring in named_setup(PAPER_SETUPS[0]).rings}
     return tuple(PAPER_SETUPS) if links <= set(scene.robot.links) else ()
 
@@ -38,8 +47,8 @@ def counted(
     sighted: Collection[Target],
     known: Mapping[tuple[str, Target], Verified],
 ) -> Iterator[VerifyResult]:
-    """Zeta of each target for each setup by one verifier, with all models of occlusion for those ``sighted``; ``known``:
-    what is counted already, by the setup's name and the target."""
+    """Zeta of each target for each setup by one verifier, with all models of occlusion for those
+    ``sighted``; ``known``: what is counted already, by the setup's name and the target."""
     scene, goals = verifier.scene, [g.target for g in verifier.scene.goals]
     for target in targets:
         if target not in goals:  # its voxels serve nobody else
@@ -48,7 +57,9 @@ def counted(
             verified = known.get((name, target)) or verifier.verify(one, target)
             result = verify_result(name, verified, scene)
             if target in sighted:
-                result = with_sight(result, scene, by_occlusion(verifier, one, verified), unseeing(scene, one))
+                result = with_sight(
+                    result, scene, by_occlusion(verifier, one, verified), unseeing(scene, one)
+                )
             yield result
 
 

@@ -1,4 +1,6 @@
-"""The picture of detection in time: shares by direction, distances, and the approaches that are reported last."""
+"""The picture of detection in time: shares by direction, distances, and the approaches that are
+reported last.
+"""
 
 from pathlib import Path
 from typing import Any
@@ -26,7 +28,9 @@ _GHOSTS = 0.5  # s, from one drawn person to the next
 
 
 def last_reported(found: Approaches) -> list[int]:
-    """Approaches that are not in time, those reported nearest first; never reported is nearest; no two from within 45°."""
+    """Approaches that are not in time, those reported nearest first; never reported is nearest; no
+    two from within 45°.
+    """
     late = np.flatnonzero(~found.in_time)
     order = late[np.argsort(np.nan_to_num(found.report[late], nan=-1.0), kind="stable")]
     chosen: list[int] = []
@@ -40,10 +44,17 @@ def last_reported(found: Approaches) -> list[int]:
 
 
 def picture(
-    robot: Robot, setup: Setup, moments: Moments, found: Approaches, person: Bones, floor: float, sectors: int, file: Path
+    robot: Robot,
+    setup: Setup,
+    moments: Moments,
+    found: Approaches,
+    person: Bones,
+    floor: float,
+    sectors: int,
+    file: Path,
 ) -> None:
-    """Draw the approaches ``found`` of a ``person`` on the way in on a ``floor`` at that height, m, by ``sectors``
-    directions."""
+    """Draw the approaches ``found`` of a ``person`` on the way in on a ``floor`` at that height, m,
+    by ``sectors`` directions."""
     figure = sheet(15.5, 9.6)
     grid = figure.add_gridspec(2, 3, width_ratios=(1.0, 1.12, 1.12))
     _rose(figure.add_subplot(grid[0, 0], projection="polar"), found, sectors)
@@ -55,12 +66,16 @@ def picture(
     if not worst:
         ax = figure.add_subplot(grid[:, 1:])
         ax.axis("off")
-        ax.text(0.5, 0.5, "every approach was reported in time", ha="center", fontsize=14, color=_GOOD)
+        ax.text(
+            0.5, 0.5, "every approach was reported in time", ha="center", fontsize=14, color=_GOOD
+        )
     handles = [
         Patch(facecolor=_ROBOT, edgecolor=INK, lw=0.7, label="robot"),
         Patch(facecolor=_BEAM, alpha=0.4, label="beams at effective range"),
         Patch(facecolor=_NEAR, label="nearer than the part's separation distance (V_P)"),
-        Line2D([], [], color=_BAD, lw=3, label="the person's way, every half second, not reported yet"),
+        Line2D(
+            [], [], color=_BAD, lw=3, label="the person's way, every half second, not reported yet"
+        ),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False, fontsize=10)
     save(figure, file)
@@ -70,7 +85,14 @@ def _rose(ax: Any, found: Approaches, sectors: int) -> None:
     """Share in time by direction, with its interval as a whisker."""
     sector = np.floor(np.mod(found.azimuth, 2 * np.pi) / (2 * np.pi) * sectors).astype(int)
     width = 2 * np.pi / sectors
-    ax.bar((np.arange(sectors) + 0.5) * width, 100, width=width, color="#f3d9cc", edgecolor="white", lw=0.8)
+    ax.bar(
+        (np.arange(sectors) + 0.5) * width,
+        100,
+        width=width,
+        color="#f3d9cc",
+        edgecolor="white",
+        lw=0.8,
+    )
     for s in range(sectors):
         if not (some := sector == s).any():
             continue
@@ -81,11 +103,16 @@ def _rose(ax: Any, found: Approaches, sectors: int) -> None:
     ax.set_ylim(0, 100)
     ax.set_yticks([25, 50, 75, 100], ["25", "50", "75", "100 %"], fontsize=7.5, color=GREY)
     ax.set_xticks(
-        np.arange(8) * np.pi / 4, ["+x", "45°", "+y", "135°", "−x", "225°", "−y", "315°"], fontsize=8.5, color=GREY
+        np.arange(8) * np.pi / 4,
+        ["+x", "45°", "+y", "135°", "−x", "225°", "−y", "315°"],
+        fontsize=8.5,
+        color=GREY,
     )
     ax.grid(color=GRID, lw=0.6)
     ax.spines["polar"].set_visible(False)
-    ax.set_title("reported in time, by where the person comes from", fontsize=10.5, color=INK, pad=12)
+    ax.set_title(
+        "reported in time, by where the person comes from", fontsize=10.5, color=INK, pad=12
+    )
 
 
 def _distances(ax: Axes, found: Approaches) -> None:
@@ -93,16 +120,32 @@ def _distances(ax: Axes, found: Approaches) -> None:
     report, due = np.nan_to_num(found.report, nan=0.0), np.nan_to_num(found.asked, nan=0.0)
     edges = np.linspace(0, max(float(report.max()), float(due.max()), 0.1), 41)
     ax.hist(due, list(edges), color=_ASKED, alpha=0.55, label="distance at which a report is due")
-    ax.hist(report, list(edges), color=COLOURS[0], alpha=0.55, label="distance at the first report (0: none)")
+    ax.hist(
+        report,
+        list(edges),
+        color=COLOURS[0],
+        alpha=0.55,
+        label="distance at the first report (0: none)",
+    )
     plain(ax, "distance of person and robot", "m", "approaches")
     ax.set_ylim(0, 1.25 * ax.get_ylim()[1])
     ax.legend(frameon=False, fontsize=9, loc="upper left")
 
 
 def _approach(
-    top: Axes, side: Axes, robot: Robot, setup: Setup, m: Moments, found: Approaches, k: int, body: Bones, floor: float
+    top: Axes,
+    side: Axes,
+    robot: Robot,
+    setup: Setup,
+    m: Moments,
+    found: Approaches,
+    k: int,
+    body: Bones,
+    floor: float,
 ) -> None:
-    """One approach at the moment at which the report was due, from above and from the side the person is seen from."""
+    """One approach at the moment at which the report was due, from above and from the side the
+    person is seen from.
+    """
     azimuth, step = float(found.azimuth[k]), int(found.broken_step[k])
     at = int(m.before(int(found.moment[k]), found.walk - 1 - step))
     cones = sensor_cones(robot, setup, m.q[at])
@@ -113,17 +156,27 @@ def _approach(
     for ax, flat, robot_turn, person_turn in views:
         seen = [turned(p, robot_turn) for p in (m.start[at], m.end[at])]
         near = capsule_outlines(seen[0], seen[1], m.radius + m.asked[at], flat)
-        ax.add_collection(PolyCollection(near, facecolor=_NEAR, edgecolor=_NEAR, lw=0.5, zorder=0.5))
+        ax.add_collection(
+            PolyCollection(near, facecolor=_NEAR, edgecolor=_NEAR, lw=0.5, zorder=0.5)
+        )
         beams = [beam_outline(cones, i, robot_turn, flat) for i in range(len(cones))]
         ax.add_collection(PolyCollection(beams, facecolor=_BEAM, alpha=0.16, lw=0, zorder=1))
-        ax.add_collection(PolyCollection(beams, facecolor="none", edgecolor=_BEAM, alpha=0.5, lw=0.4, zorder=1.1))
+        ax.add_collection(
+            PolyCollection(beams, facecolor="none", edgecolor=_BEAM, alpha=0.5, lw=0.4, zorder=1.1)
+        )
         links = robot_outlines(m.bodies, at, robot_turn, flat)
         ax.add_collection(PolyCollection(links, facecolor=_ROBOT, edgecolor=INK, lw=0.7, zorder=3))
         for back in range(step, -1, -ghost):
             a, b = (turned(p[back], person_turn) for p in (body.start, body.end))
             shade = 0.75 if back == step else 0.75 * max(0.12, 0.45 - 0.12 * (step - back) / ghost)
             colour = _PERSON if back == step else _BAD
-            person = PolyCollection(capsule_outlines(a, b, body.radius, flat), facecolor=colour, alpha=shade, lw=0, zorder=4)
+            person = PolyCollection(
+                capsule_outlines(a, b, body.radius, flat),
+                facecolor=colour,
+                alpha=shade,
+                lw=0,
+                zorder=4,
+            )
             ax.add_collection(person)
         ax.set_aspect("equal")
     way = turned(body.start[:, 6], azimuth)
@@ -135,7 +188,18 @@ def _approach(
     top.set_ylim(-reach, reach)
     side.set_xlim(-reach, reach)
     side.set_ylim(floor - 0.25, max(2.4, floor + 2.0))
-    end = "never reported before contact" if not np.isfinite(reported) else f"first reported at {100 * reported:.0f} cm"
-    due = f"due at {100 * found.asked[k]:.0f} cm" if np.isfinite(found.asked[k]) else "due at contact"
-    plain(top, f"from {np.degrees(azimuth) % 360:.0f}°, at the moment a report is due\n{due}; {end}", "x, m", "y, m")
+    end = (
+        "never reported before contact"
+        if not np.isfinite(reported)
+        else f"first reported at {100 * reported:.0f} cm"
+    )
+    due = (
+        f"due at {100 * found.asked[k]:.0f} cm" if np.isfinite(found.asked[k]) else "due at contact"
+    )
+    plain(
+        top,
+        f"from {np.degrees(azimuth) % 360:.0f}°, at the moment a report is due\n{due}; {end}",
+        "x, m",
+        "y, m",
+    )
     plain(side, "the same across its way", "along the way, m", "z, m")

@@ -12,7 +12,8 @@ from matplotlib.patches import Patch
 from ..simulation.distance import FAR, MODES, NEAR, THINGS, Series, Table, summary
 from .plots import COLOURS, GREY, INK, MARKERS, plain, save, sheet
 
-Results = Mapping[tuple[str, str, str], Sequence[Table]]  # by setup, mode and thing: one table for each seed
+# by setup, mode and thing: one table for each seed
+Results = Mapping[tuple[str, str, str], Sequence[Table]]
 MODE_NAMES = {"ignore": "robot hides nothing", "shadow": "robot hides what is behind it"}
 _MODE_COLOURS = dict(zip(MODES, (COLOURS[0], COLOURS[1]), strict=True))
 _FONT = 10.0
@@ -37,7 +38,9 @@ def _rows(ax: Axes, names: Sequence[str], labelled: bool) -> None:
     ax.tick_params(labelsize=_FONT - 1, labelleft=labelled)
 
 
-def _bars(ax: Axes, results: Results, key: str, thing: str, x: str, title: str, labelled: bool) -> None:
+def _bars(
+    ax: Axes, results: Results, key: str, thing: str, x: str, title: str, labelled: bool
+) -> None:
     """Bars of both modes with intervals, setup by setup."""
     names = _setups(results)
     for k, mode in enumerate(MODES):
@@ -53,16 +56,40 @@ def _bars(ax: Axes, results: Results, key: str, thing: str, x: str, title: str, 
 
 def _mode_legend(figure: Any, extra: Sequence[Any] = ()) -> None:
     handles = [Patch(color=_MODE_COLOURS[mode], label=MODE_NAMES[mode]) for mode in MODES]
-    interval = Line2D([], [], color=INK, lw=1, marker="|", ms=6, label="95 % interval over seeded paths")
-    figure.legend(handles=[*handles, interval, *extra], loc="outside upper center", ncols=4, frameon=False, fontsize=_FONT)
+    interval = Line2D(
+        [], [], color=INK, lw=1, marker="|", ms=6, label="95 % interval over seeded paths"
+    )
+    figure.legend(
+        handles=[*handles, interval, *extra],
+        loc="outside upper center",
+        ncols=4,
+        frameon=False,
+        fontsize=_FONT,
+    )
 
 
 def errors(results: Results, file: Path, thing: str = "human") -> None:
     """The paper's last figure: RMSE and maximum error of the minimum distance, setup by setup."""
     figure = sheet(11, 1.7 + 0.42 * len(_setups(results)))
     left, right = figure.subplots(1, 2)
-    _bars(left, results, "rmse_m", thing, "RMSE of the minimum distance, m", f"{thing}: root mean square error", True)
-    _bars(right, results, "max_error_m", thing, "largest error of a path, m", f"{thing}: maximum error", False)
+    _bars(
+        left,
+        results,
+        "rmse_m",
+        thing,
+        "RMSE of the minimum distance, m",
+        f"{thing}: root mean square error",
+        True,
+    )
+    _bars(
+        right,
+        results,
+        "max_error_m",
+        thing,
+        "largest error of a path, m",
+        f"{thing}: maximum error",
+        False,
+    )
     _mode_legend(figure)
     save(figure, file)
 
@@ -74,14 +101,22 @@ def zones(results: Results, file: Path, mode: str = "shadow") -> None:
     axes = figure.subplots(2, 2, sharex="row")
     titles = {"near": f"near zone: below {NEAR:g} m", "far": f"far zone: {NEAR:g} to {FAR:g} m"}
     for line, (key, what) in zip(
-        axes, {"rmse_m": "RMSE, m", "max_error_m": "largest error of a path, m"}.items(), strict=True
+        axes,
+        {"rmse_m": "RMSE, m", "max_error_m": "largest error of a path, m"}.items(),
+        strict=True,
     ):
         for ax, (zone, title) in zip(line, titles.items(), strict=True):
             for k, thing in enumerate(THINGS):
                 mean, half = _column(results, f"{zone}_{key}", mode, thing)
                 at = np.arange(len(names)) + 0.18 * (k - (len(THINGS) - 1) / 2)
                 low = np.minimum(half, mean)
-                style = {"color": COLOURS[k], "marker": MARKERS[k], "ms": 5.5, "elinewidth": 1.0, "capsize": 1.5}
+                style = {
+                    "color": COLOURS[k],
+                    "marker": MARKERS[k],
+                    "ms": 5.5,
+                    "elinewidth": 1.0,
+                    "capsize": 1.5,
+                }
                 ax.errorbar(mean, at, xerr=[low, half], ls="none", label=thing, **style)
             plain(ax, title, x=what)
             _rows(ax, names, ax in axes[:, 0])
@@ -89,19 +124,36 @@ def zones(results: Results, file: Path, mode: str = "shadow") -> None:
                 ax.axhline(y, color="#eceff1", lw=0.8, zorder=0)
             ax.set_xlim(left=0)
     handles, labels = axes[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(THINGS), frameon=False, fontsize=_FONT)
-    figure.supxlabel(f"{MODE_NAMES[mode]}; means over seeded paths with 95 % intervals", fontsize=_FONT, color=GREY)
+    figure.legend(
+        handles,
+        labels,
+        loc="outside upper center",
+        ncols=len(THINGS),
+        frameon=False,
+        fontsize=_FONT,
+    )
+    figure.supxlabel(
+        f"{MODE_NAMES[mode]}; means over seeded paths with 95 % intervals",
+        fontsize=_FONT,
+        color=GREY,
+    )
     save(figure, file)
 
 
 def monitoring(results: Results, file: Path) -> None:
-    """What speed and separation monitoring rests on: closing speeds, and how long and how near the human goes unseen."""
+    """What speed and separation monitoring rests on: closing speeds, and how long and how near the
+    human goes unseen.
+    """
     figure = sheet(12, 2.2 + 0.84 * len(_setups(results)))
     axes = figure.subplots(2, 2)
     panels = (
         ("rmse_speed_base", "RMSE of the closing speed, m/s", "closing speed towards the base"),
         ("rmse_speed_tcp", "RMSE of the closing speed, m/s", "closing speed towards the TCP"),
-        ("unseen_longest_s", "longest time unseen in a path, s", "within 1.5 m and unseen: for how long"),
+        (
+            "unseen_longest_s",
+            "longest time unseen in a path, s",
+            "within 1.5 m and unseen: for how long",
+        ),
         ("unseen_nearest_m", "least distance while unseen, m", "within 1.5 m and unseen: how near"),
     )
     for k, (ax, (key, x, title)) in enumerate(zip(axes.flat, panels, strict=True)):
@@ -110,14 +162,20 @@ def monitoring(results: Results, file: Path) -> None:
     save(figure, file)
 
 
-def timeline(runs: Mapping[str, Series], range_m: float, file: Path, start: float = 0.0, end: float = np.inf) -> None:
-    """True and believed distance over time, one panel for each named run; moments at which no sensor sees are marked."""
+def timeline(
+    runs: Mapping[str, Series], range_m: float, file: Path, start: float = 0.0, end: float = np.inf
+) -> None:
+    """True and believed distance over time, one panel for each named run; moments at which no
+    sensor sees are marked.
+    """
     figure = sheet(12, 0.9 + 2.5 * len(runs))
     axes = np.atleast_1d(figure.subplots(len(runs), 1, sharex=True, sharey=True))
     for ax, (name, run) in zip(axes, runs.items(), strict=True):
         time = run.time
         unseen = (run.true < range_m) & ~run.seen
-        ax.fill_between(time, 0, 1.05 * range_m, where=unseen, color=COLOURS[4], alpha=0.3, lw=0, step="mid")
+        ax.fill_between(
+            time, 0, 1.05 * range_m, where=unseen, color=COLOURS[4], alpha=0.3, lw=0, step="mid"
+        )
         for level in (NEAR, FAR):
             ax.axhline(level, color=GREY, lw=0.8, ls=(0, (4, 3)))
         ax.plot(time, np.minimum(run.true, range_m), color=INK, lw=1.8)
@@ -131,9 +189,18 @@ def timeline(runs: Mapping[str, Series], range_m: float, file: Path, start: floa
     handles = [
         Line2D([], [], color=INK, lw=1.8, label="true"),
         Line2D([], [], color=COLOURS[0], lw=1.2, label="believed (points on the beams' axes)"),
-        Line2D([], [], color=COLOURS[2], lw=1.0, ls=(0, (1, 1)), label="careful (anywhere in the beams)"),
+        Line2D(
+            [],
+            [],
+            color=COLOURS[2],
+            lw=1.0,
+            ls=(0, (1, 1)),
+            label="careful (anywhere in the beams)",
+        ),
         Patch(color=COLOURS[4], alpha=0.3, label="within 1.5 m, unseen by all sensors"),
         Line2D([], [], color=GREY, lw=0.8, ls=(0, (4, 3)), label=f"{NEAR:g} and {FAR:g} m"),
     ]
-    figure.legend(handles=handles, loc="outside upper center", ncols=5, frameon=False, fontsize=_FONT - 0.5)
+    figure.legend(
+        handles=handles, loc="outside upper center", ncols=5, frameon=False, fontsize=_FONT - 0.5
+    )
     save(figure, file)

@@ -1,4 +1,6 @@
-"""Pages: Markdown, and the same as one HTML file that needs nothing else, on a screen and on paper."""
+"""Pages: Markdown, and the same as one HTML file that needs nothing else, on a screen and on
+paper.
+"""
 
 import base64
 import csv
@@ -16,30 +18,41 @@ from ..formats.escaping import printable, printable_lines
 
 _IMAGE = re.compile(r'src="([\w.-]+\.png)"')
 _PICTURE = re.compile(r"[\w.-]+\.png")
-_MARKUP = str.maketrans({c: f"\\{c}" for c in punctuation if c != "|"})  # a table minds its bars itself
+# a table minds its bars itself
+_MARKUP = str.maketrans({c: f"\\{c}" for c in punctuation if c != "|"})
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
-_STYLE = """body { max-width: 72rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif;
-color: #23272b } h1, h2, h3 { line-height: 1.25 } h2 { margin-top: 2.4rem } h3 { margin-top: 1.6rem }
+_STYLE = """body { max-width: 72rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, \
+sans-serif;
+color: #23272b } h1, h2, h3 { line-height: 1.25 } h2 { margin-top: 2.4rem } h3 { margin-top: \
+1.6rem }
 img { max-width: 100% } table { border-collapse: collapse; font-size: 14px; margin: 1rem 0 }
-th, td { border-bottom: 1px solid #d9dde1; padding: 0.3rem 0.7rem; text-align: left; vertical-align: top }
+th, td { border-bottom: 1px solid #d9dde1; padding: 0.3rem 0.7rem; text-align: left; \
+vertical-align: top }
 td { font-variant-numeric: tabular-nums } th { border-bottom: 2px solid #23272b }
 code, pre { background: #f1f3f5; padding: 0 0.2rem }
 pre { padding: 0.6rem 0.9rem; white-space: pre-wrap; overflow-wrap: anywhere }
-blockquote { margin: 1rem 0; padding: 0.3rem 1.1rem; border-left: 4px solid #0072B2; font-size: 1.1em }
+blockquote { margin: 1rem 0; padding: 0.3rem 1.1rem; border-left: 4px solid #0072B2; font-size: \
+1.1em }
 @page { size: A4; margin: 16mm 14mm }
-@media print { body { max-width: none; margin: 0; padding: 0; font-size: 10.5pt; print-color-adjust: exact }
-table { font-size: 8.5pt } th, td { padding: 0.15rem 0.5rem } h2 { margin-top: 1.4rem } h2, h3 { break-after: avoid }
+@media print { body { max-width: none; margin: 0; padding: 0; font-size: 10.5pt; \
+print-color-adjust: exact }
+table { font-size: 8.5pt } th, td { padding: 0.15rem 0.5rem } h2 { margin-top: 1.4rem } h2, h3 { \
+break-after: avoid }
 table, tr, img, pre, blockquote { break-inside: avoid } thead { display: table-header-group }
 p:has(+ table), p:has(+ p > img) { break-after: avoid } p { orphans: 3; widows: 3 } }"""
 
 
 def escaped(text: str) -> str:
-    """``text`` of a file or a user as Markdown that shows it as it is, on one line: no link, no picture, no markup."""
+    """``text`` of a file or a user as Markdown that shows it as it is, on one line: no link, no
+    picture, no markup.
+    """
     return printable(" ".join(text.split())).translate(_MARKUP)
 
 
 def code(text: str) -> str:
-    """A block of Markdown that shows ``text`` as it is, line by line, with an empty line after it."""
+    """A block of Markdown that shows ``text`` as it is, line by line, with an empty line after
+    it.
+    """
     return "".join(f"    {printable(line)}\n" for line in text.splitlines()) + "\n"
 
 
@@ -61,19 +74,25 @@ def csv_text(records: Sequence[Mapping[str, Any]]) -> str:
 
 
 def html(markdown: str, folder: Path, title: str) -> str:
-    """The page as self-contained HTML, in which all characters show. Its images are the PNG files of ``folder`` that it
-    names; whatever else it refers to stays text, so that nothing of a page leads elsewhere."""
+    """The page as self-contained HTML, in which all characters show. Its images are the PNG files
+    of ``folder`` that it names; whatever else it refers to stays text, so that nothing of a page
+    leads elsewhere."""
 
     def embedded(match: re.Match[str]) -> str:
-        return f'src="data:image/png;base64,{base64.b64encode((folder / match[1]).read_bytes()).decode()}"'
+        image = base64.b64encode((folder / match[1]).read_bytes()).decode()
+        return f'src="data:image/png;base64,{image}"'
 
     parser = MarkdownIt("commonmark", {"html": False}).enable("table")
-    parser.validateLink = lambda url: _PICTURE.fullmatch(url) is not None and (folder / url).is_file()  # type: ignore[method-assign]
+    parser.validateLink = lambda url: (
+        _PICTURE.fullmatch(url) is not None and (folder / url).is_file()
+    )  # type: ignore[method-assign]
     head = (
-        f'<meta charset="utf-8"><meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
-        f'<meta name="viewport" content="width=device-width"><title>{escape(printable(title))}</title>'
+        '<meta charset="utf-8"><meta http-equiv="Content-Security-Policy"'
+        f' content="{_POLICY}"><meta name="viewport"'
+        f' content="width=device-width"><title>{escape(printable(title))}</title>'
     )
     body = _IMAGE.sub(embedded, parser.render(printable_lines(markdown)))
     return (
-        f'<!doctype html>\n<html lang="en">\n<head>{head}\n<style>{_STYLE}</style></head>\n<body>\n{body}</body>\n</html>\n'
+        f'<!doctype html>\n<html lang="en">\n<head>{head}\n<style>{_STYLE}</style></head>\n'
+        f"<body>\n{body}</body>\n</html>\n"
     )

@@ -1,4 +1,6 @@
-"""The picture of a placement: robot, rings, what the sensors see and what stays unseen, from two sides."""
+"""The picture of a placement: robot, rings, what the sensors see and what stays unseen, from two
+sides.
+"""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -25,7 +27,16 @@ from ..coverage.solids.cones import Cones
 from ..objectives.occlusion import sight
 from ..objectives.scene import Scene
 from .plots import GREY, GRID, INK
-from .rendering.faces import DISC, RING_WIDTH, add_robot, body, convex_pieces, faces_within, lengths_within, rim_of
+from .rendering.faces import (
+    DISC,
+    RING_WIDTH,
+    add_robot,
+    body,
+    convex_pieces,
+    faces_within,
+    lengths_within,
+    rim_of,
+)
 from .rendering.sheet import LINK_COLOURS, UNSEEN_COLOUR, Sheet, write_png
 from .text import counted
 
@@ -39,13 +50,23 @@ _SENSOR_RADIUS = 0.0085  # m
 
 
 def draw_room(sheet: Sheet) -> None:
-    """Floor and far walls of the box, ruled in metres of the base frame; from above the floor alone."""
+    """Floor and far walls of the box, ruled in metres of the base frame; from above the floor
+    alone.
+    """
     (low, high), walls = sheet.box, sheet.rotation[2, 2] < 0.99
     far = np.where(sheet.rotation[2] > 0, low, high)
-    near, unit, step = low + high - far, 0.035 * sheet.size, 0.5 if (high - low).max() < 2.8 else 1.0
-    ticks = [step * np.arange(np.ceil(low[i] / step), np.floor(high[i] / step) + 1) + 0.0 for i in range(3)]
+    near, unit, step = (
+        low + high - far,
+        0.035 * sheet.size,
+        0.5 if (high - low).max() < 2.8 else 1.0,
+    )
+    ticks = [
+        step * np.arange(np.ceil(low[i] / step), np.floor(high[i] / step) + 1) + 0.0
+        for i in range(3)
+    ]
 
-    def rule(i: int, along: int, t: float, start: Any) -> Any:  # the line over the box at t on axis i
+    # the line over the box at t on axis i
+    def rule(i: int, along: int, t: float, start: Any) -> Any:
         ends = np.array([start, start])
         ends[:, i], ends[:, along] = t, sheet.box[:, along]
         return sheet.project(ends)[0]
@@ -59,48 +80,83 @@ def draw_room(sheet: Sheet) -> None:
         x, y = (b - a) / np.linalg.norm(b - a)
         out = np.array([y, -x]) * np.sign(a @ [y, -x])  # away from the middle, which is at 0
         for t in ticks[i]:
-            if i == 2 or not walls or abs(t - near[i]) > 0.12 * step:  # x and y meet at the near corner
+            # x and y meet at the near corner
+            if i == 2 or not walls or abs(t - near[i]) > 0.12 * step:
                 u, v = sheet.project(np.array([*start[:i], t, *start[i + 1 :]]))[0] + unit * out
                 sheet.ax.text(u, v, f"{t:g}", color=GREY, fontsize=9, ha="center", va="center")
         name, angle = (a + b) / 2 + 2.2 * unit * out, (np.degrees(np.arctan2(y, x)) + 80) % 180 - 80
-        sheet.ax.text(name[0], name[1], f"{'xyz'[i]} (m)", color=INK, fontsize=10, rotation=angle, ha="center", va="center")
+        sheet.ax.text(
+            name[0],
+            name[1],
+            f"{'xyz'[i]} (m)",
+            color=INK,
+            fontsize=10,
+            rotation=angle,
+            ha="center",
+            va="center",
+        )
         sheet.ax.update_datalim([name + 0.6 * unit * out])
 
 
 def _draw_seen(sheet: Sheet, cones: Cones, colours: list[Any], outer: Solid) -> None:
     """The target's outline and in it the cones, each in its colour (K,)."""
     hulls = [xy[ConvexHull(xy).vertices] for xy, _ in map(sheet.project, convex_pieces(outer))]
-    for face, edge, width in (("none", _TARGET_EDGE, 2.2), (_TARGET, _TARGET, 0.3)):  # of the edges the outline stays
-        sheet.ax.add_collection(PolyCollection(hulls, facecolors=face, edgecolors=edge, linewidths=width, zorder=1))
+    # of the edges the outline stays
+    for face, edge, width in (("none", _TARGET_EDGE, 2.2), (_TARGET, _TARGET, 0.3)):
+        sheet.ax.add_collection(
+            PolyCollection(hulls, facecolors=face, edgecolors=edge, linewidths=width, zorder=1)
+        )
     for k, length in enumerate(lengths_within(cones, outer)):
         veil, rgb = min(0.16, 2 / colours.count(colours[k])), to_rgb(colours[k])
         rim = rim_of(cones, k, length)
         xy, depth = sheet.project(np.vstack([cones.apex[k], rim]))
-        for outline, opacity, width in ((xy[ConvexHull(xy).vertices], 0.12, 0.4), (xy[1:], 0.25, 0.5)):
+        for outline, opacity, width in (
+            (xy[ConvexHull(xy).vertices], 0.12, 0.4),
+            (xy[1:], 0.25, 0.5),
+        ):
             line = (*rgb, opacity * max(1, 16 * veil))
             sheet.add([depth.mean()], outline[None], (*rgb, veil), line, width)
-    sheet.paint().set_clip_path(Outline.make_compound_path(*map(Outline, hulls)), sheet.ax.transData)
+    sheet.paint().set_clip_path(
+        Outline.make_compound_path(*map(Outline, hulls)), sheet.ax.transData
+    )
 
 
-def _draw_robot(sheet: Sheet, scene: Scene, setup: Setup, cones: Cones, colour: dict[str, str], unseen: Any) -> None:
-    """Over the cones: robot, rings, sensors and the unseen points, which hide each other as they should."""
-    frames, width = forward(scene.robot.chain, scene.poses[0].q), scene.rules.band[1] if scene.real else RING_WIDTH
-    bodies = scene.real or scene.robot.name not in PAPER_ROBOTS  # the paper's rings go around joints' axes
+def _draw_robot(
+    sheet: Sheet, scene: Scene, setup: Setup, cones: Cones, colour: dict[str, str], unseen: Any
+) -> None:
+    """Over the cones: robot, rings, sensors and the unseen points, which hide each other as they
+    should.
+    """
+    frames, width = (
+        forward(scene.robot.chain, scene.poses[0].q),
+        scene.rules.band[1] if scene.real else RING_WIDTH,
+    )
+    # the paper's rings go around joints' axes
+    bodies = scene.real or scene.robot.name not in PAPER_ROBOTS
     add_robot(sheet, scene.robot, frames, setup, colour, bodies, width)
     for obstacle in scene.obstacles:
-        sheet.surface(faces_within(obstacle.body, sheet.box, 0.04 * sheet.size), _OBSTACLE, 0.65, edges=False)
+        sheet.surface(
+            faces_within(obstacle.body, sheet.box, 0.04 * sheet.size), _OBSTACLE, 0.65, edges=False
+        )
     xy, depth = sheet.project(cones.apex)
     sensors = xy[:, None] + _SENSOR_RADIUS * DISC
-    sheet.add(depth + 0.02, sensors, "white", INK, 1.4 / sheet.size)  # a little nearer than the ring they sit on
-    dot, rgb = (0.0022 if len(unseen) > _SAMPLES / 4 else 0.003) * sheet.size * DISC[::4], np.array(to_rgb(UNSEEN_COLOUR))
+    # a little nearer than the ring they sit on
+    sheet.add(depth + 0.02, sensors, "white", INK, 1.4 / sheet.size)
+    dot, rgb = (
+        (0.0022 if len(unseen) > _SAMPLES / 4 else 0.003) * sheet.size * DISC[::4],
+        np.array(to_rgb(UNSEEN_COLOUR)),
+    )
     xy, depth = sheet.project(unseen)
     pale = np.clip(0.2 - 0.8 * depth / sheet.size, 0, 0.6)[:, None]  # with distance
     sheet.add(depth, xy[:, None] + dot, (1 - pale) * rgb + pale)
     sheet.paint()
 
 
-def placement_picture(path: Path, scene: Scene, setup: Setup, zeta_lines: Sequence[str], seed: int = 0) -> None:
-    """Draw ``setup``, one ring or more, in the first pose of ``scene`` and its first goal's target: a PNG of 1800 x 900.
+def placement_picture(
+    path: Path, scene: Scene, setup: Setup, zeta_lines: Sequence[str], seed: int = 0
+) -> None:
+    """Draw ``setup``, one ring or more, in the first pose of ``scene`` and its first goal's target:
+    a PNG of 1800 x 900.
 
     Args:
         path: the file; its folder exists.
@@ -113,18 +169,35 @@ def placement_picture(path: Path, scene: Scene, setup: Setup, zeta_lines: Sequen
     rings = Counter(ring.link for ring in setup.rings)
     parts = [*_where(scene), f"{setup.sensors} sensors"]
     parts += [f"{counted(n, 'ring')} on the {link.replace('_', ' ')}" for link, n in rings.items()]
-    _draw(path, scene, [(setup, caption, *eye) for caption, *eye in VIEWS], "   ·   ".join(zeta_lines), parts, seed)
+    _draw(
+        path,
+        scene,
+        [(setup, caption, *eye) for caption, *eye in VIEWS],
+        "   ·   ".join(zeta_lines),
+        parts,
+        seed,
+    )
 
 
 def comparison_picture(
-    path: Path, scene: Scene, before: Setup, after: Setup, captions: tuple[str, str], title: str, seed: int = 0
+    path: Path,
+    scene: Scene,
+    before: Setup,
+    after: Setup,
+    captions: tuple[str, str],
+    title: str,
+    seed: int = 0,
 ) -> None:
-    """Draw two setups side by side, each with its caption: a PNG like that of ``placement_picture``.
+    """Draw two setups side by side, each with its caption: a PNG like that of
+    ``placement_picture``.
 
     Raises:
         UserError: if the file cannot be written; an old one stays as it was.
     """
-    views = [(setup, caption, *VIEWS[0][1:]) for setup, caption in zip((before, after), captions, strict=True)]
+    views = [
+        (setup, caption, *VIEWS[0][1:])
+        for setup, caption in zip((before, after), captions, strict=True)
+    ]
     _draw(path, scene, views, title, _where(scene), seed)
 
 
@@ -132,30 +205,83 @@ def _where(scene: Scene) -> list[str]:
     return [scene.robot.name, *([f"pose 0 of {len(scene.poses)}"] * (len(scene.poses) > 1))]
 
 
-def _draw(path: Path, scene: Scene, views: list[Any], title: str, parts: list[str], seed: int) -> None:
-    """Two views (setup, caption, the eye's azimuth, elevation and distance) under a title and a line of ``parts``."""
+def _draw(
+    path: Path, scene: Scene, views: list[Any], title: str, parts: list[str], seed: int
+) -> None:
+    """Two views (setup, caption, the eye's azimuth, elevation and distance) under a title and a
+    line of ``parts``.
+    """
     robot, q, target = scene.robot, scene.poses[0].q, scene.goals[0].target
     solid = scene.solid(target, 0)
-    points, seen = sample(solid, _SAMPLES, seed), [sensor_cones(robot, setup, q) for setup, *_ in views]
-    corners = np.vstack([*convex_pieces(solid.a), body(robot, forward(robot.chain, q)), *(cones.apex for cones in seen)])
+    points, seen = (
+        sample(solid, _SAMPLES, seed),
+        [sensor_cones(robot, setup, q) for setup, *_ in views],
+    )
+    corners = np.vstack(
+        [
+            *convex_pieces(solid.a),
+            body(robot, forward(robot.chain, q)),
+            *(cones.apex for cones in seen),
+        ]
+    )
     box = np.stack([corners.min(axis=0) - 0.05, corners.max(axis=0) + 0.05])
     colour = dict(zip(robot.links, cycle(LINK_COLOURS), strict=False))
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
     for left, cones, (setup, caption, *eye) in zip((0.01, 0.51), seen, views, strict=True):
-        sheet = Sheet(figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal", xmargin=0.01, ymargin=0.01), box, *eye)
+        sheet = Sheet(
+            figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal", xmargin=0.01, ymargin=0.01),
+            box,
+            *eye,
+        )
         draw_room(sheet)
-        _draw_seen(sheet, cones, [colour[ring.link] for ring in setup.rings for _ in range(ring.count)], solid.a)
+        _draw_seen(
+            sheet,
+            cones,
+            [colour[ring.link] for ring in setup.rings for _ in range(ring.count)],
+            solid.a,
+        )
         _draw_robot(sheet, scene, setup, cones, colour, points[sight(scene, cones, q)(points) > 0])
         sheet.ax.axis("off")
-        sheet.ax.text(0, 1.01, caption, transform=sheet.ax.transAxes, fontsize=11, color=GREY, style="italic")
-    figure.text(0.5, 0.945, title, ha="center", fontsize=min(18, 1300 / max(1, len(title))), color=INK, weight="bold")
+        sheet.ax.text(
+            0, 1.01, caption, transform=sheet.ax.transAxes, fontsize=11, color=GREY, style="italic"
+        )
+    figure.text(
+        0.5,
+        0.945,
+        title,
+        ha="center",
+        fontsize=min(18, 1300 / max(1, len(title))),
+        color=INK,
+        weight="bold",
+    )
     figure.text(0.5, 0.9, "  ·  ".join(parts), ha="center", fontsize=11, color=GREY)
     links = dict.fromkeys(ring.link for setup, *_ in views for ring in setup.rings)
     key = [
-        *(Patch(fc=(*to_rgb(colour[k]), 0.4), ec=colour[k], label=f"seen from the {k.replace('_', ' ')}") for k in links),
-        Line2D([], [], linestyle="", marker="o", markersize=5, color=UNSEEN_COLOUR, label=f"unseen part of {target}"),
+        *(
+            Patch(
+                fc=(*to_rgb(colour[k]), 0.4),
+                ec=colour[k],
+                label=f"seen from the {k.replace('_', ' ')}",
+            )
+            for k in links
+        ),
+        Line2D(
+            [],
+            [],
+            linestyle="",
+            marker="o",
+            markersize=5,
+            color=UNSEEN_COLOUR,
+            label=f"unseen part of {target}",
+        ),
         Patch(fc=_TARGET, ec=_TARGET_EDGE, label=f"target {target}"),
         *([Patch(fc=_OBSTACLE, label="obstacles")] if scene.obstacles else []),
     ]
-    figure.legend(handles=key, loc="lower center", ncols=len(key), frameon=False, fontsize=min(10.5, 54 / len(key)))
+    figure.legend(
+        handles=key,
+        loc="lower center",
+        ncols=len(key),
+        frameon=False,
+        fontsize=min(10.5, 54 / len(key)),
+    )
     write_png(path, figure)

@@ -35,7 +35,9 @@ def plain(ax: Axes, title: str = "", x: str = "", y: str = "") -> None:
 
 
 def save(figure: Figure, file: Path) -> None:
-    """Write the figure as PNG: the old file or the new, never half; UserError if it cannot be written."""
+    """Write the figure as PNG: the old file or the new, never half; UserError if it cannot be
+    written.
+    """
     for text in figure.findobj(Text):
         text.set_text(printable_lines(text.get_text()))
     data = io.BytesIO()

@@ -1,4 +1,6 @@
-"""The picture of a robot to check: its surface faint, capsules, mount axes with what is usable of them, the pose curve."""
+"""The picture of a robot to check: its surface faint, capsules, mount axes with what is usable of
+them, the pose curve.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,7 +24,9 @@ from .rendering.sheet import Sheet, write_png
 _VIEWS = (("from the side", -90.0, 0.0), ("oblique view", -58.0, 22.0))
 _POINTS = 120_000  # of all surfaces
 _SKIN, _CAPSULE, _MOUNT, _CURVE = "#aeb6bf", "#0072B2", "#D55E00", "#009E73"
-_CORNERS = np.stack([f(np.linspace(0, 2 * np.pi, 72, endpoint=False)) for f in (np.cos, np.sin)], axis=1)
+_CORNERS = np.stack(
+    [f(np.linspace(0, 2 * np.pi, 72, endpoint=False)) for f in (np.cos, np.sin)], axis=1
+)
 
 
 def _surface(links: Sequence[FittedLink], frames: Any) -> tuple[Any, Any]:
@@ -65,7 +69,11 @@ def _view(ax: Any, robot: Robot, skin: tuple[Any, Any], box: Any, eye: tuple[flo
         bodies = robot_capsules(robot, frames)
         for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
             outline = _outline(sheet, a, b, float(r))
-            ax.add_patch(Polygon(outline, facecolor=(_CAPSULE, 0.09), edgecolor=(_CAPSULE, 0.7), lw=1.1, zorder=2))
+            ax.add_patch(
+                Polygon(
+                    outline, facecolor=(_CAPSULE, 0.09), edgecolor=(_CAPSULE, 0.7), lw=1.1, zorder=2
+                )
+            )
     curve = robot_curve(robot, robot.rest, Shape())
     line = np.concatenate([piece.point(np.linspace(0, 1, 24)) for piece in curve.pieces])
     xy = sheet.project(line)[0]
@@ -78,7 +86,9 @@ def _view(ax: Any, robot: Robot, skin: tuple[Any, Any], box: Any, eye: tuple[flo
 
 
 def _mount(sheet: Sheet, T: Any, m: Any) -> None:
-    """The mount's axis, thick where it is usable, with circles about what a ring surrounds, and its name."""
+    """The mount's axis, thick where it is usable, with circles about what a ring surrounds, and its
+    name.
+    """
     ax, R = sheet.ax, T[:3, :3]
     place = lambda t: T[:3, 3] + R @ (m.start + t * m.length * m.axis)  # noqa: E731
     radius = max(m.section, 0.02)
@@ -89,7 +99,9 @@ def _mount(sheet: Sheet, T: Any, m: Any) -> None:
         ax.plot(*xy.T, color="white", lw=3.0, zorder=4)
         ax.plot(*xy.T, color=_MOUNT, lw=1.6, zorder=4.1)
     if m.length > 0:
-        whole, usable = (sheet.project(np.array([place(t) for t in ends]))[0] for ends in ((0.0, 1.0), m.usable))
+        whole, usable = (
+            sheet.project(np.array([place(t) for t in ends]))[0] for ends in ((0.0, 1.0), m.usable)
+        )
         ax.plot(*whole.T, color=_MOUNT, lw=1.2, ls=(0, (2, 2)), zorder=4.2)
         ax.plot(*usable.T, color=_MOUNT, lw=4.0, zorder=4.3, solid_capstyle="butt")
     middle, _ = sheet.project(place(sum(m.usable) / 2 if m.length > 0 else 0.0))
@@ -103,7 +115,12 @@ def _mount(sheet: Sheet, T: Any, m: Any) -> None:
         va="center",
         zorder=6,
         arrowprops={"arrowstyle": "-", "color": GREY, "lw": 0.8, "shrinkA": 1, "shrinkB": 4},
-        bbox={"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
+        bbox={
+            "boxstyle": "round,pad=0.2",
+            "facecolor": "white",
+            "edgecolor": "none",
+            "alpha": 0.85,
+        },
     )
 
 
@@ -138,15 +155,28 @@ def robot_picture(path: Path, robot: Robot, links: Sequence[FittedLink] = ()) ->
     figure.text(
         0.03,
         0.925,
-        f"{len(robot.chain)} joints   ·   reach {robot.reach:g} m   ·   {len(robot.bodies)} capsules   ·   pose {angles}°",
+        f"{len(robot.chain)} joints   ·   reach {robot.reach:g} m   ·   {len(robot.bodies)}"
+        f" capsules   ·   pose {angles}°",
         fontsize=11,
         color=GREY,
     )
     keys = [
         Patch(facecolor=(_CAPSULE, 0.15), edgecolor=_CAPSULE, label="bodies (capsules)"),
         Line2D([], [], color=_MOUNT, lw=4, label="mount axis, usable"),
-        Line2D([], [], color=_MOUNT, lw=1.2, ls=(0, (2, 2)), label="mount axis, within joint housings"),
-        Line2D([], [], color=_MOUNT, lw=1.6, marker="o", mfc="none", ls="none", ms=9, label="what a ring surrounds"),
+        Line2D(
+            [], [], color=_MOUNT, lw=1.2, ls=(0, (2, 2)), label="mount axis, within joint housings"
+        ),
+        Line2D(
+            [],
+            [],
+            color=_MOUNT,
+            lw=1.6,
+            marker="o",
+            mfc="none",
+            ls="none",
+            ms=9,
+            label="what a ring surrounds",
+        ),
         Line2D([], [], color=_CURVE, lw=2, marker="o", mfc="white", label="pose curve, joints"),
     ]
     if len(skin[0]):

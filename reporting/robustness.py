@@ -1,4 +1,6 @@
-"""How robust a setup is, counted and in rows of a table: blind sensors and rings, errors of its mounting."""
+"""How robust a setup is, counted and in rows of a table: blind sensors and rings, errors of its
+mounting.
+"""
 
 from dataclasses import dataclass
 
@@ -19,7 +21,9 @@ from .terminal import Terminal
 
 @dataclass(frozen=True)
 class Robustness:
-    """What a report is asked: sensors told apart, voxel m, errors of mounting, how many draws, their seed."""
+    """What a report is asked: sensors told apart, voxel m, errors of mounting, how many draws,
+    their seed.
+    """
 
     most: int
     voxel: float
@@ -28,8 +32,12 @@ class Robustness:
     seed: int
 
 
-def assess(name: str, setup: Setup, scene: Scene, asked: Robustness, console: Terminal) -> list[RobustnessResult]:
-    """Redundancy and tolerance of ``setup`` for the scene's goals, with a progress bar on ``console``."""
+def assess(
+    name: str, setup: Setup, scene: Scene, asked: Robustness, console: Terminal
+) -> list[RobustnessResult]:
+    """Redundancy and tolerance of ``setup`` for the scene's goals, with a progress bar on
+    ``console``.
+    """
     verifier, results = Verifier(scene, asked.voxel), []
     with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
         for goal in scene.goals:
@@ -44,7 +52,10 @@ def assess(name: str, setup: Setup, scene: Scene, asked: Robustness, console: Te
 def robustness_rows(results: list[RobustnessResult]) -> list[list[str]]:
     """Questions down, targets across, in percent: the question, then a cell for each."""
     e = results[0].errors
-    luck = f"{e.draws} mountings, ±{e.position_mm:g} mm, ±{e.direction_deg:g}°{' (2 σ)' if e.law == 'normal' else ''}"
+    luck = (
+        f"{e.draws} mountings, ±{e.position_mm:g} mm,"
+        f" ±{e.direction_deg:g}°{' (2 σ)' if e.law == 'normal' else ''}"
+    )
     seen = {f"seen by at least {k} sensors": k for k in range(2, len(results[0].seen_percent) + 1)}
     rows = {
         "ζ": [r.zeta_percent for r in results],
@@ -77,8 +88,10 @@ def lines(r: RobustnessResult) -> str:
         ring = f"ring {loss.ring} on {loss.link}"
         return ring if loss.sensor is None else f"sensor {loss.sensor} of {ring}"
 
-    error = "" if r.mean_error_percent is None else f" ± {r.mean_error_percent:.2f} (standard error)"
+    error = (
+        "" if r.mean_error_percent is None else f" ± {r.mean_error_percent:.2f} (standard error)"
+    )
     return (
-        f"missed most: {lost(r.worst_sensor)} and {lost(r.worst_ring)};"
-        f" mean under errors {r.mean_percent:.2f}{error}, least {r.worst_percent:.2f}; {r.seconds:.1f} s"
+        f"missed most: {lost(r.worst_sensor)} and {lost(r.worst_ring)}; mean under errors"
+        f" {r.mean_percent:.2f}{error}, least {r.worst_percent:.2f}; {r.seconds:.1f} s"
     )

@@ -6,7 +6,13 @@ from rich.table import Table
 
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
-from ..formats.schema.result_models import PoseZetaModel, ProofModel, RobustnessResult, VerifyResult, WorstModel
+from ..formats.schema.result_models import (
+    PoseZetaModel,
+    ProofModel,
+    RobustnessResult,
+    VerifyResult,
+    WorstModel,
+)
 
 _WIDE = 3  # targets up to which the worst pose has columns of its own
 
@@ -14,12 +20,31 @@ _WIDE = 3  # targets up to which the worst pose has columns of its own
 def ring_table(setup: Setup, robot: Robot) -> Table:
     """Where every ring goes: link, place along it, sensors, tilt, phase."""
     table = Table(title=f"{len(setup.rings)} rings, {setup.sensors} sensors", title_justify="left")
-    for name in ("ring", "link", "position", "mm from proximal end", "sensors", "tilt °", "phase °"):
+    for name in (
+        "ring",
+        "link",
+        "position",
+        "mm from proximal end",
+        "sensors",
+        "tilt °",
+        "phase °",
+    ):
         table.add_column(name, justify="left" if name == "link" else "right")
     for i, r in enumerate(setup.rings):
         length = robot.mount(r.link).length
-        place = (f"{r.position:.3f}", f"{1000 * r.position * length:.0f}") if length > 0 else ("flange", "–")
-        table.add_row(str(i), r.link, *place, str(r.count), f"{math.degrees(r.tilt):+.1f}", f"{math.degrees(r.phase):.1f}")
+        place = (
+            (f"{r.position:.3f}", f"{1000 * r.position * length:.0f}")
+            if length > 0
+            else ("flange", "–")
+        )
+        table.add_row(
+            str(i),
+            r.link,
+            *place,
+            str(r.count),
+            f"{math.degrees(r.tilt):+.1f}",
+            f"{math.degrees(r.phase):.1f}",
+        )
     return table
 
 
@@ -31,7 +56,10 @@ def target_label(result: VerifyResult | RobustnessResult) -> str:
 def percent(result: VerifyResult | PoseZetaModel | WorstModel, rule: str) -> str:
     """Zeta in percent, or its interval where it is certified, rounded outward."""
     if rule == "certified":
-        decimals = min(max(2, 1 - math.floor(math.log10(max(result.high_percent - result.low_percent, 1e-9)))), 8)
+        decimals = min(
+            max(2, 1 - math.floor(math.log10(max(result.high_percent - result.low_percent, 1e-9)))),
+            8,
+        )
         low, high = (
             math.floor(result.low_percent * 10**decimals) / 10**decimals,
             math.ceil(result.high_percent * 10**decimals) / 10**decimals,
@@ -46,7 +74,9 @@ def proof_line(result: VerifyResult, proof: ProofModel) -> str:
     if proof.reached or proof.width_percent == 0:
         verdict = f"guaranteed: width {width:.2g} points"
     else:
-        verdict = f"guaranteed, but {width:.2g} points wide, not the {proof.width_percent:g} asked for"
+        verdict = (
+            f"guaranteed, but {width:.2g} points wide, not the {proof.width_percent:g} asked for"
+        )
     return (
         f"{target_label(result)} {verdict}; {proof.passes} passes, {proof.cells:,} cells down to"
         f" {1000 * proof.smallest:.3g} mm, {result.seconds:.1f} s"
@@ -54,7 +84,9 @@ def proof_line(result: VerifyResult, proof: ProofModel) -> str:
 
 
 def zeta_table(results: list[VerifyResult], sensors: dict[str, int], title: str) -> Table:
-    """Setups down, targets across, zeta in percent; over several poses the mean, and for few targets the worst too."""
+    """Setups down, targets across, zeta in percent; over several poses the mean, and for few
+    targets the worst too.
+    """
     labels = list(dict.fromkeys(target_label(r) for r in results))
     table = Table(title=title, title_justify="left")
     table.add_column("setup")
@@ -67,7 +99,11 @@ def zeta_table(results: list[VerifyResult], sensors: dict[str, int], title: str)
         table.add_column(f"{label} worst", justify="right")
     for name in dict.fromkeys(r.setup for r in results):
         cells = {target_label(r): percent(r, r.rule) for r in results if r.setup == name}
-        least = {target_label(r): percent(r.worst, r.rule) for r in results if r.setup == name and r.worst}
+        least = {
+            target_label(r): percent(r.worst, r.rule)
+            for r in results
+            if r.setup == name and r.worst
+        }
         style = "bold" if name == "proposal" else None
         table.add_row(
             name,

@@ -1,6 +1,7 @@
 """The real robot and its rings, and the check of them.
 
-The check itself is in the files of this folder, what it is made of in the rooms below, the lowest first:
+The check itself is in the files of this folder, what it is made of in the rooms below, the lowest
+first:
 
 recording: records of what comes, the times it came, and the file that keeps them
 rings: the frames that rings send, their decoders, and the serial ports they come by

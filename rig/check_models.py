@@ -1,4 +1,6 @@
-"""The models of a check: what its recording is about, and what it found (``check.json``, ``check --json``)."""
+"""The models of a check: what its recording is about, and what it found (``check.json``, ``check
+--json``).
+"""
 
 from typing import Annotated, Literal, Self
 
@@ -11,8 +13,9 @@ from ..formats.schema.robot_convert import robot_of
 from .plan_files import MountPlanFile, RodPlanFile
 
 DISCLAIMER = (
-    "place-rings is an engineering aid. A check is no safety function and confers no safety rating: whoever is near the"
-    " robot is protected by the robot's own safety functions and by nothing here."
+    "place-rings is an engineering aid. A check is no safety function and confers no safety rating:"
+    " whoever is near the robot is protected by the robot's own safety functions and by nothing"
+    " here."
 )
 _Text = Annotated[str, Field(max_length=1000)]
 
@@ -30,8 +33,9 @@ class PortModel(StrictModel):
 
 
 class AboutFile(StrictModel):
-    """What a recording is of: all that a report needs beside the readings. stale_s: after which a state of the robot was
-    none. injected: was the rig simulated, with what the seed injects? trials: of each target."""
+    """What a recording is of: all that a report needs beside the readings. stale_s: after which a
+    state of the robot was none. injected: was the rig simulated, with what the seed injects?
+    trials: of each target."""
 
     setup: _Text
     proposal: ProposalFile
@@ -51,18 +55,37 @@ class AboutFile(StrictModel):
     def _agreeing(self) -> Self:
         rings = [ring.count for ring in self.proposal.rings]
         if [port.count for port in self.ports] != rings:
-            refuse([(("ports",), f"counts {[port.count for port in self.ports]}", f"those of the rings, {rings}")])
-        joints, plans = len(robot_of(self.proposal.scene.robot).chain), [p for p in (self.stops, *self.trials) if p]
-        angles = {len(s.q_deg) for p in plans for s in (p.stops if isinstance(p, MountPlanFile) else p.poses)}
+            refuse(
+                [
+                    (
+                        ("ports",),
+                        f"counts {[port.count for port in self.ports]}",
+                        f"those of the rings, {rings}",
+                    )
+                ]
+            )
+        joints, plans = (
+            len(robot_of(self.proposal.scene.robot).chain),
+            [p for p in (self.stops, *self.trials) if p],
+        )
+        angles = {
+            len(s.q_deg)
+            for p in plans
+            for s in (p.stops if isinstance(p, MountPlanFile) else p.poses)
+        }
         if angles - {joints}:
-            refuse([(("stops",), f"{max(angles - {joints})} angles", f"{joints}, as the robot has")])
+            refuse(
+                [(("stops",), f"{max(angles - {joints})} angles", f"{joints}, as the robot has")]
+            )
         if any(p.poses != self.trials[0].poses for p in self.trials):
             refuse([(("trials",), "other poses for another target", "the same")])
         return self
 
 
 class LinkModel(StrictModel):
-    """Of the robot: states that came, over how long; its clock against the host's, and why the link ended, if it did."""
+    """Of the robot: states that came, over how long; its clock against the host's, and why the link
+    ended, if it did.
+    """
 
     states: int
     seconds: float
@@ -72,7 +95,9 @@ class LinkModel(StrictModel):
 
 
 class LineModel(StrictModel):
-    """Of a ring's line: frames that were used, and what spoiled others; its clock against the host's."""
+    """Of a ring's line: frames that were used, and what spoiled others; its clock against the
+    host's.
+    """
 
     ring: int
     link: str
@@ -108,7 +133,9 @@ class LookModel(StrictModel):
 
 
 class WavingModel(StrictModel):
-    """A ring over which a hand was passed: of each place in its frames the seat, null where it saw no hand."""
+    """A ring over which a hand was passed: of each place in its frames the seat, null where it saw
+    no hand.
+    """
 
     ring: int
     seats: list[int | None]
@@ -127,7 +154,9 @@ class SelfModel(StrictModel):
 
 
 class ErrorModel(StrictModel):
-    """An error of mounting: found, within a margin of 95 %; and what was injected, of a simulated rig."""
+    """An error of mounting: found, within a margin of 95 %; and what was injected, of a simulated
+    rig.
+    """
 
     name: Literal["slip", "tilt", "phase", "offset"]
     unit: Literal["mm", "°"]
@@ -143,7 +172,9 @@ class RingFitModel(StrictModel):
     scale: float
     errors: list[ErrorModel]
     faults: list[str]
-    region_holds: bool | None = Field(default=None, description="the joint region of 95 %, what was injected")
+    region_holds: bool | None = Field(
+        default=None, description="the joint region of 95 %, what was injected"
+    )
 
 
 class ZetaModel(StrictModel):
@@ -169,8 +200,9 @@ class MountCheckModel(StrictModel):
 
 
 class CoverageModel(StrictModel):
-    """Trials with the rod: by what was predicted (seen, unseen) and by what was (seen, unseen); the share of the target, and
-    what was predicted of it as proposed and, after a mount check, as built."""
+    """Trials with the rod: by what was predicted (seen, unseen) and by what was (seen, unseen); the
+    share of the target, and what was predicted of it as proposed and, after a mount check, as
+    built."""
 
     target: str
     radius: float | None = None
@@ -194,8 +226,8 @@ class CoverageModel(StrictModel):
 
 
 class CheckResult(StrictModel):
-    """What ``check --json`` prints. verdict: ``as proposed``, ``differs``, or ``unfinished``; warnings: what speaks against
-    believing it."""
+    """What ``check --json`` prints. verdict: ``as proposed``, ``differs``, or ``unfinished``;
+    warnings: what speaks against believing it."""
 
     setup: str
     simulated: bool

@@ -51,7 +51,11 @@ def seconds_of(gathered: Gathered) -> float:
 
 def _clock(found: Alignment | None) -> tuple[float | None, float | None]:
     """Drift, ppm, and jitter, ms."""
-    return (None, None) if found is None else (round(1e6 * found.drift, 2), round(1000 * found.jitter, 3))
+    return (
+        (None, None)
+        if found is None
+        else (round(1e6 * found.drift, 2), round(1000 * found.jitter, 3))
+    )
 
 
 def link_of(gathered: Gathered) -> LinkModel:
@@ -60,7 +64,9 @@ def link_of(gathered: Gathered) -> LinkModel:
     ended = None
     if told:
         why, detail = (str(told[0].get(key, "")) for key in ("why", "detail"))
-        ended = ": ".join(t for t in (Ended[why].value if why in Ended.__members__ else why, detail) if t)
+        ended = ": ".join(
+            t for t in (Ended[why].value if why in Ended.__members__ else why, detail) if t
+        )
     drift, jitter = _clock(gathered.clock())
     states, seconds = len(gathered.states), seconds_of(gathered)
     return LinkModel(states=states, seconds=seconds, drift_ppm=drift, jitter_ms=jitter, ended=ended)
@@ -69,8 +75,12 @@ def link_of(gathered: Gathered) -> LinkModel:
 def lines_of(setup: Setup, ports: Sequence[Port], gathered: Gathered) -> list[LineModel]:
     """Of every ring's line."""
     rows, clocks = [], gathered.clocks(len(ports))
-    for i, (ring, port, c, clock) in enumerate(zip(setup.rings, ports, gathered.counts, clocks, strict=True)):
-        counts: Any = {key: getattr(c, key) for key in ("frames", "lost", "late", "corrupt", "restarts")}
+    for i, (ring, port, c, clock) in enumerate(
+        zip(setup.rings, ports, gathered.counts, clocks, strict=True)
+    ):
+        counts: Any = {
+            key: getattr(c, key) for key in ("frames", "lost", "late", "corrupt", "restarts")
+        }
         drift, jitter = _clock(clock)
         where: Any = {"ring": i, "link": ring.link, "port": port.name, "decoder": port.decoder}
         rows.append(LineModel(**where, **counts, drift_ppm=drift, jitter_ms=jitter))
@@ -81,18 +91,37 @@ def events_of(gathered: Gathered) -> list[EventModel]:
     """What happened to rings' lines, in order."""
     start = min([s.time for s in gathered.states] + [e.time for e in gathered.events], default=0.0)
     told = sorted(gathered.events, key=lambda e: (e.time, e.ring, e.what.name))
-    return [EventModel(seconds=round(e.time - start, 3), ring=e.ring, what=e.what.value, detail=e.detail) for e in told]
+    return [
+        EventModel(
+            seconds=round(e.time - start, 3), ring=e.ring, what=e.what.value, detail=e.detail
+        )
+        for e in told
+    ]
 
 
 def warnings_of(gathered: Gathered, damage: str) -> list[str]:
     """What speaks against believing the rest."""
-    found = [f"ring {e.ring}: {e.what}{': ' + e.detail if e.detail else ''}" for e in events_of(gathered)]
-    found = [f for f, e in zip(found, events_of(gathered), strict=True) if e.what not in {w.value for w in _WORTH}]
+    found = [
+        f"ring {e.ring}: {e.what}{': ' + e.detail if e.detail else ''}" for e in events_of(gathered)
+    ]
+    found = [
+        f
+        for f, e in zip(found, events_of(gathered), strict=True)
+        if e.what not in {w.value for w in _WORTH}
+    ]
     link = link_of(gathered).ended
-    waived = [said for _, said in gathered.said if said.get("what") == "near stop" and said.get("waived") is True]
+    waived = [
+        said
+        for _, said in gathered.said
+        if said.get("what") == "near stop" and said.get("waived") is True
+    ]
     shares = [said["share"] for said in waived if isinstance(said.get("share"), float)]
     return [
-        *(f"moved with {100 * share:.0f} % of the sensors keeping the whole near stop, as was allowed" for share in shares),
+        *(
+            f"moved with {100 * share:.0f} % of the sensors keeping the whole near stop, as was"
+            " allowed"
+            for share in shares
+        ),
         *([f"the robot's link ended: {link}"] if link else []),
         *([f"the recording is not whole: {damage}"] if damage else []),
         *dict.fromkeys(found),
@@ -119,22 +148,33 @@ def looks_of(found: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel 
         )
     keys = ("silent", "noisy", "lossy", "on_robot", "surprising")
     hands = [
-        WavingModel(ring=i, seats=[int(s) if s >= 0 else None for s in w.seat], faults=w.faults(), missed=list(w.missed))
+        WavingModel(
+            ring=i,
+            seats=[int(s) if s >= 0 else None for s in w.seat],
+            faults=w.faults(),
+            missed=list(w.missed),
+        )
         for i, w in waved.items()
     ]
-    return SelfModel(rings=rings, waved=hands, **{key: found.named(getattr(found, key)) for key in keys})
+    return SelfModel(
+        rings=rings, waved=hands, **{key: found.named(getattr(found, key)) for key in keys}
+    )
 
 
 def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
     """Of a ring as it was found to be mounted, beside what was injected."""
     truth = None if done is None else truth_of(fit, done.errors[number])
     errors = []
-    for k, (name, value, margin) in enumerate(zip(fit.names, fit.values, fit.margins(), strict=True)):
+    for k, (name, value, margin) in enumerate(
+        zip(fit.names, fit.values, fit.margins(), strict=True)
+    ):
         scale, unit = _SHOWN[name]
         key: Any = name
         was = None if truth is None else round(scale * float(truth[k]), _DIGITS)
         found = round(scale * float(value), _DIGITS), round(scale * float(margin), _DIGITS)
-        errors.append(ErrorModel(name=key, unit=unit, value=found[0], margin=found[1], injected=was))
+        errors.append(
+            ErrorModel(name=key, unit=unit, value=found[0], margin=found[1], injected=was)
+        )
     return RingFitModel(
         ring=number,
         link=fit.nominal.link,
@@ -146,7 +186,9 @@ def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
     )
 
 
-def mount_of(checked: Checked, stops: int, built: AsBuilt | None, verifier: Verifier) -> MountCheckModel | None:
+def mount_of(
+    checked: Checked, stops: int, built: AsBuilt | None, verifier: Verifier
+) -> MountCheckModel | None:
     """Of a mount check of which so many ``stops`` were read."""
     plan, was = checked.plans.mount, checked.injected
     if plan is None or built is None:
@@ -154,7 +196,9 @@ def mount_of(checked: Checked, stops: int, built: AsBuilt | None, verifier: Veri
     zeta = []
     for goal in checked.scene.goals:
         z = built.zeta(goal.target, verifier)
-        percents = {f"{key}_percent": 100 * getattr(z, key) for key in ("proposed", "built", "alive")}
+        percents = {
+            f"{key}_percent": 100 * getattr(z, key) for key in ("proposed", "built", "alive")
+        }
         zeta.append(ZetaModel(target=goal.target.name, radius=goal.target.radius, **percents))
     return MountCheckModel(
         stops=stops,
@@ -172,10 +216,14 @@ def coverage_of(checked: Checked, rod: RodCheck, built: AsBuilt | None) -> Cover
     if was is not None or built is not None:
         where: Places = places(checked.scene, plan.target, plan.rod)
         if built is not None:
-            guess = 100 * rod_zeta(checked.scene, built.setup, where, plan.rod, plan.detection, built.alive)
+            guess = 100 * rod_zeta(
+                checked.scene, built.setup, where, plan.rod, plan.detection, built.alive
+            )
         if was is not None:
             mounted = was.world(checked.scene).mounted
-            true = 100 * rod_zeta(checked.scene, mounted, where, plan.rod, plan.detection, was.alive)
+            true = 100 * rod_zeta(
+                checked.scene, mounted, where, plan.rod, plan.detection, was.alive
+            )
     size = [2000 * plan.rod.radius, 1000 * (plan.rod.length + 2 * plan.rod.radius)]
     return CoverageModel(
         target=plan.target.name,

@@ -27,7 +27,9 @@ class Checked:
         scene = scene_of(about.proposal.scene)
         stops = mount_plan_of(about.stops) if about.stops else None
         plans = Plans(about.seconds, stops, tuple(rod_plan_of(t) for t in about.trials), about.wave)
-        return Checked(about, scene, setup_of(about.proposal.rings, scene.sensor, scene.ring_radius), plans)
+        return Checked(
+            about, scene, setup_of(about.proposal.rings, scene.sensor, scene.ring_radius), plans
+        )
 
     @property
     def ports(self) -> list[Port]:

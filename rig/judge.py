@@ -9,7 +9,16 @@ import numpy as np
 
 from ..objectives.verify import Verifier
 from .check_models import CheckResult
-from .check_records import coverage_of, events_of, lines_of, link_of, looks_of, mount_of, seconds_of, warnings_of
+from .check_records import (
+    coverage_of,
+    events_of,
+    lines_of,
+    link_of,
+    looks_of,
+    mount_of,
+    seconds_of,
+    warnings_of,
+)
 from .checked import Checked
 from .listening.gathering import Gathered
 from .mount.as_built import AsBuilt
@@ -26,8 +35,8 @@ _Found = TypeVar("_Found")
 
 @dataclass(frozen=True)
 class Judged:
-    """result; and, of the parts that were done, what it is made of. stops: numbers of the stops that were read. rods: a
-    check of each target."""
+    """result; and, of the parts that were done, what it is made of. stops: numbers of the stops
+    that were read. rods: a check of each target."""
 
     result: CheckResult
     looks: SelfCheck | None = None
@@ -48,7 +57,11 @@ def judge(checked: Checked, gathered: Gathered, wall: float, damage: str = "") -
         damage: of the recording, if it was read from one that is not whole.
     """
     readings, steps = Readings(*gathered.rows(len(checked.setup.rings))), spans(gathered.said)
-    done, warnings, reasons = _Parts(checked, readings, steps), warnings_of(gathered, damage), list[str]()
+    done, warnings, reasons = (
+        _Parts(checked, readings, steps),
+        warnings_of(gathered, damage),
+        list[str](),
+    )
 
     def part(name: str, work: Callable[[], _Found | None]) -> _Found | None:
         try:
@@ -59,18 +72,27 @@ def judge(checked: Checked, gathered: Gathered, wall: float, damage: str = "") -
 
     plans, setup = checked.plans, checked.setup
     looks = part("self check", done.looks) if plans.seconds is not None else None
-    waves = {i: w for i in done.waved if (w := part("self check", lambda i=i: done.waving(i))) is not None}
+    waves = {
+        i: w
+        for i in done.waved
+        if (w := part("self check", lambda i=i: done.waving(i))) is not None
+    }
     read = done.stops() if plans.mount is not None else None
     built = part("mount check", lambda: done.built(read)) if plans.mount is not None else None
     rods = (part("coverage check", done.rods) or []) if plans.rods else []
-    ended = next((str(said.get("why")) for _, said in gathered.said if said.get("what") == "ended"), "it was cut off")
+    ended = next(
+        (str(said.get("why")) for _, said in gathered.said if said.get("what") == "ended"),
+        "it was cut off",
+    )
     if ended:
         reasons.insert(0, f"ended early: {ended}")
     verifier = Verifier(checked.scene, checked.about.voxel)
     mount = mount_of(checked, len(done.numbers), built, verifier)
     coverage = [coverage_of(checked, rod, built) for rod in rods]
     differs = differences(looks, waves, mount, coverage, built)
-    lacks, too_much = missing(plans, looks, waves, len(setup.rings), mount, len(done.numbers), coverage)
+    lacks, too_much = missing(
+        plans, looks, waves, len(setup.rings), mount, len(done.numbers), coverage
+    )
     reasons += differs + lacks
     result = CheckResult(
         setup=checked.about.setup,
@@ -98,15 +120,21 @@ class _Parts:
     def __init__(self, checked: Checked, readings: Readings, steps: Sequence[Span]) -> None:
         self._checked, self._readings, self._steps = checked, readings, steps
         plan, rings = checked.plans.mount, len(checked.setup.rings)
-        most = {"mount": 0 if plan is None else len(plan.joints), "wave": rings if checked.plans.wave else 0}
+        most = {
+            "mount": 0 if plan is None else len(plan.joints),
+            "wave": rings if checked.plans.wave else 0,
+        }
         self.numbers, self.waved = (
-            sorted({s.number for s in steps if s.what == what and 0 <= s.number < n}) for what, n in most.items()
+            sorted({s.number for s in steps if s.what == what and 0 <= s.number < n})
+            for what, n in most.items()
         )
 
     def _of(self, what: str, number: int | None = None) -> Readings:
         """The readings of steps; of the last one where it was done again."""
         time_, some = self._readings.time, np.zeros(len(self._readings), bool)
-        for step in {s.number: s for s in self._steps if s.what == what and number in (None, s.number)}.values():
+        for step in {
+            s.number: s for s in self._steps if s.what == what and number in (None, s.number)
+        }.values():
             some |= (time_ >= step.begin) & (time_ <= step.end)
         return self._readings.only(some)
 
@@ -130,7 +158,11 @@ class _Parts:
         return AsBuilt(self._checked.scene, self._checked.setup, fits)
 
     def rods(self) -> list[RodCheck]:
-        done, first, found = {s.number for s in self._steps if s.what == "trial"}, 0, list[RodCheck]()
+        done, first, found = (
+            {s.number for s in self._steps if s.what == "trial"},
+            0,
+            list[RodCheck](),
+        )
         if not done:
             raise ValueError("no trial was done")
         for plan in self._checked.plans.rods:

@@ -1,4 +1,6 @@
-"""Who does what a check asks for: a robot that is moved, or a person; a rod that is simulated, or put by a person."""
+"""Who does what a check asks for: a robot that is moved, or a person; a rod that is simulated, or
+put by a person.
+"""
 
 import time
 from collections.abc import Callable, Sequence
@@ -100,10 +102,19 @@ class MovedRobot:
     """
 
     def __init__(
-        self, host: str, scene: Scene, session: Session, itinerary: Itinerary, alarm: Callable[[str], None]
+        self,
+        host: str,
+        scene: Scene,
+        session: Session,
+        itinerary: Itinerary,
+        alarm: Callable[[str], None],
     ) -> None:
         limits, motion = scene.robot.limits, scene.motion
-        joints = np.tile([-2 * np.pi, 2 * np.pi], (len(scene.robot.chain), 1)) if limits is None else limits
+        joints = (
+            np.tile([-2 * np.pi, 2 * np.pi], (len(scene.robot.chain), 1))
+            if limits is None
+            else limits
+        )
         self._itinerary, self._session, self._counts = itinerary, session, session.rings.sizes
         self._within = STEP + motion.speed * SILENT * session.patience  # a reading may be that old
         # A simulated ring shows what it saw a while ago, maybe on another way.
@@ -114,7 +125,9 @@ class MovedRobot:
             session.link,
             Limits(joints, motion.speed, motion.acceleration),
             itinerary.clearance.fault,
-            StopConditions(session, self._near, StopRules(motion.failed_share, motion.frozen_frames)),
+            StopConditions(
+                session, self._near, StopRules(motion.failed_share, motion.frozen_frames)
+            ),
             session.patience,
             alarm,
         )
@@ -126,7 +139,8 @@ class MovedRobot:
         for node in self._itinerary.next(q):
             try:
                 way = self._itinerary.near_stops_to(node, self._session.link.latest().q)
-                self._stops = self._route or joined(self._stops, way)  # a reading may still be of the way before
+                # a reading may still be of the way before
+                self._stops = self._route or joined(self._stops, way)
                 self._mover.move(self._itinerary.map.nodes[node])
                 self._stops = way
             except (MoveRefusedError, MoveStoppedError, LinkFaultError) as error:
@@ -145,7 +159,9 @@ class MovedRobot:
 
 
 class GuidedRobot:
-    """A robot that a person brings where it is to stand, by its own pendant: nothing is sent to it."""
+    """A robot that a person brings where it is to stand, by its own pendant: nothing is sent to
+    it.
+    """
 
     def __init__(self, session: Session, ask: Ask) -> None:
         self._session, self._ask = session, ask
@@ -157,7 +173,8 @@ class GuidedRobot:
         angles = ", ".join(f"{a:.1f}" for a in np.degrees(q))
         while self._off(q) > WITHIN:
             if not self._ask(
-                f"{words}: bring the robot to joints {angles}° (farthest off: {np.degrees(self._off(q)):.1f}°)"
+                f"{words}: bring the robot to joints {angles}° (farthest off:"
+                f" {np.degrees(self._off(q)):.1f}°)"
             ):
                 return False
         while np.abs(self._state().speed).max() > _STILL:
@@ -202,8 +219,8 @@ class SimulatedHelper:
 
 
 class Helper:
-    """A person who puts the rod where it is to be, and passes a hand over the sensors of a ring; names: of the rings. moves:
-    may the robot move by itself, once this person is done?"""
+    """A person who puts the rod where it is to be, and passes a hand over the sensors of a ring;
+    names: of the rings. moves: may the robot move by itself, once this person is done?"""
 
     def __init__(self, ask: Ask, names: Sequence[str], moves: bool) -> None:
         self._ask, self._names, self._leave = ask, names, _LEAVE if moves else ""
@@ -213,19 +230,31 @@ class Helper:
 
     def wave(self, ring: int) -> bool:
         return self._ask(
-            f"ring {self._names[ring]}: pass a hand 10 to 20 cm before its sensors, one by one, half a second each, from the"
-            " first on in the order of phase (right-handed about the link, toward its distal end), and take it away"
-            + self._leave
+            f"ring {self._names[ring]}: pass a hand 10 to 20 cm before its sensors, one by one,"
+            " half a second each, from the first on in the order of phase (right-handed about the"
+            " link, toward its distal end), and take it away" + self._leave
         )
 
 
 class Crew:
     """Robot, helper and who is shown how far it is, as one ``Operator``."""
 
-    def __init__(self, robot: MovedRobot | GuidedRobot, helper: SimulatedHelper | Helper, show: Show) -> None:
-        self.order, self.stand, self.put, self.wave, self.show = robot.order, robot.stand, helper.put, helper.wave, show
+    def __init__(
+        self, robot: MovedRobot | GuidedRobot, helper: SimulatedHelper | Helper, show: Show
+    ) -> None:
+        self.order, self.stand, self.put, self.wave, self.show = (
+            robot.order,
+            robot.stand,
+            helper.put,
+            helper.wave,
+            show,
+        )
 
 
 def hurried(scene: Scene) -> Scene:
-    """``scene`` with the fastest motion that is allowed: nobody can be hurt by a simulated robot."""
-    return replace(scene, motion=replace(scene.motion, speed=np.radians(60.0), acceleration=np.radians(120.0)))
+    """``scene`` with the fastest motion that is allowed: nobody can be hurt by a simulated
+    robot.
+    """
+    return replace(
+        scene, motion=replace(scene.motion, speed=np.radians(60.0), acceleration=np.radians(120.0))
+    )

@@ -18,7 +18,8 @@ from .rod.rod import Detection, Rod
 from .sensing.noise import Noise
 
 _Angles = Annotated[
-    list[Annotated[float, Field(ge=-720, le=720, description="degrees")]], Field(min_length=1, max_length=20)
+    list[Annotated[float, Field(ge=-720, le=720, description="degrees")]],
+    Field(min_length=1, max_length=20),
 ]
 _Place = Annotated[float, Field(ge=-100, le=100, description="metres, base frame")]
 _Count = Annotated[int, Field(ge=1, le=100_000)]
@@ -31,8 +32,9 @@ class StopModel(StrictModel):
 
 
 class MountPlanFile(StrictModel):
-    """Where the robot stops for a mount check, how many frames are read there, and what is to be learned of each ring: the
-    information about slip, tilt, phase and offset, in units of 20 mm, 5°, 5° and 20 mm."""
+    """Where the robot stops for a mount check, how many frames are read there, and what is to be
+    learned of each ring: the information about slip, tilt, phase and offset, in units of 20 mm, 5°,
+    5° and 20 mm."""
 
     frames: _Count
     stops: list[StopModel] = Field(min_length=1, max_length=10_000)
@@ -56,7 +58,9 @@ class MountPlanFile(StrictModel):
 
 class RodModel(StrictModel):
     radius: Metres
-    length: float = Field(ge=0, le=10, description="metres, of the axis between the round ends' middles")
+    length: float = Field(
+        ge=0, le=10, description="metres, of the axis between the round ends' middles"
+    )
 
 
 class NoiseModel(StrictModel):
@@ -104,7 +108,11 @@ class RodPlanFile(StrictModel):
         except ValueError as error:
             refuse([(("target_radius",), self.target_radius, f"another: {error}")])
         poses, strata = len(self.poses), len(self.strata)
-        refuse((("strata", i, "pose"), s.pose, f"0 to {poses - 1}") for i, s in enumerate(self.strata) if s.pose >= poses)
+        refuse(
+            (("strata", i, "pose"), s.pose, f"0 to {poses - 1}")
+            for i, s in enumerate(self.strata)
+            if s.pose >= poses
+        )
         refuse(
             (("trials", i, "stratum"), t.stratum, f"0 to {strata - 1}")
             for i, t in enumerate(self.trials)
@@ -123,12 +131,16 @@ def _joints(stops: list[StopModel]) -> np.ndarray:
 
 def mount_plan_model(plan: MountPlan) -> MountPlanFile:
     """A plan of stops as a file holds it."""
-    return MountPlanFile(frames=plan.frames, stops=_stops(plan.joints), information=plan.information.tolist())
+    return MountPlanFile(
+        frames=plan.frames, stops=_stops(plan.joints), information=plan.information.tolist()
+    )
 
 
 def mount_plan_of(file: MountPlanFile) -> MountPlan:
     """The plan of stops that a file holds."""
-    return MountPlan(_joints(file.stops), file.frames, np.array(file.information, float).reshape(-1, 4, 4))
+    return MountPlan(
+        _joints(file.stops), file.frames, np.array(file.information, float).reshape(-1, 4, 4)
+    )
 
 
 def write_mount_plan(path: Path, plan: MountPlan) -> None:
@@ -156,7 +168,10 @@ def rod_plan_model(plan: RodPlan) -> RodPlanFile:
             noise=NoiseModel(**vars(plan.detection.noise)),
         ),
         poses=_stops(plan.joints),
-        strata=[StratumModel(pose=s.pose, covered=s.covered, weight=s.weight, points=s.points) for s in plan.strata],
+        strata=[
+            StratumModel(pose=s.pose, covered=s.covered, weight=s.weight, points=s.points)
+            for s in plan.strata
+        ],
         trials=[
             TrialModel(stratum=int(s), point=[round(float(x), _DIGITS) for x in p])
             for s, p in zip(plan.stratum, plan.point, strict=True)

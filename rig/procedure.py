@@ -1,6 +1,8 @@
-"""The steps of a check on a rig that is listened to: where to stand, what to put where, and from when to when to read.
+"""The steps of a check on a rig that is listened to: where to stand, what to put where, and from
+when to when to read.
 
-Readings are gathered all the time; what is said beside them tells which belong to which step, in the recording too.
+Readings are gathered all the time; what is said beside them tells which belong to which step, in
+the recording too.
 """
 
 import time
@@ -34,15 +36,21 @@ class Operator(Protocol):
         ...
 
     def stand(self, q: Float[np.ndarray, " J"], words: str) -> bool:
-        """Bring the robot to ``q`` (J,) rad and let it stand still; False: this is left out. EndedError: no more."""
+        """Bring the robot to ``q`` (J,) rad and let it stand still; False: this is left out.
+        EndedError: no more.
+        """
         ...
 
     def put(self, point: Float[np.ndarray, " 3"] | None, words: str) -> bool:
-        """Put the rod's middle at ``point`` (3,) m, or away; False: this is left out. EndedError: no more."""
+        """Put the rod's middle at ``point`` (3,) m, or away; False: this is left out. EndedError:
+        no more.
+        """
         ...
 
     def wave(self, ring: int) -> bool:
-        """Pass a hand over the sensors of a ring, one by one; False: this is left out. EndedError: no more."""
+        """Pass a hand over the sensors of a ring, one by one; False: this is left out. EndedError:
+        no more.
+        """
         ...
 
     def show(self, part: Part, done: int, of: int) -> None:
@@ -52,9 +60,9 @@ class Operator(Protocol):
 
 @dataclass(frozen=True)
 class Plans:
-    """What is to be done: s that the rig is looked at, stops, trials in each target; None or none: not that part. wave: is
-    a hand passed over the sensors, ring by ring? The rods' plans have the same poses, and their trials are numbered one
-    after another."""
+    """What is to be done: s that the rig is looked at, stops, trials in each target; None or none:
+    not that part. wave: is a hand passed over the sensors, ring by ring? The rods' plans have the
+    same poses, and their trials are numbered one after another."""
 
     seconds: float | None
     mount: MountPlan | None
@@ -63,13 +71,15 @@ class Plans:
 
     @property
     def parts(self) -> list[Float[np.ndarray, "P J"]]:
-        """The poses at which the robot is to stand, (P, J) rad, for each part that has some, in order."""
+        """The poses at which the robot is to stand, (P, J) rad, for each part that has some, in
+        order.
+        """
         return [plan.joints for plan in (self.mount, *self.rods[:1]) if plan is not None]
 
 
 class Span(NamedTuple):
-    """From when to when, s of the host's monotonic clock, what was read: ``self``, ``wave`` at a ring, ``mount`` at a stop,
-    ``before`` at a pose without the rod, ``trial`` with it."""
+    """From when to when, s of the host's monotonic clock, what was read: ``self``, ``wave`` at a
+    ring, ``mount`` at a stop, ``before`` at a pose without the rod, ``trial`` with it."""
 
     what: str
     number: int
@@ -91,8 +101,8 @@ def spans(said: Iterable[tuple[float, dict[str, Any]]]) -> list[Span]:
 
 
 def run(session: Session, plans: Plans, operator: Operator) -> str:
-    """Do all that is planned; why it ended early, empty where it did not. Ctrl-C ends it like anything else, and so does
-    another signal that is raised as a KeyboardInterrupt, by its text."""
+    """Do all that is planned; why it ended early, empty where it did not. Ctrl-C ends it like
+    anything else, and so does another signal that is raised as a KeyboardInterrupt, by its text."""
     why = ""
     try:
         if plans.seconds is not None:
@@ -152,7 +162,10 @@ def _rod(session: Session, plans: Sequence[RodPlan], operator: Operator) -> None
                 for trial in np.flatnonzero(plan.pose == pose):
                     operator.show("coverage", done, total)
                     x, y, z = 1000 * plan.point[trial]
-                    words = f"trial {start + trial}: rod upright, its middle at ({x:.0f}, {y:.0f}, {z:.0f}) mm"
+                    words = (
+                        f"trial {start + trial}: rod upright, its middle at ({x:.0f}, {y:.0f},"
+                        f" {z:.0f}) mm"
+                    )
                     if operator.put(plan.point[trial], words):
                         _read(session, plan.detection.frames, "trial", int(start + trial))
                     done += 1

@@ -1,4 +1,6 @@
-"""The first look at a rig that stands still: does every sensor answer, how often, how noisily, and which see the robot?"""
+"""The first look at a rig that stands still: does every sensor answer, how often, how noisily, and
+which see the robot?
+"""
 
 from dataclasses import dataclass
 
@@ -20,8 +22,8 @@ _GAP = 1.5  # periods
 
 @dataclass(frozen=True)
 class RingHealth:
-    """Of a ring: frames read, frames a second, and how often the time between two was more than one and a half of the usual
-    period."""
+    """Of a ring: frames read, frames a second, and how often the time between two was more than one
+    and a half of the usual period."""
 
     frames: int
     rate: float
@@ -32,9 +34,9 @@ class RingHealth:
 class SelfCheck:
     """What K sensors, as wired and ring by ring, read at one pose.
 
-    answers (K,): share of readings that were answers at all. valid (K,): share with a target. distance, spread (K,) m:
-    median, and deviation by the median. expected (K,) m: what was to be read, infinite where nothing; what (K,): of what, as
-    in ``Expected``.
+    answers (K,): share of readings that were answers at all. valid (K,): share with a target.
+    distance, spread (K,) m: median, and deviation by the median. expected (K,) m: what was to be
+    read, infinite where nothing; what (K,): of what, as in ``Expected``.
     """
 
     setup: Setup
@@ -57,13 +59,17 @@ class SelfCheck:
         """Sensors that should return the robot itself here, and return something about there."""
         here = self.what == ROBOT
         with np.errstate(invalid="ignore"):
-            return np.flatnonzero(here & (np.abs(self.distance - self.expected) <= self._tolerance()))
+            return np.flatnonzero(
+                here & (np.abs(self.distance - self.expected) <= self._tolerance())
+            )
 
     @property
     def noisy(self) -> Int[np.ndarray, " s"]:
         """Sensors that scatter more than thought."""
         with np.errstate(invalid="ignore"):
-            return np.flatnonzero(self.spread > _NOISY * self.noise.at(np.nan_to_num(self.distance)))
+            return np.flatnonzero(
+                self.spread > _NOISY * self.noise.at(np.nan_to_num(self.distance))
+            )
 
     @property
     def lossy(self) -> Int[np.ndarray, " s"]:
@@ -72,11 +78,13 @@ class SelfCheck:
 
     @property
     def surprising(self) -> Int[np.ndarray, " s"]:
-        """Sensors that read something other than expected: a ring that is mounted otherwise, or a thing that is not in the
-        scene."""
+        """Sensors that read something other than expected: a ring that is mounted otherwise, or a
+        thing that is not in the scene."""
         with np.errstate(invalid="ignore"):
             off = np.abs(self.distance - self.expected) > self._tolerance()
-        return np.flatnonzero((self.answers > 0) & (off | (np.isfinite(self.distance) != np.isfinite(self.expected))))
+        return np.flatnonzero(
+            (self.answers > 0) & (off | (np.isfinite(self.distance) != np.isfinite(self.expected)))
+        )
 
     def _tolerance(self) -> Float[np.ndarray, " K"]:
         return _BODY + _SURE * self.noise.at(np.nan_to_num(self.distance))
@@ -87,10 +95,13 @@ class SelfCheck:
         for i, (ring, health) in enumerate(zip(self.setup.rings, self.rings, strict=True)):
             k = slice(int(first[i]), int(first[i + 1]))
             told = np.isfinite(self.spread[k])
-            scatter = f", scatter {1000 * np.median(self.spread[k][told]):.1f} mm" if told.any() else ""
+            scatter = (
+                f", scatter {1000 * np.median(self.spread[k][told]):.1f} mm" if told.any() else ""
+            )
             lines.append(
-                f"ring {i} ({ring.link}): {health.frames} frames, {health.rate:.1f} a second, {health.gaps} gaps,"
-                f" {np.count_nonzero(self.answers[k] > 0)} of {ring.count} sensors answer{scatter}"
+                f"ring {i} ({ring.link}): {health.frames} frames, {health.rate:.1f} a second,"
+                f" {health.gaps} gaps, {np.count_nonzero(self.answers[k] > 0)} of {ring.count}"
+                f" sensors answer{scatter}"
             )
         for words, which in (
             ("never answer", self.silent),
@@ -105,11 +116,16 @@ class SelfCheck:
 
     def named(self, which: Int[np.ndarray, " s"]) -> list[str]:
         """Sensors as ring:sensor, both counted from 0."""
-        ring, first = self.setup.ring_of_sensor, np.cumsum([0, *(r.count for r in self.setup.rings)])
+        ring, first = (
+            self.setup.ring_of_sensor,
+            np.cumsum([0, *(r.count for r in self.setup.rings)]),
+        )
         return [f"{ring[k]}:{k - first[ring[k]]}" for k in which]
 
 
-def self_check(scene: Scene, setup: Setup, readings: Readings, noise: Noise | None = None) -> SelfCheck:
+def self_check(
+    scene: Scene, setup: Setup, readings: Readings, noise: Noise | None = None
+) -> SelfCheck:
     """Judge readings that were taken while the robot stood still.
 
     Raises:
@@ -139,4 +155,6 @@ def _health(time: Float[np.ndarray, " n"]) -> RingHealth:
     if len(frames) < 2:
         return RingHealth(len(frames), 0.0, 0)
     period = np.diff(frames)
-    return RingHealth(len(frames), float(1 / period.mean()), int((period > _GAP * np.median(period)).sum()))
+    return RingHealth(
+        len(frames), float(1 / period.mean()), int((period > _GAP * np.median(period)).sum())
+    )

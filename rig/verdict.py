@@ -25,10 +25,18 @@ def differences(
         if len(looks.silent):
             found.append(f"sensors that never answer: {', '.join(looks.named(looks.silent))}")
         if len(looks.noisy):
-            found.append(f"sensors that scatter more than thought: {', '.join(looks.named(looks.noisy))}")
+            found.append(
+                f"sensors that scatter more than thought: {', '.join(looks.named(looks.noisy))}"
+            )
         if len(looks.surprising) and mount is None:
-            found.append(f"sensors that read other than expected: {', '.join(looks.named(looks.surprising))}")
-    found += [f"ring {ring}, by a hand: {fault}" for ring, waving in waves.items() for fault in waving.faults()]
+            found.append(
+                f"sensors that read other than expected: {', '.join(looks.named(looks.surprising))}"
+            )
+    found += [
+        f"ring {ring}, by a hand: {fault}"
+        for ring, waving in waves.items()
+        for fault in waving.faults()
+    ]
     if mount is not None and built is not None:
         found += [f"ring {r.ring} ({r.link}) {fault}" for r in mount.rings for fault in r.faults]
         for i, fit in enumerate(built.fits):
@@ -41,7 +49,10 @@ def differences(
     for one in coverage:
         if not one.agrees:
             was = f"{one.measured_percent:.1f} % ({one.low_percent:.1f} to {one.high_percent:.1f})"
-            found.append(f"the rod was seen in {was} of {one.named}, predicted: {one.predicted_percent:.1f} %")
+            found.append(
+                f"the rod was seen in {was} of {one.named}, predicted:"
+                f" {one.predicted_percent:.1f} %"
+            )
     return found
 
 
@@ -54,13 +65,15 @@ def missing(
     stops: int,
     coverage: Sequence[CoverageModel],
 ) -> tuple[list[str], bool]:
-    """What was asked for and is not judged, or only in part, of a setup of so many ``rings`` of which so many ``stops`` were
-    read; and whether that is too much for a verdict."""
+    """What was asked for and is not judged, or only in part, of a setup of so many ``rings`` of
+    which so many ``stops`` were read; and whether that is too much for a verdict."""
     found = []
     if plans.wave and len(waves) < rings:
         found.append(f"a hand was passed over {len(waves)} of {rings} rings")
     found += [
-        f"ring {ring}, by a hand: none was seen by {', '.join(map(str, w.missed))}" for ring, w in waves.items() if w.missed
+        f"ring {ring}, by a hand: none was seen by {', '.join(map(str, w.missed))}"
+        for ring, w in waves.items()
+        if w.missed
     ]
     planned = 0 if plans.mount is None else len(plans.mount.joints)
     if stops < planned:

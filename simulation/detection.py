@@ -1,15 +1,18 @@
-"""Detection in time: a person walks straight at the robot from a drawn direction, while it moves; is the person reported
-before a part of the robot is nearer than its separation distance?
+"""Detection in time: a person walks straight at the robot from a drawn direction, while it moves;
+is the person reported before a part of the robot is nearer than its separation distance?
 
-The person (simulation/human.py, 1.75 m) walks at v_h from beyond every sensor's reach towards the base's axis. A sensor sees
-the person as soon as any of the body is in its beam within its effective range and, unless told otherwise, neither the robot
-nor an obstacle stands between; under ``blind`` a sensor of one zone sees nothing beyond the first of these in its beam, of
-a square one in the cone around it. A sight that lasts for a period is reported a period and the latency after it began at
-the latest; a shorter one may fall between two readings and counts for nothing. The approach is detected in time if the first
-report comes before the first moment at which any part of the robot is nearer to the person than that part's S_p. Period and
-latency are taken out of the reaction time T_r of S_p there, as they are counted by themselves.
+The person (simulation/human.py, 1.75 m) walks at v_h from beyond every sensor's reach towards the
+base's axis. A sensor sees the person as soon as any of the body is in its beam within its effective
+range and, unless told otherwise, neither the robot nor an obstacle stands between; under ``blind``
+a sensor of one zone sees nothing beyond the first of these in its beam, of a square one in the cone
+around it. A sight that lasts for a period is reported a period and the latency after it began at
+the latest; a shorter one may fall between two readings and counts for nothing. The approach is
+detected in time if the first report comes before the first moment at which any part of the robot is
+nearer to the person than that part's S_p. Period and latency are taken out of the reaction time T_r
+of S_p there, as they are counted by themselves.
 
-A square beam is taken as the cone within it. The robot does not slow down and the person does not stop.
+A square beam is taken as the cone within it. The robot does not slow down and the person does not
+stop.
 """
 
 import math
@@ -38,7 +41,8 @@ from .moments import STEP, Moments
 STATURE = 1.75  # m
 STRIDE = 0.83  # of stature, in which the gait repeats
 _ERROR = 0.01  # m, by which the body may stand out of the balls that are seen
-_BEYOND = 1.0  # m beyond what is seen and asked, from where the walk begins: a foot is half of that ahead
+# m beyond what is seen and asked, from where the walk begins: a foot is half of that ahead
+_BEYOND = 1.0
 _AT_ONCE = 16  # approaches in memory
 _SLAB = 1 << 9
 
@@ -57,10 +61,11 @@ class Timing:
 
 @dataclass(frozen=True)
 class Approaches:
-    """A approaches. azimuth (A,) rad: where the person comes from. moment (A,): number of the moment at the walk's end. Of
-    the distance, m, between person and robot: sight (A,) at the first sight, report (A,) at the first report, not a number
-    where there was none before contact; asked (A,) when S_p was first broken, which was at broken_step (A,) of the ``walk``
-    steps of a walk. in_time (A,)."""
+    """A approaches. azimuth (A,) rad: where the person comes from. moment (A,): number of the
+    moment at the walk's end. Of the distance, m, between person and robot: sight (A,) at the first
+    sight, report (A,) at the first report, not a number where there was none before contact; asked
+    (A,) when S_p was first broken, which was at broken_step (A,) of the ``walk`` steps of a walk.
+    in_time (A,)."""
 
     azimuth: Float[np.ndarray, " A"]
     moment: np.ndarray
@@ -71,33 +76,43 @@ class Approaches:
     in_time: Bool[np.ndarray, " A"]
     walk: int
 
-    def share(self, some: Any = slice(None), confidence: float = 0.95) -> tuple[float, float, float]:
+    def share(
+        self, some: Any = slice(None), confidence: float = 0.95
+    ) -> tuple[float, float, float]:
         """Share in time of some approaches, and its interval after Wilson."""
         found = self.in_time[some]
-        low, high = stats.binomtest(int(found.sum()), len(found)).proportion_ci(confidence, "wilson")
+        low, high = stats.binomtest(int(found.sum()), len(found)).proportion_ci(
+            confidence, "wilson"
+        )
         return float(found.mean()), float(low), float(high)
 
 
 def floor_of(scene: Scene) -> float:
-    """Height of the floor that the person walks on, m: the highest of the scene's, or ``PEDESTAL`` below the base."""
+    """Height of the floor that the person walks on, m: the highest of the scene's, or ``PEDESTAL``
+    below the base.
+    """
     floors = [float(o.body.offset[0]) for o in scene.obstacles if len(o.body.offset) == 1]
     return max(floors, default=-PEDESTAL)
 
 
 def walker(speed: float, start: float, floor: float = -PEDESTAL) -> Bones:
-    """The person on the way in along -x from ``start`` m on a ``floor`` at that height, m, at ``STEP`` s, until the base's
-    axis is reached."""
+    """The person on the way in along -x from ``start`` m on a ``floor`` at that height, m, at
+    ``STEP`` s, until the base's axis is reached."""
     at = np.arange(start, 0, -speed * STEP)
     n, zero = len(at), np.zeros(len(at))
     phase = 2 * np.pi * (start - at) / (STRIDE * STATURE)
     place = np.stack([at, zero], axis=1)
-    posture = Posture(place, np.full(n, np.pi), phase, zero + 1, zero, np.zeros((n, 2)), np.zeros((n, 2, 3)))
+    posture = Posture(
+        place, np.full(n, np.pi), phase, zero + 1, zero, np.zeros((n, 2)), np.zeros((n, 2, 3))
+    )
     return bones(STATURE, posture, floor)
 
 
 @jax.jit
 def _clearances(rows: Any, fixed: Any) -> Any:
-    """For R moments the least distance of person and robot, and the least after S_p is taken off, (R, 2) m."""
+    """For R moments the least distance of person and robot, and the least after S_p is taken off,
+    (R, 2) m.
+    """
     a, b, start, end, asked = rows
     thick, radius = fixed
     gap = segment_to_segment(a[:, :, None], b[:, :, None], start[:, None], end[:, None])
@@ -114,8 +129,14 @@ def turned(points: Float[np.ndarray, "*any 3"], angle: float) -> Float[np.ndarra
 def start_of(robot: Robot, setup: Setup, moments: Moments) -> float:
     """How far from the base's axis, m, walks begin: nothing is seen or asked there."""
     half, range_m = sensor_optics(setup)
-    far = max(float(np.hypot(*ends.T[:2]).max()) for ends in (moments.start, moments.end)) + float(moments.radius.max())
-    return max(robot.reach, far) + max(float((range_m / np.cos(half)).max()), float(moments.asked.max())) + _BEYOND
+    far = max(float(np.hypot(*ends.T[:2]).max()) for ends in (moments.start, moments.end)) + float(
+        moments.radius.max()
+    )
+    return (
+        max(robot.reach, far)
+        + max(float((range_m / np.cos(half)).max()), float(moments.asked.max()))
+        + _BEYOND
+    )
 
 
 def approach(
@@ -155,11 +176,18 @@ def approach(
     columns = []
     for first in range(0, len(azimuths), _AT_ONCE):
         some = slice(first, first + _AT_ONCE)
-        a, b = (np.concatenate([turned(p, phi) for phi in azimuths[some]]) for p in (body.start, body.end))
+        a, b = (
+            np.concatenate([turned(p, phi) for phi in azimuths[some]])
+            for p in (body.start, body.end)
+        )
         at = which[some].ravel()
         rows = (a, b, moments.start[at], moments.end[at], moments.asked[at])
-        clear = slabs(_clearances, rows, (jnp.asarray(body.radius), jnp.asarray(moments.radius)), _SLAB)
-        seen = _seen(robot, setup, moments, at, balls_along(a, b, body.radius, counts), occlusion, obstacles)
+        clear = slabs(
+            _clearances, rows, (jnp.asarray(body.radius), jnp.asarray(moments.radius)), _SLAB
+        )
+        seen = _seen(
+            robot, setup, moments, at, balls_along(a, b, body.radius, counts), occlusion, obstacles
+        )
         shape = (len(which[some]), steps)
         columns.append(_judged(clear.reshape(*shape, 2), seen.reshape(*shape, -1), held, late))
         tell(min(first + _AT_ONCE, len(azimuths)))
@@ -168,7 +196,13 @@ def approach(
 
 
 def _seen(
-    robot: Robot, setup: Setup, m: Moments, at: Any, balls: Any, occlusion: Occlusion, obstacles: tuple[Polyhedron, ...]
+    robot: Robot,
+    setup: Setup,
+    m: Moments,
+    at: Any,
+    balls: Any,
+    occlusion: Occlusion,
+    obstacles: tuple[Polyhedron, ...],
 ) -> Any:
     """Does each sensor see the person at each moment? (T, K)"""
     apex, axis = (np.asarray(a) for a in sensor_axes(robot, setup, m.frames[at]))
@@ -186,25 +220,45 @@ def stops(
     bodies: Capsules,
     obstacles: tuple[Polyhedron, ...],
 ) -> Float[np.ndarray, "T K"]:
-    """How far sensors see before the robot or an obstacle in their beams answers, m; infinite where they have many zones.
-    The robot is read as balls that hold its bodies, 1 mm larger at most."""
+    """How far sensors see before the robot or an obstacle in their beams answers, m; infinite where
+    they have many zones. The robot is read as balls that hold its bodies, 1 mm larger at most."""
     start, end, radius = (np.asarray(a) for a in bodies)
     radius = radius + BALL_ERROR
-    balls = balls_along(start, end, radius, ball_counts(np.linalg.norm((end - start)[0], axis=1), radius, BALL_ERROR))
-    half, range_m = np.concatenate([np.full(r.count, _around(r.sensor)) for r in setup.rings]), sensor_optics(setup)[1]
+    balls = balls_along(
+        start,
+        end,
+        radius,
+        ball_counts(np.linalg.norm((end - start)[0], axis=1), radius, BALL_ERROR),
+    )
+    half, range_m = (
+        np.concatenate([np.full(r.count, _around(r.sensor)) for r in setup.rings]),
+        sensor_optics(setup)[1],
+    )
     stop = readings(apex, axis, half, range_m, *balls).distance
     for body in obstacles:
-        looks = Beam(apex.reshape(-1, 3), axis.reshape(-1, 3), *(np.tile(a, len(apex)) for a in (half, range_m)))
+        looks = Beam(
+            apex.reshape(-1, 3),
+            axis.reshape(-1, 3),
+            *(np.tile(a, len(apex)) for a in (half, range_m)),
+        )
         stop = np.minimum(stop, polyhedron_in_beam(looks, body).reshape(stop.shape))
-    return np.where(np.repeat([r.sensor.zoned for r in setup.rings], [r.count for r in setup.rings]), np.inf, stop)
+    return np.where(
+        np.repeat([r.sensor.zoned for r in setup.rings], [r.count for r in setup.rings]),
+        np.inf,
+        stop,
+    )
 
 
 def _around(sensor: Sensor) -> float:
     """Half angle of the narrowest cone around a beam, rad."""
-    return math.atan(math.hypot(math.tan(sensor.fov / 2), math.tan(sensor.fov_up / 2) if sensor.fov_up else 0.0))
+    return math.atan(
+        math.hypot(math.tan(sensor.fov / 2), math.tan(sensor.fov_up / 2) if sensor.fov_up else 0.0)
+    )
 
 
-def lasting(seen: Bool[np.ndarray, "A T K"], steps: Int[np.ndarray, " K"]) -> Bool[np.ndarray, "A T K"]:
+def lasting(
+    seen: Bool[np.ndarray, "A T K"], steps: Int[np.ndarray, " K"]
+) -> Bool[np.ndarray, "A T K"]:
     """From which steps on each sensor sees at that step and so many ``steps`` more."""
     total = np.cumsum(np.pad(seen, ((0, 0), (1, 0), (0, 0))), axis=1)
     end = np.arange(seen.shape[1])[:, None] + steps + 1
@@ -213,25 +267,40 @@ def lasting(seen: Bool[np.ndarray, "A T K"], steps: Int[np.ndarray, " K"]) -> Bo
 
 
 def _judged(clear: Any, seen: Any, held: Any, late: Any) -> tuple[Any, ...]:
-    """Distances at first sight, first report and first break of S_p, the step of the break, and whether in time.
+    """Distances at first sight, first report and first break of S_p, the step of the break, and
+    whether in time.
 
-    A sight is found up to a step after it was, and a report must come before the break's step: both on the safe side.
+    A sight is found up to a step after it was, and a report must come before the break's step: both
+    on the safe side.
     """
     a, steps = clear.shape[:2]
     gap, margin = clear[..., 0], clear[..., 1]
     touched = np.where((gap <= 0).any(axis=1), (gap <= 0).argmax(axis=1), steps)
     broken = np.where((margin < 0).any(axis=1), (margin < 0).argmax(axis=1), steps)
-    sight, start = (np.where(s.any(axis=1), s.argmax(axis=1), 2 * steps) for s in (seen, lasting(seen, held)))
+    sight, start = (
+        np.where(s.any(axis=1), s.argmax(axis=1), 2 * steps) for s in (seen, lasting(seen, held))
+    )
     sight, report = sight.min(axis=1), (start + late).min(axis=1)
 
     def distance(step: Any) -> Any:
         ok = step < touched
         return np.where(ok, gap[np.arange(a), np.minimum(step, steps - 1)], np.nan)
 
-    return distance(sight), distance(report), distance(np.minimum(broken, steps - 1)), broken, report < broken
+    return (
+        distance(sight),
+        distance(report),
+        distance(np.minimum(broken, steps - 1)),
+        broken,
+        report < broken,
+    )
 
 
 def seeing_as_far(setup: Setup, range_m: float) -> Setup:
-    """The setup with sensors that see to ``range_m`` m at least, whatever their use, in the same beams."""
-    rings = (replace(r, sensor=replace(r.sensor, range_m=max(r.sensor.range_m, range_m))) for r in setup.rings)
+    """The setup with sensors that see to ``range_m`` m at least, whatever their use, in the same
+    beams.
+    """
+    rings = (
+        replace(r, sensor=replace(r.sensor, range_m=max(r.sensor.range_m, range_m)))
+        for r in setup.rings
+    )
     return Setup(tuple(rings))

@@ -1,15 +1,19 @@
-"""The minimum-distance study: how far a human or a thing really is from the robot, and how far the rings make it.
+"""The minimum-distance study: how far a human or a thing really is from the robot, and how far the
+rings make it.
 
-The truth is the least distance between the robot's bodies and the thing, 0 once they touch. The rings' answer comes from
-what each sensor reads. A single-zone sensor gives one number and no direction, so the system takes the point at that
-distance on the beam's axis; the believed distance is that of the nearest such point from the robot's bodies. Where no sensor
-sees anything it believes the sensors' range: nothing is nearer than they see. Beside it stands the careful belief: the least
-distance from the robot of anything at that reading in the beam, sampled on the axis and two circles around it.
+The truth is the least distance between the robot's bodies and the thing, 0 once they touch. The
+rings' answer comes from what each sensor reads. A single-zone sensor gives one number and no
+direction, so the system takes the point at that distance on the beam's axis; the believed distance
+is that of the nearest such point from the robot's bodies. Where no sensor sees anything it believes
+the sensors' range: nothing is nearer than they see. Beside it stands the careful belief: the least
+distance from the robot of anything at that reading in the beam, sampled on the axis and two circles
+around it.
 
-Errors are counted while the truth is below the range; a moment is in the near zone below 0.5 m, in the far zone below 1.1 m
-(the paper's thresholds), and beyond up to the range. The robot does not stop for the human, and the human does not give way.
-From 10 Hz to 40 Hz the RMSE changes by 0.5 %, a maximum by up to 1.5 cm; from balls that fall short of the body by 1 mm to
-0.25 mm both change by at most 0.1 mm. An engineering aid: none of these numbers is a safety rating.
+Errors are counted while the truth is below the range; a moment is in the near zone below 0.5 m, in
+the far zone below 1.1 m (the paper's thresholds), and beyond up to the range. The robot does not
+stop for the human, and the human does not give way. From 10 Hz to 40 Hz the RMSE changes by 0.5 %,
+a maximum by up to 1.5 cm; from balls that fall short of the body by 1 mm to 0.25 mm both change by
+at most 0.1 mm. An engineering aid: none of these numbers is a safety rating.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,14 +40,15 @@ NEAR, FAR = 0.5, 1.1  # m
 WINDOW = 0.3  # s, over which a closing speed is taken
 THINGS = ("human", *SHAPES)
 MODES = ("ignore", "shadow")  # what the robot's own body does to what is read
-_CIRCLES, _ON_CIRCLE = (0.55, 1.0), 8  # samples of a beam's cross-section: shares of the half angle, points on each
+# samples of a beam's cross-section: shares of the half angle, points on each
+_CIRCLES, _ON_CIRCLE = (0.55, 1.0), 8
 
 Table = dict[str, float | None]
 
 
 class Series(NamedTuple):
-    """One run over time. true, believed, careful (T,) m; seen (T,): does any sensor read anything; speed towards base and
-    towards TCP, m/s, positive when closing: true and believed (T, 2)."""
+    """One run over time. true, believed, careful (T,) m; seen (T,): does any sensor read anything;
+    speed towards base and towards TCP, m/s, positive when closing: true and believed (T, 2)."""
 
     time: Float[np.ndarray, " T"]
     true: Float[np.ndarray, " T"]
@@ -57,7 +62,9 @@ class Series(NamedTuple):
 def repeated(
     time_s: Float[np.ndarray, " T"], q: Float[np.ndarray, "T J"], duration_s: float
 ) -> tuple[Float[np.ndarray, " N"], Float[np.ndarray, "N J"]]:
-    """A cyclic task, evenly sampled and one step short of its own start, again and again for ``duration_s`` s."""
+    """A cyclic task, evenly sampled and one step short of its own start, again and again for
+    ``duration_s`` s.
+    """
     step = float(time_s[1] - time_s[0])
     n = round(duration_s / step) + 1
     return step * np.arange(n), q[np.arange(n) % len(q)]
@@ -66,7 +73,9 @@ def repeated(
 def thing_balls(
     thing: str, seed: int, time_s: Float[np.ndarray, " T"], bodies: Capsules
 ) -> tuple[Float[np.ndarray, "T B 3"], Float[np.ndarray, " B"]]:
-    """Balls (T, B, 3) m and radii (B,) m of a thing on its path of ``seed``; ValueError names the things there are."""
+    """Balls (T, B, 3) m and radii (B,) m of a thing on its path of ``seed``; ValueError names the
+    things there are.
+    """
     if thing not in THINGS:
         raise ValueError(f"unknown thing {thing!r}; known: {', '.join(THINGS)}")
     if thing == "human":
@@ -77,7 +86,9 @@ def thing_balls(
 
 @jax.jit
 def _beliefs(rows: Any, fixed: Any) -> Any:
-    """For R readings of sensors, the distances (R, 2) m of the believed point from the robot and of the careful one."""
+    """For R readings of sensors, the distances (R, 2) m of the believed point from the robot and of
+    the careful one.
+    """
     apex, axis, half, reading, start, end = rows
     (thick,) = fixed
     z, x = (jnp.eye(3, dtype=axis.dtype)[i][None] for i in (2, 0))
@@ -85,7 +96,8 @@ def _beliefs(rows: Any, fixed: Any) -> Any:
     u = u / root(dot(u, u))[:, None]
     v = jnp.cross(axis, u)
     ways = [axis] + [
-        jnp.cos(s * half)[:, None] * axis + jnp.sin(s * half)[:, None] * (np.cos(a) * u + np.sin(a) * v)
+        jnp.cos(s * half)[:, None] * axis
+        + jnp.sin(s * half)[:, None] * (np.cos(a) * u + np.sin(a) * v)
         for s in _CIRCLES
         for a in 2 * np.pi * np.arange(_ON_CIRCLE) / _ON_CIRCLE
     ]
@@ -101,12 +113,20 @@ def beliefs(
     reading: Float[np.ndarray, "T K"],
     bodies: Capsules,
 ) -> Float[np.ndarray, "T 2"]:
-    """Distance (T, 2) m from the robot that K sensors' readings make of the nearest thing: by points on the beams' axes, and
-    by the nearest in the beams; infinite where no sensor reads anything. Lengths m, half_angle rad."""
+    """Distance (T, 2) m from the robot that K sensors' readings make of the nearest thing: by
+    points on the beams' axes, and by the nearest in the beams; infinite where no sensor reads
+    anything. Lengths m, half_angle rad."""
     found = np.full((*reading.shape, 2), np.inf)
     t, k = np.nonzero(np.isfinite(reading))
     if len(t):
-        rows = (apex[t, k], axis[t, k], half_angle[k], reading[t, k], bodies.start[t], bodies.end[t])
+        rows = (
+            apex[t, k],
+            axis[t, k],
+            half_angle[k],
+            reading[t, k],
+            bodies.start[t],
+            bodies.end[t],
+        )
         found[t, k] = slabs(_beliefs, rows, (jnp.asarray(bodies.radius),))
     return found.min(axis=1)
 
@@ -131,8 +151,9 @@ def series(
         seed: of the thing's path, which does not depend on the setup.
         mode: ``ignore`` sees through the robot, ``shadow`` does not (see ``ranging.readings``).
 
-    Closing speeds are differences over ``WINDOW`` of the distance of the base's origin and of the TCP from the thing's
-    nearest point. Each motion counts, the TCP's too. What was not seen at both ends of the window is believed still.
+    Closing speeds are differences over ``WINDOW`` of the distance of the base's origin and of the
+    TCP from the thing's nearest point. Each motion counts, the TCP's too. What was not seen at both
+    ends of the window is believed still.
 
     Raises:
         ValueError: if thing or mode is unknown or the robot has no bodies.
@@ -144,14 +165,20 @@ def series(
     centre, radius = thing_balls(thing, seed, time_s, bodies)
     apex, axis = (np.asarray(a) for a in sensor_axes(robot, setup, frames))
     half, range_m = sensor_optics(setup)
-    read = readings(apex, axis, half, range_m, centre, radius, bodies if mode == "shadow" else None).distance
+    read = readings(
+        apex, axis, half, range_m, centre, radius, bodies if mode == "shadow" else None
+    ).distance
     seen = np.isfinite(read).any(axis=1)
     believed, careful = np.clip(beliefs(apex, axis, half, read, bodies), 0, range_m.max()).T
 
     ends = np.stack([np.zeros((len(q), 3)), frames[:, -1, :3, 3]], axis=1)
     to_thing = np.linalg.norm(centre[:, None] - ends[:, :, None], axis=3) - radius
     point = apex + np.where(np.isfinite(read), read, 0)[..., None] * axis
-    to_point = np.where(np.isfinite(read)[:, None], np.linalg.norm(point[:, None] - ends[:, :, None], axis=3), np.inf)
+    to_point = np.where(
+        np.isfinite(read)[:, None],
+        np.linalg.norm(point[:, None] - ends[:, :, None], axis=3),
+        np.inf,
+    )
     return Series(
         time_s,
         np.maximum(least_gap(centre, radius, bodies), 0),
@@ -163,8 +190,12 @@ def series(
     )
 
 
-def _closing(distance: Float[np.ndarray, "T 2"], time_s: Float[np.ndarray, " T"]) -> Float[np.ndarray, "T 2"]:
-    """Speed at which a distance shrank over the window before; 0 in the first window and where an end is infinite."""
+def _closing(
+    distance: Float[np.ndarray, "T 2"], time_s: Float[np.ndarray, " T"]
+) -> Float[np.ndarray, "T 2"]:
+    """Speed at which a distance shrank over the window before; 0 in the first window and where an
+    end is infinite.
+    """
     back = max(1, round(WINDOW / float(time_s[1] - time_s[0])))
     speed = np.zeros_like(distance)
     before, now = distance[:-back], distance[back:]
@@ -177,17 +208,22 @@ def _closing(distance: Float[np.ndarray, "T 2"], time_s: Float[np.ndarray, " T"]
 def measures(run: Series, range_m: float) -> Table:
     """What one run comes to, as a flat table of numbers; None where no moment counts.
 
-    rmse_m, max_error_m: of the believed distance while the truth is below ``range_m``; bias_m: its mean error, positive
-    where the human is nearer than believed; over_m: by how much at most. ``near_``, ``far_``, ``beyond_``: the same by
-    zone. careful_rmse_m, careful_over_m: of the careful belief. rmse_speed_base, rmse_speed_tcp, max_speed_...: of closing
-    speeds, m/s. unseen_s, unseen_share, unseen_longest_s, unseen_nearest_m: while no sensor reads anything and the truth is
-    below the range. late_near_s, late_far_s: truth below a zone's threshold and belief above it. counted_s, contact_s,
-    near_s, far_s, beyond_s: how long each lasted.
+    rmse_m, max_error_m: of the believed distance while the truth is below ``range_m``; bias_m: its
+    mean error, positive where the human is nearer than believed; over_m: by how much at most.
+    ``near_``, ``far_``, ``beyond_``: the same by zone. careful_rmse_m, careful_over_m: of the
+    careful belief. rmse_speed_base, rmse_speed_tcp, max_speed_...: of closing speeds, m/s.
+    unseen_s, unseen_share, unseen_longest_s, unseen_nearest_m: while no sensor reads anything and
+    the truth is below the range. late_near_s, late_far_s: truth below a zone's threshold and belief
+    above it. counted_s, contact_s, near_s, far_s, beyond_s: how long each lasted.
     """
     step = float(run.time[1] - run.time[0])
     counts = run.true < range_m
     error = run.believed - run.true
-    zones = {"near": run.true < NEAR, "far": (run.true >= NEAR) & (run.true < FAR), "beyond": counts & (run.true >= FAR)}
+    zones = {
+        "near": run.true < NEAR,
+        "far": (run.true >= NEAR) & (run.true < FAR),
+        "beyond": counts & (run.true >= FAR),
+    }
     table = {"counted_s": step * counts.sum(), "contact_s": step * (run.true <= 0).sum()}
     table |= {f"{name}_s": step * zone.sum() for name, zone in zones.items()}
     for prefix, zone in {"": counts, **{f"{name}_": zone for name, zone in zones.items()}}.items():
@@ -233,18 +269,29 @@ def cell(
     seed: int,
     mode: str,
 ) -> Table:
-    """One independent measurement of the study: ``measures`` of ``series``, whose arguments these are."""
-    return measures(series(robot, setup, time_s, q, thing, seed, mode), float(sensor_optics(setup)[1].max()))
+    """One independent measurement of the study: ``measures`` of ``series``, whose arguments these
+    are.
+    """
+    return measures(
+        series(robot, setup, time_s, q, thing, seed, mode), float(sensor_optics(setup)[1].max())
+    )
 
 
-def summary(cells: Sequence[Mapping[str, float | None]], confidence: float = 0.95) -> dict[str, tuple[float, float]]:
-    """Mean over seeds of each key and half width of its t-interval, from the cells that have a number there; the mean is
-    not a number where none has, the half width where fewer than two have."""
+def summary(
+    cells: Sequence[Mapping[str, float | None]], confidence: float = 0.95
+) -> dict[str, tuple[float, float]]:
+    """Mean over seeds of each key and half width of its t-interval, from the cells that have a
+    number there; the mean is not a number where none has, the half width where fewer than two have.
+    """
     found = {}
     for key in cells[0]:
         values = np.array([value for c in cells if (value := c[key]) is not None])
         n = len(values)
         mean = float(values.mean()) if n else np.nan
-        spread = float(stats.t.ppf((1 + confidence) / 2, n - 1) * values.std(ddof=1) / np.sqrt(n)) if n > 1 else np.nan
+        spread = (
+            float(stats.t.ppf((1 + confidence) / 2, n - 1) * values.std(ddof=1) / np.sqrt(n))
+            if n > 1
+            else np.nan
+        )
         found[key] = (mean, spread)
     return found

@@ -1,8 +1,10 @@
-"""A jointed human body of capsules: postures of walking and reaching, and the balls that stand for it.
+"""A jointed human body of capsules: postures of walking and reaching, and the balls that stand for
+it.
 
-Lengths are shares of stature after Drillis and Contini (1966), as reprinted in Winter, Biomechanics and Motor Control of
-Human Movement, figure 4.1. Radii are our rounding of typical girths. Positions are in the robot's base frame, which stands
-on a pedestal above the floor unless another floor is given.
+Lengths are shares of stature after Drillis and Contini (1966), as reprinted in Winter, Biomechanics
+and Motor Control of Human Movement, figure 4.1. Radii are our rounding of typical girths. Positions
+are in the robot's base frame, which stands on a pedestal above the floor unless another floor is
+given.
 """
 
 from dataclasses import dataclass
@@ -17,7 +19,8 @@ BALL_ERROR = 1e-3  # m, by which a capsule stands out of its balls at most
 
 # Shares of stature.
 ANKLE, SHANK, THIGH, FOOT = 0.039, 0.246, 0.245, 0.152
-TRUNK, NECK, HEAD = 0.288, 0.052, 0.130  # hips to shoulders (0.818 - 0.530), shoulders to chin (0.870), chin to crown
+# hips to shoulders (0.818 - 0.530), shoulders to chin (0.870), chin to crown
+TRUNK, NECK, HEAD = 0.288, 0.052, 0.130
 UPPER_ARM, FOREARM, HAND = 0.186, 0.146, 0.108
 HIPS, SHOULDERS = 0.191, 0.259  # widths between the joints of both sides
 _HEEL, _CHEST = 0.03, 0.055  # heel behind the ankle; middles of the trunk's halves off the spine
@@ -41,9 +44,10 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 class Posture(NamedTuple):
-    """T postures. position (T, 2) m: of the pelvis over the floor. heading (T,) rad: of the face about z. phase (T,) rad: of
-    the gait. stride (T,): 0 standing ... 1 full strides. lean (T,) rad: of the trunk forward. reach (T, 2): of the left and
-    the right hand, 0 at rest ... 1 at its goal, which is goal (T, 2, 3) m."""
+    """T postures. position (T, 2) m: of the pelvis over the floor. heading (T,) rad: of the face
+    about z. phase (T,) rad: of the gait. stride (T,): 0 standing ... 1 full strides. lean (T,) rad:
+    of the trunk forward. reach (T, 2): of the left and the right hand, 0 at rest ... 1 at its goal,
+    which is goal (T, 2, 3) m."""
 
     position: Float[np.ndarray, "T 2"]
     heading: Float[np.ndarray, " T"]
@@ -56,8 +60,8 @@ class Posture(NamedTuple):
 
 @dataclass(frozen=True)
 class Bones:
-    """Named segments of the body, each start and end (T, 3) m and radius m; arms and legs of both sides, left first.
-    shoulder and wrist: joints (T, 2, 3) m of left and right."""
+    """Named segments of the body, each start and end (T, 3) m and radius m; arms and legs of both
+    sides, left first. shoulder and wrist: joints (T, 2, 3) m of left and right."""
 
     names: tuple[str, ...]
     start: Float[np.ndarray, "T S 3"]
@@ -68,10 +72,15 @@ class Bones:
 
 
 def two_bones(
-    shoulder: Float[np.ndarray, "T 3"], target: Float[np.ndarray, "T 3"], pole: Float[np.ndarray, "T 3"], a: float, b: float
+    shoulder: Float[np.ndarray, "T 3"],
+    target: Float[np.ndarray, "T 3"],
+    pole: Float[np.ndarray, "T 3"],
+    a: float,
+    b: float,
 ) -> tuple[Float[np.ndarray, "T 3"], Float[np.ndarray, "T 3"]]:
-    """Elbow and wrist (T, 3) m of an arm of lengths ``a`` and ``b`` m whose wrist is at ``target``, or on the way there as
-    far as the arm reaches; the elbow lies to the side of ``pole``, a direction. By the law of cosines."""
+    """Elbow and wrist (T, 3) m of an arm of lengths ``a`` and ``b`` m whose wrist is at ``target``,
+    or on the way there as far as the arm reaches; the elbow lies to the side of ``pole``, a
+    direction. By the law of cosines."""
     way = target - shoulder
     far = np.linalg.norm(way, axis=1)
     d = np.clip(far, abs(a - b) + 1e-3, (a + b) * 0.9999)
@@ -79,15 +88,18 @@ def two_bones(
     side = pole - (pole * unit).sum(axis=1, keepdims=True) * unit
     side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
     along = (d**2 + a**2 - b**2) / (2 * d)
-    elbow = shoulder + along[:, None] * unit + np.sqrt(np.maximum(a**2 - along**2, 0))[:, None] * side
+    elbow = (
+        shoulder + along[:, None] * unit + np.sqrt(np.maximum(a**2 - along**2, 0))[:, None] * side
+    )
     return elbow, shoulder + d[:, None] * unit
 
 
 def bones(stature: float, posture: Posture, floor: float = -PEDESTAL) -> Bones:
     """The body of ``stature`` m in T postures on the ``floor``, a height in m.
 
-    The higher leg bends, the hips stand as high as the longer leg reaches to the floor; feet stay level. Hands at rest swing
-    against the legs; a reaching wrist moves on the straight line from there to its goal.
+    The higher leg bends, the hips stand as high as the longer leg reaches to the floor; feet stay
+    level. Hands at rest swing against the legs; a reaching wrist moves on the straight line from
+    there to its goal.
     """
     t, h = len(posture.heading), stature
     c, s, zero = np.cos(posture.heading), np.sin(posture.heading), np.zeros(t)
@@ -127,7 +139,11 @@ def bones(stature: float, posture: Posture, floor: float = -PEDESTAL) -> Bones:
         middle = pelvis + side * _CHEST * h * left
         add("trunk", middle, middle + (TRUNK - RADII["trunk"] * 0.8) * h * spine)
     add("neck", neck, neck + NECK * h * spine)
-    add("head", neck + (NECK + RADII["head"]) * h * spine, neck + (NECK + HEAD - RADII["head"]) * h * spine)
+    add(
+        "head",
+        neck + (NECK + RADII["head"]) * h * spine,
+        neck + (NECK + HEAD - RADII["head"]) * h * spine,
+    )
 
     a, b = UPPER_ARM * h, FOREARM * h
     shoulders, wrists = [], []
@@ -144,22 +160,37 @@ def bones(stature: float, posture: Posture, floor: float = -PEDESTAL) -> Bones:
         shoulders.append(shoulder)
         wrists.append(wrist)
     radius = h * np.array([RADII[name] for name in names])
-    return Bones(tuple(names), np.stack(start, 1), np.stack(end, 1), radius, np.stack(shoulders, 1), np.stack(wrists, 1))
+    return Bones(
+        tuple(names),
+        np.stack(start, 1),
+        np.stack(end, 1),
+        radius,
+        np.stack(shoulders, 1),
+        np.stack(wrists, 1),
+    )
 
 
 def balls_along(
-    start: Float[np.ndarray, "T S 3"], end: Float[np.ndarray, "T S 3"], radius: Float[np.ndarray, " S"], count: list[int]
+    start: Float[np.ndarray, "T S 3"],
+    end: Float[np.ndarray, "T S 3"],
+    radius: Float[np.ndarray, " S"],
+    count: list[int],
 ) -> tuple[Float[np.ndarray, "T B 3"], Float[np.ndarray, " B"]]:
-    """Balls in place of capsules, ``count`` of them evenly from end to end of each: centres (T, B, 3) m, radii (B,) m."""
+    """Balls in place of capsules, ``count`` of them evenly from end to end of each: centres (T, B,
+    3) m, radii (B,) m.
+    """
     share = np.concatenate([np.linspace(0, 1, n) for n in count])[None, :, None]
     segment = np.repeat(np.arange(len(count)), count)
     return start[:, segment] + share * (end - start)[:, segment], radius[segment]
 
 
-def ball_counts(length: Float[np.ndarray, " S"], radius: Float[np.ndarray, " S"], error: float = BALL_ERROR) -> list[int]:
+def ball_counts(
+    length: Float[np.ndarray, " S"], radius: Float[np.ndarray, " S"], error: float = BALL_ERROR
+) -> list[int]:
     """How many balls a capsule needs that stands out of their union by at most ``error`` m.
 
-    Half way between two balls of radius r at a spacing of d the union is thinner by r - sqrt(r^2 - d^2/4), so that
+    Half way between two balls of radius r at a spacing of d the union is thinner by r - sqrt(r^2 -
+    d^2/4), so that
     d = 2 sqrt(error (2 r - error)) will do.
     """
     spacing = 2 * np.sqrt(error * (2 * radius - error))
@@ -169,9 +200,16 @@ def ball_counts(length: Float[np.ndarray, " S"], radius: Float[np.ndarray, " S"]
 def body_balls(
     stature: float, posture: Posture, error: float = BALL_ERROR
 ) -> tuple[Float[np.ndarray, "T B 3"], Float[np.ndarray, " B"]]:
-    """The body as balls: centres (T, B, 3) m, radii (B,) m; as many for every stature up to ``TALLEST``."""
+    """The body as balls: centres (T, B, 3) m, radii (B,) m; as many for every stature up to
+    ``TALLEST``.
+    """
     if not 0 < stature <= TALLEST:
         raise ValueError(f"stature is {stature} m; it must be above 0 and at most {TALLEST} m")
     body = bones(stature, posture)
     length = np.linalg.norm(body.end[0] - body.start[0], axis=1) * (TALLEST / stature)
-    return balls_along(body.start, body.end, body.radius, ball_counts(length, body.radius * (TALLEST / stature), error))
+    return balls_along(
+        body.start,
+        body.end,
+        body.radius,
+        ball_counts(length, body.radius * (TALLEST / stature), error),
+    )

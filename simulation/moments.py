@@ -1,4 +1,6 @@
-"""Where a robot is, how fast its parts are and how far a person must be from them, at moments of its motion."""
+"""Where a robot is, how fast its parts are and how far a person must be from them, at moments of
+its motion.
+"""
 
 from dataclasses import dataclass
 from typing import Any
@@ -21,10 +23,10 @@ STEP = 0.02  # s, from one moment to the next
 class Moments:
     """M moments of a motion.
 
-    q (M, J) rad: joint angles; frames (M, F, 4, 4); bodies, that hide what is behind them. Of the pieces of the bodies
-    that distances are measured from: start and end (M, N, 3) m, radius (N,) m, speed (M, N) m/s, and the separation
-    distance asked (M, N) m. weight (M,) sums to 1. together: do the moments follow each other by ``STEP``, or does each
-    stand alone?
+    q (M, J) rad: joint angles; frames (M, F, 4, 4); bodies, that hide what is behind them. Of the
+    pieces of the bodies that distances are measured from: start and end (M, N, 3) m, radius (N,) m,
+    speed (M, N) m/s, and the separation distance asked (M, N) m. weight (M,) sums to 1. together:
+    do the moments follow each other by ``STEP``, or does each stand alone?
     """
 
     q: Float[np.ndarray, "M J"]
@@ -39,19 +41,26 @@ class Moments:
     together: bool
 
     def drawn(self, rng: np.random.Generator, steps: int) -> Int[np.ndarray, " steps"]:
-        """Numbers of the moments of so many steps that end at a drawn one: an approach's, or one pose again and again."""
+        """Numbers of the moments of so many steps that end at a drawn one: an approach's, or one
+        pose again and again.
+        """
         if not self.together:
             return np.full(steps, rng.choice(len(self.weight), p=self.weight))
         return self.before(int(rng.integers(len(self.weight))), np.arange(steps)[::-1])
 
     def before(self, moment: int, steps: Any) -> Any:
-        """Number of the moment so many steps before another. A motion comes round again, so that at each step of a walk
-        every moment is as likely, however short the motion; a pose is held."""
+        """Number of the moment so many steps before another. A motion comes round again, so that at
+        each step of a walk every moment is as likely, however short the motion; a pose is held."""
         return (moment - steps) % len(self.weight) if self.together else moment + 0 * steps
 
 
 def _moments(
-    robot: Robot, q: np.ndarray, rates: list[np.ndarray | None], weight: np.ndarray, safety: Safety, together: bool
+    robot: Robot,
+    q: np.ndarray,
+    rates: list[np.ndarray | None],
+    weight: np.ndarray,
+    safety: Safety,
+    together: bool,
 ) -> Moments:
     frames = np.asarray(forward(robot.chain, q))
     parts = [moving(robot, *at, safety.speed) for at in zip(q, rates, strict=True)]
@@ -70,7 +79,8 @@ def _moments(
 
 
 def moments_of_record(robot: Robot, record: MotionRecord, safety: Safety) -> Moments:
-    """The whole record at steps of ``STEP``; the joints' speeds are differences over a step either way.
+    """The whole record at steps of ``STEP``; the joints' speeds are differences over a step either
+    way.
 
     Raises:
         ValueError: if the robot has no bodies or its stopping time is not known.

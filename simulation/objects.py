@@ -1,4 +1,6 @@
-"""Things other than people that come near a robot: a rod, a ball, a parcel, each a rigid union of balls, and their paths."""
+"""Things other than people that come near a robot: a rod, a ball, a parcel, each a rigid union of
+balls, and their paths.
+"""
 
 from collections.abc import Callable
 
@@ -9,18 +11,22 @@ from scipy.spatial.transform import Rotation
 from ..coverage.robots.link_bodies import Capsules
 from .human import PEDESTAL, ball_counts, balls_along
 
-ROD_LENGTH, ROD_RADIUS = 0.5, 0.035  # m; a test rod of 70 mm, the coarsest resolution that protects a hazardous area
+# m; a test rod of 70 mm, the coarsest resolution that protects a hazardous area
+ROD_LENGTH, ROD_RADIUS = 0.5, 0.035
 BALL_RADIUS = 0.1  # m, a head
 PARCEL, PARCEL_EDGE = (0.36, 0.30, 0.24), 0.06  # m: sides, and the radius of its rounded edges
 PARCEL_ERROR = 3e-3  # m, depth of the dimples between the balls of a parcel's faces
-GAP = (0.03, 1.25)  # m: from how near to how far off the robot a thing goes, through the near and the far zone
+# m: from how near to how far off the robot a thing goes, through the near and the far zone
+GAP = (0.03, 1.25)
 _FASTEST, _WAVES = 0.1, 3  # Hz and number of the sines that a path is made of
 
 
 def _rod() -> tuple[Float[np.ndarray, "B 3"], Float[np.ndarray, " B"]]:
     half = np.array([[[0.0, 0.0, ROD_LENGTH / 2 - ROD_RADIUS]]])
     radius = np.array([ROD_RADIUS])
-    centre, radius = balls_along(-half, half, radius, ball_counts(np.array([ROD_LENGTH - 2 * ROD_RADIUS]), radius))
+    centre, radius = balls_along(
+        -half, half, radius, ball_counts(np.array([ROD_LENGTH - 2 * ROD_RADIUS]), radius)
+    )
     return centre[0], radius
 
 
@@ -29,8 +35,8 @@ def _ball() -> tuple[Float[np.ndarray, "B 3"], Float[np.ndarray, " B"]]:
 
 
 def _parcel() -> tuple[Float[np.ndarray, "B 3"], Float[np.ndarray, " B"]]:
-    """Balls on the faces of the box that is one edge radius smaller; of a square of four the middle is the deepest dimple,
-    r - sqrt(r^2 - d^2/2) at a spacing of d."""
+    """Balls on the faces of the box that is one edge radius smaller; of a square of four the middle
+    is the deepest dimple, r - sqrt(r^2 - d^2/2) at a spacing of d."""
     spacing = np.sqrt(2 * PARCEL_ERROR * (2 * PARCEL_EDGE - PARCEL_ERROR))
     sides = [np.linspace(-1, 1, int(np.ceil((s - 2 * PARCEL_EDGE) / spacing)) + 1) for s in PARCEL]
     grid = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -46,7 +52,9 @@ SHAPES: dict[str, Callable[[], tuple[Float[np.ndarray, "B 3"], Float[np.ndarray,
 
 
 def _wander(rng: np.random.Generator, time_s: Float[np.ndarray, " T"]) -> Float[np.ndarray, " T"]:
-    """A smooth random function of time within [-1, 1], without bias: a triangle wave of a sum of sines."""
+    """A smooth random function of time within [-1, 1], without bias: a triangle wave of a sum of
+    sines.
+    """
     frequency, phase = rng.uniform(0.02, _FASTEST, _WAVES), rng.uniform(0, 2 * np.pi, _WAVES)
     total = np.sin(2 * np.pi * frequency * time_s[:, None] + phase).sum(axis=1)
     return 2 / np.pi * np.arcsin(np.sin(np.pi / 2 * total))
@@ -55,11 +63,13 @@ def _wander(rng: np.random.Generator, time_s: Float[np.ndarray, " T"]) -> Float[
 def object_balls(
     shape: str, seed: int, time_s: Float[np.ndarray, " T"], bodies: Capsules
 ) -> tuple[Float[np.ndarray, "T B 3"], Float[np.ndarray, " B"]]:
-    """A thing that turns and wanders around a moving robot: balls (T, B, 3) m and their radii (B,) m.
+    """A thing that turns and wanders around a moving robot: balls (T, B, 3) m and their radii (B,)
+    m.
 
-    At each time it is a gap within ``GAP`` off one place on the robot, to one side; place along the robot, side, gap and
-    attitude wander smoothly, independent of each other. It moves with the robot, so that near and far zone are both seen
-    at every pose. Another part of the robot may be nearer than the one it keeps off. It stays above the floor.
+    At each time it is a gap within ``GAP`` off one place on the robot, to one side; place along the
+    robot, side, gap and attitude wander smoothly, independent of each other. It moves with the
+    robot, so that near and far zone are both seen at every pose. Another part of the robot may be
+    nearer than the one it keeps off. It stays above the floor.
 
     Args:
         shape: a key of ``SHAPES``.
@@ -73,10 +83,15 @@ def object_balls(
     centre, radius = SHAPES[shape]()
     place = (_wander(rng, time_s) + 1) / 2
     gap = GAP[0] + (GAP[1] - GAP[0]) * (_wander(rng, time_s) + 1) / 2
-    up, about = _wander(rng, time_s) * 0.98, np.pi * np.cumsum(np.gradient(3 * _wander(rng, time_s)))
+    up, about = (
+        _wander(rng, time_s) * 0.98,
+        np.pi * np.cumsum(np.gradient(3 * _wander(rng, time_s))),
+    )
     flat = np.sqrt(1 - up**2)
     side = np.stack([flat * np.cos(about), flat * np.sin(about), up], axis=1)
-    turn = Rotation.from_euler("zyx", np.stack([np.pi * _wander(rng, time_s) for _ in range(3)], axis=1))
+    turn = Rotation.from_euler(
+        "zyx", np.stack([np.pi * _wander(rng, time_s) for _ in range(3)], axis=1)
+    )
     offset = turn.as_matrix()[:, None] @ centre[None, :, :, None]
 
     length = np.linalg.norm(bodies.end - bodies.start, axis=-1)

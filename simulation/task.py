@@ -1,8 +1,10 @@
-"""The paper's task: ten products picked from one table and placed into a box on another, as a timed joint trajectory.
+"""The paper's task: ten products picked from one table and placed into a box on another, as a timed
+joint trajectory.
 
-Between a pick and a place the base joint swings by 180 degrees. Every move is one of all joints at once from rest to rest,
-along a straight line in joint space, as fast as the limits allow (trapezoidal speed). The paper gives neither places nor
-limits; what is chosen here stands in the constants.
+Between a pick and a place the base joint swings by 180 degrees. Every move is one of all joints at
+once from rest to rest, along a straight line in joint space, as fast as the limits allow
+(trapezoidal speed). The paper gives neither places nor limits; what is chosen here stands in the
+constants.
 """
 
 import itertools
@@ -18,8 +20,10 @@ from ..coverage.robots.kinematics import forward
 from ..coverage.robots.robot import Robot
 from ..objectives.scene import REFERENCE_POSE_DEG
 
-SPEED_DEG = (120.0, 120.0, 180.0, 180.0, 180.0, 180.0)  # per second, the UR10's technical specification
-ACCELERATION_DEG = 80.0  # per second squared, what the controller takes for a joint move unless told otherwise
+# per second, the UR10's technical specification
+SPEED_DEG = (120.0, 120.0, 180.0, 180.0, 180.0, 180.0)
+# per second squared, what the controller takes for a joint move unless told otherwise
+ACCELERATION_DEG = 80.0
 RADII = (0.98, 1.10)  # m, from the base axis: two rows of products, five in each
 PITCH = 0.12  # m, between the products of a row
 LOW, HIGH = 0.12, 0.32  # m, height of the flange at a product and between the tables
@@ -29,7 +33,9 @@ _FINE = 200.0  # Hz, at which the highest speed is looked for
 
 @dataclass(frozen=True)
 class TaskMotion:
-    """A timed joint trajectory: time_s (T,) ascending, q (T, J) rad, and ``swing`` (T,): whether the base is swinging."""
+    """A timed joint trajectory: time_s (T,) ascending, q (T, J) rad, and ``swing`` (T,): whether
+    the base is swinging.
+    """
 
     time_s: Float[np.ndarray, " T"]
     q: Float[np.ndarray, "T J"]
@@ -48,8 +54,8 @@ class TaskMotion:
 
 
 def reach_down(robot: Robot, place: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " J"]:
-    """Joint angles (J,) rad at which the flange is at ``place`` (3,) m and points down, the last joint at 0, near the
-    reference pose turned about the base.
+    """Joint angles (J,) rad at which the flange is at ``place`` (3,) m and points down, the last
+    joint at 0, near the reference pose turned about the base.
 
     Raises:
         ValueError: if the robot does not reach there.
@@ -61,7 +67,9 @@ def reach_down(robot: Robot, place: Float[np.ndarray, " 3"]) -> Float[np.ndarray
 
     def off(moving: Float[np.ndarray, " _"]) -> Float[np.ndarray, " 6"]:
         frame = forward(robot.chain, np.append(moving, 0.0))[tool.frame]
-        return np.concatenate([frame[:3, 3] - place, frame[:3, :3] @ tool.axis + np.array([0.0, 0.0, 1.0])])
+        return np.concatenate(
+            [frame[:3, 3] - place, frame[:3, :3] @ tool.axis + np.array([0.0, 0.0, 1.0])]
+        )
 
     found = least_squares(off, seed[:-1], xtol=1e-14, ftol=1e-14, gtol=1e-14)
     if np.abs(found.fun).max() > 1e-6:
@@ -71,11 +79,16 @@ def reach_down(robot: Robot, place: Float[np.ndarray, " 3"]) -> Float[np.ndarray
 
 def _places(azimuth: float) -> list[Float[np.ndarray, " 2"]]:
     """Where ten products lie (x, y) m, in two rows across the direction ``azimuth`` rad."""
-    along, across = np.array([math.cos(azimuth), math.sin(azimuth)]), np.array([-math.sin(azimuth), math.cos(azimuth)])
+    along, across = (
+        np.array([math.cos(azimuth), math.sin(azimuth)]),
+        np.array([-math.sin(azimuth), math.cos(azimuth)]),
+    )
     return [r * along + k * PITCH * across for r, k in itertools.product(RADII, range(-2, 3))]
 
 
-def _move(start: Float[np.ndarray, " J"], end: Float[np.ndarray, " J"], rate: float) -> Float[np.ndarray, "T J"]:
+def _move(
+    start: Float[np.ndarray, " J"], end: Float[np.ndarray, " J"], rate: float
+) -> Float[np.ndarray, "T J"]:
     """Joint angles from rest to rest at ``rate`` Hz, the start left out."""
     question, answer = InputParameter(len(start)), Trajectory(len(start))
     question.current_position, question.target_position = start.tolist(), end.tolist()
@@ -89,7 +102,9 @@ def _move(start: Float[np.ndarray, " J"], end: Float[np.ndarray, " J"], rate: fl
 
 
 def pick_and_place(robot: Robot, rate: float = _FINE) -> TaskMotion:
-    """The whole task at about ``rate`` Hz: each move takes a whole number of samples, so up to one sample longer."""
+    """The whole task at about ``rate`` Hz: each move takes a whole number of samples, so up to one
+    sample longer.
+    """
     q, swing = [_above(robot, _places(-math.pi / 2)[0])[None]], [np.zeros(1, bool)]
 
     def add(part: Float[np.ndarray, "T J"], swings: bool) -> None:

@@ -1,4 +1,6 @@
-"""Seeded random paths of a human around the robot: in from outside, from station to station, reaching, and out again."""
+"""Seeded random paths of a human around the robot: in from outside, from station to station,
+reaching, and out again.
+"""
 
 from typing import Any, NamedTuple
 
@@ -14,7 +16,8 @@ HAND = 2.0  # m/s, ISO 13855: speed of the upper limb
 START = (2.5, 3.0)  # m from the base's axis: where the human comes from and goes to
 PASS = (1.3, 2.2)  # m: how near it passes between stations
 STATION = (1.2, 1.8)  # m: where it stops
-GOAL_RADIUS, GOAL_HEIGHT = (0.4, 1.0), (0.0, 0.9)  # m from the base's axis and above the base frame: what it reaches for
+# m from the base's axis and above the base frame: what it reaches for
+GOAL_RADIUS, GOAL_HEIGHT = (0.4, 1.0), (0.0, 0.9)
 STATURE = (1.55, 1.90)  # m
 _STEP = 0.01  # s, of the inner grid
 _ACCELERATION = 1.5  # m/s^2
@@ -40,12 +43,27 @@ class _Track:
         self.steps = 0
 
     def add(
-        self, position: Any, facing: Any, speed: Any = 0.0, lean: Any = 0.0, reach: Any = None, goal: Any = None
+        self,
+        position: Any,
+        facing: Any,
+        speed: Any = 0.0,
+        lean: Any = 0.0,
+        reach: Any = None,
+        goal: Any = None,
     ) -> None:
-        """Add n steps: position (n, 2) m, facing (n,) rad, speed (n,) m/s, lean (n,) rad, reach (n, 2), goal (2, 3) m."""
+        """Add n steps: position (n, 2) m, facing (n,) rad, speed (n,) m/s, lean (n,) rad, reach (n,
+        2), goal (2, 3) m.
+        """
         n = len(position)
-        reach, goal = np.zeros((n, 2)) if reach is None else reach, np.zeros((2, 3)) if goal is None else goal
-        row = (*(np.broadcast_to(v, n) for v in (facing, speed, lean)), reach, np.broadcast_to(goal, (n, 2, 3)))
+        reach, goal = (
+            np.zeros((n, 2)) if reach is None else reach,
+            np.zeros((2, 3)) if goal is None else goal,
+        )
+        row = (
+            *(np.broadcast_to(v, n) for v in (facing, speed, lean)),
+            reach,
+            np.broadcast_to(goal, (n, 2, 3)),
+        )
         self.pieces.append((position, *row))
         self.steps += n
 
@@ -57,10 +75,11 @@ class _Track:
 def walk(seed: int, time_s: Float[np.ndarray, " T"]) -> Walk:
     """A random path at the times ``time_s`` (T,) s, ascending from 0 on.
 
-    The human comes from ``START``, goes at up to ``WALK`` to stations around the robot, stops, turns to what it reaches for,
-    leans and reaches with one hand at up to ``HAND`` (no part of hand or forearm is faster), holds, draws back, and leaves
-    for good in time for the end. Its path is one function of time for a seed and a last time, whatever the times between.
-    It knows nothing of the robot's motion and does not give way; feet may slide by some centimetres in a turn.
+    The human comes from ``START``, goes at up to ``WALK`` to stations around the robot, stops,
+    turns to what it reaches for, leans and reaches with one hand at up to ``HAND`` (no part of hand
+    or forearm is faster), holds, draws back, and leaves for good in time for the end. Its path is
+    one function of time for a seed and a last time, whatever the times between. It knows nothing of
+    the robot's motion and does not give way; feet may slide by some centimetres in a turn.
     """
     rng = np.random.default_rng(seed)
     stature, end = float(rng.uniform(*STATURE)), float(time_s[-1])
@@ -69,7 +88,9 @@ def walk(seed: int, time_s: Float[np.ndarray, " T"]) -> Walk:
     while True:
         turn = rng.choice([-1, 1]) * rng.uniform(0.5, 2.6)
         there = np.array([rng.uniform(*STATION), here[1] + turn])
-        position, facing, speed = _leg(here, rng.uniform(*PASS), there, rng.uniform(0.6, 1.0) * WALK)
+        position, facing, speed = _leg(
+            here, rng.uniform(*PASS), there, rng.uniform(0.6, 1.0) * WALK
+        )
         if track.steps and (track.steps + len(position)) * _STEP + _LEAVE > end:
             break
         track.add(position, facing, speed)
@@ -83,10 +104,11 @@ def walk(seed: int, time_s: Float[np.ndarray, " T"]) -> Walk:
 
 
 def _leg(here: Any, passing: float, there: Any, speed: float) -> tuple[Any, Any, Any]:
-    """Positions (n, 2) m, directions (n,) rad and speeds (n,) m/s of a walk between two stations, each (radius, angle).
+    """Positions (n, 2) m, directions (n,) rad and speeds (n,) m/s of a walk between two stations,
+    each (radius, angle).
 
-    Radius and angle are monotone between the ends and the place passed, so that the base is never crossed. The speed rises
-    evenly to ``speed`` and falls evenly to 0.
+    Radius and angle are monotone between the ends and the place passed, so that the base is never
+    crossed. The speed rises evenly to ``speed`` and falls evenly to 0.
     """
     knots = np.stack([here, [passing, (here[1] + there[1]) / 2], there])
     radius, angle = PchipInterpolator([0, 0.5, 1], knots)(np.linspace(0, 1, 400)).T
@@ -105,19 +127,29 @@ def _leg(here: Any, passing: float, there: Any, speed: float) -> tuple[Any, Any,
         return np.stack([np.interp(where, length, points[:, i]) for i in range(2)], axis=1)
 
     ahead = at(gone + 0.05) - at(gone - 0.05)
-    return at(gone), np.arctan2(ahead[:, 1], ahead[:, 0]), top * np.clip(np.minimum(t, left) / ramp, 0, 1)
+    return (
+        at(gone),
+        np.arctan2(ahead[:, 1], ahead[:, 0]),
+        top * np.clip(np.minimum(t, left) / ramp, 0, 1),
+    )
 
 
 def _reach_out(track: _Track, rng: np.random.Generator, stature: float, position: Any) -> None:
-    """Add a turn towards something near the robot, a reach for it with one hand, a hold and the way back.
+    """Add a turn towards something near the robot, a reach for it with one hand, a hold and the way
+    back.
 
-    The wrist goes on a straight line by the minimum-jerk profile (Flash and Hogan 1985), over so long a time that neither
-    elbow, wrist nor fingertip is faster than asked.
+    The wrist goes on a straight line by the minimum-jerk profile (Flash and Hogan 1985), over so
+    long a time that neither elbow, wrist nor fingertip is faster than asked.
     """
     angle = np.arctan2(position[1], position[0]) + rng.uniform(-0.5, 0.5)
     radius, height = rng.uniform(*GOAL_RADIUS), rng.uniform(*GOAL_HEIGHT)
     wanted = np.array([radius * np.cos(angle), radius * np.sin(angle), height])
-    hand, lean, speed, hold = rng.integers(2), rng.uniform(0, 0.5), rng.uniform(0.7, 1.0) * HAND, rng.uniform(0.3, 1.5)
+    hand, lean, speed, hold = (
+        rng.integers(2),
+        rng.uniform(0, 0.5),
+        rng.uniform(0.7, 1.0) * HAND,
+        rng.uniform(0.3, 1.5),
+    )
     facing = np.arctan2(wanted[1] - position[1], wanted[0] - position[0])
 
     def reaching(w: Any, goal: Any) -> dict[str, Any]:
@@ -129,11 +161,16 @@ def _reach_out(track: _Track, rng: np.random.Generator, stature: float, position
         more, n = reaching(w, goal), len(w)
         place, still = np.broadcast_to(position, (n, 2)), np.zeros(n)
         goals = np.broadcast_to(more["goal"], (n, 2, 3))
-        return bones(stature, Posture(place, np.full(n, facing), still, still, more["lean"], more["reach"], goals))
+        return bones(
+            stature,
+            Posture(place, np.full(n, facing), still, still, more["lean"], more["reach"], goals),
+        )
 
     shoulder = body(np.ones(1), wanted).shoulder[0, hand]
     far = np.linalg.norm(wanted - shoulder)
-    goal = shoulder + (wanted - shoulder) / far * np.clip(far, 0.25, 0.95 * (UPPER_ARM + FOREARM) * stature)
+    goal = shoulder + (wanted - shoulder) / far * np.clip(
+        far, 0.25, 0.95 * (UPPER_ARM + FOREARM) * stature
+    )
     u = np.linspace(0, 1, 201)
     moved = body(_minimum_jerk(u), goal)
     arm = 10 + 3 * hand  # its bones come last, the left arm's before the right one's
@@ -150,13 +187,17 @@ def _minimum_jerk(u: Any) -> Any:
 
 
 def _sampled(track: _Track, stature: float, time_s: Any) -> Posture:
-    """The path at the times asked: headings smoothed, gait from the way walked; after its end the human stands."""
+    """The path at the times asked: headings smoothed, gait from the way walked; after its end the
+    human stands.
+    """
     position, facing, speed, lean, reach, goal = track.joined()
     t = _STEP * np.arange(track.steps)
     heading = gaussian_filter1d(np.unwrap(facing), _TURN / _STEP, mode="nearest")
     phase = np.cumsum(speed) * _STEP * 2 * np.pi / (_STRIDE * stature)
     columns = (*position.T, heading, phase, np.minimum(speed / (0.9 * WALK), 1), lean, *reach.T)
-    x, y, heading, phase, stride, lean, left, right = (np.interp(time_s, t, column) for column in columns)
+    x, y, heading, phase, stride, lean, left, right = (
+        np.interp(time_s, t, column) for column in columns
+    )
     before = np.clip(np.floor(np.asarray(time_s) / _STEP).astype(int), 0, track.steps - 1)
     both = np.stack([left, right], axis=1)
     return Posture(np.stack([x, y], axis=1), heading, phase, stride, lean, both, goal[before])

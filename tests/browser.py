@@ -8,10 +8,23 @@ from contextlib import contextmanager
 
 import pytest
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
 _ARGUMENTS = (
-    *("--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
-    *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run"),
+    *(
+        "--no-sandbox",
+        "--disable-gpu",
+        "--use-gl=angle",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+    ),
+    *(
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--no-first-run",
+    ),
 )
 PATIENCE = 180.0  # s, on a busy machine
 
@@ -36,10 +49,16 @@ def until(what: Callable[[], object], why: str, seconds: float = PATIENCE) -> No
 class Reader:
     """A person at one page. requested: every address that the page asked for."""
 
-    def __init__(self, browser, url: str, size: tuple[int, int] = (700, 420), scale: float = 0.2) -> None:
-        """Open the page. ``scale``: pixels drawn for one of the page's, few, as they are drawn by the processor."""
+    def __init__(
+        self, browser, url: str, size: tuple[int, int] = (700, 420), scale: float = 0.2
+    ) -> None:
+        """Open the page. ``scale``: pixels drawn for one of the page's, few, as they are drawn by
+        the processor.
+        """
         self.context = browser.new_context(
-            viewport={"width": size[0], "height": size[1]}, device_scale_factor=scale, accept_downloads=True
+            viewport={"width": size[0], "height": size[1]},
+            device_scale_factor=scale,
+            accept_downloads=True,
         )
         self.page, self.requested, self.alarms = self.context.new_page(), [], []
         self.page.set_default_timeout(1000 * PATIENCE)
@@ -56,11 +75,15 @@ class Reader:
 
     def seconds(self) -> float:
         """How long the page's last figures took the server, s."""
-        return float(self.page.get_by_text("about, by points").first.inner_text().split("; ")[1].split()[0])
+        return float(
+            self.page.get_by_text("about, by points").first.inner_text().split("; ")[1].split()[0]
+        )
 
     def _control(self, label: str):
         """What a label is of."""
-        name = self.page.locator("label", has_text=re.compile(f"^{re.escape(label)}$")).first.get_attribute("for")
+        name = self.page.locator(
+            "label", has_text=re.compile(f"^{re.escape(label)}$")
+        ).first.get_attribute("for")
         return self.page.locator(f"[id='{name}']")
 
     def _row(self, label: str):

@@ -1,5 +1,6 @@
-"""Strictness for all tests: shapes checked, 64 bit where numbers are compared, no silent rank promotion. And one cache of
-what JAX compiles for a session: its workers, and the processes that tests start, find it by the environment."""
+"""Strictness for all tests: shapes checked, 64 bit where numbers are compared, no silent rank
+promotion. And one cache of what JAX compiles for a session: its workers, and the processes that
+tests start, find it by the environment."""
 
 import os
 import sys
@@ -18,20 +19,29 @@ from jaxtyping import install_import_hook
 from .rooms import shaped_modules
 
 if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
-    _folder = TemporaryDirectory(prefix="place-rings-jax-", ignore_cleanup_errors=True)  # gone when this process ends
+    # gone when this process ends
+    _folder = TemporaryDirectory(prefix="place-rings-jax-", ignore_cleanup_errors=True)
     _cache: dict = {"jax_compilation_cache_dir": _folder.name}
-    _cache |= {f"jax_persistent_cache_min_{least}": -1 for least in ("compile_time_secs", "entry_size_bytes")}
+    _cache |= {
+        f"jax_persistent_cache_min_{least}": -1
+        for least in ("compile_time_secs", "entry_size_bytes")
+    }
     for _name, _value in _cache.items():
         jax.config.update(_name, _value)
         os.environ[_name.upper()] = str(_value)
 
-# An int is a float where a float is asked for, as PEP 484 says, and a scalar of NumPy's is what Python's is.
-_SCALARS = FrozenDict({bool: bool | np.bool_, int: int | np.integer, float: float | int | np.number})
+# An int is a float where a float is asked for, as PEP 484 says, and a scalar of NumPy's is what
+# Python's is.
+_SCALARS = FrozenDict(
+    {bool: bool | np.bool_, int: int | np.integer, float: float | int | np.number}
+)
 _check = beartype(conf=BeartypeConf(hint_overrides=_SCALARS))
 
 
 def _checked(function: Callable) -> Callable:
-    """The function with its shapes checked; as it is where it names a protocol that cannot be asked for."""
+    """The function with its shapes checked; as it is where it names a protocol that cannot be asked
+    for.
+    """
     try:
         return _check(function)
     except BeartypeDecorHintPep3119Exception:
@@ -46,7 +56,8 @@ install_import_hook(shaped_modules(), f"{_checker.__name__}.check")
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_rank_promotion", "raise")
 settings.register_profile("laws", deadline=None, print_blob=True, max_examples=15)
-settings.register_profile("thorough", settings.get_profile("laws"), max_examples=200)  # --hypothesis-profile=thorough
+# --hypothesis-profile=thorough
+settings.register_profile("thorough", settings.get_profile("laws"), max_examples=200)
 settings.load_profile("laws")
 
 

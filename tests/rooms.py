@@ -9,7 +9,9 @@ ROOT = Path(__file__).parent.parent
 
 def rooms(root: Path = ROOT) -> list[str]:
     """The names of all rooms."""
-    return sorted(file.parent.name for file in root.glob("*/__init__.py") if file.parent.name != "tests")
+    return sorted(
+        file.parent.name for file in root.glob("*/__init__.py") if file.parent.name != "tests"
+    )
 
 
 def folders(root: Path = ROOT) -> list[Path]:
@@ -22,13 +24,21 @@ def modules(root: Path = ROOT) -> Iterator[tuple[str, Path]]:
     for room in rooms(root):
         for file in sorted((root / room).rglob("*.py")):
             parts = file.relative_to(root).with_suffix("").parts
-            yield ".".join(("place_rings", *(parts[:-1] if parts[-1] == "__init__" else parts))), file
+            yield (
+                ".".join(("place_rings", *(parts[:-1] if parts[-1] == "__init__" else parts))),
+                file,
+            )
 
 
 def shaped_modules(root: Path = ROOT) -> list[str]:
     """The modules that name shapes, which tests check; the others have none to check.
 
-    Those that name ``Self`` are left out: the checker refuses it in a method that is checked without its class.
+    Those that name ``Self`` are left out: the checker refuses it in a method that is checked
+    without its class.
     """
     texts = {name: file.read_text() for name, file in modules(root)}
-    return [name for name, text in texts.items() if "from jaxtyping import" in text and not re.search(r"\bSelf\b", text)]
+    return [
+        name
+        for name, text in texts.items()
+        if "from jaxtyping import" in text and not re.search(r"\bSelf\b", text)
+    ]

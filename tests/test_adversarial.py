@@ -1,4 +1,6 @@
-"""Inputs at the edge of sense: needles and near half-spaces, millimetres and a hundred metres, tubes across themselves."""
+"""Inputs at the edge of sense: needles and near half-spaces, millimetres and a hundred metres,
+tubes across themselves.
+"""
 
 import math
 
@@ -22,7 +24,10 @@ from .test_octree import dense, lattice
 def drawn_cones(rng, half_deg, range_m, spread, n=4):
     """Cones of one shape whose apexes lie within ``spread``."""
     return Cones(
-        rng.uniform(-spread, spread, (n, 3)), drawing.unit(rng, n), np.full(n, math.radians(half_deg)), np.full(n, range_m)
+        rng.uniform(-spread, spread, (n, 3)),
+        drawing.unit(rng, n),
+        np.full(n, math.radians(half_deg)),
+        np.full(n, range_m),
     )
 
 
@@ -31,7 +36,9 @@ def loop(radius):
     t = np.linspace(0, 2 * math.pi, 40)
     centre = np.column_stack([np.sin(t), np.sin(t) * np.cos(t), 0 * t])
     tangent = np.column_stack([np.cos(t), np.cos(2 * t), 0 * t])
-    return Tube(centre, tangent / np.linalg.norm(tangent, axis=1, keepdims=True), radius, np.arange(39))
+    return Tube(
+        centre, tangent / np.linalg.norm(tangent, axis=1, keepdims=True), radius, np.arange(39)
+    )
 
 
 RNG = np.random.default_rng(7)
@@ -45,10 +52,19 @@ SCENES = {
     "ranges of 100 m": (sphere(np.zeros(3), 80.0), drawn_cones(RNG, 20, 100.0, 40.0), 6.0),
     "100 m in a ball of 1 m": (BALL, drawn_cones(RNG, 20, 100.0, 0.5), 0.07),
     "a tube across itself": (loop(0.5), drawn_cones(RNG, 20, 1.5, 0.5), 0.08),
-    "a thick tube with crossing discs": (Difference(loop(0.9), loop(0.2)), drawn_cones(RNG, 20, 1.5, 0.5), 0.1),
+    "a thick tube with crossing discs": (
+        Difference(loop(0.9), loop(0.2)),
+        drawn_cones(RNG, 20, 1.5, 0.5),
+        0.1,
+    ),
     "coincident cones": (
         BALL,
-        Cones(*(np.repeat(a, 5, axis=0) for a in (TWINS.apex, TWINS.axis, TWINS.half_angle, TWINS.range_m))),
+        Cones(
+            *(
+                np.repeat(a, 5, axis=0)
+                for a in (TWINS.apex, TWINS.axis, TWINS.half_angle, TWINS.range_m)
+            )
+        ),
         0.07,
     ),
     "wholly covered": (BALL, one_cone((0, 0, -9), (0, 0, 1), 0.5, 20), 0.07),
@@ -58,14 +74,18 @@ SCENES = {
 
 @pytest.mark.parametrize("name", SCENES)
 def test_count_interval_and_estimate_hold(name):
-    """The octree is the dense count; the interval holds the share of points; the soft estimate is finite and near."""
+    """The octree is the dense count; the interval holds the share of points; the soft estimate is
+    finite and near.
+    """
     target, cones, voxel = SCENES[name]
     low, high = target.bounds()
     centres = lattice(low, high, voxel)
     wanted = dense(target, centres, voxel, "centre")
     found = voxels(target, voxel)
     assert len(found) == wanted.sum() > 100
-    assert count(cones, voxel, within=found) == (wanted & dense(cones, centres, voxel, "centre")).sum()
+    assert (
+        count(cones, voxel, within=found) == (wanted & dense(cones, centres, voxel, "centre")).sum()
+    )
     p = np.random.default_rng(1).uniform(low, high, (150_000, 3))
     p = p[target(p) <= 0]
     share = float((cones(p) <= 0).mean())
@@ -73,7 +93,10 @@ def test_count_interval_and_estimate_hold(name):
     b = bracket(target, cones, 5e-3)
     assert b.reached
     assert b.low - noise <= share <= b.high + noise
-    parts = (jnp.asarray(a, jnp.float32) for a in (cones.apex, cones.axis, cones.half_angle, cones.range_m))
+    parts = (
+        jnp.asarray(a, jnp.float32)
+        for a in (cones.apex, cones.axis, cones.half_angle, cones.range_m)
+    )
     size = float(np.ptp([low, high]))
     soft = soft_zeta(Cones(*parts), cloud(p[:20_000]), jnp.float32(1e-3 * size))
     assert float(soft.zeta) == pytest.approx(share, abs=0.03)

@@ -36,7 +36,12 @@ def test_pieces_are_those_of_a_dense_labelling(seed, shape, share, corner):
     """Of voxels drawn alone and of blocks, wherever on the lattice."""
     rng = np.random.default_rng(seed)
     grid = rng.random(shape) < share
-    grid |= np.kron(rng.random([-(-n // 4) for n in shape]) < share / 2, np.ones((4, 4, 4)))[tuple(map(slice, shape))] > 0
+    grid |= (
+        np.kron(rng.random([-(-n // 4) for n in shape]) < share / 2, np.ones((4, 4, 4)))[
+            tuple(map(slice, shape))
+        ]
+        > 0
+    )
     found = pieces(made(grid, corner))
     labels, count = label(grid)
     assert len(found) == count
@@ -46,7 +51,12 @@ def test_pieces_are_those_of_a_dense_labelling(seed, shape, share, corner):
     for i, box in enumerate(find_objects(labels), start=1):
         where = np.argwhere(labels == i) + corner
         low, high = (np.array([getattr(s, end) for s in box]) + corner for end in ("start", "stop"))
-        dense[made(labels == i, corner).start[0]] = (len(where), where.mean(axis=0) + 0.5, low, high)
+        dense[made(labels == i, corner).start[0]] = (
+            len(where),
+            where.mean(axis=0) + 0.5,
+            low,
+            high,
+        )
     for i in range(len(found)):
         mine = found.voxel_set(i)
         number, centre, low, high = dense.pop(mine.start[0])
@@ -60,7 +70,9 @@ def test_pieces_are_those_of_a_dense_labelling(seed, shape, share, corner):
 def verifier():
     """Two poses, the second of which differs in the wrist alone, past the robot's own body."""
     turned = UR10.rest + 0.4 * np.eye(6)[3]
-    return Verifier(replace(Scene(), poses=(Pose(UR10.rest), Pose(turned)), occlusion="shadow"), VOXEL)
+    return Verifier(
+        replace(Scene(), poses=(Pose(UR10.rest), Pose(turned)), occlusion="shadow"), VOXEL
+    )
 
 
 @pytest.mark.parametrize("target", [NEAR, Target("V_O")], ids=str)
@@ -96,7 +108,9 @@ def test_a_blind_spot_is_where_it_is_said_to_be(verifier):
     assert len(found.spots) == 4
     assert sorted((s.volume for s in found.spots), reverse=True) == [s.volume for s in found.spots]
     for spot in found.spots:
-        assert spot.poses == tuple(p for p in (0, 1) if 2 * len(spot.voxels & unseen[p]) >= len(spot.voxels))
+        assert spot.poses == tuple(
+            p for p in (0, 1) if 2 * len(spot.voxels & unseen[p]) >= len(spot.voxels)
+        )
         points = spot.voxels.centres()
         assert spot.centre == pytest.approx(points.mean(axis=0))
         assert np.all((points > spot.low) & (points < spot.high))
@@ -104,12 +118,16 @@ def test_a_blind_spot_is_where_it_is_said_to_be(verifier):
         gap = gap_to_capsules(points, bodies.start, bodies.end, bodies.radius)
         assert spot.beside.gap == pytest.approx(gap.min())
         assert np.linalg.norm(spot.beside.way) <= 1
-    for a, b in [(a, b) for a in found.spots for b in found.spots if a is not b and a.pose == b.pose]:
+    for a, b in [
+        (a, b) for a in found.spots for b in found.spots if a is not b and a.pose == b.pose
+    ]:
         assert len(a.voxels & b.voxels) == 0
 
 
 def test_a_piece_of_two_poses_is_told_once(verifier):
-    """What lies beside the arm is unseen at both poses, which differ in the wrist; a robot without bodies is no obstacle."""
+    """What lies beside the arm is unseen at both poses, which differ in the wrist; a robot without
+    bodies is no obstacle.
+    """
     setup = named_setup("n1_8_0")
     found = blind_spots(verifier, setup, Target("V_O"), (0, 1), most=8)
     assert found.spots[0].poses == (0, 1)

@@ -11,8 +11,22 @@ from place_rings.objectives.scene import Rules, Scene
 from place_rings.placement.search.design import Space
 from place_rings.studies.bound import report as bound_report
 from place_rings.studies.bound import study as bound
-from place_rings.studies.bound.max_cover import CoverProblem, certificate, greedy, grouped, relaxed, solved
-from place_rings.studies.bound.ring_grid import RingGrid, bounded, choice, covered, limits, points_in
+from place_rings.studies.bound.max_cover import (
+    CoverProblem,
+    certificate,
+    greedy,
+    grouped,
+    relaxed,
+    solved,
+)
+from place_rings.studies.bound.ring_grid import (
+    RingGrid,
+    bounded,
+    choice,
+    covered,
+    limits,
+    points_in,
+)
 from place_rings.studies.engine.tasks import TASKS
 
 from . import drawing
@@ -23,13 +37,20 @@ TOLERANCE = 1e-6  # of the integer programme
 def tiny(rng):
     """Eight candidates of three costs over 40 points, some of which exclude each other."""
     covers, weight = grouped(rng.uniform(size=(8, 40)) < rng.uniform(0.05, 0.5))
-    exclusive = (np.sort(rng.choice(8, 3, replace=False)), 1), (np.arange(8), int(rng.integers(1, 6)))
-    return CoverProblem(covers, weight, rng.choice([3, 5, 8], 8), int(rng.integers(3, 30)), exclusive)
+    exclusive = (
+        (np.sort(rng.choice(8, 3, replace=False)), 1),
+        (np.arange(8), int(rng.integers(1, 6))),
+    )
+    return CoverProblem(
+        covers, weight, rng.choice([3, 5, 8], 8), int(rng.integers(3, 30)), exclusive
+    )
 
 
 def best_of_all(asked):
     """By trying every subset."""
-    subsets = itertools.chain.from_iterable(itertools.combinations(range(len(asked.cost)), n) for n in range(9))
+    subsets = itertools.chain.from_iterable(
+        itertools.combinations(range(len(asked.cost)), n) for n in range(9)
+    )
     return max(asked.share(np.array(s, int)) for s in subsets if asked.allowed(np.array(s, int)))
 
 
@@ -61,7 +82,9 @@ def test_any_multipliers_give_a_bound(seed):
 
 def test_a_solver_without_time_still_gives_bounds():
     scene = Scene()
-    _, asked = choice(scene, RingGrid(3, 3, (8, 16), 1), points_in(scene, Target("V_S", 1.5), 300, 0), 48)
+    _, asked = choice(
+        scene, RingGrid(3, 3, (8, 16), 1), points_in(scene, Target("V_S", 1.5), 300, 0), 48
+    )
     hurried, best = solved(asked, 1e-3), solved(asked, 20.0)
     assert hurried.bound >= best.bound - TOLERANCE
     assert relaxed(asked, 1e-9) >= relaxed(asked, 10.0) - 1e-9
@@ -125,7 +148,10 @@ def test_the_study_shows_bounds_and_gaps(monkeypatch, tmp_path):
     given_rings = [{"link": "forearm", "position": 0.5, "count": 16, "tilt_deg": 20.0}]
 
     def run(heading, cells):
-        return [given_rings if cell.work == "place" else TASKS[cell.work](**cell.arguments) for cell in cells]
+        return [
+            given_rings if cell.work == "place" else TASKS[cell.work](**cell.arguments)
+            for cell in cells
+        ]
 
     (row,) = bound.measure(run)
     assert row.search_percent <= 20

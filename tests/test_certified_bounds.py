@@ -29,7 +29,12 @@ from .test_octree import drawn_scene
 
 
 def one_cone(apex, axis, half, range_m):
-    return Cones(np.array([apex], float), np.array([axis], float), np.array([half]), np.array([float(range_m)]))
+    return Cones(
+        np.array([apex], float),
+        np.array([axis], float),
+        np.array([half]),
+        np.array([float(range_m)]),
+    )
 
 
 @settings(max_examples=5)
@@ -54,11 +59,15 @@ def test_holds_the_share_of_many_points(seed):
 
 
 def test_holds_the_share_of_a_million_points(reference_pose):
-    """The reference scene, by an independent evaluation of every point against every cone and slab."""
+    """The reference scene, by an independent evaluation of every point against every cone and
+    slab.
+    """
     target = target_solid(Target("V_S", 0.5), UR10, reference_pose)
     cones = sensor_cones(UR10, named_setup("n3_16_55"), reference_pose)
     low, high = target.bounds()
-    points = jax.random.uniform(jax.random.key(0), (1_000_000, 3), float, low, high).reshape(-1, 1000, 3)
+    points = jax.random.uniform(jax.random.key(0), (1_000_000, 3), float, low, high).reshape(
+        -1, 1000, 3
+    )
 
     @jax.jit
     def tally(target, cones, points):
@@ -74,7 +83,9 @@ def test_holds_the_share_of_a_million_points(reference_pose):
     assert b.reached
     assert b.low - noise <= seen / inside <= b.high + noise
     ball = voxels(target, 0.015)
-    assert count(cones, 0.015, within=ball) / len(ball) == pytest.approx((b.low + b.high) / 2, abs=2e-3)
+    assert count(cones, 0.015, within=ball) / len(ball) == pytest.approx(
+        (b.low + b.high) / 2, abs=2e-3
+    )
 
 
 def closed_forms():
@@ -134,11 +145,18 @@ def test_cells_of_one_size_are_second_order():
 
 
 def test_meets_the_bracket_of_mesh_booleans():
-    """Polygons within and around cones and ball bound the same share (manifold3d): the intervals share a point."""
+    """Polygons within and around cones and ball bound the same share (manifold3d): the intervals
+    share a point.
+    """
     from manifold3d import Manifold, OpType
 
     rng = np.random.default_rng(5)
-    cones = Cones(1.4 * (away := drawing.unit(rng, 30)), -away, np.full(30, math.radians(14)), np.full(30, 1.2))
+    cones = Cones(
+        1.4 * (away := drawing.unit(rng, 30)),
+        -away,
+        np.full(30, math.radians(14)),
+        np.full(30, 1.2),
+    )
     sides = 64
 
     def mesh(grow, ball):
@@ -153,7 +171,9 @@ def test_meets_the_bracket_of_mesh_booleans():
         return Manifold.batch_boolean(each, OpType.Add) ^ ball
 
     inner = Manifold.sphere(1.0, 128)
-    corners = np.asarray(inner.to_mesh().vert_properties)[:, :3][np.asarray(inner.to_mesh().tri_verts)]
+    corners = np.asarray(inner.to_mesh().vert_properties)[:, :3][
+        np.asarray(inner.to_mesh().tri_verts)
+    ]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).astype(float)
     inscribed = (corners[:, 0] * normal).sum(axis=1) / np.linalg.norm(normal, axis=1)
     outer = inner.scale([1 / float(inscribed.min()) + 1e-6] * 3)
@@ -194,13 +214,19 @@ def test_an_empty_target_is_refused():
     with pytest.raises(ValueError, match="empty"):
         bracket(nothing, sphere([0.0, 0, 0], 1.0), 0.01)
     with pytest.raises(ValueError, match="empty"):
-        bracket(Difference(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 0.3)), sphere([0.0, 0, 0], 1.0), 0.01)
+        bracket(
+            Difference(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 0.3)),
+            sphere([0.0, 0, 0], 1.0),
+            0.01,
+        )
     with pytest.raises(ValueError, match="width"):
         bracket(sphere([0.0, 0, 0], 0.3), sphere([0.0, 0, 0], 1.0))
 
 
 def test_sums_of_many_cells_hold_their_rounding():
-    """Adding less than half a unit in the last place, over and over, changes nothing; the bounds allow for it."""
+    """Adding less than half a unit in the last place, over and over, changes nothing; the bounds
+    allow for it.
+    """
     tally, one = _Tally(), np.ones(1)
     for volume in (1.0, *[2.0**-53] * 8_000):
         tally.add(VolumeFraction(one, one), VolumeFraction(0 * one, 0 * one), volume, 0)
@@ -213,7 +239,9 @@ def test_the_mean_over_poses_holds_its_rounding(monkeypatch):
     scene = Scene(poses=(Scene().poses[0],) * 49)
     whole = Bracket(1 - 1e-12, 1.0, 1.0, 1.0, 1, 1, 1.0, True)
     monkeypatch.setattr(exact, "bracket", lambda *args: whole)
-    verified = Verifier(scene, rule="certified", width=1e-3).verify(named_setup("n1_1_0"), Target("V_S", 0.5))
+    verified = Verifier(scene, rule="certified", width=1e-3).verify(
+        named_setup("n1_1_0"), Target("V_S", 0.5)
+    )
     assert verified.low <= whole.low
     assert verified.high == 1
 

@@ -1,4 +1,6 @@
-"""Real mounts: what is drawn or varied keeps clear of all things at all poses; what cannot be is refused."""
+"""Real mounts: what is drawn or varied keeps clear of all things at all poses; what cannot be is
+refused.
+"""
 
 import math
 import sys
@@ -35,20 +37,30 @@ from place_rings.placement.search.moves import fresh, vary
 
 from . import drawing
 
-TABLE = Obstacle("table", box((0.5, 0, 0.3), (0.4, 0.8, 0.05)), {"centre": [0.5, 0.0, 0.3], "size": [0.4, 0.8, 0.05]})
+TABLE = Obstacle(
+    "table",
+    box((0.5, 0, 0.3), (0.4, 0.8, 0.05)),
+    {"centre": [0.5, 0.0, 0.3], "size": [0.4, 0.8, 0.05]},
+)
 
 
 def drawn_scene(rng: np.random.Generator, obstacles: tuple[Obstacle, ...] = ()) -> Scene:
     """A real mount of any robot, at one to four poses about its own."""
     robot = ROBOTS[str(rng.choice(list(ROBOTS)))]
-    poses = [robot.rest + rng.normal(0, 0.2, len(robot.rest)) * i for i in range(rng.integers(1, 5))]
+    poses = [
+        robot.rest + rng.normal(0, 0.2, len(robot.rest)) * i for i in range(rng.integers(1, 5))
+    ]
     if robot.limits is not None:
         poses = [np.clip(q, robot.limits[:, 0], robot.limits[:, 1]) for q in poses]
-    return Scene(robot=robot, poses=tuple(Pose(q) for q in poses), occlusion="shadow", obstacles=obstacles)
+    return Scene(
+        robot=robot, poses=tuple(Pose(q) for q in poses), occlusion="shadow", obstacles=obstacles
+    )
 
 
 def band(clear: MountClearance, ring: Ring) -> np.ndarray:
-    """Points (P, N, 3) of a ring's circles at all poses, base frame; its body is within half its thickness of them."""
+    """Points (P, N, 3) of a ring's circles at all poses, base frame; its body is within half its
+    thickness of them.
+    """
     mount, arm = clear.scene.robot.mount(ring.link), clear.scene.rules.arm
     places = ring.position * mount.length + np.linspace(-arm, arm, 5)
     axes = np.stack([mount.axis, mount.zero, mount.side])
@@ -61,7 +73,11 @@ def band(clear: MountClearance, ring: Ring) -> np.ndarray:
 def test_a_circle_is_as_far_from_things_as_the_bounds_say(seed):
     rng = np.random.default_rng(seed)
     n, radius = 6, float(rng.uniform(0.03, 0.2))
-    start, end, thick = rng.uniform(-0.3, 0.3, (n, 3)), rng.uniform(-0.3, 0.3, (n, 3)), rng.uniform(0.01, 0.1, n)
+    start, end, thick = (
+        rng.uniform(-0.3, 0.3, (n, 3)),
+        rng.uniform(-0.3, 0.3, (n, 3)),
+        rng.uniform(0.01, 0.1, n),
+    )
     places, which = rng.uniform(-0.3, 0.3, n), np.arange(n)
     points = circle(places, radius, 5040)  # those of the bounds are among them
     low, high = capsule_gap(start, end, thick, radius)(places, which)
@@ -109,7 +125,10 @@ def test_all_that_is_drawn_and_varied_is_clear_at_all_poses(seed, cluttered):
                     assert at + scene.rules.band[1] / 2 <= mount.usable[1] * mount.length + 1e-9
                 assert ring.radius >= mount.section + mount.aside + scene.rules.standoff - 1e-9
                 bodies = robot_capsules(scene.robot, space.clear.frames)
-                gap = point_to_segment(points[:, :, None], bodies.start[:, None], bodies.end[:, None]) - bodies.radius
+                gap = (
+                    point_to_segment(points[:, :, None], bodies.start[:, None], bodies.end[:, None])
+                    - bodies.radius
+                )
                 assert gap.min() >= half - 1e-6
                 assert all(o.body(points).min() >= half - 1e-6 for o in scene.obstacles)
             for pose in scene.poses:
@@ -146,22 +165,38 @@ def test_a_tube_beside_the_axis_makes_the_ring_wider():
 
 def test_what_cannot_be_mounted_is_refused_with_the_reason():
     stated = Scene(occlusion="shadow", ring_radius=0.08, radius_stated=True)
-    with pytest.raises(InfeasibleError, match=r"ring_radius: found 0.08, allowed: 0.113 and more.*upper_arm"):
+    with pytest.raises(
+        InfeasibleError, match=r"ring_radius: found 0.08, allowed: 0.113 and more.*upper_arm"
+    ):
         Space(stated, sensors=40)
-    of_link = Scene(occlusion="shadow", limits={"upper_arm": Limits(radius=0.09), "forearm": Limits(radius=0.07)})
-    with pytest.raises(InfeasibleError, match=r"mounts.upper_arm.ring_radius: found 0.09, allowed: 0.113 and more"):
+    of_link = Scene(
+        occlusion="shadow",
+        limits={"upper_arm": Limits(radius=0.09), "forearm": Limits(radius=0.07)},
+    )
+    with pytest.raises(
+        InfeasibleError, match=r"mounts.upper_arm.ring_radius: found 0.09, allowed: 0.113 and more"
+    ):
         Space(of_link, sensors=40)
     kept_out = replace(stated, limits={"upper_arm": Limits(keep_out=((0.0, 1.0),))})
     assert "upper_arm" not in {s.link for s in Space(kept_out, sensors=40).segments}
     wall = Obstacle("wall", box((0, 0, 0.5), (4, 4, 2)))
-    with pytest.raises(InfeasibleError, match=r"rules.mount is real: a ring of radius .* lies in .*wall"):
+    with pytest.raises(
+        InfeasibleError, match=r"rules.mount is real: a ring of radius .* lies in .*wall"
+    ):
         Space(Scene(occlusion="shadow", obstacles=(wall,)), sensors=40)
     with pytest.raises(InfeasibleError, match="no room for 1 rings on upper_arm"):
-        Space(Scene(occlusion="shadow", limits={"upper_arm": Limits((0.0, 0.1))}), Setup((Ring("upper_arm", 0.5, 8),)))
+        Space(
+            Scene(occlusion="shadow", limits={"upper_arm": Limits((0.0, 0.1))}),
+            Setup((Ring("upper_arm", 0.5, 8),)),
+        )
 
 
 def test_the_papers_rings_are_named_where_they_cannot_be_mounted():
-    texts = [f.text for f in faults(Scene(occlusion="shadow"), named_setup("n2_16_25").rings) if f.rule == "mount"]
+    texts = [
+        f.text
+        for f in faults(Scene(occlusion="shadow"), named_setup("n2_16_25").rings)
+        if f.rule == "mount"
+    ]
     assert any("sits at 0.000, a ring can be closed from" in t for t in texts)
     assert any("lies in" in t and "elbow" in t for t in texts)
     assert faults(Scene(rules=Rules(mount="free")), named_setup("n2_16_25").rings) == []
@@ -169,12 +204,18 @@ def test_the_papers_rings_are_named_where_they_cannot_be_mounted():
 
 def test_rings_of_two_links_that_meet_are_named():
     robot = ROBOTS["ur3e"]
-    poses = tuple(Pose(robot.rest + math.radians(a) * np.eye(6)[2]) for a in range(-60, 120, 5))  # the elbow folds
+    # the elbow folds
+    poses = tuple(Pose(robot.rest + math.radians(a) * np.eye(6)[2]) for a in range(-60, 120, 5))
     scene = Scene(robot=robot, poses=poses, occlusion="shadow")
     rings = (Ring("upper_arm", 0.5, 8, radius=0.2), Ring("forearm", 0.5, 8, radius=0.2))
-    assert any("ring 0 (upper_arm) lies in ring 1 (forearm) at pose" in f.text for f in faults(scene, rings))
+    assert any(
+        "ring 0 (upper_arm) lies in ring 1 (forearm) at pose" in f.text
+        for f in faults(scene, rings)
+    )
     apart = (rings[0], Ring("tool", 0.0, 8, radius=0.05))
-    assert not [f for f in faults(replace(scene, poses=(Pose(robot.rest),)), apart) if len(f.rings) == 2]
+    assert not [
+        f for f in faults(replace(scene, poses=(Pose(robot.rest),)), apart) if len(f.rings) == 2
+    ]
 
 
 def test_changes_to_what_is_mounted_stand_where_rings_are_clear():
@@ -188,20 +229,25 @@ def test_changes_to_what_is_mounted_stand_where_rings_are_clear():
 
 
 def test_a_link_can_have_a_ring_radius_of_its_own(tmp_path):
-    (tmp_path / "scene.toml").write_text("ring_radius = 0.09\n[mounts.forearm]\nring_radius = 0.07\n")
+    (tmp_path / "scene.toml").write_text(
+        "ring_radius = 0.09\n[mounts.forearm]\nring_radius = 0.07\n"
+    )
     scene = read_scene(tmp_path / "scene.toml")
     assert Space(scene, sensors=40).radii == {"upper_arm": 0.09, "forearm": 0.07, "tool": 0.09}
     assert [r.radius for r in ring_layout(scene, 1, 4).rings] == [0.09, 0.07, 0.09]
     assert scene_of(scene_model(scene)).limits == scene.limits
     real = replace(scene, occlusion="shadow", radius_stated=False)
-    assert Space(real, sensors=40).radii["forearm"] == 0.07  # meant, and not raised as the others are
+    # meant, and not raised as the others are
+    assert Space(real, sensors=40).radii["forearm"] == 0.07
     assert Space(real, sensors=40).radii["upper_arm"] == 0.113
 
 
 def test_a_refusal_names_the_scenes_file(tmp_path, monkeypatch, capsys):
     (tmp_path / "cell.toml").write_text('occlusion = "shadow"\nring_radius = 0.08\n')
     for asked in (["--sensors", "40"], ["--reach", "50"]):
-        monkeypatch.setattr(sys, "argv", ["place-rings", "--scene", str(tmp_path / "cell.toml"), *asked])
+        monkeypatch.setattr(
+            sys, "argv", ["place-rings", "--scene", str(tmp_path / "cell.toml"), *asked]
+        )
         monkeypatch.chdir(tmp_path)
         monkeypatch.setattr("signal.signal", lambda *_: None)
         with pytest.raises(SystemExit) as stop:
@@ -230,9 +276,17 @@ def test_wrong_keys_are_one_line(tmp_path, text, says):
 
 def test_a_real_mount_is_read_back_from_its_file():
     rules = Rules(mount="real", standoff=0.02, band=(0.012, 0.03), spacing=0.01)
-    for scene in (Scene(rules=rules), Scene(rules=rules, ring_radius=0.12, radius_stated=True), Scene()):
+    for scene in (
+        Scene(rules=rules),
+        Scene(rules=rules, ring_radius=0.12, radius_stated=True),
+        Scene(),
+    ):
         again = scene_of(scene_model(scene))
-        assert (again.rules, again.ring_radius, again.radius_stated) == (scene.rules, scene.ring_radius, scene.radius_stated)
+        assert (again.rules, again.ring_radius, again.radius_stated) == (
+            scene.rules,
+            scene.ring_radius,
+            scene.radius_stated,
+        )
     assert Scene(rules=rules).spacing == 0.03
     assert forward(UR10.chain, Scene().poses[0].q).ndim == 3
 
@@ -260,7 +314,8 @@ def test_a_search_moves_rings_that_meet_apart():
     clear = [c for c in drawn if not meeting(space.clear, space.setup(c).rings)]
     assert meet
     assert clear
-    assert all(a is b for a, b in zip(apart(space, drawn, rng), clear, strict=True))  # what is good is left as it is
+    # what is good is left as it is
+    assert all(a is b for a, b in zip(apart(space, drawn, rng), clear, strict=True))
     for c, found in zip(meet[:3], apart(space, meet[:3], rng), strict=True):
         assert not meeting(space.clear, space.setup(found).rings)
         assert faults(space.scene, space.setup(found).rings) == []
@@ -271,7 +326,10 @@ def test_a_search_moves_rings_that_meet_apart():
 def test_rings_that_cannot_be_moved_apart_are_refused():
     space = folded({"upper_arm": Limits((0.5, 0.56)), "forearm": Limits((0.3, 0.4))})
     rng = np.random.default_rng(0)
-    with pytest.raises(InfeasibleError, match=r"ring 0 \(upper_arm\) lies in ring 1 \(forearm\) at pose 1, and so do"):
+    with pytest.raises(
+        InfeasibleError,
+        match=r"ring 0 \(upper_arm\) lies in ring 1 \(forearm\) at pose 1, and so do",
+    ):
         apart(space, [fresh(space, rng)], rng)
     held = replace(space.scene, rules=Rules(fixed=space.setup(fresh(space, rng)).rings))
     fixed = Space(held, sensors=held.rules.fixed[0].count + held.rules.fixed[1].count + 8)

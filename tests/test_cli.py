@@ -50,7 +50,14 @@ REFUSED = {
     "unknown option": ["--tagret", "V_S"],
     "time of zero": ["--time", "0"],
     "no workers": ["study", "paper", "--workers", "0"],
-    "workers beside a scheduler": ["study", "paper", "--workers", "2", "--scheduler", "tcp://127.0.0.1:8786"],
+    "workers beside a scheduler": [
+        "study",
+        "paper",
+        "--workers",
+        "2",
+        "--scheduler",
+        "tcp://127.0.0.1:8786",
+    ],
     "a scheduler that is no address": ["study", "paper", "--scheduler", "here"],
     "voxel too fine": ["--voxel", "1e-6"],
     "voxel larger than the target": ["--voxel", "10"],
@@ -88,7 +95,14 @@ REFUSED = {
     "a seed where nothing is drawn": ["study", "convergence", "--seed", "3"],
     "a front of one target": ["study", "pareto", "--target", "V_O", "--target", "V_O"],
     "a front with a weight": ["study", "pareto", "--target", "V_S:0.5=0.6", "--target", "V_O"],
-    "a front of what lies inside V_R": ["study", "pareto", "--target", "V_S:0.1", "--target", "V_O"],
+    "a front of what lies inside V_R": [
+        "study",
+        "pareto",
+        "--target",
+        "V_S:0.1",
+        "--target",
+        "V_O",
+    ],
     "a front in no scene": ["study", "pareto", "--scene", "absent.toml"],
 }
 FLOORS = {
@@ -112,7 +126,10 @@ def test_two_floors_for_one_target_are_refused(run):
     code, _, err = run("--at-least", "V_S:1.5=60", "--at-least", "V_S:1.5=40")
     assert (code, err) == (
         2,
-        'place-rings: --at-least: found "V_S:1.5=40" beside another floor for V_S(1.5), allowed: one\n',
+        (
+            'place-rings: --at-least: found "V_S:1.5=40" beside another floor for V_S(1.5),'
+            " allowed: one\n"
+        ),
     )
 
 
@@ -136,7 +153,9 @@ def measured(monkeypatch):
 
 
 def test_a_front_is_of_the_scene_with_its_motion_and_its_meshes(run, tmp_path, measured):
-    trimesh.creation.box((0.2, 0.1, 0.1)).apply_translation((0.9, 0, 0)).export(tmp_path / "box.stl")
+    trimesh.creation.box((0.2, 0.1, 0.1)).apply_translation((0.9, 0, 0)).export(
+        tmp_path / "box.stl"
+    )
     rows = "".join(f"{t},{0.1 * t},-0.8,1,-1.8,-1.6,0\n" for t in range(9))
     (tmp_path / "task.csv").write_text("t,q0,q1,q2,q3,q4,q5\n" + rows)
     (tmp_path / "cell.toml").write_text(
@@ -164,17 +183,25 @@ def test_bad_input_is_one_line_and_exit_code_2(run, tmp_path, args):
     assert list(tmp_path.iterdir()) == []
 
 
-NOWHERE = "".join(f"[mounts.{link}]\nkeep_out = [[0.0, 1.0]]\n" for link in ("upper_arm", "forearm", "tool"))
+NOWHERE = "".join(
+    f"[mounts.{link}]\nkeep_out = [[0.0, 1.0]]\n" for link in ("upper_arm", "forearm", "tool")
+)
 
 
 @pytest.mark.parametrize(
     ("text", "args", "words"),
     [
         (NOWHERE, ["--reach", "50"], "room for 0 rings"),
-        ("[rules]\nsensors_per_ring = [4, 8]\n", ["--sensors-per-ring", "9"], "found 9, allowed: 4 to 8"),
+        (
+            "[rules]\nsensors_per_ring = [4, 8]\n",
+            ["--sensors-per-ring", "9"],
+            "found 9, allowed: 4 to 8",
+        ),
     ],
 )
-def test_what_a_scene_has_no_room_for_is_refused_and_leaves_nothing(run, tmp_path, text, args, words):
+def test_what_a_scene_has_no_room_for_is_refused_and_leaves_nothing(
+    run, tmp_path, text, args, words
+):
     (tmp_path / "cell.toml").write_text(text)
     code, out, err = run("--scene", "cell.toml", *args, "--out", "a/b")
     assert (code, out) == (2, "")
@@ -191,7 +218,9 @@ def test_rings_of_a_layout_keep_to_the_sensors_that_a_scene_allows():
 
 
 def test_verify_prints_one_object(run):
-    code, out, _ = run("verify", "n3_16_55", "--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--json")
+    code, out, _ = run(
+        "verify", "n3_16_55", "--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--json"
+    )
     assert code == 0
     result = VerifyResult.model_validate_json(out)
     assert (result.setup, result.target, result.radius, result.rule, result.voxel) == (
@@ -207,7 +236,17 @@ def test_verify_prints_one_object(run):
 
 def test_verify_prints_a_list_for_several_targets_and_brackets_when_certified(run):
     _, out, _ = run(
-        "verify", "n2_16_25", "--target", "V_O", "--target", "V_T", "--voxel", "0.1", "--rule", "certified", "--json"
+        "verify",
+        "n2_16_25",
+        "--target",
+        "V_O",
+        "--target",
+        "V_T",
+        "--voxel",
+        "0.1",
+        "--rule",
+        "certified",
+        "--json",
     )
     results = [VerifyResult.model_validate(r) for r in json.loads(out)]
     assert [r.target for r in results] == ["V_O", "V_T"]
@@ -217,13 +256,37 @@ def test_verify_prints_a_list_for_several_targets_and_brackets_when_certified(ru
 
 
 def test_touch_at_ten_centimetres_prints_a_table(run):
-    code, out, _ = run("verify", "n3_16_55", "--target", "V_S", "--radius", "0.5", "--voxel", "0.1", "--rule", "touch")
+    code, out, _ = run(
+        "verify",
+        "n3_16_55",
+        "--target",
+        "V_S",
+        "--radius",
+        "0.5",
+        "--voxel",
+        "0.1",
+        "--rule",
+        "touch",
+    )
     assert code == 0
     assert "98.69" in out
 
 
 def test_robustness_prints_one_object(run):
-    args = ("robustness", "n3_16_55", "--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--draws", "5", "--k", "2")
+    args = (
+        "robustness",
+        "n3_16_55",
+        "--target",
+        "V_S",
+        "--radius",
+        "0.5",
+        "--voxel",
+        "0.05",
+        "--draws",
+        "5",
+        "--k",
+        "2",
+    )
     code, out, _ = run(*args, "--json")
     assert code == 0
     r = RobustnessResult.model_validate_json(out)
@@ -239,15 +302,35 @@ def test_robustness_prints_one_object(run):
 
 
 def test_a_search_for_redundancy_says_what_it_aimed_at(run, monkeypatch, tmp_path):
-    monkeypatch.setattr(searching, "usual", lambda *_: Schedule(3, (Stage(0.1, 256, 2, 1),), draws=3))
-    code, out, _ = run("--target", "V_S", "--radius", "0.5", "--redundancy", "2", "--voxel", "0.1", "--out", "found")
+    monkeypatch.setattr(
+        searching, "usual", lambda *_: Schedule(3, (Stage(0.1, 256, 2, 1),), draws=3)
+    )
+    code, out, _ = run(
+        "--target",
+        "V_S",
+        "--radius",
+        "0.5",
+        "--redundancy",
+        "2",
+        "--voxel",
+        "0.1",
+        "--out",
+        "found",
+    )
     assert code == 0
     assert "seen by at least 2 sensors" in out
     file = read_proposal(tmp_path / "found" / "proposal.toml")[2]
     result = SearchFile.model_validate_json((tmp_path / "found" / "result.json").read_text())
     assert file.found.redundancy == 2
     assert result.asked_percent["proposal"] == pytest.approx(file.found.exact_percent)
-    assert set(result.asked_percent) == {"proposal", "n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55"}
+    assert set(result.asked_percent) == {
+        "proposal",
+        "n1_8_0",
+        "n1_16_0",
+        "n2_16_25",
+        "n2_16_55",
+        "n3_16_55",
+    }
 
 
 def test_cones_are_those_of_the_geometry(run, reference_pose):
@@ -255,9 +338,13 @@ def test_cones_are_those_of_the_geometry(run, reference_pose):
     rows = list(csv.DictReader(io.StringIO(out)))
     expected = sensor_cones(UR10, named_setup("n2_16_25"), reference_pose)
     assert len(rows) == 80
-    assert list(rows[0]) == "pose,ring,sensor,apex_x,apex_y,apex_z,axis_x,axis_y,axis_z,fov_deg,range_m".split(",")  # noqa: SIM905
+    assert list(
+        rows[0]
+    ) == "pose,ring,sensor,apex_x,apex_y,apex_z,axis_x,axis_y,axis_z,fov_deg,range_m".split(",")  # noqa: SIM905
     for part, array in (("apex", expected.apex), ("axis", expected.axis)):
-        assert np.allclose([[float(r[f"{part}_{a}"]) for a in "xyz"] for r in rows], array, atol=1e-8)
+        assert np.allclose(
+            [[float(r[f"{part}_{a}"]) for a in "xyz"] for r in rows], array, atol=1e-8
+        )
     assert {(r["fov_deg"], r["range_m"]) for r in rows} == {("25.0", "1.5")}
 
 
@@ -303,7 +390,9 @@ def test_schemas_are_json(run):
 
 @pytest.fixture
 def heeded():
-    """Ctrl-C as in a terminal: where pytest runs in the background it is ignored, and its children would ignore it too."""
+    """Ctrl-C as in a terminal: where pytest runs in the background it is ignored, and its children
+    would ignore it too.
+    """
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -311,7 +400,9 @@ def heeded():
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 @pytest.mark.parametrize(
-    ("told", "kept"), [(rb"drawing points", False), (rb"best so far [1-9]", True)], ids=["early", "in the search"]
+    ("told", "kept"),
+    [(rb"drawing points", False), (rb"best so far [1-9]", True)],
+    ids=["early", "in the search"],
 )
 def test_ctrl_c_keeps_the_best_so_far(heeded, tmp_path, told, kept):
     """Pressed as soon as the progress bar, which is drawn for a terminal only, says so."""
@@ -319,7 +410,9 @@ def test_ctrl_c_keeps_the_best_so_far(heeded, tmp_path, told, kept):
     asked = ["--target", "V_S", "--radius", "0.5", "--voxel", "0.1", "--out", str(tmp_path / "out")]
     terminal = {**os.environ, "FORCE_COLOR": "1"}
     pipe = subprocess.PIPE
-    with subprocess.Popen([program, *asked], stdout=pipe, stderr=pipe, cwd=tmp_path, env=terminal) as process:
+    with subprocess.Popen(
+        [program, *asked], stdout=pipe, stderr=pipe, cwd=tmp_path, env=terminal
+    ) as process:
         try:
             err = b""
             while not re.search(told, err) and (more := os.read(process.stderr.fileno(), 4096)):
@@ -352,9 +445,20 @@ def test_ctrl_c_that_is_dropped_in_callbacks_comes_again(heeded, monkeypatch):
 
 
 def test_safety_says_that_a_sensor_does_not_reach_and_leaves_a_report(run, tmp_path):
-    sensor = ["--sensor", "vl53l1x", "--ambient", "200kcps", "--approaches", "8", "--directions", "4"]
+    sensor = [
+        "--sensor",
+        "vl53l1x",
+        "--ambient",
+        "200kcps",
+        "--approaches",
+        "8",
+        "--directions",
+        "4",
+    ]
     (tmp_path / "floor.toml").write_text("[[obstacles]]\nfloor = -0.9\n")
-    code, out, _ = run("safety", "n1_8_0", *sensor, "--scene", "floor.toml", "--out", "found", "--json")
+    code, out, _ = run(
+        "safety", "n1_8_0", *sensor, "--scene", "floor.toml", "--out", "found", "--json"
+    )
     assert code == 0
     found = SafetyResult.model_validate_json(out)
     assert found.in_time.percent <= found.if_far_enough.percent
@@ -380,13 +484,17 @@ def test_v_p_is_told_with_its_terms_and_no_rating(run):
 
 def test_v_p_names_a_nominal_sensor_that_does_not_reach_as_far(run, tmp_path):
     (tmp_path / "slow.toml").write_text("[safety]\nreaction_s = 1.0\n")
-    code, out, _ = run("verify", "n1_8_0", "--scene", "slow.toml", "--target", "V_P", "--voxel", "0.1")
+    code, out, _ = run(
+        "verify", "n1_8_0", "--scene", "slow.toml", "--target", "V_P", "--voxel", "0.1"
+    )
     assert code == 0
     assert "A nominal sensor of 25° sees 1.50 m, less than the" in out
 
 
 def test_safety_refuses_a_motion_beyond_the_joints_limits(run, tmp_path):
-    (tmp_path / "far.csv").write_text("t,q0,q1,q2,q3,q4,q5\n0,0,0,0,0,0,0\n1,7,0,0,0,0,0\n2,0,0,0,0,0,0\n")
+    (tmp_path / "far.csv").write_text(
+        "t,q0,q1,q2,q3,q4,q5\n0,0,0,0,0,0,0\n1,7,0,0,0,0,0\n2,0,0,0,0,0,0\n"
+    )
     code, out, err = run("safety", "n1_8_0", "--trajectory", "far.csv", "--out", "found")
     assert code == 2
     assert out == ""
@@ -403,7 +511,13 @@ def test_rings_of_a_proposal_are_printed(run, tmp_path):
     assert code == 0, err
     assert [Path(line) for line in out.split()] == [
         Path("rings") / name
-        for name in ("ring0_forearm_a.stl", "ring0_forearm_b.stl", "ring0_forearm.png", "assembled.png", "printing.json")
+        for name in (
+            "ring0_forearm_a.stl",
+            "ring0_forearm_b.stl",
+            "ring0_forearm.png",
+            "assembled.png",
+            "printing.json",
+        )
     ]
     (tmp_path / "mine.toml").write_text(
         (tmp_path / "mine.toml").read_text().replace("blind", "ignore").replace("0.08", "0.03")
@@ -411,5 +525,7 @@ def test_rings_of_a_proposal_are_printed(run, tmp_path):
     code, out, err = run("export", "mine.toml", "--to", "stl", "--out", "none")
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert "ring 0 (forearm): " in err
-    assert err.rstrip().endswith('search with --occlusion blind or shadow, or with rules.mount = "real"')
+    assert err.rstrip().endswith(
+        'search with --occlusion blind or shadow, or with rules.mount = "real"'
+    )
     assert not (tmp_path / "none").exists()

@@ -1,4 +1,6 @@
-"""Studies on many processes: the same cells, kept one by one, whatever becomes of workers and drivers."""
+"""Studies on many processes: the same cells, kept one by one, whatever becomes of workers and
+drivers.
+"""
 
 import os
 import subprocess
@@ -41,7 +43,18 @@ def zetas():
     """Cells of two targets and two rules, one of them twice."""
     counts = (("centre", 0.05, 0.0), ("certified", None, 0.2))
     found = [
-        Cell("zeta", {"scene": {}, "setup": s, "target": "V_S", "radius": r, "rule": rule, "voxel": voxel, "width": width})
+        Cell(
+            "zeta",
+            {
+                "scene": {},
+                "setup": s,
+                "target": "V_S",
+                "radius": r,
+                "rule": rule,
+                "voxel": voxel,
+                "width": width,
+            },
+        )
         for rule, voxel, width in counts
         for r in (0.5, 0.9)
         for s in ("n1_8_0", "n2_16_25")
@@ -71,7 +84,9 @@ def test_many_workers_find_what_one_finds(client, store, tmp_path):
 def test_the_cluster_listens_on_this_machine_alone(client):
     client.wait_for_workers(2)  # one that an earlier test ended comes again
     family = [psutil.Process(), *psutil.Process().children(recursive=True)]
-    listening = [c.laddr.ip for p in family for c in p.net_connections() if c.status == psutil.CONN_LISTEN]
+    listening = [
+        c.laddr.ip for p in family for c in p.net_connections() if c.status == psutil.CONN_LISTEN
+    ]
     assert len(listening) > 4
     assert set(listening) == {"127.0.0.1"}
     assert client.scheduler.address.startswith("tls://")
@@ -82,7 +97,9 @@ def test_a_lost_worker_costs_no_cell(client, store, tmp_path):
     assert cluster.run(client, cells, ALL, store) == [0, 1, 4, 9]
 
 
-def test_a_cell_that_ends_every_worker_is_named_and_the_rest_kept(client, store, tmp_path, monkeypatch):
+def test_a_cell_that_ends_every_worker_is_named_and_the_rest_kept(
+    client, store, tmp_path, monkeypatch
+):
     monkeypatch.setattr(cluster, "_LOSSES", 2)
     cells = ends(tmp_path, 0, 99)
     with pytest.raises(UserError, match=r'"end",.*"x":1}.*end its worker, 2 times'):
@@ -119,8 +136,17 @@ def test_a_worker_with_another_program_measures_nothing(client, store):
 @pytest.fixture
 def certificate(client):
     """Who has it may join the tests' own cluster."""
-    names = {"ca-file": "tls_ca_file", "client.cert": "tls_client_cert", "client.key": "tls_client_key"}
-    with dask.config.set({f"distributed.comm.tls.{key}": getattr(client.security, name) for key, name in names.items()}):
+    names = {
+        "ca-file": "tls_ca_file",
+        "client.cert": "tls_client_cert",
+        "client.key": "tls_client_key",
+    }
+    with dask.config.set(
+        {
+            f"distributed.comm.tls.{key}": getattr(client.security, name)
+            for key, name in names.items()
+        }
+    ):
         yield
 
 
@@ -130,9 +156,14 @@ def test_a_running_scheduler_is_joined(client, certificate, store, tmp_path):
 
 
 @pytest.mark.parametrize("needed", ["place_rings.soul", "soul.place_rings"])
-def test_a_cluster_without_the_program_is_refused_in_a_line(needed, client, certificate, monkeypatch):
+def test_a_cluster_without_the_program_is_refused_in_a_line(
+    needed, client, certificate, monkeypatch
+):
     monkeypatch.setattr(cluster, "_NEEDED", needed)
-    with pytest.raises(UserError, match=f"without {needed}"), cluster.there(client.scheduler.address):
+    with (
+        pytest.raises(UserError, match=f"without {needed}"),
+        cluster.there(client.scheduler.address),
+    ):
         pass
 
 
@@ -146,7 +177,9 @@ def test_the_local_cluster_is_joined_by_no_other(client, monkeypatch):
 def test_a_scheduler_that_cannot_be_used_is_refused_in_a_line(monkeypatch):
     monkeypatch.setattr(cluster, "_WORKER", 0.1)
     quiet = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
-    with LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address=None, scheduler_kwargs=quiet) as empty:
+    with LocalCluster(
+        n_workers=0, host="127.0.0.1", dashboard_address=None, scheduler_kwargs=quiet
+    ) as empty:
         address = empty.scheduler_address
         with pytest.raises(UserError, match="without workers"), cluster.there(address):
             pass
@@ -159,5 +192,6 @@ def test_a_scheduler_that_cannot_be_used_is_refused_in_a_line(monkeypatch):
 def test_studies_survive_kills(tmp_path):
     """Up to two kills of the driver, then of workers; the script checks cells and processes."""
     command = [sys.executable, str(BENCHMARKS / "kills.py"), "2", "2", "0", "60"]
-    own = {key: value for key, value in os.environ.items() if key != "PYTHONSAFEPATH"}  # the script imports its neighbours
+    # the script imports its neighbours
+    own = {key: value for key, value in os.environ.items() if key != "PYTHONSAFEPATH"}
     subprocess.run(command, check=True, timeout=300, stdout=subprocess.DEVNULL, env=own)

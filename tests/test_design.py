@@ -41,12 +41,18 @@ def drawn_scene(rng: np.random.Generator) -> Scene:
         for link in LINKS[:2]
     }
     fixed = tuple(
-        Ring(str(rng.choice(LINKS[:2])), float(rng.uniform()), int(rng.integers(1, 9))) for _ in range(rng.integers(3))
+        Ring(str(rng.choice(LINKS[:2])), float(rng.uniform()), int(rng.integers(1, 9)))
+        for _ in range(rng.integers(3))
     )
     least = int(rng.integers(1, 7))
     sensors = (least, int(rng.integers(least, 25)))
     spacing, margin = float(rng.uniform(0, 0.2)), float(rng.uniform(0, 0.1))
-    return Scene(limits=limits, rules=Rules(spacing, margin, sensors, int(rng.integers(1, 7)), bool(rng.integers(2)), fixed))
+    return Scene(
+        limits=limits,
+        rules=Rules(
+            spacing, margin, sensors, int(rng.integers(1, 7)), bool(rng.integers(2)), fixed
+        ),
+    )
 
 
 def check(space: Space, setup: Setup, sensors: int) -> None:
@@ -65,16 +71,26 @@ def check(space: Space, setup: Setup, sensors: int) -> None:
             assert rules.sensors[0] <= ring.count <= rules.sensors[1]
         if length > 0:
             margin = rules.from_joints / length
-            assert max(limits.position[0], margin) - 1e-9 <= ring.position <= min(limits.position[1], 1 - margin) + 1e-9
-            assert not any(low + 1e-9 < ring.position < high - 1e-9 for low, high in limits.keep_out)
+            assert (
+                max(limits.position[0], margin) - 1e-9
+                <= ring.position
+                <= min(limits.position[1], 1 - margin) + 1e-9
+            )
+            assert not any(
+                low + 1e-9 < ring.position < high - 1e-9 for low, high in limits.keep_out
+            )
             for other in rings:
                 if other is not ring and other.link == ring.link:
                     assert abs(other.position - ring.position) * length >= rules.spacing - 1e-9
     for link in LINKS:
         new = sum(ring.link == link for ring in own)
-        assert new == 0 or new + sum(ring.link == link for ring in rules.fixed) <= rules.rings_per_link
+        assert (
+            new == 0 or new + sum(ring.link == link for ring in rules.fixed) <= rules.rings_per_link
+        )
     if rules.shared_tilt and own:
-        assert max(abs(ring.tilt) for ring in own) == pytest.approx(min(abs(ring.tilt) for ring in own), abs=1e-5)
+        assert max(abs(ring.tilt) for ring in own) == pytest.approx(
+            min(abs(ring.tilt) for ring in own), abs=1e-5
+        )
 
 
 @given(st.integers(1, 60), drawing.seeds)
@@ -111,8 +127,14 @@ def test_of_two_places_too_near_for_two_rings_one_is_left():
 
 @pytest.mark.parametrize(("least", "upper_arm"), [(3, 0.06), (9, 0.06), (10, 0.06), (9, 0.08)])
 def test_sensors_are_taken_where_they_are_a_sum_of_rings_and_refused_elsewhere(least, upper_arm):
-    """Boards leave the upper arm room for larger rings than the other links, of which there is one each."""
-    limits = {"upper_arm": Limits(radius=upper_arm), "forearm": Limits(radius=0.045), "tool": Limits(radius=0.045)}
+    """Boards leave the upper arm room for larger rings than the other links, of which there is one
+    each.
+    """
+    limits = {
+        "upper_arm": Limits(radius=upper_arm),
+        "forearm": Limits(radius=0.045),
+        "tool": Limits(radius=0.045),
+    }
     rules = Rules(sensors=(least, 24), rings_per_link=1)
     scene = Scene(sensor=Sensor(board=VL53L1X), limits=limits, rules=rules, radius_stated=True)
     first = Space(scene, sensors=least)
@@ -135,12 +157,16 @@ def test_a_candidate_is_found_again_from_its_setup(seed, sensors):
     assert again is not None
     for a, b in zip(space.setup(again).rings, setup.rings, strict=True):
         assert (a.link, a.count) == (b.link, b.count)
-        assert (a.position, a.tilt, a.phase) == pytest.approx((b.position, b.tilt, b.phase), abs=1e-9)
+        assert (a.position, a.tilt, a.phase) == pytest.approx(
+            (b.position, b.tilt, b.phase), abs=1e-9
+        )
 
 
 @given(drawing.seeds, st.integers(8, 90), st.integers(8, 90))
 def test_a_setup_is_fitted_to_another_number_of_sensors(seed, before, after):
-    setup = Space(Scene(), sensors=before).setup(fresh(Space(Scene(), sensors=before), np.random.default_rng(seed)))
+    setup = Space(Scene(), sensors=before).setup(
+        fresh(Space(Scene(), sensors=before), np.random.default_rng(seed))
+    )
     space = Space(Scene(), sensors=after)
     c = fitted(space, setup)
     assume(c is not None)
@@ -164,12 +190,18 @@ def test_likeness_does_not_see_phases_or_the_order_of_rings(seed):
 
 def test_segments_of_a_scene_with_everything():
     scene = Scene(
-        limits={"forearm": Limits((0.1, 0.9), (-1, 1), ((0.4, 0.5),)), "tool": Limits(keep_out=((0.0, 1.0),))},
+        limits={
+            "forearm": Limits((0.1, 0.9), (-1, 1), ((0.4, 0.5),)),
+            "tool": Limits(keep_out=((0.0, 1.0),)),
+        },
         rules=Rules(spacing=0.05723, from_joints=0.0, fixed=(Ring("forearm", 0.7, 8),)),
     )
     found = [s for s in segments(scene) if s.link == "forearm"]
-    np.testing.assert_allclose([(s.low, s.high) for s in found], [(0.1, 0.4), (0.5, 0.6), (0.8, 0.9)], atol=2e-6)
-    assert [s.room for s in found] == [3, 1, 1]  # 0.3 of the link holds four rings 0.1 apart, but for rounding
+    np.testing.assert_allclose(
+        [(s.low, s.high) for s in found], [(0.1, 0.4), (0.5, 0.6), (0.8, 0.9)], atol=2e-6
+    )
+    # 0.3 of the link holds four rings 0.1 apart, but for rounding
+    assert [s.room for s in found] == [3, 1, 1]
     assert not [s for s in segments(scene) if s.link == "tool"]
 
 
@@ -182,7 +214,9 @@ def test_values_reach_any_placement_that_keeps_the_spacing():
 
 def test_the_papers_setups_are_among_the_starts():
     space = Space(Scene(), ring_layout(Scene(), 3, 16))
-    for ring, paper in zip(space.setup(papers(space)[0]).rings, named_setup("n3_16_55").rings, strict=True):
+    for ring, paper in zip(
+        space.setup(papers(space)[0]).rings, named_setup("n3_16_55").rings, strict=True
+    ):
         assert (ring.position, ring.tilt) == pytest.approx((paper.position, paper.tilt), abs=1e-6)
 
 
@@ -204,4 +238,6 @@ def test_a_layout_without_room_is_refused():
     scene = Scene(limits={"forearm": Limits((0.5, 0.51))}, rules=Rules(spacing=0.05))
     with pytest.raises(InfeasibleError, match="no room for 2 rings on forearm"):
         Space(scene, ring_layout(scene, 2, 16))
-    assert math.isfinite(fresh(Space(scene, ring_layout(scene, 1, 16)), np.random.default_rng(0)).values.sum())
+    assert math.isfinite(
+        fresh(Space(scene, ring_layout(scene, 1, 16)), np.random.default_rng(0)).values.sum()
+    )

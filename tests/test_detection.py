@@ -1,4 +1,6 @@
-"""Detection in time: limits where the answer is known, an independent slow path, and what can only help."""
+"""Detection in time: limits where the answer is known, an independent slow path, and what can only
+help.
+"""
 
 import math
 from dataclasses import replace
@@ -69,11 +71,15 @@ def test_the_person_walks_on_the_scenes_floor():
     assert floor_of(Scene(obstacles=(table, floor))) == -0.9
     lower, usual = walker(1.6, 2.0, -0.9), walker(1.6, 2.0)
     for key in ("start", "end"):
-        np.testing.assert_allclose(getattr(lower, key), getattr(usual, key) + np.array([0, 0, -0.15]), atol=1e-12)
+        np.testing.assert_allclose(
+            getattr(lower, key), getattr(usual, key) + np.array([0, 0, -0.15]), atol=1e-12
+        )
 
 
 def test_distances_are_those_of_points_on_the_body():
-    """Against points on all segments of the person and of the robot's pieces, at the moment S_p is broken."""
+    """Against points on all segments of the person and of the robot's pieces, at the moment S_p is
+    broken.
+    """
     setup = named_setup("n1_8_0")
     start = start_of(UR10, setup, STILL)
     found, body, share = run(setup), walker(1.6, start), np.linspace(0, 1, 60)[:, None]
@@ -81,10 +87,15 @@ def test_distances_are_those_of_points_on_the_body():
         step = found.broken_step[k]
         a, b = (turned(p[None, step], azimuth)[0] for p in (body.start, body.end))
         points = a[:, None] + share[None] * (b - a)[:, None]
-        gap = point_to_segment(points[:, :, None], STILL.start[0], STILL.end[0]) - STILL.radius - body.radius[:, None, None]
+        gap = (
+            point_to_segment(points[:, :, None], STILL.start[0], STILL.end[0])
+            - STILL.radius
+            - body.radius[:, None, None]
+        )
         assert gap.min() == pytest.approx(found.asked[k], abs=1e-3)
         assert (gap - STILL.asked[0]).min() < 1e-3
-        assert (gap - STILL.asked[0]).min() > -1.6 * STEP * 2.5  # not much earlier: limbs swing faster than the body walks
+        # not much earlier: limbs swing faster than the body walks
+        assert (gap - STILL.asked[0]).min() > -1.6 * STEP * 2.5
 
 
 @pytest.mark.parametrize("worse", ["latency", "period", "range", "shadow", "blind"])
@@ -95,8 +106,17 @@ def test_later_shorter_or_hidden_never_helps(worse):
         start = start_of(UR10, setup, STILL)
         other = run(named_setup("n2_16_25", Sensor(range_m=0.7)), start=start)
     else:
-        changed = {"latency": (0.02, 0.3), "period": (0.3, 0.0), "shadow": (0.02, 0.0), "blind": (0.02, 0.0)}[worse]
-        other = run(setup, when=timing(setup, *changed), occlusion=worse if worse in ("shadow", "blind") else "ignore")
+        changed = {
+            "latency": (0.02, 0.3),
+            "period": (0.3, 0.0),
+            "shadow": (0.02, 0.0),
+            "blind": (0.02, 0.0),
+        }[worse]
+        other = run(
+            setup,
+            when=timing(setup, *changed),
+            occlusion=worse if worse in ("shadow", "blind") else "ignore",
+        )
     assert np.all(np.nan_to_num(other.report, nan=-1) <= np.nan_to_num(best.report, nan=-1) + 1e-6)
     assert np.all(best.in_time | ~other.in_time)
     if worse == "latency":
@@ -118,7 +138,9 @@ def test_a_moving_robot_asks_for_more_than_one_that_stands():
 
 def test_a_short_motion_comes_round_again_and_no_moment_is_preferred():
     time = np.linspace(0, 1, 21)
-    short = moments_of_record(UR10, MotionRecord(time, POSE + np.outer(0.3 * time, np.eye(6)[0])), Safety())
+    short = moments_of_record(
+        UR10, MotionRecord(time, POSE + np.outer(0.3 * time, np.eye(6)[0])), Safety()
+    )
     count, rng = len(short.weight), np.random.default_rng(0)
     walks = np.stack([short.drawn(rng, 3 * count + 7) for _ in range(40 * count)])
     assert np.all(np.diff(walks, axis=1) % count == 1)
@@ -144,7 +166,10 @@ def test_walks_begin_beyond_all_that_is_asked_and_seen_whatever_reach_a_robot_st
     tiny = replace(UR10, reach=0.01)
     found = approach(tiny, setup, STILL, timing(setup), 1.6, AZIMUTHS, 0, occlusion="ignore")
     assert found.broken_step.min() > 0
-    assert np.all(found.sight < np.hypot(*STILL.end[0, :, :2].T).max() + 1.5 / math.cos(math.radians(12.5)) + 0.5)
+    assert np.all(
+        found.sight
+        < np.hypot(*STILL.end[0, :, :2].T).max() + 1.5 / math.cos(math.radians(12.5)) + 0.5
+    )
 
 
 def test_a_wall_hides_who_is_behind_it_and_nobody_else():
@@ -160,7 +185,9 @@ def test_sensors_of_one_zone_are_blinded_no_later_than_their_beams_are():
     frames, poses = forward(UR10.chain, POSE[None]), np.zeros(1, int)
     setup, table = named_setup("n2_16_55"), box([0.8, 0, 0.1], [0.5, 1.5, 0.05])
     bodies = robot_capsules(UR10, frames)
-    found = stops(setup, *(np.asarray(a) for a in sensor_axes(UR10, setup, frames)), bodies, (table,))[0]
+    found = stops(
+        setup, *(np.asarray(a) for a in sensor_axes(UR10, setup, frames)), bodies, (table,)
+    )[0]
     here = Capsules(bodies.start[0], bodies.end[0], bodies.radius)
     exact = beams(sensor_cones(UR10, setup, POSE), Occluders(here, (table,)), "blind")
     stands = exact.cones.range_m < 0

@@ -1,4 +1,6 @@
-"""The minimum-distance study: what a good setup measures, what more sensors change, its table, and the unseen approach."""
+"""The minimum-distance study: what a good setup measures, what more sensors change, its table, and
+the unseen approach.
+"""
 
 import math
 
@@ -16,7 +18,15 @@ from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.reporting import approach_figure, distance_figures
 from place_rings.simulation import distance as study
 from place_rings.simulation.approach import unseen_approaches
-from place_rings.simulation.distance import MODES, beliefs, cell, measures, repeated, series, summary
+from place_rings.simulation.distance import (
+    MODES,
+    beliefs,
+    cell,
+    measures,
+    repeated,
+    series,
+    summary,
+)
 
 from . import drawing
 
@@ -41,11 +51,15 @@ def dense() -> Setup:
         for position in (0.0, 0.25, 0.5, 0.75, 1.0)
         for tilt in tilts
     ]
-    return Setup((*rings, *(Ring("tool", 0.0, 72, float(tilt), 0.0, 0.061, sensor) for tilt in tilts)))
+    return Setup(
+        (*rings, *(Ring("tool", 0.0, 72, float(tilt), 0.0, 0.061, sensor) for tilt in tilts))
+    )
 
 
 def test_a_dense_setup_measures_the_truth(reference_pose):
-    """Where thin beams leave from all over the arm, what is believed tends to the truth, and is hardly ever far."""
+    """Where thin beams leave from all over the arm, what is believed tends to the truth, and is
+    hardly ever far.
+    """
     t, q = T[::15], np.tile(reference_pose, (len(T[::15]), 1))
     fine = series(UR10, dense(), t, q, "human", 3, "ignore")
     coarse = series(UR10, named_setup("n1_8_0"), t, q, "human", 3, "ignore")
@@ -60,7 +74,9 @@ def test_a_dense_setup_measures_the_truth(reference_pose):
 @settings(max_examples=6)
 @given(st.integers(0, 1000))
 def test_more_sensors_never_read_less(seed):
-    """A setup that holds another's sensors reads at least what that reads, and its nearest reading is no farther."""
+    """A setup that holds another's sensors reads at least what that reads, and its nearest reading
+    is no farther.
+    """
     t = T[::10]
     q = np.random.default_rng(seed).uniform(-math.pi, math.pi, (len(t), 6))
     frames = forward(UR10.chain, q)
@@ -75,7 +91,8 @@ def test_more_sensors_never_read_less(seed):
         found.append((read.min(axis=1), beliefs(*axes, optics[0], read, bodies)))
     assert np.all(found[1][0] <= found[0][0])
     assert np.all(found[1][1] <= found[0][1] + 1e-9)
-    assert np.all(found[1][1][:, 1] <= found[1][1][:, 0] + 1e-9)  # the careful belief is the nearer one
+    # the careful belief is the nearer one
+    assert np.all(found[1][1][:, 1] <= found[1][1][:, 0] + 1e-9)
 
 
 @pytest.mark.parametrize("thing", study.THINGS)
@@ -97,7 +114,11 @@ def test_table_of_one_run(swing):
     assert table["rmse_m"] == pytest.approx(np.sqrt((error**2).mean()))
     assert table["max_error_m"] == pytest.approx(np.abs(error).max())
     assert table["near_s"] + table["far_s"] + table["beyond_s"] == pytest.approx(table["counted_s"])
-    squares = sum(table[f"{z}_rmse_m"] ** 2 * table[f"{z}_s"] for z in ("near", "far", "beyond") if table[f"{z}_s"])
+    squares = sum(
+        table[f"{z}_rmse_m"] ** 2 * table[f"{z}_s"]
+        for z in ("near", "far", "beyond")
+        if table[f"{z}_s"]
+    )
     assert squares / table["counted_s"] == pytest.approx(table["rmse_m"] ** 2)
     assert table["unseen_longest_s"] <= table["unseen_s"] <= table["counted_s"]
     assert np.all(run.believed[~run.seen] == 1.5)
@@ -107,7 +128,9 @@ def test_table_of_one_run(swing):
 
 
 def test_closing_speeds_add_up_to_the_way_closed(swing):
-    """Over windows that follow each other the true closing speed sums to the change of distance; the unseen is still."""
+    """Over windows that follow each other the true closing speed sums to the change of distance;
+    the unseen is still.
+    """
     t = np.arange(0, 30, 0.1)
     still = np.tile(swing[0], (len(t), 1))
     run = series(UR10, named_setup("n1_8_0"), t, still, "human", 5, "ignore")
@@ -148,7 +171,9 @@ def test_a_cycle_is_repeated(swing):
 
 @pytest.mark.parametrize("name", ["n1_8_0", "n2_16_55"])
 def test_approach_is_truly_unseen(name, reference_pose):
-    """No point of the ball, sampled all over it all along the path, lies in a cone; it comes from outside; it ends clear."""
+    """No point of the ball, sampled all over it all along the path, lies in a cone; it comes from
+    outside; it ends clear.
+    """
     cones = sensor_cones(UR10, named_setup(name), reference_pose)
     bodies = robot_capsules(UR10, forward(UR10.chain, reference_pose))
     rng = np.random.default_rng(0)
@@ -163,14 +188,20 @@ def test_approach_is_truly_unseen(name, reference_pose):
         gap = gap_to_capsules(centres, bodies.start, bodies.end, bodies.radius)
         assert gap.min() >= found.radius - 1e-6
         arm = [b.frame > 0 for b in UR10.bodies]
-        end = gap_to_capsules(found.path[-1], bodies.start[arm], bodies.end[arm], bodies.radius[arm])
+        end = gap_to_capsules(
+            found.path[-1], bodies.start[arm], bodies.end[arm], bodies.radius[arm]
+        )
         assert end - found.radius == pytest.approx(found.gap_m, abs=1e-6)
         lower, upper = cones.bounds()
-        assert np.any((found.path[0] < lower - found.radius) | (found.path[0] > upper + found.radius))
+        assert np.any(
+            (found.path[0] < lower - found.radius) | (found.path[0] > upper + found.radius)
+        )
 
 
 def test_larger_balls_stay_farther_off(reference_pose):
-    small, large = unseen_approaches(UR10, named_setup("n2_16_55"), reference_pose, (0.05, 0.1), side=0.06)
+    small, large = unseen_approaches(
+        UR10, named_setup("n2_16_55"), reference_pose, (0.05, 0.1), side=0.06
+    )
     assert small.gap_m + small.radius <= large.gap_m + large.radius
     with pytest.raises(ValueError, match="must be above 0"):
         unseen_approaches(UR10, named_setup("n1_8_0"), reference_pose, (0.0,))
@@ -190,7 +221,10 @@ def test_figures_are_drawn(swing, reference_pose, tmp_path):
     distance_figures.monitoring(results, tmp_path / "monitoring.png")
     runs = {name: series(UR10, setup, t, q, "human", 0, "shadow") for name, setup in setups.items()}
     distance_figures.timeline(runs, 1.5, tmp_path / "timeline.png")
-    found = {name: unseen_approaches(UR10, setup, reference_pose, (0.05, 0.1), 0.1) for name, setup in setups.items()}
+    found = {
+        name: unseen_approaches(UR10, setup, reference_pose, (0.05, 0.1), 0.1)
+        for name, setup in setups.items()
+    }
     approach_figure.picture(UR10, setups, reference_pose, found, tmp_path / "approach.png")
     for file in ("errors", "zones", "monitoring", "timeline", "approach"):
         assert (tmp_path / f"{file}.png").stat().st_size > 15_000

@@ -27,7 +27,9 @@ def test_every_block_of_a_page_is_run_or_says_why_not(page):
         assert block.reason is None or len(block.reason) > 3
 
 
-@pytest.mark.parametrize("page", [p for p in docs.pages() if p.parent.name == "tutorials"], ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page", [p for p in docs.pages() if p.parent.name == "tutorials"], ids=lambda page: page.name
+)
 def test_a_tutorial_is_run(page):
     assert any(block.reason is None for block in docs.blocks(page.read_text()))
 
@@ -42,7 +44,9 @@ def test_blocks_come_back_as_they_were_written(written):
     assert found == [tuple(block) for block in written]
 
 
-@pytest.mark.parametrize("fence", ["```sh", " ```bash", "```bash no-run", "```py", "~~~bash", "```{code-block} python"])
+@pytest.mark.parametrize(
+    "fence", ["```sh", " ```bash", "```bash no-run", "```py", "~~~bash", "```{code-block} python"]
+)
 def test_a_block_that_would_be_passed_over_is_refused(fence):
     with pytest.raises(ValueError, match="line 2"):
         docs.blocks(f"Words.\n{fence}\nplace-rings\n```\n")

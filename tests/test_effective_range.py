@@ -1,4 +1,6 @@
-"""Effective ranges: the sourced figures come back, rules only ever take away, nothing is extrapolated in silence."""
+"""Effective ranges: the sourced figures come back, rules only ever take away, nothing is
+extrapolated in silence.
+"""
 
 import itertools
 import math
@@ -28,14 +30,15 @@ def use_of(drawn):
     return Use(name, None if which < 0 else lights[which % len(lights)].label, reflectance, size)
 
 
-@pytest.mark.parametrize(
-    ("size", "wanted"), [((0.45, 0.70), 2.45), ((0.04, 10.0), 1.16)]
-)  # the worked examples beside the datasheets
+# the worked examples beside the datasheets
+@pytest.mark.parametrize(("size", "wanted"), [((0.45, 0.70), 2.45), ((0.04, 10.0), 1.16)])
 def test_fill_rule_gives_the_worked_examples(size, wanted):
     assert effective(Use("vl53l1x", size=size)).slant_m == pytest.approx(wanted, abs=0.006)
 
 
-@pytest.mark.parametrize(("ambient", "wanted"), [("dark", 3.6), ("50kcps", 1.66), ("200kcps", 0.73), ("51kcps", 0.73)])
+@pytest.mark.parametrize(
+    ("ambient", "wanted"), [("dark", 3.6), ("50kcps", 1.66), ("200kcps", 0.73), ("51kcps", 0.73)]
+)
 def test_light_is_that_of_the_next_stronger_figure(ambient, wanted):
     assert effective(Use("vl53l1x", ambient)).slant_m == wanted
 
@@ -43,7 +46,9 @@ def test_light_is_that_of_the_next_stronger_figure(ambient, wanted):
 def test_reflectance_gives_what_was_measured_and_never_more():
     assert effective(Use("vl53l1x", "dark", 0.17)).slant_m == 1.70
     assert effective(Use("tfmini", "dark", 0.10)).slant_m == 5.0
-    assert effective(Use("vl53l1x", "50kcps", 0.17)).slant_m == pytest.approx(1.66 * math.sqrt(0.17 / 0.88))
+    assert effective(Use("vl53l1x", "50kcps", 0.17)).slant_m == pytest.approx(
+        1.66 * math.sqrt(0.17 / 0.88)
+    )
 
 
 def test_the_law_of_reflectance_is_below_every_figure_it_can_be_held_against():
@@ -52,7 +57,10 @@ def test_the_law_of_reflectance_is_below_every_figure_it_can_be_held_against():
         for light in m.lights:
             same = sorted((f for f in m.figures if f.light == light), key=lambda f: f.reflectance)
             for dark, bright in itertools.pairwise(same):
-                assert bright.range_m * math.sqrt(dark.reflectance / bright.reflectance) <= dark.range_m
+                assert (
+                    bright.range_m * math.sqrt(dark.reflectance / bright.reflectance)
+                    <= dark.range_m
+                )
                 held += 1
     assert held >= 2
 
@@ -84,7 +92,9 @@ def test_fill_rule_solves_its_equation(drawn):
 def test_a_darker_or_smaller_target_is_seen_no_farther(drawn, darker, smaller):
     use = use_of(drawn)
     rho, size = use.reflectance or 0.88, use.size or (1.0, 1.0)
-    least = effective(Use(use.model, use.ambient, rho * darker, (size[0] * smaller, size[1]))).range_m
+    least = effective(
+        Use(use.model, use.ambient, rho * darker, (size[0] * smaller, size[1]))
+    ).range_m
     assert least <= effective(Use(use.model, use.ambient, rho, size)).range_m * (1 + 1e-12)
 
 
@@ -99,12 +109,15 @@ def test_the_flat_base_lies_within_the_range(drawn):
     use = use_of(drawn)
     found = effective(use)
     half = math.radians(found.model.side_deg) / 2
-    corner = found.range_m * np.array([1, math.tan(half), math.tan(half) if found.model.square else 0.0])
+    corner = found.range_m * np.array(
+        [1, math.tan(half), math.tan(half) if found.model.square else 0.0]
+    )
     assert np.linalg.norm(corner) <= found.slant_m * (1 + 1e-12)
 
 
 def test_side_of_a_diagonal_is_that_of_the_square_within():
-    assert side_of_diagonal(60.74) == pytest.approx(45.0, abs=0.05)  # the geometry that the facts state
+    # the geometry that the facts state
+    assert side_of_diagonal(60.74) == pytest.approx(45.0, abs=0.05)
     assert side_of_diagonal(78.46) == pytest.approx(60.0, abs=0.05)
 
 
@@ -128,7 +141,9 @@ def test_what_is_not_sourced_is_refused(use):
 
 
 def test_a_target_darker_than_any_measured_is_said_to_be():
-    (step,) = (s for s in effective(Use("vl53l1x", reflectance=0.018)).steps if s.rule == "reflectance")
+    (step,) = (
+        s for s in effective(Use("vl53l1x", reflectance=0.018)).steps if s.rule == "reflectance"
+    )
     assert "darker than any measured" in step.found
     assert not step.measured
 
@@ -143,7 +158,10 @@ def test_a_size_that_is_none_is_refused(text):
 def test_a_sensor_of_the_catalogue_reads_back_from_a_file(drawn):
     use = use_of(drawn)
     sensor = effective(use).sensor
-    assert sensor_of(SensorModel.model_validate(sensor_model(sensor).model_dump(exclude_none=True))) == sensor
+    assert (
+        sensor_of(SensorModel.model_validate(sensor_model(sensor).model_dump(exclude_none=True)))
+        == sensor
+    )
 
 
 def test_every_figure_has_a_source():

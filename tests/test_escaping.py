@@ -173,10 +173,9 @@ def test_strings_are_no_markup_and_a_string_is_one_line():
 @given(texts, texts, texts)
 def test_styles_stay_on_their_text(a, b, c):
     """Also where escapes are longer than what they stand for."""
-    console, (a, b, c) = (
-        terminal(),
-        (Text(t).plain for t in (a, b, c)),
-    )  # Text leaves a few characters out itself
+    console = terminal()
+    # Text leaves a few characters out itself
+    a, b, c = (Text(t).plain for t in (a, b, c))
     text = Text.assemble(a, (b, "bold"), c)
     options = console.options.update(no_wrap=True, overflow="ignore")
     found = [s for s in console.render(text, options) if not s.control]
@@ -314,7 +313,9 @@ def ok(found, *shown):
 
 @pytest.fixture(scope="module")
 def robot(made):
-    """The folder of robot.toml, scene.toml and robot.png of it, made in a terminal, and ``said``."""
+    """The folder of robot.toml, scene.toml and robot.png of it, made in a terminal, and
+    ``said``.
+    """
     words = ("robot", "evil.urdf", "--tip", f"tip{IN_XML}", "--out", f"out{NASTY}")
     code, said = in_a_terminal(*words, cwd=made)
     assert code == 0, said
@@ -581,7 +582,9 @@ def test_the_viewers_controls_show_and_choose_links():
     from place_rings.viewer.session import ViewerSession
 
     scene, setup = hostile_scene()
-    with Server(ViewerSession(replace(scene, obstacles=()), {NASTY: setup, f"b{NASTY}": setup})) as server:
+    with Server(
+        ViewerSession(replace(scene, obstacles=()), {NASTY: setup, f"b{NASTY}": setup})
+    ) as server:
         client = Client(server.port)
         try:
             client.until(lambda: client.zeta("V_S(0.25)") is not None, "the page says no ζ")

@@ -1,4 +1,6 @@
-"""The exchange's quick looks against cones one by one, and against the rules and the points as others see them."""
+"""The exchange's quick looks against cones one by one, and against the rules and the points as
+others see them.
+"""
 
 import itertools
 import math
@@ -52,13 +54,17 @@ SHARED = replace(TWO, rules=Rules(shared_tilt=True))
     st.floats(0.05, 2.0),
     st.integers(0, 2**31),
 )
-def test_the_sensor_nearest_in_azimuth_sees_what_the_ring_sees(link, position, count, tilt, phase, radius, fov, reach, seed):
+def test_the_sensor_nearest_in_azimuth_sees_what_the_ring_sees(
+    link, position, count, tilt, phase, radius, fov, reach, seed
+):
     mount = UR10.mount(link)
     ring = Ring(link, position * (mount.length > 0), count, tilt, phase, radius, Sensor(fov, reach))
     cones = sensor_cones(UR10, Setup((ring,)), Q)
     points = np.random.default_rng(seed).uniform(-1.5, 1.5, (400, 3)) + cones.apex.mean(axis=0)
     near = around(mount, np.asarray(forward(UR10.chain, Q))[mount.frame], points)
-    (seen,) = rings_see(ring, near, *(np.array([v]) for v in (ring.position * mount.length, tilt, phase)))
+    (seen,) = rings_see(
+        ring, near, *(np.array([v]) for v in (ring.position * mount.length, tilt, phase))
+    )
     clear = np.abs(cones(points)) > 1e-5
     assert np.array_equal(seen[clear], cones.holds(points)[clear])
     assert clear.mean() > 0.9
@@ -68,7 +74,9 @@ def _space(scene, sensors=None):
     return Space(scene, sensors=sensors) if sensors else Space(scene, ring_layout(scene, 2, 8))
 
 
-@pytest.mark.parametrize(("scene", "sensors"), [(TWO, None), (TWO, 48), (FIXED, 48), (SHARED, None), (FLOOR, 48)])
+@pytest.mark.parametrize(
+    ("scene", "sensors"), [(TWO, None), (TWO, 48), (FIXED, 48), (SHARED, None), (FLOOR, 48)]
+)
 def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sensors):
     space, points = _space(scene, sensors), TargetPoints(scene, 128, 0)
     fields = Fields(space, points)
@@ -80,7 +88,8 @@ def test_an_exchange_only_climbs_keeps_all_rules_and_knows_its_share(scene, sens
         here.sweep(Round(256, 1, 1, 6, 0.2, anywhere=4, moves=3))
         assert here.value >= before
         assert here.value == pytest.approx(
-            _share(scene, space.setup(here.candidate), points, 64), abs=0.01 if scene is not FLOOR else 0.2
+            _share(scene, space.setup(here.candidate), points, 64),
+            abs=0.01 if scene is not FLOOR else 0.2,
         ), i
         assert not faults(scene, space.setup(here.candidate).rings)
         assert space.setup(here.candidate).sensors == space.sensors
@@ -109,13 +118,16 @@ def test_places_tried_for_a_ring_are_those_it_would_have(seed):
 
 
 def _share(scene, setup, points, count):
-    """By all cones, one by one; less 300 times the square of what a goal is short of its floor, 0.003 above it."""
+    """By all cones, one by one; less 300 times the square of what a goal is short of its floor,
+    0.003 above it.
+    """
     zeta = [0.0] * len(scene.goals)
     for (g, p), some in zip(points.terms, points.points, strict=True):
         cones = sensor_cones(scene.robot, setup, scene.poses[p].q)
         zeta[g] += scene.pose_weights[p] * cones.holds(some[:count]).mean()
     short = [
-        max(goal.at_least + 0.003 - z, 0.0) if goal.at_least else 0.0 for goal, z in zip(scene.goals, zeta, strict=True)
+        max(goal.at_least + 0.003 - z, 0.0) if goal.at_least else 0.0
+        for goal, z in zip(scene.goals, zeta, strict=True)
     ]
     return float(np.dot(scene.goal_weights, zeta)) - 300 * sum(s * s for s in short)
 
@@ -125,7 +137,17 @@ def _exchanged(seed, brake=None, tell=lambda *_: None, ahead=()):
     rounds = (Round(256, 5, 2, 6, 0.2, 4, 1), Round(512, 2, 2, 6, 0.1, 2, 1))
     fields = Fields(space, TargetPoints(TWO, 256, 0))
     with ThreadPoolExecutor(2) as threads:
-        found = exchange(space, fields, seed, brake or StopToken(math.inf), threads, tell, papers(space), rounds, ahead)
+        found = exchange(
+            space,
+            fields,
+            seed,
+            brake or StopToken(math.inf),
+            threads,
+            tell,
+            papers(space),
+            rounds,
+            ahead,
+        )
     return found, fields, space
 
 
@@ -134,21 +156,28 @@ def test_an_exchange_is_the_same_for_the_same_seed_and_beats_what_it_started_fro
     assert len(first) == 2
     assert all(np.array_equal(a.values, b.values) for a, b in zip(first, again, strict=True))
     assert not np.array_equal(first[0].values, other[0].values)
-    assert share_of(space, fields, first[0]) > max(share_of(space, fields, c) for c in papers(space))
+    assert share_of(space, fields, first[0]) > max(
+        share_of(space, fields, c) for c in papers(space)
+    )
 
 
-def test_the_best_of_the_first_round_go_ahead_and_change_nothing_but_what_is_told_and_what_an_early_end_gives():
+def test_the_best_of_the_first_round_go_ahead_and_change_only_what_is_told_and_what_an_end_gives():
     ahead, told, tells = (Round(512, 3, 1, 12, 0.1, 4, 1), Round(512, 2, 2, 12, 0.05, 4, 1)), [], []
     plain, *_ = _exchanged(0, tell=lambda *what: told.append(what[:2]))
     scouted, fields, space = _exchanged(0, tell=lambda *what: tells.append(what), ahead=ahead)
     for a, b in zip(plain, scouted, strict=True):
-        assert all(np.array_equal(getattr(a, key), getattr(b, key)) for key in ("segment", "count", "values", "sign"))
+        assert all(
+            np.array_equal(getattr(a, key), getattr(b, key))
+            for key in ("segment", "count", "values", "sign")
+        )
     assert [t[:2] for t in tells] == [*told[:2], *[(0, 1.0)] * 3, *told[2:]]
     worth = [share_of(space, fields, c) for *_, c in tells[:5]]
     assert worth[4] > worth[1]
     brake = StopToken(math.inf)
     calls = itertools.count()
-    early, *_ = _exchanged(0, brake, lambda *_: brake.pulled.set() if next(calls) == 4 else None, ahead)
+    early, *_ = _exchanged(
+        0, brake, lambda *_: brake.pulled.set() if next(calls) == 4 else None, ahead
+    )
     assert any(np.array_equal(c.values, tells[4][2].values) for c in early)
 
 

@@ -1,4 +1,6 @@
-"""Exports: what other programs read is what we meant, names of any kind do nothing, and what comes back is what went out."""
+"""Exports: what other programs read is what we meant, names of any kind do nothing, and what comes
+back is what went out.
+"""
 
 import io
 import json
@@ -51,7 +53,10 @@ def drawn(seed: int, name: str, square: bool = True) -> tuple[Scene, Setup]:
     if square and rng.uniform() < 0.5:
         first = replace(setup.rings[0], sensor=Sensor(0.5, 1.2, None, float(rng.uniform(0.1, 1.0))))
         setup = Setup((first, *setup.rings[1:]))
-    return Scene(robot=robot, poses=(Pose(robot.rest), Pose(drawing.pose(rng, len(robot.chain))))), setup
+    return (
+        Scene(robot=robot, poses=(Pose(robot.rest), Pose(drawing.pose(rng, len(robot.chain))))),
+        setup,
+    )
 
 
 def written(folder, scene: Scene, setup: Setup, *to: str, **keys) -> None:
@@ -72,7 +77,9 @@ def same(scene: Scene, a: Setup, b: Setup) -> None:
         np.testing.assert_allclose(other.half_angle, one.half_angle, atol=CLOSE)
         np.testing.assert_allclose(other.range_m, one.range_m, atol=CLOSE)
         if isinstance(one, Optics):
-            np.testing.assert_allclose(np.abs((one.up * other.up).sum(axis=1)[one.half_up > 0]), 1, atol=CLOSE)
+            np.testing.assert_allclose(
+                np.abs((one.up * other.up).sum(axis=1)[one.half_up > 0]), 1, atol=CLOSE
+            )
 
 
 @few
@@ -84,18 +91,30 @@ def test_tables_come_back(tmp_path_factory, seed, name):
     for file in ("sensors.csv", "sensors.json"):
         same(scene, setup, resolve(str(folder / file), scene)[0])
     again = resolve(str(folder / "sensors.json"), scene)[0]
-    assert [(r.link, r.sensor.zones) for r in again.rings] == [(r.link, r.sensor.zones) for r in setup.rings]
-    for link, T in ((s, forward(scene.robot.chain, scene.poses[1].q)) for s in sensor_frames(scene.robot, setup)):
-        listed = json.loads((folder / "sensors.json").read_text())["rings"][link.ring]["sensors"][link.sensor]
+    assert [(r.link, r.sensor.zones) for r in again.rings] == [
+        (r.link, r.sensor.zones) for r in setup.rings
+    ]
+    for link, T in (
+        (s, forward(scene.robot.chain, scene.poses[1].q)) for s in sensor_frames(scene.robot, setup)
+    ):
+        listed = json.loads((folder / "sensors.json").read_text())["rings"][link.ring]["sensors"][
+            link.sensor
+        ]
         assert listed["name"] == link.name
-        np.testing.assert_allclose(listed["base_xyz"], (T[link.frame] @ link.T_frame_sensor)[:3, 3], atol=CLOSE)
-        np.testing.assert_allclose(turned(listed["xyzw"], [0, 0, 1]), link.T_frame_sensor[:3, 2], atol=CLOSE)
+        np.testing.assert_allclose(
+            listed["base_xyz"], (T[link.frame] @ link.T_frame_sensor)[:3, 3], atol=CLOSE
+        )
+        np.testing.assert_allclose(
+            turned(listed["xyzw"], [0, 0, 1]), link.T_frame_sensor[:3, 2], atol=CLOSE
+        )
 
 
 @few
 @given(drawing.seeds, st.sampled_from(ARMS))
 def test_a_urdf_has_each_sensor_where_it_is_and_comes_back(tmp_path_factory, seed, name):
-    """yourdfpy has robot and sensors in any pose where we have them; read back by their names alone, they are our rings."""
+    """yourdfpy has robot and sensors in any pose where we have them; read back by their names
+    alone, they are our rings.
+    """
     scene, setup = drawn(seed, name, square=False)
     setup = Setup(tuple(replace(r, sensor=scene.sensor) for r in setup.rings))
     folder = tmp_path_factory.mktemp("urdf")
@@ -130,13 +149,17 @@ def test_mujoco_has_each_sensor_where_it_is(tmp_path_factory, seed, name):
     cones = sensor_cones(scene.robot, setup, scene.poses[-1].q)
     for k, s in enumerate(sensor_frames(scene.robot, setup)):
         np.testing.assert_allclose(data.site(s.name).xpos, cones.apex[k], atol=CLOSE)
-        np.testing.assert_allclose(data.site(s.name).xmat.reshape(3, 3)[:, 2], cones.axis[k], atol=CLOSE)
+        np.testing.assert_allclose(
+            data.site(s.name).xmat.reshape(3, 3)[:, 2], cones.axis[k], atol=CLOSE
+        )
         assert model.sensor(s.name).cutoff[0] == pytest.approx(s.unit.range_m)
 
 
 @pytest.mark.parametrize("name", ARMS)
 def test_mujocos_rangefinders_return_what_our_geometry_predicts(tmp_path, name):
-    """In a cell with a table and a floor, at many poses, the robot's own bodies included: to 1 mm, as was asked."""
+    """In a cell with a table and a floor, at many poses, the robot's own bodies included: to 1 mm,
+    as was asked.
+    """
     robot, rng = ROBOTS[name], np.random.default_rng(5)
     rings = (
         Ring("upper_arm", 0.5, 8, 0.6, 0.2, 0.14),
@@ -144,19 +167,32 @@ def test_mujocos_rangefinders_return_what_our_geometry_predicts(tmp_path, name):
         Ring("forearm", 0.2, 5, 1.45, 0.0, 0.13),
         Ring("tool", 0.0, 6, -0.9, 0.3, 0.1),
     )
-    setup, poses = Setup(rings), [robot.rest, *(robot.rest + rng.uniform(-0.7, 0.7, (15, len(robot.chain))))]
+    setup, poses = (
+        Setup(rings),
+        [robot.rest, *(robot.rest + rng.uniform(-0.7, 0.7, (15, len(robot.chain))))],
+    )
     scene = Scene(robot=robot, poses=tuple(Pose(q) for q in poses), obstacles=(TABLE, FLOOR))
     written(tmp_path, scene, setup, "mjcf")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
     data, hits = mujoco.MjData(model), np.zeros(3, int)
-    names, range_m = zip(*((s.name, s.unit.range_m) for s in sensor_frames(robot, setup)), strict=True)
+    names, range_m = zip(
+        *((s.name, s.unit.range_m) for s in sensor_frames(robot, setup)), strict=True
+    )
     for q in poses:
         data.qpos = q
         mujoco.mj_forward(model, data)
-        cones, bodies = sensor_cones(robot, setup, q), robot_capsules(robot, forward(robot.chain, q))
-        to_robot = ray_to_capsule(cones.apex[:, None], cones.axis[:, None], bodies.start, bodies.end, bodies.radius)
+        cones, bodies = (
+            sensor_cones(robot, setup, q),
+            robot_capsules(robot, forward(robot.chain, q)),
+        )
+        to_robot = ray_to_capsule(
+            cones.apex[:, None], cones.axis[:, None], bodies.start, bodies.end, bodies.radius
+        )
         each = np.array(
-            [to_robot.min(axis=1), *(ray_to_polyhedron(cones.apex, cones.axis, o.body) for o in scene.obstacles)]
+            [
+                to_robot.min(axis=1),
+                *(ray_to_polyhedron(cones.apex, cones.axis, o.body) for o in scene.obstacles),
+            ]
         )
         nearest = each.min(axis=0)
         wanted = np.where(np.isinf(nearest), -1, np.minimum(nearest, range_m))
@@ -179,12 +215,18 @@ def test_ros_turns_x_to_the_beam_and_its_launch_file_says_the_same(tmp_path):
     scene, setup = drawn(7, "panda")
     written(tmp_path, scene, setup, "ros2")
     listed = yaml.safe_load((tmp_path / "static_transforms.yaml").read_text())["transforms"]
-    launch = yaml.safe_load((tmp_path / "static_transforms.launch.yaml").read_text())["launch"][0]["node_container"]
+    launch = yaml.safe_load((tmp_path / "static_transforms.launch.yaml").read_text())["launch"][0][
+        "node_container"
+    ]
     found = sensor_frames(scene.robot, setup)
     assert len(listed) == len(launch["composable_node"]) == len(found)
     for one, node, s in zip(listed, launch["composable_node"], found, strict=True):
         joint = min(s.frame, len(scene.robot.chain) - 1)
-        T = s.T_frame_sensor if s.frame == joint else scene.robot.chain.origin[-1] @ s.T_frame_sensor
+        T = (
+            s.T_frame_sensor
+            if s.frame == joint
+            else scene.robot.chain.origin[-1] @ s.T_frame_sensor
+        )
         assert (one["parent"], one["child"]) == (f"{scene.robot.chain.joints[joint]}_link", s.name)
         np.testing.assert_allclose(one["xyz"], T[:3, 3], atol=CLOSE)
         np.testing.assert_allclose(turned(one["xyzw"], [1, 0, 0]), T[:3, 2], atol=CLOSE)
@@ -206,7 +248,9 @@ def test_frames_turned_round_are_right_handed_and_turn_back(seed, axis):
 
 
 def test_a_glb_has_all_that_is_there(tmp_path):
-    """Nodes of the sensors where they are, all points seen or not, robot and beams by their size."""
+    """Nodes of the sensors where they are, all points seen or not, robot and beams by their
+    size.
+    """
     scene, setup = drawn(11, "iiwa14")
     scene = replace(scene, goals=(Goal(Target("V_S", 0.5)),), obstacles=(BOX, FLOOR))
     written(tmp_path, scene, setup, "glb", points=300)
@@ -223,16 +267,33 @@ def test_a_glb_has_all_that_is_there(tmp_path):
         assert seen.volume == pytest.approx(ring.count * ring.sensor.volume, rel=0.01)
         assert seen.visual.material.alphaMode == "BLEND"
     placed = PlacedSetup(scene, setup, 1, tmp_path)
-    for b, a, c, r in zip(scene.robot.bodies, placed.bodies.start, placed.bodies.end, placed.bodies.radius, strict=True):
+    for b, a, c, r in zip(
+        scene.robot.bodies,
+        placed.bodies.start,
+        placed.bodies.end,
+        placed.bodies.radius,
+        strict=True,
+    ):
         mesh = made.geometry[f"body_{b.name}"]
-        assert mesh.volume == pytest.approx(math.pi * r**2 * (np.linalg.norm(c - a) + 4 / 3 * r), rel=0.05)
+        assert mesh.volume == pytest.approx(
+            math.pi * r**2 * (np.linalg.norm(c - a) + 4 / 3 * r), rel=0.05
+        )
         np.testing.assert_allclose(mesh.bounds.mean(axis=0), (a + c) / 2, atol=0.02 * r)
-    points = sum(len(g.vertices) for name, g in made.geometry.items() if name.startswith("target_0"))
+    points = sum(
+        len(g.vertices) for name, g in made.geometry.items() if name.startswith("target_0")
+    )
     assert points == 300
     assert "obstacle_0" in made.geometry
 
 
-HOSTILE = ('"><evil/>', "${system('touch x')}", "$(eval 1)", "'; os.exit() --[[", "a\n- b: 1\x00", "é/../../x")
+HOSTILE = (
+    '"><evil/>',
+    "${system('touch x')}",
+    "$(eval 1)",
+    "'; os.exit() --[[",
+    "a\n- b: 1\x00",
+    "é/../../x",
+)
 
 
 def hostile() -> tuple[Scene, Setup]:
@@ -255,10 +316,20 @@ def test_hostile_names_do_nothing(tmp_path):
         root = ET.parse(tmp_path / file).getroot()
         assert root.find(".//evil") is None
         values = [
-            v for e in root.iter() for k, v in e.attrib.items() if not (file == "sensors.xacro" and k in ("name", "link"))
+            v
+            for e in root.iter()
+            for k, v in e.attrib.items()
+            if not (file == "sensors.xacro" and k in ("name", "link"))
         ]
-        assert not any(bad in v for v in values for bad in ("$", "<", "'; os", "\n") if not v.startswith("prefix:="))
-        texts = [v for e in root.iter() for v in e.attrib.values()] if file == "sensors.xacro" else []
+        assert not any(
+            bad in v
+            for v in values
+            for bad in ("$", "<", "'; os", "\n")
+            if not v.startswith("prefix:=")
+        )
+        texts = (
+            [v for e in root.iter() for v in e.attrib.values()] if file == "sensors.xacro" else []
+        )
         assert all(v.count("$") == v.count("${prefix}") + v.count("${link_of_") for v in texts)
     yourdfpy.URDF.load(str(tmp_path / "robot.urdf"), load_meshes=False)
     mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
@@ -272,7 +343,10 @@ def test_hostile_names_do_nothing(tmp_path):
 
 OWN = (
     "<link name='base'/>",
-    '<link name="base"><visual><geometry><mesh filename="../meshes/a b.stl"/></geometry></visual></link>',
+    (
+        '<link name="base"><visual><geometry><mesh filename="../meshes/a'
+        ' b.stl"/></geometry></visual></link>'
+    ),
 )
 
 
@@ -280,7 +354,10 @@ def test_what_is_read_is_never_written_over(run, tmp_path):
     assert run("export", "n1_8_0", "--to", "json", "--out", "mine")[0] == 0
     (tmp_path / "mine" / "robot.urdf").write_text(chain_text(ROBOTS["ur10"].chain, "mine"))
     before = {path: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
-    for words in (["mine/sensors.json", "--to", "json"], ["n1_8_0", "--to", "urdf", "--urdf", "mine/robot.urdf"]):
+    for words in (
+        ["mine/sensors.json", "--to", "json"],
+        ["n1_8_0", "--to", "urdf", "--urdf", "mine/robot.urdf"],
+    ):
         code, out, err = run("export", *words, "--out", tmp_path / "mine")
         assert (code, out) == (2, "")
         assert "which is read here, allowed: another folder" in err
@@ -288,12 +365,18 @@ def test_what_is_read_is_never_written_over(run, tmp_path):
 
 
 def own_urdf(folder, extra: str = "") -> None:
-    """A user's URDF beside a folder of meshes, with a comment, a tag of somebody else's, and a mesh by a relative name."""
+    """A user's URDF beside a folder of meshes, with a comment, a tag of somebody else's, and a mesh
+    by a relative name.
+    """
     (folder / "meshes").mkdir()
     (folder / "urdf").mkdir()
     trimesh.creation.box((0.1, 0.1, 0.1)).export(folder / "meshes" / "a b.stl")
-    text = chain_text(ROBOTS["panda"].chain, "mine").replace('<link name="base" />', OWN[1] + "<!-- mine -->" + extra)
-    (folder / "urdf" / "mine.urdf").write_text(text.replace("</robot>", "<gazebo reference='base'/></robot>"))
+    text = chain_text(ROBOTS["panda"].chain, "mine").replace(
+        '<link name="base" />', OWN[1] + "<!-- mine -->" + extra
+    )
+    (folder / "urdf" / "mine.urdf").write_text(
+        text.replace("</robot>", "<gazebo reference='base'/></robot>")
+    )
 
 
 def test_a_users_own_urdf_keeps_what_it_has_and_gets_the_sensors(tmp_path):
@@ -315,10 +398,18 @@ def test_a_users_own_urdf_keeps_what_it_has_and_gets_the_sensors(tmp_path):
         T = looking_along(frames[s.frame] @ s.T_frame_sensor, "x")
         np.testing.assert_allclose(peer.get_transform(s.name, "base"), T, atol=CLOSE)
     same(scene, setup, resolve(str(out / "robot.urdf"), scene)[0])
-    parents = {t["parent"] for t in yaml.safe_load((out / "static_transforms.yaml").read_text())["transforms"]}
+    parents = {
+        t["parent"]
+        for t in yaml.safe_load((out / "static_transforms.yaml").read_text())["transforms"]
+    }
     assert parents <= set(urdf.links)
-    assert "body_base" in trimesh.load(io.BytesIO((out / "scene.glb").read_bytes()), file_type="glb").geometry
-    with pytest.raises(UserError, match=r'robot\.urdf: link: found "tof_0_0", allowed: a URDF without'):
+    assert (
+        "body_base"
+        in trimesh.load(io.BytesIO((out / "scene.glb").read_bytes()), file_type="glb").geometry
+    )
+    with pytest.raises(
+        UserError, match=r'robot\.urdf: link: found "tof_0_0", allowed: a URDF without'
+    ):
         written(out, scene, setup, "urdf", urdf=read_urdf(out / "robot.urdf"))
     with pytest.raises(UserError, match='joint: found none called "shoulder_pan"'):
         written(out, Scene(), named_setup("n1_3_0"), "urdf", urdf=urdf)
@@ -337,9 +428,18 @@ def test_frames_of_any_names_in_any_order_are_rings(tmp_path_factory, seed, beam
         s = found[n]
         ET.SubElement(root, "link", name=f"range sensor {n}")
         parent = "tip" if s.frame == 6 else f"link_{s.frame}"
-        joint(root, f"j {n}", "fixed", parent, f"range sensor {n}", looking_along(s.T_frame_sensor, beam))
+        joint(
+            root,
+            f"j {n}",
+            "fixed",
+            parent,
+            f"range sensor {n}",
+            looking_along(s.T_frame_sensor, beam),
+        )
     (folder / "mounted.urdf").write_text(ET.tostring(root, encoding="unicode"))
-    again = resolve(str(folder / "mounted.urdf"), scene, None, FramePattern(r"range sensor \d+", beam))[0]
+    again = resolve(
+        str(folder / "mounted.urdf"), scene, None, FramePattern(r"range sensor \d+", beam)
+    )[0]
     one, other = (sensor_cones(scene.robot, s, scene.poses[0].q) for s in (setup, again))
     order = [np.lexsort(np.round(np.hstack([c.apex, c.axis]), 5).T) for c in (one, other)]
     np.testing.assert_allclose(other.apex[order[1]], one.apex[order[0]], atol=CLOSE)
@@ -350,7 +450,8 @@ STUB = """
 local made = {}
 sim = {handle_world = -1, proximitysensor_cone = 'cone', proximitysensor_pyramid = 'pyramid'}
 local function new(kind) made[#made + 1] = {kind = kind, pose = {}, sizes = {}} return #made end
-function sim.getObject(path, options) assert(options.noError) return path == '/wrist_3_link' and new('there') or -1 end
+function sim.getObject(path, options) assert(options.noError) return path == '/wrist_3_link' and \
+new('there') or -1 end
 function sim.createDummy(size) return new('dummy') end
 function sim.createProximitySensor(kind, what, options, ints, floats)
     assert(#ints == 8 and #floats == 15 and what == 16 and options == 0)
@@ -358,10 +459,12 @@ function sim.createProximitySensor(kind, what, options, ints, floats)
 end
 function sim.setObjectAlias(h, name) made[h].name = name end
 function sim.setObjectParent(h, parent, keep) assert(keep == false) made[h].parent = parent end
-function sim.setObjectPose(h, pose, to) assert(to == -1 or to == made[h].parent) made[h].pose = pose end
+function sim.setObjectPose(h, pose, to) assert(to == -1 or to == made[h].parent) made[h].pose = \
+pose end
 dofile(arg[1])
 for h, o in ipairs(made) do
-    print(table.concat({o.kind, o.name or '-', o.parent or 0, table.concat(o.pose, ' '), table.concat(o.sizes, ' ')}, '|'))
+    print(table.concat({o.kind, o.name or '-', o.parent or 0, table.concat(o.pose, ' '), \
+table.concat(o.sizes, ' ')}, '|'))
 end
 """
 
@@ -373,7 +476,12 @@ def test_the_script_for_coppeliasim_makes_these_sensors(tmp_path):
         pytest.skip("no Lua here")
     scene, setup = (
         Scene(),
-        Setup((*named_setup("n1_4_25").rings[:2], Ring("tool", 0, 3, 0.1, sensor=Sensor(0.5, 1.2, None, 0.3)))),
+        Setup(
+            (
+                *named_setup("n1_4_25").rings[:2],
+                Ring("tool", 0, 3, 0.1, sensor=Sensor(0.5, 1.2, None, 0.3)),
+            )
+        ),
     )
     written(tmp_path, scene, setup, "coppeliasim")
     (tmp_path / "stub.lua").write_text(STUB)
@@ -381,7 +489,11 @@ def test_the_script_for_coppeliasim_makes_these_sensors(tmp_path):
     lines = subprocess.run(asked, check=True, capture_output=True, text=True).stdout.splitlines()
     made = [line.split("|") for line in lines]
     frames, found = forward(scene.robot.chain, scene.poses[0].q), sensor_frames(scene.robot, setup)
-    assert [m[:2] for m in made[:3]] == [["dummy", "shoulder_lift_link"], ["dummy", "elbow_link"], ["there", "-"]]
+    assert [m[:2] for m in made[:3]] == [
+        ["dummy", "shoulder_lift_link"],
+        ["dummy", "elbow_link"],
+        ["there", "-"],
+    ]
     for (_, _, _, pose, _), j in zip(made[:2], (1, 2), strict=True):
         same_pose(np.fromstring(pose, sep=" "), frames[j])
     assert len(made) == 3 + len(found)
@@ -400,13 +512,24 @@ def test_the_script_for_coppeliasim_makes_these_sensors(tmp_path):
 
 def same_pose(pose: np.ndarray, T: np.ndarray) -> None:
     np.testing.assert_allclose(pose[:3], T[:3, 3], atol=CLOSE)
-    np.testing.assert_allclose(np.stack([turned(pose[3:], v) for v in np.eye(3)], axis=1), T[:3, :3], atol=CLOSE)
+    np.testing.assert_allclose(
+        np.stack([turned(pose[3:], v) for v in np.eye(3)], axis=1), T[:3, :3], atol=CLOSE
+    )
 
 
 def test_a_users_link_with_an_odd_name_is_no_default_of_the_macro_and_refused_for_ros(tmp_path):
-    (tmp_path / "odd.urdf").write_text(chain_text(ROBOTS["ur10"].chain).replace('"link_1"', '"$(eval 1)"'))
-    placed = PlacedSetup(Scene(), named_setup("n1_3_0"), 0, tmp_path, read_urdf(tmp_path / "odd.urdf"))
+    (tmp_path / "odd.urdf").write_text(
+        chain_text(ROBOTS["ur10"].chain).replace('"link_1"', '"$(eval 1)"')
+    )
+    placed = PlacedSetup(
+        Scene(), named_setup("n1_3_0"), 0, tmp_path, read_urdf(tmp_path / "odd.urdf")
+    )
     macro = ET.fromstring(FORMATS["urdf"](placed)["sensors.xacro"])[0]
-    assert macro.attrib["params"] == "prefix:='' link_of_shoulder_lift link_of_elbow:=link_2 link_of_wrist_3:=link_5"
-    with pytest.raises(UserError, match=r'odd\.urdf: link: found "\$\(eval 1\)", allowed: a name of letters'):
+    assert (
+        macro.attrib["params"]
+        == "prefix:='' link_of_shoulder_lift link_of_elbow:=link_2 link_of_wrist_3:=link_5"
+    )
+    with pytest.raises(
+        UserError, match=r'odd\.urdf: link: found "\$\(eval 1\)", allowed: a name of letters'
+    ):
         FORMATS["ros2"](placed)

@@ -63,15 +63,25 @@ def test_what_cannot_be_is_refused():
 
 
 @settings(max_examples=25)
-@given(st.integers(1, 24), st.integers(0, 20), st.integers(0, 40), st.integers(1, 3), st.floats(0.01, 0.99))
-def test_of_all_numbers_that_rings_add_up_to_the_fewest_that_suffice_are_found(least, more, held, rings, wanted):
+@given(
+    st.integers(1, 24),
+    st.integers(0, 20),
+    st.integers(0, 40),
+    st.integers(1, 3),
+    st.floats(0.01, 0.99),
+)
+def test_of_all_numbers_that_rings_add_up_to_the_fewest_that_suffice_are_found(
+    least, more, held, rings, wanted
+):
     """By a search whose answers are known, and grow with the number of sensors."""
     fixed = (Ring("forearm", 0.5, held),) if held else ()
     scene = Scene(rules=Rules(sensors=(least, least + more), rings_per_link=rings, fixed=fixed))
 
     def known(scene, space, *_):
         exact = 1 - math.exp(-space.sensors / 60)
-        return SearchResult(Setup(()), exact, exact, 0.0, Outcome.FINISHED, Statistics(1, 1, 0.0, 0.01))
+        return SearchResult(
+            Setup(()), exact, exact, 0.0, Outcome.FINISHED, Statistics(1, 1, 0.0, 0.01)
+        )
 
     def can(n):
         try:

@@ -1,4 +1,6 @@
-"""Files: what is written reads back, what is wrong is one line, what is killed leaves the old file."""
+"""Files: what is written reads back, what is wrong is one line, what is killed leaves the old
+file.
+"""
 
 import math
 
@@ -41,17 +43,23 @@ BAD_SCENES = {
     "[[targets]]\nname = 'V_X'": 'targets[0].name: found "V_X", allowed: V_O, V_T, V_OT, V_S, V_P',
     "[[targets]]\nname = 'V_S'": "targets[0].radius: found nothing",
     "[[targets]]\nname = 'V_S'\nradius = -1": "targets[0].radius: found -1",
-    "[[targets]]\nname = 'V_S'\nradius = 0.15": "targets[0].radius: found 0.15, allowed: above 0.15",
+    "[[targets]]\nname = 'V_S'\nradius = 0.15": (
+        "targets[0].radius: found 0.15, allowed: above 0.15"
+    ),
     "[[targets]]\nname = 'V_O'\nradius = 0.5": "targets[0].radius: found 0.5, allowed: no radius",
     "[sensor]\nfov_deg = 180": "sensor.fov_deg: found 180",
     "[sensor]\nrange = 1.5": "sensor.range: found an unknown key, allowed: fov_deg, range_m",
     "[sensor]\nmodel = 'vl53l9'": 'sensor.model: found "vl53l9", allowed: vl53l0x',
-    "[sensor]\nmodel = 'vl53l1x'\nambient = '9klx'": "sensor: found light '9klx', allowed for vl53l1x: dark, or kcps up to",
+    "[sensor]\nmodel = 'vl53l1x'\nambient = '9klx'": (
+        "sensor: found light '9klx', allowed for vl53l1x: dark, or kcps up to"
+    ),
     "[sensor]\nmodel = 'vl53l1x'\nrange_m = 3.9": "sensor.range_m: found 3.9, allowed: 3.",
     "[sensor]\nambient = 'dark'": 'sensor.ambient: found "dark", allowed: only beside a model',
     "[safety]\nreaction = 0.1": "safety.reaction: found an unknown key",
     "[safety]\nhuman_speed = 0": "safety.human_speed: found 0",
-    "[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]\nrate_deg_s = [1]": "poses[0].rate_deg_s: found 1, allowed: 6 speeds",
+    "[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]\nrate_deg_s = [1]": (
+        "poses[0].rate_deg_s: found 1, allowed: 6 speeds"
+    ),
     "[curve]\nblend = 0": "curve.blend: found 0",
     "[curve]\npoints_per_bend = 2.5": "curve.points_per_bend: found 2.5",
     "[mounts.tail]": "mounts.tail: found",
@@ -63,7 +71,9 @@ BAD_SCENES = {
 BAD_PROPOSALS = {
     "": "rings: found nothing",
     "[[rings]]\nlink = 'tail'\ncount = 8": 'rings[0].link: found "tail", allowed: a link of ur10',
-    "[[rings]]\nlink = 'tool'\ncount = 0": "rings[0].count: found 0, allowed: an integer at least 1",
+    "[[rings]]\nlink = 'tool'\ncount = 0": (
+        "rings[0].count: found 0, allowed: an integer at least 1"
+    ),
     "[[rings]]\nlink = 'tool'\ncount = -3": "rings[0].count: found -3",
     "[[rings]]\nlink = 'tool'": "rings[0].count: found nothing",
     RING + "tilt_deg = 90": "rings[0].tilt_deg: found 90",
@@ -110,10 +120,18 @@ def test_the_empty_scene_is_the_reference_scene(tmp_path):
 
 
 def drawn_scene(rng):
-    goals = (Goal(Target("V_S", float(rng.uniform(0.2, 2))), float(rng.uniform(0.1, 2))), Goal(Target("V_T")))
-    poses = tuple(Pose(np.radians(rng.uniform(-180, 180, 6).round(3)), float(rng.uniform(0.1, 2))) for _ in range(3))
+    goals = (
+        Goal(Target("V_S", float(rng.uniform(0.2, 2))), float(rng.uniform(0.1, 2))),
+        Goal(Target("V_T")),
+    )
+    poses = tuple(
+        Pose(np.radians(rng.uniform(-180, 180, 6).round(3)), float(rng.uniform(0.1, 2)))
+        for _ in range(3)
+    )
     limits = {"forearm": Limits((0.25, 0.75), (math.radians(-20), math.radians(30)))}
-    return Scene(ROBOTS["ur10_dh"], poses, goals, ring_radius=0.1, shape=Shape(blend=0.3), limits=limits)
+    return Scene(
+        ROBOTS["ur10_dh"], poses, goals, ring_radius=0.1, shape=Shape(blend=0.3), limits=limits
+    )
 
 
 @settings(max_examples=30)
@@ -213,4 +231,6 @@ def test_rounded_rings_are_those_that_a_file_gives_back(seed):
         )
         for _ in range(5)
     )
-    assert rounded(Setup(rings), scene.sensor) == setup_of(ring_models(Setup(rings), scene.sensor), scene.sensor)
+    assert rounded(Setup(rings), scene.sensor) == setup_of(
+        ring_models(Setup(rings), scene.sensor), scene.sensor
+    )

@@ -1,4 +1,6 @@
-"""The human: segments keep their lengths, speeds keep their limits, a seed is a path, balls stand for capsules."""
+"""The human: segments keep their lengths, speeds keep their limits, a seed is a path, balls stand
+for capsules.
+"""
 
 import numpy as np
 import pytest
@@ -52,7 +54,11 @@ def test_stands_on_the_floor_at_its_stature(seed):
     low, high = (centre[..., 2] - radius).min(axis=1), (centre[..., 2] + radius).max(axis=1)
     assert np.allclose(low, -PEDESTAL, atol=1e-9)
     assert np.all(high > 0.7 * path.stature - PEDESTAL)
-    upright = (path.posture.stride == 0) & (path.posture.lean == 0) & (path.posture.reach == 0).all(axis=1)
+    upright = (
+        (path.posture.stride == 0)
+        & (path.posture.lean == 0)
+        & (path.posture.reach == 0).all(axis=1)
+    )
     assert np.allclose(high[upright], path.stature - PEDESTAL, atol=0.01)
 
 
@@ -109,7 +115,9 @@ def test_two_bones_reach_what_they_can(seed):
 
 
 def test_balls_stand_for_the_capsules():
-    """Points on the capsules' surfaces lie at most a millimetre outside the union of balls, and no ball stands out."""
+    """Points on the capsules' surfaces lie at most a millimetre outside the union of balls, and no
+    ball stands out.
+    """
     path = walk(3, times(1))
     body = bones(path.stature, path.posture)
     centre, radius = body_balls(path.stature, path.posture)
@@ -120,12 +128,20 @@ def test_balls_stand_for_the_capsules():
         axis = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
         out = np.cross(axis, drawing.unit(rng, 4000))
         out /= np.linalg.norm(out, axis=1, keepdims=True)
-        surface = start + rng.uniform(0, 1, (4000, 1)) * (end - start) + body.radius[segment, None] * out
+        surface = (
+            start + rng.uniform(0, 1, (4000, 1)) * (end - start) + body.radius[segment, None] * out
+        )
         off = (np.linalg.norm(surface[:, None] - centre[t], axis=2) - radius).min(axis=1)
         assert off.max() <= BALL_ERROR + 1e-9
-        inside = point_to_segment(centre[t][:, None], body.start[t][None], body.end[t][None]) + radius[:, None] - body.radius
+        inside = (
+            point_to_segment(centre[t][:, None], body.start[t][None], body.end[t][None])
+            + radius[:, None]
+            - body.radius
+        )
         assert inside.min(axis=1).max() <= 1e-9
-    assert {body_balls(h, path.posture)[0].shape[1] for h in (1.5, 1.7, TALLEST)} == {centre.shape[1]}
+    assert {body_balls(h, path.posture)[0].shape[1] for h in (1.5, 1.7, TALLEST)} == {
+        centre.shape[1]
+    }
     with pytest.raises(ValueError, match="stature"):
         body_balls(TALLEST + 0.01, path.posture)
 

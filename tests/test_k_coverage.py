@@ -25,12 +25,18 @@ def drawn(seed):
 
 
 def dense(cones, group, wanted):
-    """Every voxel looked at by itself: the numbers of cones (V,), what holds it alone, and what group."""
+    """Every voxel looked at by itself: the numbers of cones (V,), what holds it alone, and what
+    group.
+    """
     centres = wanted.centres()
     inside = np.stack([cones.part(centres, k) <= 0 for k in range(len(cones))])
     by_group = np.stack([inside[group == g].any(axis=0) for g in range(group[-1] + 1)])
     number = inside.sum(axis=0)
-    return number, (inside & (number == 1)).sum(axis=1), (by_group & (by_group.sum(axis=0) == 1)).sum(axis=1)
+    return (
+        number,
+        (inside & (number == 1)).sum(axis=1),
+        (by_group & (by_group.sum(axis=0) == 1)).sum(axis=1),
+    )
 
 
 @settings(max_examples=15)
@@ -48,13 +54,16 @@ def test_tally_is_the_dense_count(seed, most):
 @settings(max_examples=4)
 @given(drawing.seeds)
 def test_numbers_of_cones_add_up(seed):
-    """Seen by one or more is the union's count; all multiplicities together are the single cones' counts."""
+    """Seen by one or more is the union's count; all multiplicities together are the single cones'
+    counts.
+    """
     cones, group, wanted = drawn(seed)
     found = tally(cones, group, wanted, len(cones))
     assert found.at_least[0] == count(cones, wanted.voxel, within=wanted)
     assert np.all(np.diff(found.at_least) <= 0)
     each = [
-        count(Cones(*(a[k : k + 1] for a in vars(cones).values())), wanted.voxel, within=wanted) for k in range(len(cones))
+        count(Cones(*(a[k : k + 1] for a in vars(cones).values())), wanted.voxel, within=wanted)
+        for k in range(len(cones))
     ]
     assert found.at_least.sum() == sum(each)
     assert np.all(found.alone <= each)
@@ -75,13 +84,17 @@ def test_what_a_cone_holds_alone_is_what_its_loss_takes(seed):
     whole = int(found.at_least[0])
     k = seed % len(cones)
     assert whole - found.alone[k] == without(np.arange(len(cones)) == k)
-    assert [whole - lost for lost in found.alone_group] == [without(group == g) for g in range(group[-1] + 1)]
+    assert [whole - lost for lost in found.alone_group] == [
+        without(group == g) for g in range(group[-1] + 1)
+    ]
 
 
 @settings(max_examples=7)
 @given(drawing.seeds)
 def test_twins_see_everything_twice(seed):
-    """Every cone doubled: what one saw two see, and nothing hangs on one. Groups of pairs are as the cones were alone."""
+    """Every cone doubled: what one saw two see, and nothing hangs on one. Groups of pairs are as
+    the cones were alone.
+    """
     cones, _, wanted = drawn(seed)
     one = tally(cones, np.arange(len(cones)), wanted, 3)
     doubled = Cones(*(np.repeat(a, 2, axis=0) for a in vars(cones).values()))

@@ -12,7 +12,14 @@ from place_rings.coverage.robots.kinematics import forward, joint_origins
 
 from . import drawing
 
-CB3 = [(0.1273, 0, 90), (0, -0.612, 0), (0, -0.5723, 0), (0.163941, 0, 90), (0.1157, 0, -90), (0.0922, 0, 0)]
+CB3 = [
+    (0.1273, 0, 90),
+    (0, -0.612, 0),
+    (0, -0.5723, 0),
+    (0.163941, 0, 90),
+    (0.1157, 0, -90),
+    (0.0922, 0, 0),
+]
 
 
 def dh_product(q):
@@ -25,7 +32,14 @@ def dh_product(q):
             math.cos(math.radians(alpha_deg)),
             math.sin(math.radians(alpha_deg)),
         )
-        T = T @ np.array([[ct, -st * ca, st * sa, a * ct], [st, ct * ca, -ct * sa, a * st], [0, sa, ca, d], [0, 0, 0, 1]])
+        T = T @ np.array(
+            [
+                [ct, -st * ca, st * sa, a * ct],
+                [st, ct * ca, -ct * sa, a * st],
+                [0, sa, ca, d],
+                [0, 0, 0, 1],
+            ]
+        )
         points.append(T[:3, 3])
     return T, np.array(points)
 
@@ -44,11 +58,18 @@ def test_both_chains_have_one_tcp(seed):
     q = drawing.pose(np.random.default_rng(seed))
     half_turn = np.diag([-1.0, -1, 1])
     tcp, tcp_dh = (forward(r.chain, q)[-1, :3, 3] for r in (UR10, UR10_DH))
-    assert np.allclose(tcp, half_turn @ tcp_dh, atol=1e-4)  # the URDF's offsets are rounded to a tenth of a millimetre
+    # the URDF's offsets are rounded to a tenth of a millimetre
+    assert np.allclose(tcp, half_turn @ tcp_dh, atol=1e-4)
 
 
 def test_reference_pose(reference_pose):
-    expected = [(0, 0, 0), (0, 0, 0.127), (0, 0.221, 0.127), (0.433, 0.049, 0.560), (0.986, 0.049, 0.412)]
+    expected = [
+        (0, 0, 0),
+        (0, 0, 0.127),
+        (0, 0.221, 0.127),
+        (0.433, 0.049, 0.560),
+        (0.986, 0.049, 0.412),
+    ]
     expected += [(0.986, 0.164, 0.412), (1.101, 0.164, 0.412), (1.101, 0.164, 0.320)]
     assert np.allclose(joint_origins(UR10.chain, reference_pose), expected, atol=6e-4)
 
@@ -75,7 +96,9 @@ def test_derivative_by_q_is_the_central_difference(seed):
     step = 1e-6
     for j in range(6):
         e = step * np.eye(6)[j]
-        difference = (forward(UR10.chain, q + e) - forward(UR10.chain, q - e))[-1, :3, 3] / (2 * step)
+        difference = (forward(UR10.chain, q + e) - forward(UR10.chain, q - e))[-1, :3, 3] / (
+            2 * step
+        )
         assert np.allclose(slope[:, j], difference, atol=1e-8)
 
 

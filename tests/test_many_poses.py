@@ -38,17 +38,28 @@ def worst():
     scene = scene_of(3, goals=GOALS, over_poses="worst")
     points, space = TargetPoints(scene, 512, 0), Space(scene, ring_layout(scene, 2, 8))
     c = fresh(space, np.random.default_rng(5))
-    return CoverageObjective(scene, points), points.clouds(512), stacked([space.arrays(c)]), space.values(c)
+    return (
+        CoverageObjective(scene, points),
+        points.clouds(512),
+        stacked([space.arrays(c)]),
+        space.values(c),
+    )
 
 
 def test_zeta_pose_by_pose_makes_the_soft_minimum(worst):
-    """Of one pose alone the soft minimum is its zeta; of several it lies between their least and their mean."""
+    """Of one pose alone the soft minimum is its zeta; of several it lies between their least and
+    their mean.
+    """
     objective, clouds, setup, x = worst
     (by_pose,) = objective.by_pose(setup, x[None], clouds)
     each = [objective.zetas(setup, x[None], clouds, poses=w)[0] for w in np.eye(3)]
     assert by_pose == pytest.approx(np.array(each), abs=1e-6)
     soft = objective.zetas(setup, x[None], clouds)[0]
-    assert by_pose.min() <= soft <= min(by_pose.min() + TEMPERATURE * math.log(3) + 1e-6, by_pose.mean())
+    assert (
+        by_pose.min()
+        <= soft
+        <= min(by_pose.min() + TEMPERATURE * math.log(3) + 1e-6, by_pose.mean())
+    )
 
 
 def test_the_slope_of_the_worst_pose_is_that_of_its_value(worst):
@@ -58,8 +69,12 @@ def test_the_slope_of_the_worst_pose_is_that_of_its_value(worst):
     for _ in range(4):
         d = rng.normal(size=x.shape)
         step = 4e-3 / np.linalg.norm(d)
-        up, down = (objective.soft(setup, (x + s * d)[None], 0.2, clouds)[0][0] for s in (step, -step))
-        assert (slope * d).sum() == pytest.approx((up - down) / (2 * step), abs=2e-2 * np.linalg.norm(d) * abs(value))
+        up, down = (
+            objective.soft(setup, (x + s * d)[None], 0.2, clouds)[0][0] for s in (step, -step)
+        )
+        assert (slope * d).sum() == pytest.approx(
+            (up - down) / (2 * step), abs=2e-2 * np.linalg.norm(d) * abs(value)
+        )
 
 
 def test_the_mean_is_the_weighted_mean_and_the_worst_the_least():
@@ -89,7 +104,11 @@ def test_a_search_counts_all_poses_in_the_end(how, monkeypatch):
     scene = scene_of(9, over_poses=how)
     told = []
     found = search(
-        scene, Space(scene, ring_layout(scene, 2, 8)), schedule=SHORT, voxel=0.1, tell=lambda p: told.append(vars(p).copy())
+        scene,
+        Space(scene, ring_layout(scene, 2, 8)),
+        schedule=SHORT,
+        voxel=0.1,
+        tell=lambda p: told.append(vars(p).copy()),
     )
     (verified,) = found.verified
     again = Verifier(scene, 0.1).verify(found.setup, Target("V_S", 0.5))

@@ -1,4 +1,6 @@
-"""Beams past bodies and obstacles: counts against dense ones, intervals against points and closed forms."""
+"""Beams past bodies and obstacles: counts against dense ones, intervals against points and closed
+forms.
+"""
 
 import math
 from dataclasses import replace
@@ -34,12 +36,20 @@ MODELS = ("ignore", "shadow", "blind")
 def drawn_cell(rng):
     """A table, a turned box and something pointed, anywhere."""
     turned = Rotation.random(random_state=int(rng.integers(2**31))).as_matrix()
-    table = box((rng.uniform(-0.5, 0.5), rng.uniform(0.5, 1), rng.uniform(-0.5, 0.3)), (0.8, 0.8, 0.05))
-    return (table, box(rng.uniform(-1, 1, 3), rng.uniform(0.1, 0.5, 3), turned), hull(rng.normal(size=(8, 3)) * 0.2 + 0.7))
+    table = box(
+        (rng.uniform(-0.5, 0.5), rng.uniform(0.5, 1), rng.uniform(-0.5, 0.3)), (0.8, 0.8, 0.05)
+    )
+    return (
+        table,
+        box(rng.uniform(-1, 1, 3), rng.uniform(0.1, 0.5, 3), turned),
+        hull(rng.normal(size=(8, 3)) * 0.2 + 0.7),
+    )
 
 
 def drawn_scene(seed, rule):
-    """A target less the cell, cones and what stands in their way at a drawn pose, and a voxel for a dense count."""
+    """A target less the cell, cones and what stands in their way at a drawn pose, and a voxel for a
+    dense count.
+    """
     rng = np.random.default_rng(seed)
     robot = ROBOTS[str(rng.choice(sorted(ROBOTS)))]
     q, setup = drawing.pose(rng, len(robot.chain)), drawing.setup(rng)
@@ -49,7 +59,10 @@ def drawn_scene(seed, rule):
         solid = Difference(solid, polyhedra(cell, solid.bounds()))
     bodies = robot_capsules(robot, forward(robot.chain, q))
     most = 15_000 if rule == "centre" else 80
-    voxel = max(0.02, float((np.prod(np.ptp(solid.bounds(), axis=0)) / rng.uniform(most / 4, most)) ** (1 / 3)))
+    voxel = max(
+        0.02,
+        float((np.prod(np.ptp(solid.bounds(), axis=0)) / rng.uniform(most / 4, most)) ** (1 / 3)),
+    )
     return solid, sensor_cones(robot, setup, q), Occluders(bodies, cell), voxel
 
 
@@ -60,7 +73,10 @@ def test_count_is_the_dense_count(occlusion, rule, scenes):
     for seed in range(scenes):
         solid, cones, occluders, voxel = drawn_scene(seed, rule)
         seen = beams(cones, occluders, occlusion)
-        met += isinstance(seen, Beams) and len(seen.shadows.radius) + np.isfinite(seen.stop).sum() + len(seen.offset) > 0
+        met += (
+            isinstance(seen, Beams)
+            and len(seen.shadows.radius) + np.isfinite(seen.stop).sum() + len(seen.offset) > 0
+        )
         centres = lattice(*solid.bounds(), voxel)
         if rule == "centre":
             wanted = dense(solid, centres, voxel, rule)
@@ -76,7 +92,9 @@ def test_count_is_the_dense_count(occlusion, rule, scenes):
 @settings(max_examples=4)
 @given(drawing.seeds)
 def test_beams_are_what_lines_of_sight_leave(seed):
-    """Point by point: in the cone, and the straight way to the apex meets nothing. Blind sensors see no more than that."""
+    """Point by point: in the cone, and the straight way to the apex meets nothing. Blind sensors
+    see no more than that.
+    """
     _, cones, occluders, _ = drawn_scene(seed, "centre")
     bodies = occluders.bodies
     points = np.random.default_rng(seed).uniform(-1.5, 1.5, (3000, 3))
@@ -84,7 +102,9 @@ def test_beams_are_what_lines_of_sight_leave(seed):
     inside = occluders.holds(cones.apex)[0]
     for k in range(len(cones)):
         value, within = shadowed.part(points, k), cones.part(points, k) <= 0
-        gap = segment_to_segment(cones.apex[k][None, None], points[:, None], bodies.start[None], bodies.end[None])
+        gap = segment_to_segment(
+            cones.apex[k][None, None], points[:, None], bodies.start[None], bodies.end[None]
+        )
         clear = (gap >= bodies.radius).all(axis=1)
         for body in occluders.obstacles:
             for share in np.linspace(0, 1, 60):
@@ -120,8 +140,8 @@ def one_cone(half, range_m):
 
 
 def test_closed_forms():
-    """A ball of radius r at height h in a cone's axis hides a cone of half angle asin(r / h), but for what is before the
-    ball; and blinds at h - r."""
+    """A ball of radius r at height h in a cone's axis hides a cone of half angle asin(r / h), but
+    for what is before the ball; and blinds at h - r."""
     half, r, h, reach = 0.5, 0.1, 0.5, 1.0
     cone, around = one_cone(half, reach), sphere(np.zeros(3), reach)
     ball = Occluders(Capsules(np.array([[0.0, 0, h]]), np.array([[0.0, 0, h]]), np.array([r])))
@@ -129,7 +149,8 @@ def test_closed_forms():
     sector = (1 - math.cos(narrow)) / 2  # of the unit ball
     tangent = math.sqrt(h * h - r * r)
     upright = tangent * math.cos(narrow)  # height of the circle where the lines of sight touch
-    before = math.pi / 3 * (tangent * math.sin(narrow)) ** 2 * upright  # the cone up to that circle, less the ball's cap
+    # the cone up to that circle, less the ball's cap
+    before = math.pi / 3 * (tangent * math.sin(narrow)) ** 2 * upright
     cap = upright - (h - r)
     before -= math.pi * cap**2 * (3 * r - cap) / 3
     free = 2 * math.pi / 3 * (1 - math.cos(half))
@@ -151,9 +172,14 @@ def test_closed_forms():
 
 
 def test_an_interval_narrows_as_quickly_with_shadows():
-    ball = Occluders(Capsules(np.array([[0.05, 0, 0.4]]), np.array([[0.05, 0.1, 0.45]]), np.array([0.06])))
+    ball = Occluders(
+        Capsules(np.array([[0.05, 0, 0.4]]), np.array([[0.05, 0.1, 0.45]]), np.array([0.06]))
+    )
     seen = beams(one_cone(0.4, 1.0), ball, "shadow")
-    widths = [bracket(sphere(np.zeros(3), 0.9), seen, voxel=voxel).width for voxel in (0.05, 0.025, 0.0125)]
+    widths = [
+        bracket(sphere(np.zeros(3), 0.9), seen, voxel=voxel).width
+        for voxel in (0.05, 0.025, 0.0125)
+    ]
     assert widths[0] / widths[1] > 2.5
     assert widths[1] / widths[2] > 2.5
 
@@ -175,12 +201,15 @@ def test_several_sensors_see_what_each_sees(seed, occlusion):
 
 
 def test_each_model_sees_less(reference_pose):
-    """What blinds also shadows, and what shadows is also ignored; without bodies and obstacles all are the cones."""
+    """What blinds also shadows, and what shadows is also ignored; without bodies and obstacles all
+    are the cones.
+    """
     cones = sensor_cones(UR10, named_setup("n1_8_0"), reference_pose)
     bodies = robot_capsules(UR10, forward(UR10.chain, reference_pose))
     target = voxels(target_solid(Target("V_S", 0.5), UR10, reference_pose), 0.03)
     free, shadowed, blinded = (
-        count(beams(cones, Occluders(bodies), how), 0.03, within=target) for how in ("ignore", "shadow", "blind")
+        count(beams(cones, Occluders(bodies), how), 0.03, within=target)
+        for how in ("ignore", "shadow", "blind")
     )
     assert free >= shadowed >= blinded > 0
     assert beams(cones, Occluders(bodies), "ignore") is cones
@@ -193,7 +222,9 @@ def test_a_sensor_within_something_sees_nothing():
         seen = beams(one_cone(0.4, 1.0), Occluders(bodies), how)
         assert count(seen, 0.05) == 0
         assert bracket(sphere(np.zeros(3), 0.5), seen, 0.01).high < 0.01
-    inside, depth = Occluders(bodies, (half_space(-1.0),)).holds(np.array([[0.0, 0, 0], [0, 0, 1], [0, 0, -2]]))
+    inside, depth = Occluders(bodies, (half_space(-1.0),)).holds(
+        np.array([[0.0, 0, 0], [0, 0, 1], [0, 0, -2]])
+    )
     assert inside.tolist() == [0, -1, 1]
     assert depth[0] == pytest.approx(0.05)
     two = replace(one_cone(0.4, 1.0), half_angle=np.array([0.3]))

@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 import trimesh
 from hypothesis import given, settings
-from place_rings.coverage.occlusion.first_return import MARGIN, Beam, capsule_in_beam, cone_gap, polyhedron_in_beam
+from place_rings.coverage.occlusion.first_return import (
+    MARGIN,
+    Beam,
+    capsule_in_beam,
+    cone_gap,
+    polyhedron_in_beam,
+)
 from place_rings.coverage.robots.link_bodies import gap_to_capsules, segment_to_segment
 from place_rings.coverage.solids.cones import cone
 from place_rings.coverage.solids.polyhedra import box, half_space, hull, largest, polyhedron_shadow
@@ -22,7 +28,9 @@ def drawn_capsules(rng, n):
     """Apexes outside of capsules, some of these balls, some with the apex on the axis's line."""
     apex, start = rng.uniform(-1, 1, (n, 3)), rng.uniform(-0.6, 0.6, (n, 3))
     end = start + rng.uniform(-0.5, 0.5, (n, 3)) * (rng.random((n, 1)) > 0.1)
-    end = np.where(rng.random((n, 1)) < 0.1, start + (start - apex) * rng.uniform(0.1, 1, (n, 1)), end)
+    end = np.where(
+        rng.random((n, 1)) < 0.1, start + (start - apex) * rng.uniform(0.1, 1, (n, 1)), end
+    )
     radius = rng.uniform(0.01, 0.3, n)
     out = gap_to_capsules(apex, start[:, None], end[:, None], radius[:, None]) > 1e-6
     return apex[out], start[out], end[out], radius[out]
@@ -31,7 +39,11 @@ def drawn_capsules(rng, n):
 def drawn_polyhedra(rng):
     size = rng.uniform(0.05, 0.6, 3)
     turned = Rotation.random(random_state=int(rng.integers(2**31))).as_matrix()
-    return [box(rng.uniform(-0.3, 0.3, 3), size, turned), hull(rng.normal(size=(12, 3)) * 0.2), half_space(-0.4)]
+    return [
+        box(rng.uniform(-0.3, 0.3, 3), size, turned),
+        hull(rng.normal(size=(12, 3)) * 0.2),
+        half_space(-0.4),
+    ]
 
 
 def laws(function, points, step):
@@ -52,16 +64,25 @@ def test_the_shadow_of_a_capsule_is_where_the_line_of_sight_meets_it(seed):
     miss = segment_to_segment(apex, points, start, end) - radius
     sure = np.abs(miss) > 1e-9
     assert np.array_equal((value < 0)[sure], (miss < 0)[sure])
-    laws(lambda p: behind(p, shadow), points, rng.normal(size=(n, 3)) * 10 ** rng.uniform(-6, 0, (n, 1)))
-    jitted = jax.jit(lambda *a: behind(a[0], capsule_shadow(*a[1:])))(points, apex, start, end, radius)
+    laws(
+        lambda p: behind(p, shadow),
+        points,
+        rng.normal(size=(n, 3)) * 10 ** rng.uniform(-6, 0, (n, 1)),
+    )
+    jitted = jax.jit(lambda *a: behind(a[0], capsule_shadow(*a[1:])))(
+        points, apex, start, end, radius
+    )
     assert np.allclose(jitted, value, atol=1e-11)
 
 
 def test_a_shadow_grows_at_the_pace_of_distance():
-    """Far behind a near body, too: the gradient has length 1, and central differences see it, by the apex as well."""
+    """Far behind a near body, too: the gradient has length 1, and central differences see it, by
+    the apex as well.
+    """
     rng = np.random.default_rng(3)
     scene = drawn_capsules(rng, 400)
-    turning = np.linalg.norm(np.cross(scene[1] - scene[0], scene[2] - scene[0]), axis=1) > 1e-3  # a frame of its own
+    # a frame of its own
+    turning = np.linalg.norm(np.cross(scene[1] - scene[0], scene[2] - scene[0]), axis=1) > 1e-3
     scene = [jnp.asarray(a[turning]) for a in scene]
     points = jnp.asarray(rng.uniform(-1.5, 1.5, scene[0].shape))
 
@@ -94,8 +115,14 @@ def test_the_shadow_of_a_polyhedron_is_where_the_line_of_sight_meets_it(seed):
         value = largest(points[None], normal, offset)
         enter, leave = clipped(body, apex[:, None], points[None] - apex[:, None])
         sure = np.abs(value) > 1e-9
-        assert np.array_equal((value < 0)[sure], ((enter < leave) & (enter < 1) & (leave > 0))[sure])
-        laws(lambda p, n=normal, o=offset: largest(p, n, o), points[None], rng.normal(size=(1, 2000, 3)) * 0.2)
+        assert np.array_equal(
+            (value < 0)[sure], ((enter < leave) & (enter < 1) & (leave > 0))[sure]
+        )
+        laws(
+            lambda p, n=normal, o=offset: largest(p, n, o),
+            points[None],
+            rng.normal(size=(1, 2000, 3)) * 0.2,
+        )
 
 
 def clipped(body, origin, way):
@@ -110,7 +137,9 @@ def hidden(mesh, apex, points):
     """By embree: is there a face between apex and point?"""
     way = points - apex
     distance = np.linalg.norm(way, axis=1)
-    where, ray, _ = mesh.ray.intersects_location(np.broadcast_to(apex, points.shape), way, multiple_hits=False)
+    where, ray, _ = mesh.ray.intersects_location(
+        np.broadcast_to(apex, points.shape), way, multiple_hits=False
+    )
     first = np.full(len(points), np.inf)
     first[ray] = np.linalg.norm(where - apex, axis=1)
     return first < distance
@@ -118,19 +147,26 @@ def hidden(mesh, apex, points):
 
 @pytest.mark.parametrize("seed", range(2))
 def test_rays_cast_at_meshes_agree(seed):
-    """A tessellated capsule lies between the capsule and one as much thinner as its facets are off; boxes are exact. Embree
-    counts in 32 bits, so that points within 1e-5 m of a shadow's edge may differ."""
+    """A tessellated capsule lies between the capsule and one as much thinner as its facets are off;
+    boxes are exact. Embree counts in 32 bits, so that points within 1e-5 m of a shadow's edge may
+    differ."""
     assert trimesh.ray.has_embree
     rng = np.random.default_rng(seed)
     apex, start, end, radius = (a[0] for a in drawn_capsules(rng, 20))
     sides = 96
-    mesh = trimesh.creation.capsule(height=float(np.linalg.norm(end - start)), radius=float(radius), count=[sides, sides])
-    turn = trimesh.geometry.align_vectors([0, 0, 1], (end - start) / max(np.linalg.norm(end - start), 1e-12))
+    mesh = trimesh.creation.capsule(
+        height=float(np.linalg.norm(end - start)), radius=float(radius), count=[sides, sides]
+    )
+    turn = trimesh.geometry.align_vectors(
+        [0, 0, 1], (end - start) / max(np.linalg.norm(end - start), 1e-12)
+    )
     turn[:3, 3] = (start + end) / 2 - turn[:3, :3] @ mesh.bounds.mean(axis=0)
     mesh.apply_transform(turn)
     points = rng.uniform(-1.5, 1.5, (20_000, 3))
     thin = radius * math.cos(math.pi / sides) ** 2 - 1e-5
-    outer, inner = (behind(points, capsule_shadow(apex, start, end, np.asarray(r))) for r in (radius, thin))
+    outer, inner = (
+        behind(points, capsule_shadow(apex, start, end, np.asarray(r))) for r in (radius, thin)
+    )
     seen = hidden(mesh, apex, points)
     assert 0 < seen.mean() < 1
     assert not np.any(seen & (outer > 1e-5))
@@ -152,7 +188,9 @@ def fan(rng, beam, rays):
     across = np.cross(beam.axis, np.eye(3)[np.abs(beam.axis).argmin()])
     across /= np.linalg.norm(across)
     aside = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * np.cross(beam.axis, across)
-    return cosine[:, None] * beam.axis + np.sqrt(1 - cosine**2)[:, None] * aside, beam.range_m / cosine
+    return cosine[:, None] * beam.axis + np.sqrt(1 - cosine**2)[
+        :, None
+    ] * aside, beam.range_m / cosine
 
 
 def first_on_capsule(apex, way, start, end, radius):
@@ -177,17 +215,26 @@ def first_on_capsule(apex, way, start, end, radius):
 
 def one_beam(rng):
     return Beam(
-        rng.uniform(-0.5, 0.5, 3), drawing.unit(rng, 1)[0], np.array(rng.uniform(0.05, 1.2)), np.array(rng.uniform(0.3, 1.5))
+        rng.uniform(-0.5, 0.5, 3),
+        drawing.unit(rng, 1)[0],
+        np.array(rng.uniform(0.05, 1.2)),
+        np.array(rng.uniform(0.3, 1.5)),
     )
 
 
 def test_no_ray_of_a_dense_fan_meets_a_body_sooner():
-    """No ray is nearer than the closed answer, which ends all of them; the fan comes close to it."""
+    """No ray is nearer than the closed answer, which ends all of them; the fan comes close to
+    it.
+    """
     rng = np.random.default_rng(0)
     met = 0
     for _ in range(25):
         beam, (_, (start, *_), (end, *_), (radius, *_)) = one_beam(rng), drawn_capsules(rng, 30)
-        if start is end or gap_to_capsules(beam.apex, start[None], end[None], radius[None]) < 1e-3 or np.all(start == end):
+        if (
+            start is end
+            or gap_to_capsules(beam.apex, start[None], end[None], radius[None]) < 1e-3
+            or np.all(start == end)
+        ):
             continue
         way, reach = fan(rng, beam, 40_000)
         t = first_on_capsule(beam.apex, way, start, end, radius)
@@ -204,7 +251,9 @@ def test_no_ray_of_a_dense_fan_meets_a_body_sooner():
             row = (beam.apex[None], beam.axis[None], beam.half_angle[None], beam.range_m[None])
             found = polyhedron_in_beam(Beam(*row), body)[0]
             assert found <= near + 1e-7
-            narrow = polyhedron_in_beam(Beam(*row[:2], row[2] - 0.03, row[3]), body, margin=-0.01)[0]
+            narrow = polyhedron_in_beam(Beam(*row[:2], row[2] - 0.03, row[3]), body, margin=-0.01)[
+                0
+            ]
             assert near <= found + 0.03 or narrow == np.inf  # it grazes the rim
             met += np.isfinite(near)
     assert met > 20
@@ -217,7 +266,9 @@ def test_a_margin_brackets_the_blinded_distance(seed):
     apex, start, end, radius = drawn_capsules(rng, 200)
     n = len(apex)
     beams = Beam(apex, drawing.unit(rng, n), rng.uniform(0.02, 1.3, n), rng.uniform(0.2, 1.5, n))
-    low, found, high = (capsule_in_beam(beams, start, end, radius, m)[0] for m in (1e-7, 0.0, -1e-7))
+    low, found, high = (
+        capsule_in_beam(beams, start, end, radius, m)[0] for m in (1e-7, 0.0, -1e-7)
+    )
     assert np.all(low <= found + MARGIN)
     assert np.all(found <= high + MARGIN)
     both = np.isfinite(low) & np.isfinite(high)
@@ -226,7 +277,9 @@ def test_a_margin_brackets_the_blinded_distance(seed):
     for body in drawn_polyhedra(rng):
         out = body(apex) > 1e-6
         row = tuple(a[out] for a in beams)
-        low, found, high = (polyhedron_in_beam(Beam(*row), body, margin=m) for m in (1e-7, 0.0, -1e-7))
+        low, found, high = (
+            polyhedron_in_beam(Beam(*row), body, margin=m) for m in (1e-7, 0.0, -1e-7)
+        )
         assert np.all(low <= found + MARGIN)
         assert np.all(found <= high + MARGIN)
 
@@ -237,7 +290,14 @@ def test_the_gap_of_a_cone_is_a_distance():
     beam = one_beam(rng)
     points = rng.uniform(-2, 2, (3000, 3))
     gap = cone_gap(beam, points)
-    value = cone(points, beam.apex[None], beam.axis[None], np.cos(beam.half_angle), np.sin(beam.half_angle), beam.range_m)
+    value = cone(
+        points,
+        beam.apex[None],
+        beam.axis[None],
+        np.cos(beam.half_angle),
+        np.sin(beam.half_angle),
+        beam.range_m,
+    )
     assert np.array_equal(gap <= 0, value <= 0)
     way, reach = fan(rng, beam, 3000)
     inside = beam.apex + way * (reach * rng.random(3000) ** (1 / 3))[:, None]
@@ -264,13 +324,18 @@ def test_the_blinded_distance_has_its_gradient():
     met = np.isfinite(distance(*at))
     assert met.mean() > 0.5
     assert np.allclose(
-        distance(*at)[met], capsule_in_beam(Beam(apex, axis, half, reach), start, end, radius)[0][met], atol=1e-9
+        distance(*at)[met],
+        capsule_in_beam(Beam(apex, axis, half, reach), start, end, radius)[0][met],
+        atol=1e-9,
     )
     slopes = jax.grad(lambda *a: jnp.where(met, distance(*a), 0.0).sum(), (0, 1))(*at)
     for which, slope in enumerate(slopes):
         for i in range(3):
             step = jnp.zeros(3).at[i].set(1e-6)[None]
-            ends = [distance(*(a + sign * step if j == which else a for j, a in enumerate(at))) for sign in (1, -1)]
+            ends = [
+                distance(*(a + sign * step if j == which else a for j, a in enumerate(at)))
+                for sign in (1, -1)
+            ]
             central = np.asarray(ends[0] - ends[1])[met] / 2e-6
             assert np.quantile(np.abs(central - np.asarray(slope)[met, i]), 0.95) < 1e-4
 

@@ -34,17 +34,25 @@ def dense(solid, centres, voxel, rule):
         return solid(centres) <= 0
     steps = (np.arange(PROBES + 1) / PROBES - 0.5) * voxel
     offsets = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3)
-    return (solid((centres[:, None] + offsets).reshape(-1, 3)) <= 0).reshape(-1, len(offsets)).any(axis=1)
+    return (
+        (solid((centres[:, None] + offsets).reshape(-1, 3)) <= 0)
+        .reshape(-1, len(offsets))
+        .any(axis=1)
+    )
 
 
 def drawn_scene(seed, rule):
-    """A target at a drawn pose of any robot, a setup, and a voxel size that a dense count can stand."""
+    """A target at a drawn pose of any robot, a setup, and a voxel size that a dense count can
+    stand.
+    """
     rng = np.random.default_rng(seed)
     robot = ROBOTS[str(rng.choice(list(ROBOTS)))]
     q = drawing.pose(rng, len(robot.chain))
     name = str(rng.choice(["V_O", "V_T", "V_OT", "V_S", "V_S"]))
     target = Target(name, float(rng.uniform(0.2, 1.2)) if name == "V_S" else None)
-    solid = target_solid(target, robot, q, Shape(blend=float(rng.uniform(0.1, 1)), points_per_bend=4))
+    solid = target_solid(
+        target, robot, q, Shape(blend=float(rng.uniform(0.1, 1)), points_per_bend=4)
+    )
     volume = np.prod(np.ptp(solid.bounds(), axis=0))
     most = 20_000 if rule == "centre" else 80
     voxel = max(0.02, float((volume / rng.uniform(most / 4, most)) ** (1 / 3)))
@@ -72,7 +80,9 @@ def test_count_is_the_dense_count(rule, scenes):
 @settings(max_examples=12)
 @given(drawing.seeds, st.sampled_from(["centre", "touch"]))
 def test_both_forms_of_zeta_agree(seed, rule):
-    """Lambda(V and FOV) = Lambda(V) - Lambda(V - FOV), with sets made one by one and by a count within."""
+    """Lambda(V and FOV) = Lambda(V) - Lambda(V - FOV), with sets made one by one and by a count
+    within.
+    """
     solid, cones, voxel = drawn_scene(seed, "touch")
     target, seen = target_voxels(solid, voxel, rule), voxels(cones, voxel, rule)
     both = target & seen
@@ -97,8 +107,11 @@ def test_moving_by_whole_voxels_moves_the_set(seed, steps):
     rng = np.random.default_rng(seed)
     cones, voxel = drawing.cones(rng, 5), 0.0625
     shift = steps * voxel
-    moved = Cones(cones.apex + np.array([shift, 0.0, 0.0]), cones.axis, cones.half_angle, cones.range_m)
-    assert abs(count(cones, voxel) - count(moved, voxel)) <= 1  # a centre on a surface may round either way
+    moved = Cones(
+        cones.apex + np.array([shift, 0.0, 0.0]), cones.axis, cones.half_angle, cones.range_m
+    )
+    # a centre on a surface may round either way
+    assert abs(count(cones, voxel) - count(moved, voxel)) <= 1
 
 
 def test_sphere_and_cone_converge_to_their_volumes():
@@ -115,7 +128,8 @@ def test_sphere_and_cone_converge_to_their_volumes():
         sides = np.array([0.08, 0.04, 0.02, 0.01])
         centre = np.array([abs(count(solid, s) * s**3 / volume - 1) for s in sides])
         touch = np.array([count(solid, s, "touch") * s**3 / volume - 1 for s in sides[:3]])
-        assert np.all(centre[1:] < 2 * sides[1:] ** 1.5 / 0.01**1.5 * 1e-3)  # noise of a lattice: better than first order
+        # noise of a lattice: better than first order
+        assert np.all(centre[1:] < 2 * sides[1:] ** 1.5 / 0.01**1.5 * 1e-3)
         assert centre[-1] < 2e-3
         assert np.all(touch > 0)
         assert np.allclose(touch[:-1] / touch[1:], 2, rtol=0.3)  # first order, always too much

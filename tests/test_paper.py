@@ -1,4 +1,6 @@
-"""The reproduced paper: which cells it asks for, how statements are judged, and what its page shows."""
+"""The reproduced paper: which cells it asks for, how statements are judged, and what its page
+shows.
+"""
 
 import math
 import re
@@ -28,7 +30,9 @@ def test_a_statement_agrees_in_all_readings_differs_in_none(answers):
     by_reading = dict(zip(READINGS, answers, strict=True))
     why = {verdict: verdict.value for verdict in Verdict}
     found = judged("said", lambda reading: ("1", by_reading[reading]), why, READINGS)
-    expected = Verdict.AGREES if all(answers) else Verdict.UNDECIDED if any(answers) else Verdict.DIFFERS
+    expected = (
+        Verdict.AGREES if all(answers) else Verdict.UNDECIDED if any(answers) else Verdict.DIFFERS
+    )
     assert found.verdict is expected
     assert found.why == expected.value
     assert found.found.count("✗") == 4 - sum(answers)
@@ -63,19 +67,25 @@ def test_a_work_counts_what_the_verifier_counts():
 
 @pytest.fixture(scope="module")
 def findings():
-    """Every table of the study, with counts that are quick and wrong: what matters is what is made of them."""
+    """Every table of the study, with counts that are quick and wrong: what matters is what is made
+    of them.
+    """
     rng = np.random.default_rng(7)
 
     def told():
         true, off, seen = rng.uniform(0, 2, 50), rng.normal(0, 0.1, 50), rng.uniform(size=50) < 0.8
         speeds = rng.normal(size=(2, 50, 2))
-        return measures(Series(np.arange(50) / 10, true, true + off, true + off, seen, *speeds), 1.5)
+        return measures(
+            Series(np.arange(50) / 10, true, true + off, true + off, seen, *speeds), 1.5
+        )
 
     answers = {
         "place": lambda: paper_open.rings("n2_16_25"),
         "zeta": lambda: {"zeta_percent": float(rng.uniform(30, 90))},
         "minimum distance": told,
-        "unseen approach": lambda: [{"radius": r, "gap_m": 0.2, "path": [[2, 0, 0], [1, 0, 0.5]]} for r in (0.05, 0.1)],
+        "unseen approach": lambda: [
+            {"radius": r, "gap_m": 0.2, "path": [[2, 0, 0], [1, 0, 0.5]]} for r in (0.05, 0.1)
+        ],
     }
     return paper_study.measure(lambda heading, cells: [answers[cell.work]() for cell in cells])
 
@@ -85,16 +95,27 @@ def test_the_study_asks_for_all_that_the_paper_measured(findings):
         for rule, _ in paper.COUNTS:
             for setup in paper.SETUPS:
                 for target in ("V_O", "V_T", "V_OT", "V_S(0.5)", "V_S(1.5)"):
-                    value(findings.configurations, chain=chain, rule=rule, setup=setup, target=target)
+                    value(
+                        findings.configurations, chain=chain, rule=rule, setup=setup, target=target
+                    )
             for theta in range(0, 61, 5):
-                for target in ("V_O", "V_T", "V_OT", *(f"V_S({r})" for r in (0.5, 0.7, 0.9, 1.1, 1.5))):
+                for target in (
+                    "V_O",
+                    "V_T",
+                    "V_OT",
+                    *(f"V_S({r})" for r in (0.5, 0.7, 0.9, 1.1, 1.5)),
+                ):
                     value(findings.tilts, chain=chain, rule=rule, at=theta, target=target)
-    assert set(findings.searched) == {f"{goal} {n}" for goal in ("near", "far", "both") for n in (48, 80, 112)}
+    assert set(findings.searched) == {
+        f"{goal} {n}" for goal in ("near", "far", "both") for n in (48, 80, 112)
+    }
     assert len({row.at for row in findings.cycle}) == paper.ALONG
 
 
 def test_cells_are_asked_once():
-    cells = [cell for _, cell in (*paper.configurations({}), *paper.tilts(), *paper_open.openness())]
+    cells = [
+        cell for _, cell in (*paper.configurations({}), *paper.tilts(), *paper_open.openness())
+    ]
     assert len({cell.key for cell in paper.searches().values()}) == 9
     questions = [cell.key for _, cell in paper.tilts()]
     assert len(set(questions)) == len(questions)
@@ -117,7 +138,9 @@ def test_the_page_holds_every_statement_and_stands_alone(findings, tmp_path, mon
     assert files["tilts.csv"].count("\n") == len(findings.tilts) + 1
 
 
-@given(cells=st.lists(st.text(st.characters(exclude_categories=("C", "Z"))), min_size=2, max_size=2))
+@given(
+    cells=st.lists(st.text(st.characters(exclude_categories=("C", "Z"))), min_size=2, max_size=2)
+)
 def test_a_cell_of_a_table_stays_one_cell(cells, tmp_path_factory):
     text = table(("a", "b"), [cells])
     lines = text.splitlines()

@@ -1,4 +1,6 @@
-"""Fronts: what dominates what, the area below, and that the study keeps and shows what it searched."""
+"""Fronts: what dominates what, the area below, and that the study keeps and shows what it
+searched.
+"""
 
 import math
 from itertools import pairwise
@@ -16,7 +18,16 @@ from place_rings.studies.pareto.study import Point, dominated, front, hypervolum
 from . import drawing
 
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5))
-RINGS = [{"link": "forearm", "position": 0.5, "count": 8, "tilt_deg": 10.0, "phase_deg": 0.0, "radius": 0.08}]
+RINGS = [
+    {
+        "link": "forearm",
+        "position": 0.5,
+        "count": 8,
+        "tilt_deg": 10.0,
+        "phase_deg": 0.0,
+        "radius": 0.08,
+    }
+]
 
 
 def drawn_points(seed, n=30):
@@ -37,7 +48,10 @@ def test_a_front_is_what_nothing_beats(seed):
         assert len({(p.first, p.second) for p in mine}) == len(mine)
 
 
-@given(st.lists(st.tuples(st.floats(0, 100), st.floats(0, 100)), min_size=1, max_size=12), drawing.seeds)
+@given(
+    st.lists(st.tuples(st.floats(0, 100), st.floats(0, 100)), min_size=1, max_size=12),
+    drawing.seeds,
+)
 def test_the_area_under_a_front_against_random_points(points, seed):
     at = np.random.default_rng(seed).uniform(0, 100, (20_000, 2))
     below = np.any([(at[:, 0] <= a) & (at[:, 1] <= b) for a, b in points], axis=0)
@@ -51,14 +65,19 @@ def test_the_study_shows_every_point_and_writes_proposals(tmp_path):
 
     def run(heading, cells):
         asked.extend(cells)
-        return [RINGS if cell.work == "place" else {"zeta_percent": float(rng.uniform(20, 90))} for cell in cells]
+        return [
+            RINGS if cell.work == "place" else {"zeta_percent": float(rng.uniform(20, 90))}
+            for cell in cells
+        ]
 
     points = pareto.measure(run, {}, TARGETS, {24: 3, 80: 5}, 0)
     searches = [cell for cell in asked if cell.work == "place"]
     assert 2 * 3 < len(searches) <= 2 * 3 + 3 + 5
     assert len({cell.key for cell in searches}) == len(searches)
     assert sum(pareto.is_papers(p) for p in points) == 6
-    files = pareto_report.write(points, ("V_S(0.5)", "V_S(1.5)"), {}, tmp_path, "place-rings study pareto")
+    files = pareto_report.write(
+        points, ("V_S(0.5)", "V_S(1.5)"), {}, tmp_path, "place-rings study pareto"
+    )
     assert (tmp_path / "front.png").stat().st_size > 20_000
     assert files["points.csv"].count("\n") == len(points) + 1
     proposals = [name for name in files if name.endswith(".toml")]
@@ -74,21 +93,29 @@ def test_a_front_is_filled_where_its_gaps_are_wide():
     """By a search that always finds the best point of a quarter of a circle."""
 
     def place(scene, **_):
-        (a, floor_a), (b, floor_b) = ((goal["weight"], goal["at_least"]) for goal in scene["targets"])
+        (a, floor_a), (b, floor_b) = (
+            (goal["weight"], goal["at_least"]) for goal in scene["targets"]
+        )
         if a and b:
             return [math.sqrt(5e3)] * 2
-        return [math.sqrt(1e4 - floor_b**2), floor_b] if a else [floor_a, math.sqrt(1e4 - floor_a**2)]
+        return (
+            [math.sqrt(1e4 - floor_b**2), floor_b] if a else [floor_a, math.sqrt(1e4 - floor_a**2)]
+        )
 
     def run(heading, cells):
         def one(cell):
             if cell.work == "place":
                 return place(**cell.arguments)
-            at = cell.arguments["setup"][TARGETS.index(Target(cell.arguments["target"], cell.arguments["radius"]))]
+            at = cell.arguments["setup"][
+                TARGETS.index(Target(cell.arguments["target"], cell.arguments["radius"]))
+            ]
             return {"zeta_percent": at if isinstance(at, float) else 1.0}
 
         return [one(cell) for cell in cells]
 
-    points = [p for p in front(pareto.measure(run, {}, TARGETS, {80: 16}, 0)) if not pareto.is_papers(p)]
+    points = [
+        p for p in front(pareto.measure(run, {}, TARGETS, {80: 16}, 0)) if not pareto.is_papers(p)
+    ]
     assert len(points) >= 19
     along = sorted((p.first, p.second) for p in points)
     assert max(math.dist(a, b) for a, b in pairwise(along)) < 20

@@ -19,7 +19,9 @@ STRAIGHT = np.array([[0.0, 0, 0], [0, 0, 0.4], [0, 0, 1.0]])
 
 @pytest.mark.parametrize(("name", "length"), [("ur10", 1.753), ("ur10_dh", 1.604)])
 def test_arc_length_of_the_reference_pose(name, length, reference_pose):
-    assert robot_curve(ROBOTS[name], reference_pose, Shape()).arc_length() == pytest.approx(length, abs=6e-4)
+    assert robot_curve(ROBOTS[name], reference_pose, Shape()).arc_length() == pytest.approx(
+        length, abs=6e-4
+    )
 
 
 @given(drawing.seeds, st.floats(0.05, 1))
@@ -27,9 +29,13 @@ def test_arc_length_is_that_of_many_chords(seed, blend):
     points = np.random.default_rng(seed).uniform(-1, 1, (5, 3))
     curve = pose_curve(points, blend)
     t = np.linspace(0, 1, 4001)
-    chords = sum(np.linalg.norm(np.diff(piece.point(t), axis=0), axis=1).sum() for piece in curve.pieces)
+    chords = sum(
+        np.linalg.norm(np.diff(piece.point(t), axis=0), axis=1).sum() for piece in curve.pieces
+    )
     assert curve.arc_length() == pytest.approx(chords, rel=1e-5)
-    ends = [(piece.point(np.array([0.0]))[0], piece.point(np.array([1.0]))[0]) for piece in curve.pieces]
+    ends = [
+        (piece.point(np.array([0.0]))[0], piece.point(np.array([1.0]))[0]) for piece in curve.pieces
+    ]
     assert np.allclose(ends[0][0], points[0])
     assert np.allclose(ends[-1][1], points[-1])
     assert all(np.allclose(a[1], b[0]) for a, b in itertools.pairwise(ends))
@@ -64,7 +70,9 @@ def test_straight_tube_converges_to_pappus():
 
 @given(drawing.seeds)
 def test_tube_is_what_its_definition_says(seed):
-    """Between two neighbouring discs: plane functions of opposite sign, within r of the segment between the centres."""
+    """Between two neighbouring discs: plane functions of opposite sign, within r of the segment
+    between the centres.
+    """
     rng = np.random.default_rng(seed)
     tube = pose_curve(rng.uniform(-1, 1, (4, 3)), 0.7).tube(0.4, 6)
     p = rng.uniform(-1.5, 1.5, (500, 3))
@@ -89,7 +97,13 @@ def test_impossible_curves_and_targets_are_refused(reference_pose):
     for blend in (0, -1, 1.5, math.nan):
         with pytest.raises(ValueError, match="blend"):
             pose_curve(STRAIGHT, blend)
-    for name, radius in (("V_X", None), ("V_S", None), ("V_O", 0.5), ("V_S", -1.0), ("V_S", math.nan)):
+    for name, radius in (
+        ("V_X", None),
+        ("V_S", None),
+        ("V_O", 0.5),
+        ("V_S", -1.0),
+        ("V_S", math.nan),
+    ):
         with pytest.raises(ValueError, match="target"):
             Target(name, radius)
     with pytest.raises(ValueError, match="V_R"):

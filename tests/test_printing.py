@@ -1,4 +1,6 @@
-"""Printed rings: closed forms, files that are closed, boards that fit and one more that does not, lenses in place."""
+"""Printed rings: closed forms, files that are closed, boards that fit and one more that does not,
+lenses in place.
+"""
 
 import math
 from dataclasses import replace
@@ -49,9 +51,13 @@ TIGHT = Printing(wall=0.0, clearance=0.0, relief=0.0, gap=0.0)
 
 def drawn_ring(rng: np.random.Generator, robot: str, sensor: Sensor = L4CD) -> tuple[Scene, Ring]:
     """A ring anywhere that can be built, with as many sensors as fit or fewer."""
-    scene = Scene(robot=ROBOTS[robot], poses=(Pose(ROBOTS[robot].rest),), occlusion="shadow", sensor=sensor)
+    scene = Scene(
+        robot=ROBOTS[robot], poses=(Pose(ROBOTS[robot].rest),), occlusion="shadow", sensor=sensor
+    )
     link, tilt = str(rng.choice(scene.robot.links)), float(rng.uniform(-1.2, 1.2))
-    ring = Ring(link, float(rng.uniform()), 1, tilt, float(rng.uniform(0, 6)), scene.radius_of(link), sensor)
+    ring = Ring(
+        link, float(rng.uniform()), 1, tilt, float(rng.uniform(0, 6)), scene.radius_of(link), sensor
+    )
     return scene, replace(ring, count=int(rng.integers(1, 6)))
 
 
@@ -66,13 +72,22 @@ def pocket_solid(pocket: Pocket, radius: float, tilt: float, angle: float) -> Ma
     low = np.array([-pocket.half, pocket.low, -pocket.deep]) * 1000
     size = np.array([2 * pocket.half, pocket.high - pocket.low, pocket.deep]) * 1000
     room = Manifold.cube(tuple(size)).translate(tuple(low))
-    c, s = math.cos(tilt), math.sin(tilt)  # x along the ring, y up, z ahead; before it is turned: ahead along x
+    # x along the ring, y up, z ahead; before it is turned: ahead along x
+    c, s = math.cos(tilt), math.sin(tilt)
     lean = np.array([[0, -s, c, 1000 * radius], [1, 0, 0, 0], [0, c, s, 0]])
     return room.transform(lean).rotate((0, 0, math.degrees(angle)))
 
 
-@given(st.floats(0.03, 0.15), st.floats(-1.3, 1.3), st.floats(0.008, 0.04), st.floats(0.008, 0.04), st.floats(0, 0.003))
-def test_boards_of_the_largest_count_are_disjoint_and_of_one_more_are_not(radius, tilt, width, height, wall):
+@given(
+    st.floats(0.03, 0.15),
+    st.floats(-1.3, 1.3),
+    st.floats(0.008, 0.04),
+    st.floats(0.008, 0.04),
+    st.floats(0, 0.003),
+)
+def test_boards_of_the_largest_count_are_disjoint_and_of_one_more_are_not(
+    radius, tilt, width, height, wall
+):
     board, printing = Board(width, height, 0.0016), replace(TIGHT, wall=wall)
     most = int(most_boards(board, printing, radius, np.array([tilt]))[0])
     if most < 2:
@@ -80,7 +95,9 @@ def test_boards_of_the_largest_count_are_disjoint_and_of_one_more_are_not(radius
     for board_of in (board, board.turned):
         pocket = best_pocket(board_of, printing, radius, tilt)
         for count in (most, most + 1):
-            one, next_ = (pocket_solid(pocket, radius, abs(tilt), k * 2 * math.pi / count) for k in (0, 1))
+            one, next_ = (
+                pocket_solid(pocket, radius, abs(tilt), k * 2 * math.pi / count) for k in (0, 1)
+            )
             apart = one.min_gap(next_, 50.0)
             if count == most:
                 assert apart >= 1000 * wall - 1e-4
@@ -102,7 +119,9 @@ def test_fewer_boards_fit_where_there_is_less_room(seed):
         if span is not None:
             assert np.all(most_boards(board, printing, radius, np.linspace(*span, 31)) >= count)
     roomy = roomy_radius(board, printing, 0.05, (-1.2, 1.2))
-    assert np.all(most_boards(board, printing, roomy + 1e-6, tilt[np.abs(tilt) <= 1.2], inside=0.0535) >= 1)
+    assert np.all(
+        most_boards(board, printing, roomy + 1e-6, tilt[np.abs(tilt) <= 1.2], inside=0.0535) >= 1
+    )
 
 
 @given(drawing.seeds, st.sampled_from(["ur10", "panda", "iiwa14"]))
@@ -141,29 +160,57 @@ def test_drawn_rings_are_closed_and_keep_all_checks(name):
         assert plan.tilt == pytest.approx(abs(ring.tilt))
 
 
-# Rings of a search whose links stand beside where the ring parts: the band alone was 0.3 mm and less at its ends, and in the
-# last of them a window left 0.5 mm of what carries a bolt's ear.
+# Rings of a search whose links stand beside where the ring parts: the band alone was 0.3 mm and
+# less at its ends, and in the last of them a window left 0.5 mm of what carries a bolt's ear.
 @pytest.mark.parametrize(
     ("count", "tilt_deg", "phase_deg"),
     [(6, 63.163, 22.8933), (4, 44.9135, 71.6007), (24, 31.175334044213997, 10.83020960215625)],
 )
 def test_a_ring_beside_its_link_keeps_all_checks_and_goes_around_it(count, tilt_deg, phase_deg):
     scene = Scene(occlusion="blind", sensor=L4CD)
-    ring = Ring("upper_arm", 0.2, count, math.radians(tilt_deg), math.radians(phase_deg), scene.radius_of("upper_arm"), L4CD)
+    ring = Ring(
+        "upper_arm",
+        0.2,
+        count,
+        math.radians(tilt_deg),
+        math.radians(phase_deg),
+        scene.radius_of("upper_arm"),
+        L4CD,
+    )
     record, _, plan, made = print_ring(scene, 0, ring)
     assert abs(plan.centre[1]) > 2
     assert min(least_wall(half, seed) for half in made.halves for seed in range(4)) >= 1.2
     assert all(check.holds for check in record.checks)
     for half, way in zip(made.halves, (1, -1), strict=True):  # laid on from its side
-        assert all((half.translate((0, way * d, 0)) ^ made.link).volume() < 0.01 for d in (0, 5, 20, 60, 120))
+        assert all(
+            (half.translate((0, way * d, 0)) ^ made.link).volume() < 0.01
+            for d in (0, 5, 20, 60, 120)
+        )
 
 
 def test_no_thin_ledge_is_left_where_an_ear_leaves_the_collar():
-    """Facets of the collar lie within its radius: an ear's foot that ended at the radius left 0.5 mm below the cables."""
+    """Facets of the collar lie within its radius: an ear's foot that ended at the radius left 0.5
+    mm below the cables.
+    """
     robot = ROBOTS["iiwa14"]
     scene = Scene(robot=robot, poses=(Pose(robot.rest),), occlusion="shadow", sensor=L4CD)
-    ring = Ring("forearm", 0.188, 4, math.radians(31.42932851904606), math.radians(18.958014003393565), 0.08, L4CD)
-    assert min(least_wall(half, seed) for half in assemble(plan_ring(scene, ring)).halves for seed in range(8)) >= 1.2
+    ring = Ring(
+        "forearm",
+        0.188,
+        4,
+        math.radians(31.42932851904606),
+        math.radians(18.958014003393565),
+        0.08,
+        L4CD,
+    )
+    assert (
+        min(
+            least_wall(half, seed)
+            for half in assemble(plan_ring(scene, ring)).halves
+            for seed in range(8)
+        )
+        >= 1.2
+    )
 
 
 def test_a_steep_board_leaves_the_ears_of_the_bolts_their_walls():
@@ -172,14 +219,20 @@ def test_a_steep_board_leaves_the_ears_of_the_bolts_their_walls():
     ring = Ring("upper_arm", 0.5, 15, math.radians(67.254), math.radians(20.074), 0.131, L4CD)
     plan = plan_ring(scene, ring)
     made = assemble(plan)
-    assert min(least_wall(half, seed) for half in made.halves for seed in range(2)) >= 1.2  # 0.35 mm beside a bolt's hole
-    assert plan_ring(scene, replace(ring, radius=0.15)).lug[0] == plan_ring(scene, replace(ring, radius=0.16)).lug[0]
+    # 0.35 mm beside a bolt's hole
+    assert min(least_wall(half, seed) for half in made.halves for seed in range(2)) >= 1.2
+    assert (
+        plan_ring(scene, replace(ring, radius=0.15)).lug[0]
+        == plan_ring(scene, replace(ring, radius=0.16)).lug[0]
+    )
 
 
 @pytest.mark.parametrize("model", ["vl53l1x", "vl53l5cx"])
 @pytest.mark.parametrize("tilt_deg", [0, 20, 45, 70, 80])
 def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
-    """A steep board's screws go down, and were bored through the bottom or to less than a millimetre above it."""
+    """A steep board's screws go down, and were bored through the bottom or to less than a
+    millimetre above it.
+    """
     ring = Ring("forearm", 0.5, 6, math.radians(tilt_deg), 0.0, 0.12, effective(Use(model)).sensor)
     plan = plan_ring(Scene(), ring)
     radius = 0.4 * 1000 * plan.pocket.board.hole
@@ -194,7 +247,10 @@ def test_threads_of_screws_end_within_the_ring(model, tilt_deg):
 
 
 def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_count():
-    scene, ring = Scene(), Ring("forearm", 0.5, 9, 0.4, 0.1, 0.064, effective(Use("vl53l5cx")).sensor)
+    scene, ring = (
+        Scene(),
+        Ring("forearm", 0.5, 9, 0.4, 0.1, 0.064, effective(Use("vl53l5cx")).sensor),
+    )
     with pytest.raises(UnbuildableError, match=r"at most \d+ do") as refused:
         plan_ring(scene, replace(ring, count=20))
     most = int(str(refused.value).split("at most ")[1].split()[0])
@@ -221,7 +277,10 @@ def test_what_cannot_be_printed_is_refused(ring, says):
 
 
 def test_a_check_can_fail():
-    scene, ring = Scene(), Ring("forearm", 0.5, 3, 1.2, 0.0, 0.07, replace(L4CD, fov=math.radians(172)))
+    scene, ring = (
+        Scene(),
+        Ring("forearm", 0.5, 3, 1.2, 0.0, 0.07, replace(L4CD, fov=math.radians(172))),
+    )
     with pytest.raises(UnbuildableError, match="beams cut"):
         print_ring(scene, 0, ring)
     with pytest.raises(UnbuildableError, match="overhang"):
@@ -237,9 +296,20 @@ def test_overhang_and_least_wall_of_a_table():
 
 def test_files_and_pictures_of_a_proposal():
     ur10 = ROBOTS["ur10"]
-    named = replace(ur10, mounts=tuple(replace(m, link=r"$\frac$") if m.link == "tool" else m for m in ur10.mounts))
-    result, data = ring_files(Setup((Ring(r"$\frac$", 0.0, 3, -0.3, 0.0, 0.07, L4CD),)), Scene(robot=named))
-    names = {"ring0___frac__a.stl", "ring0___frac__b.stl", "ring0___frac_.png", "assembled.png", "printing.json"}
+    named = replace(
+        ur10,
+        mounts=tuple(replace(m, link=r"$\frac$") if m.link == "tool" else m for m in ur10.mounts),
+    )
+    result, data = ring_files(
+        Setup((Ring(r"$\frac$", 0.0, 3, -0.3, 0.0, 0.07, L4CD),)), Scene(robot=named)
+    )
+    names = {
+        "ring0___frac__a.stl",
+        "ring0___frac__b.stl",
+        "ring0___frac_.png",
+        "assembled.png",
+        "printing.json",
+    }
     assert data.keys() == names
     assert result.rings[0].flipped
     assert data["printing.json"].decode() == result.model_dump_json(indent=2) + "\n"
@@ -255,17 +325,27 @@ def test_a_search_proposes_only_rings_whose_boards_fit(seed, sensors):
     for _ in range(5):
         assert space.holds(c)
         for ring in space.setup(c).rings:
-            assert ring.count <= most_boards(VL53L5CX, scene.printing, ring.radius, np.array([ring.tilt]))[0]
+            assert (
+                ring.count
+                <= most_boards(VL53L5CX, scene.printing, ring.radius, np.array([ring.tilt]))[0]
+            )
         assert not mounting_lines(scene, space.setup(c))
         c = vary(space, c, rng)
 
 
 def test_a_layout_of_too_many_boards_is_refused_in_the_search_and_named_by_verify():
     scene = Scene(sensor=effective(Use("vl53l5cx")).sensor)
-    with pytest.raises(InfeasibleError, match=r"20 boards of 25\.4 × 25\.4 mm do not fit around forearm.*at most 15 do"):
+    with pytest.raises(
+        InfeasibleError,
+        match=r"20 boards of 25\.4 × 25\.4 mm do not fit around forearm.*at most 15 do",
+    ):
         Space(scene, ring_layout(scene, 2, 20))
-    assert "at most" in mounting_lines(scene, Setup((Ring("tool", 0.0, 20, sensor=scene.sensor),)))[0]
-    with pytest.raises(InfeasibleError, match="takes 16 free rings at most, here of 15 sensors at most"):
+    assert (
+        "at most" in mounting_lines(scene, Setup((Ring("tool", 0.0, 20, sensor=scene.sensor),)))[0]
+    )
+    with pytest.raises(
+        InfeasibleError, match="takes 16 free rings at most, here of 15 sensors at most"
+    ):
         Space(scene, sensors=2000)
     free = replace(scene, rules=Rules(mount="free"))  # no bodies, so no boards
     assert Space(free, ring_layout(free, 2, 20)).sensors == 100

@@ -1,4 +1,6 @@
-"""V_P: the formula's worked example, speeds that bound every point's, a volume that holds the exact one."""
+"""V_P: the formula's worked example, speeds that bound every point's, a volume that holds the exact
+one.
+"""
 
 import math
 from dataclasses import replace
@@ -27,7 +29,9 @@ SEED = st.integers(0, 2**32 - 1)
 
 
 def rods(rng, n=4):
-    return Rods(rng.uniform(-0.4, 0.4, (n, 3)), rng.uniform(-0.4, 0.4, (n, 3)), rng.uniform(0.05, 0.3, n))
+    return Rods(
+        rng.uniform(-0.4, 0.4, (n, 3)), rng.uniform(-0.4, 0.4, (n, 3)), rng.uniform(0.05, 0.3, n)
+    )
 
 
 def motion(rng, joints=6):
@@ -36,11 +40,14 @@ def motion(rng, joints=6):
 
 def test_the_worked_example_of_the_literature():
     terms = separation(Safety(stopping=0.3), 1.0, 0.3)
-    assert terms.total == pytest.approx(1.24)  # v_h 1.6, v_r 1.0, T_r 0.1, T_s 0.3, C 0.20, Z_d 0.10, Z_r 0.05
+    # v_h 1.6, v_r 1.0, T_r 0.1, T_s 0.3, C 0.20, Z_d 0.10, Z_r 0.05
+    assert terms.total == pytest.approx(1.24)
     assert (terms.S_h, terms.S_r, terms.S_s) == pytest.approx((0.64, 0.10, 0.15))
 
 
-@pytest.mark.parametrize(("speed", "wanted"), [(0.0, 0.45), (1.0, 0.45), (1.01, 0.50), (2.0, 0.55), (2.9, 0.65)])
+@pytest.mark.parametrize(
+    ("speed", "wanted"), [(0.0, 0.45), (1.0, 0.45), (1.01, 0.50), (2.0, 0.55), (2.9, 0.65)]
+)
 def test_stopping_time_is_that_of_the_next_limit_of_speed(speed, wanted):
     assert stopping_time(Safety(), "ur10", speed) == wanted
 
@@ -65,7 +72,11 @@ def test_no_point_of_a_body_is_faster_than_its_piece(seed):
         for piece, speed in enumerate(parts.speed[parts.body == b]):
             share = (piece + rng.uniform(0, 1, (20, 1))) / np.sum(parts.body == b)
             n = rng.normal(size=(20, 3))
-            point = body.start + share * (body.end - body.start) + body.radius * n / np.linalg.norm(n, axis=1)[:, None]
+            point = (
+                body.start
+                + share * (body.end - body.start)
+                + body.radius * n / np.linalg.norm(n, axis=1)[:, None]
+            )
             at = [np.eye(4) if body.frame == BASE else T[body.frame] for T in (before, after)]
             here, there = (point @ T[:3, :3].T + T[:3, 3] for T in at)
             assert np.linalg.norm(there - here, axis=1).max() / dt <= speed + 1e-6
@@ -83,7 +94,9 @@ def test_the_volume_holds_every_point_nearer_than_the_distance_at_that_place_of_
     for body in UR10.bodies:
         for share in rng.uniform(0, 1, 5):
             at = body.start + share * (body.end - body.start)
-            here, there = (T[body.frame, :3, :3] @ at + T[body.frame, :3, 3] for T in (frames, ahead))
+            here, there = (
+                T[body.frame, :3, :3] @ at + T[body.frame, :3, 3] for T in (frames, ahead)
+            )
             s = separation(safety, np.linalg.norm(there - here) / dt, 0.4).total
             too_near = np.linalg.norm(points - here, axis=1) - body.radius < s - 1e-5
             assert np.all(outer(points)[too_near] <= 0)
@@ -97,7 +110,9 @@ def test_a_robot_at_rest_has_its_bodies_thicker_by_one_distance():
     s = 1.6 * (0.1 + 0.45) + 0.2 + 0.1 + 0.05
     points = np.random.default_rng(0).uniform(-2, 2, (500, 3))
     bodies = robot_capsules(UR10, forward(UR10.chain, q))
-    wanted = (point_to_segment(points[:, None], bodies.start, bodies.end) - bodies.radius).min(axis=1) - s
+    wanted = (point_to_segment(points[:, None], bodies.start, bodies.end) - bodies.radius).min(
+        axis=1
+    ) - s
     np.testing.assert_allclose(outer(points), wanted, atol=1e-12)
     np.testing.assert_allclose(still(points), wanted, atol=1e-12)
 
@@ -108,7 +123,12 @@ def test_octree_of_rods_equals_the_dense_count(seed):
     solid = rods(np.random.default_rng(seed))
     voxel = 0.05
     low, high = (np.floor(b / voxel).astype(int) for b in solid.bounds())
-    grid = np.stack(np.meshgrid(*(np.arange(a - 1, b + 2) for a, b in zip(low, high, strict=True)), indexing="ij"), -1)
+    grid = np.stack(
+        np.meshgrid(
+            *(np.arange(a - 1, b + 2) for a, b in zip(low, high, strict=True)), indexing="ij"
+        ),
+        -1,
+    )
     assert count(solid, voxel) == np.count_nonzero(solid((grid.reshape(-1, 3) + 0.5) * voxel) <= 0)
 
 
@@ -123,7 +143,10 @@ def test_certified_volume_of_a_rod_is_the_closed_form():
 
 def test_the_target_is_less_the_robot_itself_and_grows_with_speed():
     q = np.radians([0, -45, 60, -105, -90, 0])
-    slow, fast = (target_solid(Target("V_P"), UR10, q, rate=v * np.array([1.0, 0, 0, 0, 0, 0])) for v in (0.1, 1.0))
+    slow, fast = (
+        target_solid(Target("V_P"), UR10, q, rate=v * np.array([1.0, 0, 0, 0, 0, 0]))
+        for v in (0.1, 1.0)
+    )
     bodies = robot_capsules(UR10, forward(UR10.chain, q))
     assert np.all(slow(bodies.start + 1e-3) > 0)
     assert count(slow, 0.1) < count(fast, 0.1)
@@ -143,7 +166,10 @@ def test_distances_of_a_scene():
 
 def test_a_pose_of_a_record_has_the_speeds_of_its_fastest_moment():
     time = np.linspace(0, 2, 201)
-    q = np.radians([0, -45, 60, -105, -90, 0]) + np.where(time < 1, 0.1 * time, 0.1 - 0.6 * (time - 1))[:, None]
+    q = (
+        np.radians([0, -45, 60, -105, -90, 0])
+        + np.where(time < 1, 0.1 * time, 0.1 - 0.6 * (time - 1))[:, None]
+    )
     poses = thin(MotionRecord(time, q), UR10).poses
     assert all(np.allclose(np.abs(p.rate), np.abs(p.rate[0])) for p in poses)
     assert max(abs(p.rate[0]) for p in poses) == pytest.approx(0.6, rel=1e-5)

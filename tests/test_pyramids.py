@@ -1,4 +1,6 @@
-"""Square beams: laws of the solid, exact counts against dense ones, closed forms, gradients against central differences."""
+"""Square beams: laws of the solid, exact counts against dense ones, closed forms, gradients against
+central differences.
+"""
 
 import math
 from dataclasses import replace
@@ -27,7 +29,14 @@ from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels
-from place_rings.formats.convert.scenes import ring_models, scene_model, scene_of, sensor_model, sensor_of, setup_of
+from place_rings.formats.convert.scenes import (
+    ring_models,
+    scene_model,
+    scene_of,
+    sensor_model,
+    sensor_of,
+    setup_of,
+)
 from place_rings.formats.schema.mount_models import SensorModel
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, Limits, Scene
@@ -41,7 +50,11 @@ SEED = st.integers(0, 2**32 - 1)
 SQUARE = Sensor(math.radians(45), 1.2, None, math.radians(45), 8)
 FLAT = Sensor(math.radians(60), 0.9, None, math.radians(30))
 MIXED = Setup(
-    (Ring("upper_arm", 0.3, 5, 0.3, 0.2, sensor=SQUARE), Ring("forearm", 0.5, 4), Ring("tool", 0.0, 3, sensor=FLAT))
+    (
+        Ring("upper_arm", 0.3, 5, 0.3, 0.2, sensor=SQUARE),
+        Ring("forearm", 0.5, 4),
+        Ring("tool", 0.0, 3, sensor=FLAT),
+    )
 )
 
 
@@ -55,7 +68,11 @@ def some(rng, n=4, cones=2):
     axis, up = frame(rng, n)
     half_up = rng.uniform(0.1, 0.9, n)
     half_up[:cones] = 0
-    apex, half, range_m = rng.uniform(-0.3, 0.3, (n, 3)), rng.uniform(0.1, 0.9, n), rng.uniform(0.3, 0.8, n)
+    apex, half, range_m = (
+        rng.uniform(-0.3, 0.3, (n, 3)),
+        rng.uniform(0.1, 0.9, n),
+        rng.uniform(0.3, 0.8, n),
+    )
     return Optics(apex, axis, half, range_m, up, half_up, half_up > 0)
 
 
@@ -81,7 +98,12 @@ def test_a_pyramid_is_one_lipschitz_and_its_sign_is_membership(seed):
 def test_octree_of_beams_equals_the_dense_count_and_that_of_its_shapes(seed):
     solid, voxel = some(np.random.default_rng(seed)), 0.05
     low, high = (np.floor(b / voxel).astype(int) for b in solid.bounds())
-    grid = np.stack(np.meshgrid(*(np.arange(a - 1, b + 2) for a, b in zip(low, high, strict=True)), indexing="ij"), -1)
+    grid = np.stack(
+        np.meshgrid(
+            *(np.arange(a - 1, b + 2) for a, b in zip(low, high, strict=True)), indexing="ij"
+        ),
+        -1,
+    )
     centres = (grid.reshape(-1, 3) + 0.5) * voxel
     assert count(solid, voxel) == np.count_nonzero(solid(centres) <= 0)
     touched = voxels(solid, voxel, "touch")
@@ -125,7 +147,8 @@ def test_ups_of_a_ring_are_across_its_tangent():
     frames = forward(UR10.chain, np.radians([0, -45, 60, -105, -90, 0]))
     mount = UR10.mount("tool")
     along = frames[mount.frame, :3, :3] @ mount.axis
-    np.testing.assert_allclose(solid.up[9:], np.tile(along, (3, 1)), atol=1e-12)  # no tilt: up is the ring's axis
+    # no tilt: up is the ring's axis
+    np.testing.assert_allclose(solid.up[9:], np.tile(along, (3, 1)), atol=1e-12)
     np.testing.assert_array_equal(solid.half_up > 0, [True] * 5 + [False] * 4 + [True] * 3)
 
 
@@ -151,20 +174,26 @@ def test_gradients_of_beams_equal_central_differences(kind):
     for key, slope in (("apex", exact.by_apex), ("up", exact.by_up), ("axis", exact.by_axis)):
         for k, i in ((0, 1), (3, 0), (4, 1), (5, 2)):
             if key == "axis" and k < 3:
-                continue  # of cones the axis is taken as a unit vector: its free derivative differs along it
+                # of cones the axis is taken as a unit vector: its free derivative differs along it
+                continue
             more, less = (getattr(b, key).copy() for _ in range(2))
             more[k, i] += step
             less[k, i] -= step
-            numeric = (value(replace(b, **{key: jnp.asarray(more)})) - value(replace(b, **{key: jnp.asarray(less)}))) / (
-                2 * step
-            )
+            numeric = (
+                value(replace(b, **{key: jnp.asarray(more)}))
+                - value(replace(b, **{key: jnp.asarray(less)}))
+            ) / (2 * step)
             assert float(slope[k, i]) == pytest.approx(numeric, abs=2e-7, rel=1e-4), (key, k, i)
 
 
 def test_a_sharp_soft_value_is_the_share_of_points():
     rng = np.random.default_rng(8)
     b, points = some(rng, 6, 3), rng.uniform(-0.6, 0.6, (2000, 3))
-    found = soft_zeta(jax.tree.map(jnp.asarray, b), jax.tree.map(jnp.asarray, cloud(points, dtype=np.float64)), SHARP)
+    found = soft_zeta(
+        jax.tree.map(jnp.asarray, b),
+        jax.tree.map(jnp.asarray, cloud(points, dtype=np.float64)),
+        SHARP,
+    )
     assert float(found.zeta) == pytest.approx(np.mean(b(points) <= 0), abs=1e-9)
 
 
@@ -178,13 +207,16 @@ def test_a_search_climbs_setups_of_both_shapes():
         c = fresh(space, rng)
         kinds |= {r.sensor.fov_up for r in space.setup(c).rings}
         setup, x, both = stacked([space.arrays(c)]), space.values(c), stacked([space.arrays(c)] * 2)
-        x[0] = 0.1 + 0.8 * rng.permutation(len(x[0])) / len(x[0])  # no two rings change ranks in the step
+        # no two rings change ranks in the step
+        x[0] = 0.1 + 0.8 * rng.permutation(len(x[0])) / len(x[0])
         (value,), (slope,) = objective.soft(setup, x[None], 0.2, clouds)
         assert objective.zetas(setup, x[None], clouds, 0.2) == pytest.approx(value, abs=2e-6)
         d = rng.normal(size=x.shape)
         step = 1e-2 / np.linalg.norm(d)
         more, less = objective.soft(both, np.stack([x + step * d, x - step * d]), 0.2, clouds)[0]
-        assert (slope * d).sum() == pytest.approx((more - less) / (2 * step), abs=1e-2 * np.linalg.norm(d))
+        assert (slope * d).sum() == pytest.approx(
+            (more - less) / (2 * step), abs=1e-2 * np.linalg.norm(d)
+        )
     assert kinds == {None, SQUARE.fov_up}
 
 
@@ -195,7 +227,10 @@ def test_exact_counts_of_a_mixed_setup_agree():
     zeta = verifier.verify(MIXED, target).zeta
     found = redundancy(verifier, MIXED, target)
     assert found.zeta == pytest.approx(zeta, abs=1e-12)
-    without = [verifier.verify(Setup(tuple(r for j, r in enumerate(MIXED.rings) if j != i)), target).zeta for i in range(3)]
+    without = [
+        verifier.verify(Setup(tuple(r for j, r in enumerate(MIXED.rings) if j != i)), target).zeta
+        for i in range(3)
+    ]
     np.testing.assert_allclose(found.without_ring, without, atol=1e-12)
     interval = Verifier(scene, rule="certified", width=0.01).verify(MIXED, target)
     assert interval.low - 0.01 <= zeta <= interval.high + 0.01
@@ -220,14 +255,18 @@ def test_errors_of_mounting_turn_square_beams_with_their_rings():
     for found in misplaced_cones(UR10, MIXED, q, none):
         for key in ("apex", "axis", "up", "half_up", "zoned"):
             np.testing.assert_allclose(getattr(found, key), getattr(nominal, key), atol=1e-12)
-    for found in misplaced_cones(UR10, MIXED, q, draw_errors(3, MIXED.sensors, MountingErrors(0.01, 0.1), 2, 0)):
+    for found in misplaced_cones(
+        UR10, MIXED, q, draw_errors(3, MIXED.sensors, MountingErrors(0.01, 0.1), 2, 0)
+    ):
         np.testing.assert_allclose((found.up * found.axis).sum(axis=1), 0, atol=1e-12)
         assert np.abs(found.up - nominal.up).max() > 1e-3
 
 
 def test_mixed_setups_and_sensors_of_links_read_back():
     scene = Scene(sensor=SQUARE, limits={"forearm": Limits(sensor=FLAT)})
-    assert scene_of(scene_model(scene)).limits_of("forearm").sensor.fov_up == pytest.approx(FLAT.fov_up)
+    assert scene_of(scene_model(scene)).limits_of("forearm").sensor.fov_up == pytest.approx(
+        FLAT.fov_up
+    )
     assert scene_of(scene_model(scene)).limits_of("forearm").sensor.zones == 1
     again = setup_of(ring_models(MIXED, scene.sensor), scene.sensor)
     assert again == rounded(again, scene.sensor)
@@ -236,10 +275,27 @@ def test_mixed_setups_and_sensors_of_links_read_back():
 
 
 def test_zones_are_the_models_or_those_that_are_said_and_one_else():
-    said = {"model": "vl53l1x"}, {"model": "vl53l5cx"}, {"fov_up_deg": 30}, {"fov_up_deg": 30, "zones": 4}, {}
+    said = (
+        {"model": "vl53l1x"},
+        {"model": "vl53l5cx"},
+        {"fov_up_deg": 30},
+        {"fov_up_deg": 30, "zones": 4},
+        {},
+    )
     found = [sensor_of(SensorModel(**keys)) for keys in said]
-    assert [(s.zones, s.zoned) for s in found] == [(1, False), (8, True), (1, False), (4, True), (1, False)]
+    assert [(s.zones, s.zoned) for s in found] == [
+        (1, False),
+        (8, True),
+        (1, False),
+        (4, True),
+        (1, False),
+    ]
     assert [sensor_of(sensor_model(s)).zones for s in found] == [1, 8, 1, 4, 1]
-    for wrong in ({"zones": 4}, {"model": "vl53l1x", "zones": 8}, {"model": "vl53l5cx", "zones": 1}, {"zones": 0}):
+    for wrong in (
+        {"zones": 4},
+        {"model": "vl53l1x", "zones": 8},
+        {"model": "vl53l5cx", "zones": 1},
+        {"zones": 0},
+    ):
         with pytest.raises(ValidationError, match="zones"):
             SensorModel(**wrong)

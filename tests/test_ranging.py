@@ -1,4 +1,6 @@
-"""Readings: a ball in a cone against samples of the ball, distances of segments against a minimiser, shadows and blocks."""
+"""Readings: a ball in a cone against samples of the ball, distances of segments against a
+minimiser, shadows and blocks.
+"""
 
 import math
 
@@ -26,7 +28,9 @@ from . import drawing
 
 
 def nearest_by_convexity(apex, axis, half, range_m, centre, radius):
-    """The apex projected on ball and cone together by Dykstra's alternating projections; how far apart both still are."""
+    """The apex projected on ball and cone together by Dykstra's alternating projections; how far
+    apart both still are.
+    """
     x, p, q = apex.copy(), np.zeros(3), np.zeros(3)
     for _ in range(4000):
         y = project_on_ball(x + p, centre, radius)
@@ -44,7 +48,9 @@ def project_on_ball(p, centre, radius):
 
 
 def project_on_cone(p, apex, axis, half, range_m):
-    """Nearest point of a solid cone with a flat base: in the half-plane (d, rho) it is a triangle."""
+    """Nearest point of a solid cone with a flat base: in the half-plane (d, rho) it is a
+    triangle.
+    """
     v = p - apex
     d = v @ axis
     across = v - d * axis
@@ -66,7 +72,11 @@ def draw_pair(rng):
     """A cone and a ball that often cuts its side, its base or its apex."""
     half, range_m = rng.uniform(0.05, 1.2), rng.uniform(0.3, 1.5)
     apex, axis = rng.uniform(-0.5, 0.5, 3), drawing.unit(rng, 1)[0]
-    centre = apex + rng.uniform(-0.3, 1.4) * range_m * axis + rng.normal(0, 0.4, 3) * range_m * math.tan(half)
+    centre = (
+        apex
+        + rng.uniform(-0.3, 1.4) * range_m * axis
+        + rng.normal(0, 0.4, 3) * range_m * math.tan(half)
+    )
     return apex, axis, half, range_m, centre, rng.uniform(0.02, 0.5)
 
 
@@ -78,7 +88,12 @@ def test_reading_of_a_ball_against_dense_samples(seed):
     distance, point = ball_in_cone(apex, axis, half, range_m, centre, radius)
     n = 20_000
     ways = drawing.unit(rng, n)
-    ball = centre + radius * ways * np.append(np.ones(n // 2), rng.uniform(0, 1, n - n // 2) ** (1 / 3))[:, None]
+    ball = (
+        centre
+        + radius
+        * ways
+        * np.append(np.ones(n // 2), rng.uniform(0, 1, n - n // 2) ** (1 / 3))[:, None]
+    )
     v = ball - apex
     d = v @ axis
     rho = np.linalg.norm(v - d[:, None] * axis, axis=1)
@@ -140,7 +155,10 @@ def test_segments_against_a_minimiser(seed):
     if rng.uniform() < 0.1:
         d = c  # a point
     for t, s in ((rng.uniform(), rng.uniform()), (0.0, 1.0)):
-        assert segment_to_segment(a, b, c, d) <= np.linalg.norm(a + t * (b - a) - c - s * (d - c)) + 1e-9
+        assert (
+            segment_to_segment(a, b, c, d)
+            <= np.linalg.norm(a + t * (b - a) - c - s * (d - c)) + 1e-9
+        )
 
     def from_second(t):
         """Distance of a place on the first segment from the second: convex in the place."""
@@ -148,7 +166,9 @@ def test_segments_against_a_minimiser(seed):
         s = np.clip(v @ (d - c) / max((d - c) @ (d - c), 1e-300), 0, 1)
         return np.linalg.norm(v - s * (d - c))
 
-    best = minimize_scalar(from_second, bounds=(0, 1), method="bounded", options={"xatol": 1e-10}).fun
+    best = minimize_scalar(
+        from_second, bounds=(0, 1), method="bounded", options={"xatol": 1e-10}
+    ).fun
     assert segment_to_segment(a, b, c, d) == pytest.approx(best, abs=1e-4)
     assert segment_to_segment(c, d, a, b) == pytest.approx(segment_to_segment(a, b, c, d), abs=1e-9)
     shares = np.linspace(0, 1, 2001)[:, None]
@@ -195,37 +215,58 @@ def scene(rng, poses=3, balls=40):
     setup = drawing.setup(rng)
     frames = forward(UR10.chain, np.stack([drawing.pose(rng) for _ in range(poses)]))
     eyes = (*sensor_axes(UR10, setup, frames), *sensor_optics(setup))
-    return eyes, rng.uniform(-1.5, 1.5, (poses, balls, 3)), rng.uniform(0.01, 0.2, balls), robot_capsules(UR10, frames)
+    return (
+        eyes,
+        rng.uniform(-1.5, 1.5, (poses, balls, 3)),
+        rng.uniform(0.01, 0.2, balls),
+        robot_capsules(UR10, frames),
+    )
 
 
 @settings(max_examples=25)
 @given(drawing.seeds)
 def test_blocks_leave_out_nothing(seed):
-    """Rows that are left out could not have been read: every reading is the least over all balls, one by one."""
+    """Rows that are left out could not have been read: every reading is the least over all balls,
+    one by one.
+    """
     eyes, centre, radius, bodies = scene(np.random.default_rng(seed), balls=BLOCK + 5)
     apex, axis, half, range_m = eyes
     read = readings(*eyes, centre, radius)
     all_of = ball_in_cone(
-        apex[:, :, None], axis[:, :, None], half[None, :, None], range_m[None, :, None], centre[:, None], radius
+        apex[:, :, None],
+        axis[:, :, None],
+        half[None, :, None],
+        range_m[None, :, None],
+        centre[:, None],
+        radius,
     )
     assert np.allclose(read.distance, all_of[0].min(axis=2), atol=1e-9)
     seen = np.isfinite(read.distance)
     assert np.allclose(np.linalg.norm(read.point - apex, axis=2)[seen], read.distance[seen])
     assert np.isnan(read.point[~seen]).all()
-    gap = gap_to_capsules(centre, bodies.start[:, None], bodies.end[:, None], bodies.radius) - radius
+    gap = (
+        gap_to_capsules(centre, bodies.start[:, None], bodies.end[:, None], bodies.radius) - radius
+    )
     assert np.allclose(least_gap(centre, radius, bodies), gap.min(axis=1), atol=1e-9)
 
 
 @settings(max_examples=25)
 @given(drawing.seeds)
 def test_shadows_only_take_away(seed):
-    """A reading in shadow is never nearer, and is the nearest ball whose nearest point can be seen."""
+    """A reading in shadow is never nearer, and is the nearest ball whose nearest point can be
+    seen.
+    """
     eyes, centre, radius, bodies = scene(np.random.default_rng(seed))
     apex, axis, half, range_m = eyes
     free, hidden = readings(*eyes, centre, radius), readings(*eyes, centre, radius, bodies)
     assert np.all(hidden.distance >= free.distance)
     distance, point = ball_in_cone(
-        apex[:, :, None], axis[:, :, None], half[None, :, None], range_m[None, :, None], centre[:, None], radius
+        apex[:, :, None],
+        axis[:, :, None],
+        half[None, :, None],
+        range_m[None, :, None],
+        centre[:, None],
+        radius,
     )
     blocked = segment_to_segment(
         np.broadcast_to(apex[:, :, None, None], (*point.shape[:3], 1, 3)),
@@ -246,14 +287,19 @@ def test_a_body_hides_what_is_behind_it():
     assert readings(eye, look, *optics, far, radius).distance[0, 0] == pytest.approx(0.98)
     assert np.isinf(readings(eye, look, *optics, far, radius, bodies).distance[0, 0])
     both = np.concatenate([far, near], axis=1)
-    assert readings(eye, look, *optics, both, np.repeat(radius, 2), bodies).distance[0, 0] == pytest.approx(0.28)
+    assert readings(eye, look, *optics, both, np.repeat(radius, 2), bodies).distance[
+        0, 0
+    ] == pytest.approx(0.28)
 
 
 @settings(max_examples=30)
 @given(drawing.seeds)
 def test_segments_meet_what_their_points_lie_in(seed):
     rng = np.random.default_rng(seed)
-    bodies = (box(rng.uniform(-0.5, 0.5, 3), rng.uniform(0.05, 1.0, 3)), half_space(rng.uniform(-1, 0)))
+    bodies = (
+        box(rng.uniform(-0.5, 0.5, 3), rng.uniform(0.05, 1.0, 3)),
+        half_space(rng.uniform(-1, 0)),
+    )
     planes = polyhedra(bodies, np.zeros((2, 3)))
     a, b = rng.uniform(-1.5, 1.5, (2, 40, 3))
     b[:5, :2] = a[:5, :2]  # along an axis, so that some planes are never crossed
@@ -261,5 +307,6 @@ def test_segments_meet_what_their_points_lie_in(seed):
     along = a + np.linspace(0, 1, 2001)[:, None, None] * (b - a)
     for i, body in enumerate(bodies):
         least = body(along).min(axis=0)
-        sure = abs(least) > 3e-3  # of 2001 points one lies that near to where the segment is deepest
+        # of 2001 points one lies that near to where the segment is deepest
+        sure = abs(least) > 3e-3
         assert np.array_equal(found[sure, i], least[sure] < 0)

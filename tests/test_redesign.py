@@ -1,4 +1,6 @@
-"""What is mounted, bettered: never worse with more changes, within all rules, by the verifier's own count."""
+"""What is mounted, bettered: never worse with more changes, within all rules, by the verifier's own
+count.
+"""
 
 from pathlib import Path
 
@@ -51,7 +53,9 @@ def check(scene, found, most, more, voxel):
         assert rounded(answer.setup, scene.sensor) == answer.setup
         gone, new = check_changes(before, answer.setup.rings, len(answer.changes))
         check_rules(scene, before, answer.setup.rings, new)
-        assert len(answer.changes) == len(gone) + sum(c.kind is ChangeKind.ADDED for c in answer.changes)
+        assert len(answer.changes) == len(gone) + sum(
+            c.kind is ChangeKind.ADDED for c in answer.changes
+        )
         assert answer.setup.sensors <= found.mounted.setup.sensors + more
         assert answer.work.sensors == answer.setup.sensors - found.mounted.setup.sensors
         last, fewer = answer, len(answer.changes)
@@ -64,19 +68,31 @@ def test_the_laws_of_a_chain(far):
 
 
 def test_a_setup_that_breaks_rules_is_bettered_within_them():
-    """Two goals, one of them a floor; a fixed ring that stays; rings outside their limits; sensors to add; the same seed."""
+    """Two goals, one of them a floor; a fixed ring that stays; rings outside their limits; sensors
+    to add; the same seed.
+    """
     fixed = Ring("upper_arm", 0.5, 8, 0.3)
     scene = Scene(
         goals=(Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.2), 0.0, 0.12)),
         limits={"forearm": Limits((0.2, 0.8), (-0.6, 0.6), ((0.4, 0.5),))},
         rules=Rules(spacing=0.06, sensors=(3, 12), rings_per_link=3, fixed=(fixed,)),
     )
-    mounted = Setup((fixed, Ring("forearm", 0.1, 8, 1.0), Ring("forearm", 0.45, 16), Ring("tool", 0.0, 8)))
+    mounted = Setup(
+        (fixed, Ring("forearm", 0.1, 8, 1.0), Ring("forearm", 0.45, 16), Ring("tool", 0.0, 8))
+    )
     found = improve(scene, mounted, 2, 5, plan=TINY, voxel=0.05)
-    assert {f.rule for f in found.broken} == {"position", "tilt_deg", "keep_out", "sensors_per_ring"}
+    assert {f.rule for f in found.broken} == {
+        "position",
+        "tilt_deg",
+        "keep_out",
+        "sensors_per_ring",
+    }
     check(scene, found, 2, 5, 0.05)
     assert found.steps
-    assert all(rounded(Setup((fixed,)), scene.sensor).rings[0] in answer.setup.rings for answer in found.steps)
+    assert all(
+        rounded(Setup((fixed,)), scene.sensor).rings[0] in answer.setup.rings
+        for answer in found.steps
+    )
     again = improve(scene, mounted, 2, 5, plan=TINY, voxel=0.05)
     assert [a.setup for a in again.steps] == [a.setup for a in found.steps]
 
@@ -111,22 +127,31 @@ def test_the_command_leaves_a_proposal_of_each_step(run, tmp_path):
     code, out, _ = run("improve", "mounted.csv", *args, "--out", "better", "--json")
     assert code == 0
     result = ImproveResult.model_validate_json(out)
-    assert ImproveResult.model_validate_json((tmp_path / "better" / "improve.json").read_text()) == result
+    assert (
+        ImproveResult.model_validate_json((tmp_path / "better" / "improve.json").read_text())
+        == result
+    )
     assert (tmp_path / "better" / "improve.png").read_bytes().startswith(b"\x89PNG")
     assert result.zeta[0].zeta_percent == pytest.approx(result.exact_percent, abs=1e-9)
     assert result.steps
     for step in result.steps:
         setup, _, file = read_proposal(Path(result.files[f"changes_{len(step.changes)}"]))
         assert setup.sensors <= 28
-        code, out, _ = run("verify", result.files[f"changes_{len(step.changes)}"], "--voxel", 0.05, "--json")
+        code, out, _ = run(
+            "verify", result.files[f"changes_{len(step.changes)}"], "--voxel", 0.05, "--json"
+        )
         assert VerifyResult.model_validate_json(out).covered_voxels == file.zeta[0].covered_voxels
-        assert step.gain_percent == pytest.approx(step.zeta[0].zeta_percent - result.exact_percent, abs=1e-9)
+        assert step.gain_percent == pytest.approx(
+            step.zeta[0].zeta_percent - result.exact_percent, abs=1e-9
+        )
 
 
 def test_the_command_says_what_to_do_and_what_is_broken_and_where_there_is_no_gain(run, tmp_path):
     scene = 'targets = [{name = "V_S", radius = 0.5}]\nmounts.forearm.tilt_deg = [10, 20]\n'
     (tmp_path / "scene.toml").write_text(scene)
-    code, out, err = run("improve", "n1_8_0", "--scene", "scene.toml", "--changes", 1, "--voxel", 0.1)
+    code, out, err = run(
+        "improve", "n1_8_0", "--scene", "scene.toml", "--changes", 1, "--voxel", 0.1
+    )
     assert (code, out.count("1 change:")) == (0, 1)
     assert "ring 1 (forearm) is tilted by 0.0°, allowed: 10.0° to 20.0°" in err
     fixed = "".join(
@@ -134,14 +159,22 @@ def test_the_command_says_what_to_do_and_what_is_broken_and_where_there_is_no_ga
         for link, place in (("upper_arm", 0.5), ("forearm", 0.5), ("tool", 0.0))
     )
     (tmp_path / "scene.toml").write_text(scene + fixed)
-    code, out, err = run("improve", "n1_8_0", "--scene", "scene.toml", "--changes", 1, "--voxel", 0.1)
+    code, out, err = run(
+        "improve", "n1_8_0", "--scene", "scene.toml", "--changes", 1, "--voxel", 0.1
+    )
     assert (code, err.strip()) == (0, "")
     assert "No gain" in out
 
 
 @pytest.mark.parametrize(
     "args",
-    [("n1_8_0", "--changes", 0), ("n1_8_0", "--add-sensors", -1), ("n1_8_0", "--time", 0), ("n9_1_1",), ("absent.csv",)],
+    [
+        ("n1_8_0", "--changes", 0),
+        ("n1_8_0", "--add-sensors", -1),
+        ("n1_8_0", "--time", 0),
+        ("n9_1_1",),
+        ("absent.csv",),
+    ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(run, tmp_path, args):
     code, out, err = run("improve", *args, "--out", "better")

@@ -1,4 +1,6 @@
-"""The setups that touched rings make: every rule kept, broken ones named, changes and their work by a second count."""
+"""The setups that touched rings make: every rule kept, broken ones named, changes and their work by
+a second count.
+"""
 
 import math
 from dataclasses import replace
@@ -24,16 +26,20 @@ from .test_design import drawn_scene
 PLACE, ANGLE = 1e-8, 1e-6  # what files round positions (inward) and angles to
 
 
-def check_changes(before: tuple[Ring, ...], after: tuple[Ring, ...], most: int) -> tuple[list[Ring], list[Ring]]:
-    """The rings that are no more and those that are new, of which at most so many stand for one change each: all others are
-    there as they were, and in their order."""
+def check_changes(
+    before: tuple[Ring, ...], after: tuple[Ring, ...], most: int
+) -> tuple[list[Ring], list[Ring]]:
+    """The rings that are no more and those that are new, of which at most so many stand for one
+    change each: all others are there as they were, and in their order."""
     gone, new = [r for r in before if r not in after], [r for r in after if r not in before]
     assert [r for r in before if r not in gone] == [r for r in after if r not in new]
     assert max(len(gone), len(new)) <= most
     return gone, new
 
 
-def check_rules(scene: Scene, before: tuple[Ring, ...], after: tuple[Ring, ...], new: list[Ring]) -> None:
+def check_rules(
+    scene: Scene, before: tuple[Ring, ...], after: tuple[Ring, ...], new: list[Ring]
+) -> None:
     """All new rings keep all rules against all rings."""
     rules, counts = scene.rules, [r.count for r in before]
     fixed = rounded(Setup(rules.fixed), scene.sensor).rings
@@ -44,8 +50,14 @@ def check_rules(scene: Scene, before: tuple[Ring, ...], after: tuple[Ring, ...],
         assert rules.sensors[0] <= ring.count <= rules.sensors[1] or ring.count in counts
         margin = rules.from_joints / length if length else 0.0
         if length:
-            assert max(limits.position[0], margin) - PLACE <= ring.position <= min(limits.position[1], 1 - margin) + PLACE
-            assert not any(low + PLACE < ring.position < high - PLACE for low, high in limits.keep_out)
+            assert (
+                max(limits.position[0], margin) - PLACE
+                <= ring.position
+                <= min(limits.position[1], 1 - margin) + PLACE
+            )
+            assert not any(
+                low + PLACE < ring.position < high - PLACE for low, high in limits.keep_out
+            )
         for other in (*after, *fixed):
             if other is not ring and other.link == ring.link:
                 assert length > 0
@@ -58,13 +70,19 @@ def check_rules(scene: Scene, before: tuple[Ring, ...], after: tuple[Ring, ...],
 
 @given(drawing.seeds)
 def test_touched_rings_keep_every_rule_whatever_the_climb_says(seed):
-    """Mounted setups of another scene, which break rules of this one; values anywhere in the box."""
+    """Mounted setups of another scene, which break rules of this one; values anywhere in the
+    box.
+    """
     rng = np.random.default_rng(seed)
     scene, elsewhere = drawn_scene(rng), drawn_scene(rng)
-    assume(not scene.rules.fixed or len(scene.rules.fixed) < 2 or not faults(scene, scene.rules.fixed))
+    assume(
+        not scene.rules.fixed or len(scene.rules.fixed) < 2 or not faults(scene, scene.rules.fixed)
+    )
     try:
         space = Space(replace(elsewhere, rules=replace(elsewhere.rules, fixed=())), sensors=30)
-        mounted = Setup((*space.setup(fresh(space, rng)).rings, *scene.rules.fixed[: rng.integers(3)]))
+        mounted = Setup(
+            (*space.setup(fresh(space, rng)).rings, *scene.rules.fixed[: rng.integers(3)])
+        )
     except InfeasibleError:
         return
     more = int(rng.integers(0, 20))
@@ -112,7 +130,9 @@ BROKEN = {
 }
 
 
-@pytest.mark.parametrize(("rule", "ring", "rules"), [(k, *v) for k, v in BROKEN.items()], ids=BROKEN.keys())
+@pytest.mark.parametrize(
+    ("rule", "ring", "rules"), [(k, *v) for k, v in BROKEN.items()], ids=BROKEN.keys()
+)
 def test_a_broken_rule_is_named(rule, ring, rules):
     scene = Scene(limits={"forearm": Limits((0.0, 0.9), (-0.5, 0.5), ((0.5, 0.6),))}, rules=rules)
     (fault,) = faults(scene, [Ring("forearm", 0.4, 8), ring])
@@ -127,7 +147,9 @@ def recount(scene, before, after):
         if a is not None and b is not None:
             same = a.link == b.link
             carried += not same
-            moved += abs(a.position - b.position) * scene.robot.mount(a.link).length if same else 0.0
+            moved += (
+                abs(a.position - b.position) * scene.robot.mount(a.link).length if same else 0.0
+            )
             tilted += abs(a.tilt - b.tilt)
             sensors = 2 * math.pi * np.arange(-2 * b.count, 2 * b.count + 1) / b.count
             turned += np.abs(b.phase + sensors - a.phase).min()
@@ -146,13 +168,22 @@ def test_costs_equal_a_recount(seed):
     some = changes(rework.scene.robot, rework.before, t.rings)
     total = work(some)
     expected = recount(rework.scene, rework.before, t.rings)
-    assert (total.carried, total.sensors, total.moved, total.tilted, total.turned) == pytest.approx(expected, abs=1e-9)
-    assert total.rings == sum(a != b for a, b in zip(rework.before, t.rings, strict=True)) <= len(t.free)
+    assert (total.carried, total.sensors, total.moved, total.tilted, total.turned) == pytest.approx(
+        expected, abs=1e-9
+    )
+    assert (
+        total.rings
+        == sum(a != b for a, b in zip(rework.before, t.rings, strict=True))
+        <= len(t.free)
+    )
 
 
 def test_kinds_of_changes():
     a, b = Ring("forearm", 0.5, 8, 0.1, 0.2), Ring("upper_arm", 0.5, 8, 0.1, 0.2)
-    kinds = [c.kind for c in changes(Scene().robot, (a, a, a, None, a), (replace(a, count=9), b, None, b, a))]
+    kinds = [
+        c.kind
+        for c in changes(Scene().robot, (a, a, a, None, a), (replace(a, count=9), b, None, b, a))
+    ]
     assert kinds == [ChangeKind.SET, ChangeKind.CARRIED, ChangeKind.TAKEN, ChangeKind.ADDED]
 
 

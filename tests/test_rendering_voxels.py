@@ -1,4 +1,6 @@
-"""Pictures of voxels: the faces that are drawn, the order they are painted in, and the numbers beside them."""
+"""Pictures of voxels: the faces that are drawn, the order they are painted in, and the numbers
+beside them.
+"""
 
 import numpy as np
 import pytest
@@ -14,7 +16,15 @@ from place_rings.coverage.voxels.voxel_set import VoxelSet
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting.rendering.sheet import Sheet
-from place_rings.reporting.rendering.voxels import add_skin, cut_open, holds, normals, openness, skin, voxel_set
+from place_rings.reporting.rendering.voxels import (
+    add_skin,
+    cut_open,
+    holds,
+    normals,
+    openness,
+    skin,
+    voxel_set,
+)
 from place_rings.studies.paper import octree_figures
 from place_rings.studies.paper.octree_figures import CONE_VOXELS, four_panels, one_cone, shells
 
@@ -29,14 +39,19 @@ def drawn(rng, reach=3, most=40):
 def sheet(azimuth_deg, elevation_deg, diagonals=np.inf):
     ax = Figure().add_subplot()
     made = Sheet(ax, np.array([[-1.0, -1, -1], [1, 1, 1]]), azimuth_deg, elevation_deg, diagonals)
-    made.lit = lambda colour, normal: np.broadcast_to(colour, (len(normal), 3))  # unlit colours tell the voxels apart
+    # unlit colours tell the voxels apart
+    made.lit = lambda colour, normal: np.broadcast_to(colour, (len(normal), 3))
     return made
 
 
 def slow_faces(numbers, eye):
     """Pairs of a voxel and a way out of it, towards the eye and with nothing behind."""
     present = set(map(tuple, numbers.tolist()))
-    ways = [np.sign(eye[i]).astype(int) * np.eye(3, dtype=int)[i] for i in range(3) if abs(eye[i]) > 1e-9]
+    ways = [
+        np.sign(eye[i]).astype(int) * np.eye(3, dtype=int)[i]
+        for i in range(3)
+        if abs(eye[i]) > 1e-9
+    ]
     return {(v, tuple(w)) for v in present for w in ways if tuple(np.add(v, w)) not in present}
 
 
@@ -44,16 +59,24 @@ def slow_faces(numbers, eye):
 def test_exposed_faces_are_those_of_a_slow_count(eye):
     for seed in range(40):
         numbers = drawn(np.random.default_rng(seed))
-        shown = skin(voxel_set(SIDE, np.random.default_rng(seed).permutation(numbers)), np.array(eye, float))
+        shown = skin(
+            voxel_set(SIDE, np.random.default_rng(seed).permutation(numbers)), np.array(eye, float)
+        )
         wanted = slow_faces(numbers, np.array(eye, float))
         assert shown.faces == len(wanted), f"seed {seed}"
         voxel, axis = np.nonzero(shown.exposed)
-        found = zip(shown.numbers[voxel].tolist(), (shown.side * np.eye(3, dtype=int))[axis].tolist(), strict=True)
+        found = zip(
+            shown.numbers[voxel].tolist(),
+            (shown.side * np.eye(3, dtype=int))[axis].tolist(),
+            strict=True,
+        )
         assert {(tuple(v), tuple(w)) for v, w in found} == wanted, f"seed {seed}"
 
 
 def nearest(numbers, sheet, xy):
-    """Index of the first voxel that a ray from the eye through ``xy`` meets, None if it meets none: box by box."""
+    """Index of the first voxel that a ray from the eye through ``xy`` meets, None if it meets none:
+    box by box.
+    """
     start = sheet.box.mean(axis=0) + xy @ sheet.rotation[:2]
     with np.errstate(divide="ignore"):
         ends = (np.stack([numbers, numbers + 1]) * SIDE - start) / sheet.rotation[2]
@@ -70,7 +93,9 @@ def inside(polygon, xy):
 
 
 def test_a_nearer_voxel_is_painted_later():
-    """At any point of the sheet the last polygon painted belongs to the voxel that a ray meets first, for two sets too."""
+    """At any point of the sheet the last polygon painted belongs to the voxel that a ray meets
+    first, for two sets too.
+    """
     for seed in range(12):
         rng = np.random.default_rng(seed)
         numbers = drawn(rng)
@@ -81,7 +106,10 @@ def test_a_nearer_voxel_is_painted_later():
                 s = skin(voxel_set(SIDE, numbers[part]), paper.rotation[2])
                 add_skin(paper, s, (s.numbers + 8) / 16, alpha=0.5 if part is which else 1.0)
         painted = paper.paint(smooth=False)
-        outlines, colours = [path.vertices[:4] for path in painted.get_paths()], painted.get_facecolors()[:, :3]
+        outlines, colours = (
+            [path.vertices[:4] for path in painted.get_paths()],
+            painted.get_facecolors()[:, :3],
+        )
         hits = 0
         for xy in rng.uniform(-1, 1, (60, 2)):
             first = nearest(numbers, paper, xy)
@@ -91,7 +119,9 @@ def test_a_nearer_voxel_is_painted_later():
                 assert not over, f"seed {seed}"
                 continue
             hits += 1
-            np.testing.assert_allclose(colours[over[-1]] * 16 - 8, numbers[first], atol=1e-9, err_msg=f"seed {seed}")
+            np.testing.assert_allclose(
+                colours[over[-1]] * 16 - 8, numbers[first], atol=1e-9, err_msg=f"seed {seed}"
+            )
         assert hits or len(numbers) < 5
 
 
@@ -145,7 +175,11 @@ def test_panels_show_what_the_octree_counts(coarse, tmp_path):
     found = four_panels(tmp_path / "a.png", scene, name, 0.9, voxel)
     checked = Verifier(scene, voxel).verify(named_setup(name), Target("V_S", 0.9))
     assert found["shell_voxels"] == checked.target_voxels
-    assert found["covered_voxels"] == checked.covered_voxels == found["shell_voxels"] - found["left_voxels"]
+    assert (
+        found["covered_voxels"]
+        == checked.covered_voxels
+        == found["shell_voxels"] - found["left_voxels"]
+    )
     assert found["zeta_percent"] == pytest.approx(100 * checked.zeta)
     cones = sensor_cones(scene.robot, named_setup(name), scene.poses[0].q)
     assert found["fov_voxels"] == count(cones, voxel)
@@ -161,11 +195,14 @@ def test_panels_show_what_the_octree_counts(coarse, tmp_path):
 
 def test_the_cone_by_its_voxels(coarse, tmp_path):
     rows = one_cone(tmp_path / "cone.png")
-    assert [(row["rule"], row["voxel"]) for row in rows] == [(r, v) for r in ("centre", "touch") for v in CONE_VOXELS]
+    assert [(row["rule"], row["voxel"]) for row in rows] == [
+        (r, v) for r in ("centre", "touch") for v in CONE_VOXELS
+    ]
     for row in rows:
         assert row["closed_form_m3"] == pytest.approx(0.1737, abs=5e-5)
         assert row["volume_m3"] == pytest.approx(row["voxels"] * row["voxel"] ** 3)
-        if row["rule"] == "centre":  # the mean over all places is the volume; four deviations of a mean of 12
+        # the mean over all places is the volume; four deviations of a mean of 12
+        if row["rule"] == "centre":
             assert abs(row["mean_m3"] - row["closed_form_m3"]) < 1.2 * row["deviation_m3"]
         else:
             assert row["volume_m3"] > row["closed_form_m3"]
@@ -179,7 +216,9 @@ def test_paint_keeps_the_size_of_its_picture(tmp_path):
     s = skin(voxel_set(SIDE, drawn(np.random.default_rng(3))), paper.rotation[2])
     add_skin(paper, s, (0.0, 0.45, 0.7), line=0.5)
     shapes = np.concatenate([path.vertices for path in paper.paint(fit=True).get_paths()])
-    np.testing.assert_allclose(paper.ax.dataLim.get_points(), [shapes.min(axis=0), shapes.max(axis=0)])
+    np.testing.assert_allclose(
+        paper.ax.dataLim.get_points(), [shapes.min(axis=0), shapes.max(axis=0)]
+    )
     FigureCanvasAgg(paper.ax.figure).draw()
 
 

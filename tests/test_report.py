@@ -1,4 +1,6 @@
-"""The report: what it says against what is counted, lengths against geometry, and a page that nothing leads out of."""
+"""The report: what it says against what is counted, lengths against geometry, and a page that
+nothing leads out of.
+"""
 
 import re
 import shlex
@@ -39,7 +41,10 @@ from place_rings.reporting.setup_report.facts import looked_at, standing_for
 from place_rings.reporting.setup_report.mounting_guide import seat_list
 from place_rings.rig.rings.protocol import length
 
-HOSTILE = "<img src=x onerror=alert(1)> ![p](http://192.0.2.1/a.png) [l](javascript:alert(1)) `c` | **b** \\"
+HOSTILE = (
+    "<img src=x onerror=alert(1)> ![p](http://192.0.2.1/a.png) [l](javascript:alert(1)) `c` |"
+    " **b** \\"
+)
 
 
 class Read(HTMLParser):
@@ -70,7 +75,9 @@ class Read(HTMLParser):
 def led_out(read):
     """What of a page refers to something that is not in it."""
     keys = ("src", "href", "srcset", "data", "action", "poster", "background")
-    return [v for _, a in read.tags for k, v in a.items() if k in keys and not v.startswith("data:")]
+    return [
+        v for _, a in read.tags for k, v in a.items() if k in keys and not v.startswith("data:")
+    ]
 
 
 @given(st.text(st.characters(exclude_categories=("Cs", "Cc")), max_size=60))
@@ -78,11 +85,27 @@ def test_what_a_user_wrote_is_shown_as_it_is(tmp_path_factory, text):
     """In a paragraph, in a cell and in a block: no markup of it is heeded, none of it is lost."""
     text = f"{text}{HOSTILE}"
     page = html(
-        f"{escaped(text)}\n\n{table(('a', 'b'), [(escaped(text), 'x')])}\n{code(text)}", tmp_path_factory.getbasetemp(), text
+        f"{escaped(text)}\n\n{table(('a', 'b'), [(escaped(text), 'x')])}\n{code(text)}",
+        tmp_path_factory.getbasetemp(),
+        text,
     )
     read = Read(page)
     body = [tag for tag, _ in read.tags][-13:]
-    assert body == ["body", "p", "table", "thead", "tr", "th", "th", "tbody", "tr", "td", "td", "pre", "code"]
+    assert body == [
+        "body",
+        "p",
+        "table",
+        "thead",
+        "tr",
+        "th",
+        "th",
+        "tbody",
+        "tr",
+        "td",
+        "td",
+        "pre",
+        "code",
+    ]
     said = printable(" ".join(text.split()))
     block = " ".join(" ".join(printable(line) for line in text.splitlines()).split())
     assert read.rows[-1] == [said, "x"]
@@ -94,20 +117,35 @@ def test_what_a_user_wrote_is_shown_as_it_is(tmp_path_factory, text):
 
 def test_a_page_leads_nowhere(tmp_path):
     (tmp_path / "mine.png").write_bytes(b"png")
-    markdown = "![m](mine.png) ![n](none.png) ![o](http://192.0.2.1/o.png) [p](http://192.0.2.1) <b>q</b> ![r](../r.png)\n"
+    markdown = (
+        "![m](mine.png) ![n](none.png) ![o](http://192.0.2.1/o.png) [p](http://192.0.2.1) <b>q</b>"
+        " ![r](../r.png)\n"
+    )
     read = Read(html(markdown, tmp_path, "<t>"))
     assert [a["src"][:22] for t, a in read.tags if t == "img"] == ["data:image/png;base64,"]
     assert led_out(read) == []
-    assert {t for t, _ in read.tags} == {"html", "head", "meta", "title", "style", "body", "p", "img"}
+    assert {t for t, _ in read.tags} == {
+        "html",
+        "head",
+        "meta",
+        "title",
+        "style",
+        "body",
+        "p",
+        "img",
+    }
 
 
 @given(st.sampled_from(sorted(ROBOTS)), st.integers(0, 2**32 - 1))
 def test_millimetres_lead_from_the_joint_to_the_ring(name, seed):
-    """From the joint's origin, along and aside of the mount axis, to the middle of the ring's sensors, at any pose."""
+    """From the joint's origin, along and aside of the mount axis, to the middle of the ring's
+    sensors, at any pose.
+    """
     rng, robot = np.random.default_rng(seed), ROBOTS[name]
     q = rng.uniform(-1, 1, len(robot.chain))
     rings = [
-        Ring(link, rng.uniform(), int(rng.integers(2, 9)), rng.uniform(-1, 1), rng.uniform(0, 6)) for link in robot.links
+        Ring(link, rng.uniform(), int(rng.integers(2, 9)), rng.uniform(-1, 1), rng.uniform(0, 6))
+        for link in robot.links
     ]
     scene, setup = Scene(robot=robot, poses=(Pose(q),)), Setup(tuple(rings))
     cones, frames, first = sensor_cones(robot, setup, q), forward(robot.chain, q), 0
@@ -134,7 +172,13 @@ def test_words_say_where_a_direction_points(seed):
         assert (f"+{axis}" in said) == (v[i] >= 0.35)
         assert (f"−{axis}" in said) == (v[i] <= -0.35)
     azimuth, elevation = (np.radians(float(n)) for n in re.findall(r"[+-]?\d+", bearing(v)))
-    told = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+    told = np.array(
+        [
+            np.cos(elevation) * np.cos(azimuth),
+            np.cos(elevation) * np.sin(azimuth),
+            np.sin(elevation),
+        ]
+    )
     assert np.linalg.norm(told - v) < 0.013  # a degree and a half
 
 
@@ -159,11 +203,14 @@ def test_materials_add_up():
     known, nominal = effective(Use("tfmini-s")).sensor, Ring("forearm", 0.5, 7)
     setup = Setup((Ring("forearm", 0.2, 5, sensor=known), Ring("tool", 0.0, 6, sensor=known)))
     said = "\n".join(materials(setup, length))
-    assert escaped("<b>`a`</b>*") in "\n".join(materials(Setup((replace(nominal, link="<b>`a`</b>*"),)), length))
+    assert escaped("<b>`a`</b>*") in "\n".join(
+        materials(Setup((replace(nominal, link="<b>`a`</b>*"),)), length)
+    )
     assert f"at most {11 * SUPPLIES['tfmini-s'].power_w:.2f} W" in said
     assert f"{11 * 100:,} distances and {(length(5) + length(6)) * 100:,} bytes a second" in said
-    assert "| 7 | A nominal sensor of 25° | 1.50 | not known | not known | not known | not known |" in "\n".join(
-        materials(Setup((nominal,)), length)
+    assert (
+        "| 7 | A nominal sensor of 25° | 1.50 | not known | not known | not known | not known |"
+        in "\n".join(materials(Setup((nominal,)), length))
     )
 
 
@@ -191,12 +238,15 @@ def test_a_piece_drawn_in_larger_voxels_is_where_it_was():
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """The report of a proposal whose every text is hostile, of two poses: (its page, read; what was printed, the file)."""
+    """The report of a proposal whose every text is hostile, of two poses: (its page, read; what was
+    printed, the file).
+    """
     folder = tmp_path_factory.mktemp("report")
     file = folder / f"{HOSTILE.replace('/', '÷')}.toml"
     quoted = HOSTILE.replace("\\", "\\\\")
     file.write_text(
-        f"""rings = [{{ link = "forearm", position = 0.3, count = 2 }}, {{ link = "upper_arm", position = 0.6, count = 1 }}]
+        f"""rings = [{{ link = "forearm", position = 0.3, count = 2 }}, {{ link = "upper_arm", \
+position = 0.6, count = 1 }}]
 [scene]
 poses = [{{ q_deg = [0, -45, 60, -105, -90, 0] }}, {{ q_deg = [40, -45, 60, -105, -90, 0] }}]
 targets = [{{ name = "V_S", radius = 0.4, at_least = 99 }}]
@@ -218,7 +268,16 @@ versions = {{ "{quoted}" = "{quoted}" }}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(comparison, "PAPER_SETUPS", ("n1_4_0",))
         patch.setattr(comparison, "PAPER_TARGETS", ())
-        words = ["report", str(file), "--voxel", "0.1", "--draws", "1", "--out", str(folder / "out")]
+        words = [
+            "report",
+            str(file),
+            "--voxel",
+            "0.1",
+            "--draws",
+            "1",
+            "--out",
+            str(folder / "out"),
+        ]
         words += ["--seed=0", "--occlusion", "ignore"]
         patch.setattr(sys, "argv", ["place-rings", *words])
         patch.setattr(signal, "signal", lambda *_: None)

@@ -1,4 +1,6 @@
-"""The check as a whole: from a recording made by hand, and end to end on the simulated rig, live and replayed."""
+"""The check as a whole: from a recording made by hand, and end to end on the simulated rig, live
+and replayed.
+"""
 
 import fcntl
 import io
@@ -60,7 +62,10 @@ HZ, EVERY = 125, 5  # states a second, states between two frames
 
 def about():
     targets = [goal.target for goal in SCENE.goals]
-    plans = [plan_rod(SCENE, SETUP, t, n, where=places(SCENE, t, Rod(), 0.1)) for t, n in zip(targets, (12, 8), strict=True)]
+    plans = [
+        plan_rod(SCENE, SETUP, t, n, where=places(SCENE, t, Rod(), 0.1))
+        for t, n in zip(targets, (12, 8), strict=True)
+    ]
     return AboutFile(
         setup="small.toml",
         proposal=ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=scene_model(SCENE)),
@@ -69,7 +74,10 @@ def about():
         moved=True,
         stale_s=0.08,
         voxel=0.05,
-        ports=[PortModel(name=f"port {i}", count=r.count, baud=460800) for i, r in enumerate(SETUP.rings)],
+        ports=[
+            PortModel(name=f"port {i}", count=r.count, baud=460800)
+            for i, r in enumerate(SETUP.rings)
+        ],
         seconds=1.0,
         wave=True,
         stops=mount_plan_model(planned(SCENE, SETUP, poses=10, frames=8, candidates=60)),
@@ -145,7 +153,9 @@ def call(words):
 
 def judged(file, checked):
     recorded = Recorded(file)
-    return judge(checked, replay(recorded, checked.ports, checked.about.stale_s), 0.0, recorded.damage)
+    return judge(
+        checked, replay(recorded, checked.ports, checked.about.stale_s), 0.0, recorded.damage
+    )
 
 
 def test_what_was_injected_is_found_and_said(taped):
@@ -153,13 +163,19 @@ def test_what_was_injected_is_found_and_said(taped):
     found = judged(file, checked)
     r = found.result
     assert (r.verdict, r.warnings) == ("differs", [])
-    assert r.mount.injected_found == dict.fromkeys(("reversed ring", "swapped pair", "dead sensor"), True)
+    assert r.mount.injected_found == dict.fromkeys(
+        ("reversed ring", "swapped pair", "dead sensor"), True
+    )
     assert r.mount.stops == 10
     for one in r.mount.rings:
         assert all(abs(e.value - e.injected) < 2.5 * e.margin for e in one.errors)
     assert len(r.self_check.silent) == 1
-    wires = np.concatenate([[np.nan if w is None else w for w in one.seats] for one in r.self_check.waved])
-    seats = np.concatenate([np.arange(n.count) for n in SETUP.rings]).astype(float)[checked.injected.seat]
+    wires = np.concatenate(
+        [[np.nan if w is None else w for w in one.seats] for one in r.self_check.waved]
+    )
+    seats = np.concatenate([np.arange(n.count) for n in SETUP.rings]).astype(float)[
+        checked.injected.seat
+    ]
     np.testing.assert_array_equal(wires, np.where(checked.injected.seat < 0, np.nan, seats))
     assert not any(one.missed for one in r.self_check.waved)
     assert any("by a hand: " in reason for reason in r.reasons)
@@ -192,7 +208,14 @@ def test_a_recording_that_says_what_cannot_be_is_judged_by_the_rest(taped, tmp_p
     with Recording(tmp_path / "odd", {"check": checked.about.model_dump(mode="json")}) as recording:
         tape = Tape(recording, checked)
         tape.stand(SCENE.poses[0].q, "self", 0, 20)
-        for step, number in (("mount", 99), ("mount", -1), ("wave", 7), ("trial", 500), ("before", 9), ("dance", 1)):
+        for step, number in (
+            ("mount", 99),
+            ("mount", -1),
+            ("wave", 7),
+            ("trial", 500),
+            ("before", 9),
+            ("dance", 1),
+        ):
             tape.stand(SCENE.poses[0].q, step, number, 2)
         tape.say("link ended", tape.now, why="BORED")
     r = judged(tmp_path / "odd", checked).result
@@ -206,14 +229,23 @@ def test_a_recording_of_other_ports_than_rings_is_refused(taped, tmp_path):
     wrong["ports"] = wrong["ports"][:1]
     with Recording(tmp_path / "odd", {"check": wrong}):
         pass
-    with pytest.raises(UserError, match=r"ports: found .counts \[8\]., allowed: those of the rings, \[8, 6\]"):
+    with pytest.raises(
+        UserError, match=r"ports: found .counts \[8\]., allowed: those of the rings, \[8, 6\]"
+    ):
         call(["check", "--replay", str(tmp_path / "odd"), "--out", str(tmp_path / "out")])
     assert not (tmp_path / "out").exists()
 
 
 def test_steps_that_were_not_ended_are_none():
-    said = [(1.0, {"what": "begin", "step": "mount", "number": 4}), (2.0, {"what": "end"}), (3.0, {"what": "end"})]
-    said += [(4.0, {"what": "begin", "step": "trial", "number": 0}), (5.0, {"what": "begin", "step": "trial", "number": 1})]
+    said = [
+        (1.0, {"what": "begin", "step": "mount", "number": 4}),
+        (2.0, {"what": "end"}),
+        (3.0, {"what": "end"}),
+    ]
+    said += [
+        (4.0, {"what": "begin", "step": "trial", "number": 0}),
+        (5.0, {"what": "begin", "step": "trial", "number": 1}),
+    ]
     assert spans(said) == [("mount", 4, 1.0, 2.0)]
     assert spans([*said, (6.0, {"what": "end"})])[1:] == [("trial", 1, 5.0, 6.0)]
 
@@ -262,17 +294,29 @@ PROPOSAL = to_toml(ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=sc
         (["--rig", "sim", "--move"], "--move: allowed: only with --robot-host"),
         (["--robot-host", "h"], "--ring: found none for forearm, tool"),
         (["--robot-host", "h", "--ring", "tool"], "allowed: NAME=PORT"),
-        (["--robot-host", "h", "--ring", "hand=/dev/x"], 'found "hand", allowed: each of forearm, tool once'),
-        (["--robot-host", "h", "--ring", "0=/dev/x", "--ring", "forearm=/dev/y"], 'found "forearm", allowed: each of tool'),
+        (
+            ["--robot-host", "h", "--ring", "hand=/dev/x"],
+            'found "hand", allowed: each of forearm, tool once',
+        ),
+        (
+            ["--robot-host", "h", "--ring", "0=/dev/x", "--ring", "forearm=/dev/y"],
+            'found "forearm", allowed: each of tool',
+        ),
         (["--robot-host", "h", "--ring", "tool=/dev/x,morse"], "allowed: place-rings, esp32, text"),
         (
             ["--robot-host", "h", "--ring", "0=gone", "--ring", "tool=gone"],
             '--ring forearm: found no "gone", allowed: a port',
         ),
-        (["--robot-host", "h", "--allow-reduced-near-stop"], "--allow-reduced-near-stop: allowed: only with --move"),
+        (
+            ["--robot-host", "h", "--allow-reduced-near-stop"],
+            "--allow-reduced-near-stop: allowed: only with --move",
+        ),
         (["--rig", "sim", "--rod-mm", "370x70"], "allowed: THICKNESSxLENGTH"),
         (["--rig", "sim", "--part", "mount", "--wave"], "--wave: allowed: only with --part self"),
-        (["--rig", "sim", "--target", "V_S", "--radius", "0.1"], "--radius: found 0.1, allowed: above 0.15"),
+        (
+            ["--rig", "sim", "--target", "V_S", "--radius", "0.1"],
+            "--radius: found 0.1, allowed: above 0.15",
+        ),
         (["--replay", "small.toml"], "found no recording of a rig"),
     ],
 )
@@ -301,7 +345,9 @@ def proposal(motion, obstacles=SCENE.obstacles):
         (Motion(), SCENE.obstacles, ("cell_complete = true",)),
     ],
 )
-def test_a_real_robot_is_not_moved_in_a_cell_that_is_not_known(tmp_path, monkeypatch, part, motion, obstacles, lacks):
+def test_a_real_robot_is_not_moved_in_a_cell_that_is_not_known(
+    tmp_path, monkeypatch, part, motion, obstacles, lacks
+):
     pytest.importorskip("rtde_control")
     monkeypatch.chdir(tmp_path)
     (tmp_path / "small.toml").write_text(proposal(motion, obstacles))
@@ -343,15 +389,23 @@ def test_a_simulated_rig_needs_no_statement_and_says_so(tmp_path, monkeypatch, c
 def test_a_distance_of_nothing_is_refused(tmp_path, monkeypatch, key):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text(f"[motion]\n{key} = 0.0\n")
-    with pytest.raises(UserError, match=rf"scene.toml: motion.{key}: found 0.0, allowed: a number at least"):
+    with pytest.raises(
+        UserError, match=rf"scene.toml: motion.{key}: found 0.0, allowed: a number at least"
+    ):
         call(["check", "n2_16_25", "--rig", "sim", "--scene", "scene.toml"])
 
 
 def test_too_few_sensors_with_a_near_stop_are_refused_unless_waived():
     joints = np.random.default_rng(0).uniform(-2, 2, (6, 6))
     stops = near_stops(SCENE, SETUP, joints)
-    strict, lax = (replace(SCENE, motion=Motion(near_share=share)) for share in (stops.share + 0.01, stops.share))
-    with pytest.raises(UserError, match=r"--move: .*near_share.*rings_as_proposed = true.*--allow-reduced-near-stop"):
+    strict, lax = (
+        replace(SCENE, motion=Motion(near_share=share))
+        for share in (stops.share + 0.01, stops.share)
+    )
+    with pytest.raises(
+        UserError,
+        match=r"--move: .*near_share.*rings_as_proposed = true.*--allow-reduced-near-stop",
+    ):
         require_near_stop(stops, strict, False)
     require_near_stop(stops, strict, True)
     require_near_stop(stops, lax, False)
@@ -403,7 +457,9 @@ def test_what_is_missing_is_said_before_anything_is_done(tmp_path, monkeypatch):
 
 
 def test_a_process_that_is_gone_does_not_end_the_check_with_it(tmp_path, monkeypatch):
-    """The command lets a broken pipe end it, for ``| head``: the check's moving client, once killed, must not."""
+    """The command lets a broken pipe end it, for ``| head``: the check's moving client, once
+    killed, must not.
+    """
     pytest.importorskip("rtde_control")
     (tmp_path / "small.toml").write_text(PROPOSAL)
     before, told = signal.signal(signal.SIGPIPE, signal.SIG_DFL), []
@@ -415,7 +471,18 @@ def test_a_process_that_is_gone_does_not_end_the_check_with_it(tmp_path, monkeyp
     monkeypatch.setattr(command, "_started", started)
     try:
         with pytest.raises(UserError, match="enough"):
-            call(["check", str(tmp_path / "small.toml"), "--rig", "sim", "--part", "self", "--out", str(tmp_path / "out")])
+            call(
+                [
+                    "check",
+                    str(tmp_path / "small.toml"),
+                    "--rig",
+                    "sim",
+                    "--part",
+                    "self",
+                    "--out",
+                    str(tmp_path / "out"),
+                ]
+            )
         told.append(signal.getsignal(signal.SIGPIPE))
     finally:
         signal.signal(signal.SIGPIPE, before)
@@ -425,7 +492,16 @@ def test_a_process_that_is_gone_does_not_end_the_check_with_it(tmp_path, monkeyp
 def test_a_robot_that_ur_rtde_does_not_know_is_refused(tmp_path):
     pytest.importorskip("rtde_control")
     (tmp_path / "arm.toml").write_text('robot = "iiwa14"')
-    words = ["check", "n1_8_0", "--rig", "sim", "--scene", str(tmp_path / "arm.toml"), "--out", str(tmp_path / "out")]
+    words = [
+        "check",
+        "n1_8_0",
+        "--rig",
+        "sim",
+        "--scene",
+        str(tmp_path / "arm.toml"),
+        "--out",
+        str(tmp_path / "out"),
+    ]
     with pytest.raises(UserError, match="allowed: one of 6 joints"):
         call(words)
 
@@ -435,24 +511,51 @@ def test_end_to_end_on_the_simulated_rig_and_its_replay(tmp_path):
     """Through unmodified ur-rtde and pyserial, in processes of their own."""
     pytest.importorskip("rtde_control")
     (tmp_path / "small.toml").write_text(PROPOSAL)
-    words = ["check", str(tmp_path / "small.toml"), "--rig", "sim", "--stops", "12", "--trials", "8", "--voxel", "0.05"]
+    words = [
+        "check",
+        str(tmp_path / "small.toml"),
+        "--rig",
+        "sim",
+        "--stops",
+        "12",
+        "--trials",
+        "8",
+        "--voxel",
+        "0.05",
+    ]
     run = [sys.executable, "-m", "place_rings.cli.entry"]
     live, again = tmp_path / "live", tmp_path / "again"
     done = subprocess.run([*run, *words, "--out", str(live)], capture_output=True, text=True)
     assert done.returncode == 1, done.stderr
     result = CheckResult.model_validate_json((live / "check.json").read_text())
     assert result.verdict == "differs", done.stdout
-    assert result.mount.injected_found == dict.fromkeys(("reversed ring", "swapped pair", "dead sensor"), True)
+    assert result.mount.injected_found == dict.fromkeys(
+        ("reversed ring", "swapped pair", "dead sensor"), True
+    )
     assert [(c.named, c.trials) for c in result.coverage] == [("V_S(0.25)", 4), ("V_S(0.2)", 4)]
     recording = str(live / "recording-1.rig")
-    assert subprocess.run([*run, "check", "--replay", recording, "--out", str(again)], capture_output=True).returncode == 1
-    plans = ("recording-1.rig", "world.toml", "stops.toml", "trials-V_S-0.25.toml", "trials-V_S-0.2.toml", "trials.pdf")
+    assert (
+        subprocess.run(
+            [*run, "check", "--replay", recording, "--out", str(again)], capture_output=True
+        ).returncode
+        == 1
+    )
+    plans = (
+        "recording-1.rig",
+        "world.toml",
+        "stops.toml",
+        "trials-V_S-0.25.toml",
+        "trials-V_S-0.2.toml",
+        "trials.pdf",
+    )
     assert files_of(again) == files_of(live, *plans)
 
 
 @pytest.mark.slow
 def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_path, monkeypatch):
-    """As on a real rig, with the limits and the questions of one, and on the move more patience than a real one has."""
+    """As on a real rig, with the limits and the questions of one, and on the move more patience
+    than a real one has.
+    """
     pytest.importorskip("rtde_control")
     motion = Motion(np.radians(60), np.radians(120), cell_complete=True, rings_as_proposed=True)
     scene = replace(SCENE, motion=motion)
@@ -461,20 +564,43 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
 
     def run(rig, *words, said=""):
         rings = [f"--ring={name}={rig.ring(i)}" for i, name in enumerate(("forearm", "tool"))]
-        call = [sys.executable, "-m", "place_rings.cli.entry", "check", "small.toml", "--robot-host", rig.address]
+        call = [
+            sys.executable,
+            "-m",
+            "place_rings.cli.entry",
+            "check",
+            "small.toml",
+            "--robot-host",
+            rig.address,
+        ]
         more = ["--voxel", "0.1", "--seconds", "2", *words]
         wide = {**os.environ, "COLUMNS": "140"}
-        return subprocess.run([*call, *rings, *more], input=said, capture_output=True, text=True, cwd=tmp_path, env=wide)
+        return subprocess.run(
+            [*call, *rings, *more],
+            input=said,
+            capture_output=True,
+            text=True,
+            cwd=tmp_path,
+            env=wide,
+        )
 
     with simulated_rig(scene, SETUP, 0, tmp_path) as rig:
         looked = run(rig, "--part", "self", "--out", "looked")
         assert looked.returncode == 1, looked.stderr
         assert "never answer" in looked.stdout
-        refused = run(rig, "--part", "mount", "--stops", "3", "--move", "--out", "refused", said="no\n")
+        refused = run(
+            rig, "--part", "mount", "--stops", "3", "--move", "--out", "refused", said="no\n"
+        )
         assert refused.returncode == 2
         assert "not confirmed, nothing was moved" in refused.stderr
         assert "no safety function" in refused.stderr
-        for word in ("Near stop along the route", "always full", "sometimes none", "forearm", "tool"):
+        for word in (
+            "Near stop along the route",
+            "always full",
+            "sometimes none",
+            "forearm",
+            "tool",
+        ):
             assert word in refused.stderr
         left = run(rig, "--part", "mount", "--stops", "3", "--out", "left", said="s\ns\n")
         assert left.returncode == 3
@@ -483,25 +609,44 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
         asked = []
         monkeypatch.setattr(command, "_REAL", 25.0)
         monkeypatch.setattr("builtins.input", lambda *_: asked.append(1) or "yes")
-        ports = [PortModel(name=rig.ring(i), count=r.count, baud=460800, patience=8.0) for i, r in enumerate(SETUP.rings)]
+        ports = [
+            PortModel(name=rig.ring(i), count=r.count, baud=460800, patience=8.0)
+            for i, r in enumerate(SETUP.rings)
+        ]
         wanted = command.Asked(("mount",), 1.0, False, 3, 2, Rod(), True, False, 0.1, 0)
-        command.check_live("small.toml", SETUP, scene, wanted, rig.address, ports, tmp_path / "moved", False)
+        command.check_live(
+            "small.toml", SETUP, scene, wanted, rig.address, ports, tmp_path / "moved", False
+        )
         assert asked == [1]
         assert np.abs(np.subtract(rig.do("state")["q"], SCENE.poses[0].q)).max() > 0.1
     result = CheckResult.model_validate_json((tmp_path / "moved" / "check.json").read_text())
-    assert (result.simulated, result.mount is None or result.mount.stops) in ((False, True), (False, 3))
+    assert (result.simulated, result.mount is None or result.mount.stops) in (
+        (False, True),
+        (False, 3),
+    )
     assert result.mount is None or result.mount.injected_found is None
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("end", ["SIGINT", "SIGTERM", "hang-up"])
 def test_signals_end_a_moving_check_in_order(tmp_path, end):
-    """In a terminal of its own, which goes with the hang-up: the robot is stopped, what was read is judged and written, no
-    process and no folder stays."""
+    """In a terminal of its own, which goes with the hang-up: the robot is stopped, what was read is
+    judged and written, no process and no folder stays."""
     pytest.importorskip("rtde_control")
     (tmp_path / "small.toml").write_text(PROPOSAL)
     (tmp_path / "temporary").mkdir()
-    words = ["check", "small.toml", "--rig", "sim", "--part", "mount", "--stops", "24", "--voxel", "0.1"]
+    words = [
+        "check",
+        "small.toml",
+        "--rig",
+        "sim",
+        "--part",
+        "mount",
+        "--stops",
+        "24",
+        "--voxel",
+        "0.1",
+    ]
     master, slave = pty.openpty()
     with subprocess.Popen(
         [sys.executable, "-m", "place_rings.cli.entry", *words],
@@ -517,7 +662,9 @@ def test_signals_end_a_moving_check_in_order(tmp_path, end):
         ended = threading.Event()
         threading.Thread(target=_drained, args=(master, ended), daemon=True).start()
         recording = tmp_path / "place-rings-check" / "recording-1.rig"
-        while process.poll() is None and not (recording.exists() and b'"near stop"' in recording.read_bytes()):
+        while process.poll() is None and not (
+            recording.exists() and b'"near stop"' in recording.read_bytes()
+        ):
             time.sleep(0.1)
         time.sleep(2.0)
         family = psutil.Process(process.pid).children(recursive=True)
@@ -532,7 +679,9 @@ def test_signals_end_a_moving_check_in_order(tmp_path, end):
     assert not any(p.is_running() for p in family)
     assert list((tmp_path / "temporary").glob("*rig*")) == []
     result = CheckResult.model_validate_json((recording.parent / "check.json").read_text())
-    why = {"SIGINT": "interrupted", "SIGTERM": "ended by SIGTERM", "hang-up": "ended by SIGHUP"}[end]
+    why = {"SIGINT": "interrupted", "SIGTERM": "ended by SIGTERM", "hang-up": "ended by SIGHUP"}[
+        end
+    ]
     assert result.verdict == "unfinished"
     assert any(why in reason and UNSEEN not in reason for reason in result.reasons), result.reasons
 

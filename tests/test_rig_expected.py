@@ -9,7 +9,16 @@ from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.robots.link_bodies import Capsules, point_to_segment, robot_capsules
 from place_rings.coverage.solids.sensor_beams import Optics
-from place_rings.rig.sensing.expected import CELL, NOTHING, ROBOT, ROD, beams_at, expected, in_beams, to_cell
+from place_rings.rig.sensing.expected import (
+    CELL,
+    NOTHING,
+    ROBOT,
+    ROD,
+    beams_at,
+    expected,
+    in_beams,
+    to_cell,
+)
 from place_rings.rig.sensing.fan import ray_to_capsule, ray_to_polyhedron
 
 from .drawing import unit
@@ -23,10 +32,14 @@ def rays(beams, k, rng):
     axis, up = beams.axis[k], beams.up[k]
     if beams.half_up[k] > 0:
         x, y = (
-            np.tan(h[k]) * rng.choice([-1, 1, *rng.uniform(-1, 1, RAYS)], RAYS) for h in (beams.half_angle, beams.half_up)
+            np.tan(h[k]) * rng.choice([-1, 1, *rng.uniform(-1, 1, RAYS)], RAYS)
+            for h in (beams.half_angle, beams.half_up)
         )
     else:
-        rho, turn = np.tan(beams.half_angle[k]) * np.sqrt(rng.random(RAYS)), rng.uniform(0, 2 * np.pi, RAYS)
+        rho, turn = (
+            np.tan(beams.half_angle[k]) * np.sqrt(rng.random(RAYS)),
+            rng.uniform(0, 2 * np.pi, RAYS),
+        )
         rho[: RAYS // 4] = np.tan(beams.half_angle[k])
         x, y = rho * np.cos(turn), rho * np.sin(turn)
     way = axis + x[:, None] * np.cross(up, axis) + y[:, None] * up
@@ -39,17 +52,29 @@ def test_no_ray_in_a_beam_hits_anything_nearer_and_some_ray_comes_near_to_it(squ
     rng = np.random.default_rng(3)
     setup = Setup(tuple(replace(r, sensor=SQUARE) for r in SETUP.rings)) if square else SETUP
     joints = rng.uniform(-2, 2, (4, 6))
-    rod = Capsules(np.tile([[[0.3, 0.3, 0.1]]], (4, 1, 1)), np.tile([[[0.3, 0.3, 0.5]]], (4, 1, 1)), np.array([0.05]))
+    rod = Capsules(
+        np.tile([[[0.3, 0.3, 0.1]]], (4, 1, 1)),
+        np.tile([[[0.3, 0.3, 0.5]]], (4, 1, 1)),
+        np.array([0.05]),
+    )
     found, beams = expected(SCENE, setup, joints, rod), beams_at(SCENE, setup, joints)
     start, end, radius = robot_capsules(SCENE.robot, forward(SCENE.robot.chain, joints))
     off = []
-    for k, (distance, what) in enumerate(zip(found.distance.ravel(), found.what.ravel(), strict=True)):
+    for k, (distance, what) in enumerate(
+        zip(found.distance.ravel(), found.what.ravel(), strict=True)
+    ):
         way, far = rays(beams, k, rng)
         pose, apex = k // setup.sensors, beams.apex[k][None]
-        a = [ray_to_capsule(apex, way, s[None], e[None], r) for s, e, r in zip(start[pose], end[pose], radius, strict=True)]
+        a = [
+            ray_to_capsule(apex, way, s[None], e[None], r)
+            for s, e, r in zip(start[pose], end[pose], radius, strict=True)
+        ]
         b = [ray_to_polyhedron(apex, way, o.body) for o in SCENE.obstacles]
         c = [ray_to_capsule(apex, way, rod.start[pose], rod.end[pose], rod.radius[0])]
-        each = [np.where(v <= far, v, np.inf).min() for v in (np.minimum.reduce(a), np.minimum.reduce(b), c[0])]
+        each = [
+            np.where(v <= far, v, np.inf).min()
+            for v in (np.minimum.reduce(a), np.minimum.reduce(b), c[0])
+        ]
         nearest = min(each)
         assert distance <= nearest + 1e-5
         assert (what == NOTHING) == np.isinf(distance)
@@ -76,7 +101,10 @@ def test_rays_begin_where_a_body_does():
         at = origin[hit] + t[hit, None] * way[hit]
         assert np.all(value(at) <= 1e-9)
         assert np.all(np.abs(value(at))[t[hit] > 0] <= 1e-9)
-        before = origin[:, None] + np.minimum(t, 3.0)[:, None, None] * np.linspace(0, 0.999, 200)[:, None] * way[:, None]
+        before = (
+            origin[:, None]
+            + np.minimum(t, 3.0)[:, None, None] * np.linspace(0, 0.999, 200)[:, None] * way[:, None]
+        )
         assert np.all((value(before) >= -1e-9)[t > 0])
 
 
@@ -86,14 +114,24 @@ def test_a_floor_is_seen_at_its_foot_within_half_the_beam_and_along_its_side_bey
     half, high = 0.25, 0.7
     axis = np.array([[math.sin(lean), 0.0, -math.cos(lean)]])
     up = np.array([[math.cos(lean), 0.0, math.sin(lean)]])
-    beam = Optics(np.array([[0.2, 0.1, high - 0.75]]), axis, np.array([half]), np.array([2.0]), up, np.array([half_up]), NOT)
+    beam = Optics(
+        np.array([[0.2, 0.1, high - 0.75]]),
+        axis,
+        np.array([half]),
+        np.array([2.0]),
+        up,
+        np.array([half_up]),
+        NOT,
+    )
     wanted = high / math.cos(max(lean - half, 0.0))
     found = to_cell(beam, (FLOOR.body,))[0]
     assert abs(found - wanted) < (2e-4 if half_up else 1e-9)
 
 
 def test_a_sensor_within_something_reads_nought_and_one_before_nothing_reads_nothing():
-    one = Optics(*(np.array([v]) for v in ([-0.7, 0.5, -0.45], [1.0, 0, 0], 0.2, 1.0, [0, 0, 1.0], 0.0)), NOT)
+    one = Optics(
+        *(np.array([v]) for v in ([-0.7, 0.5, -0.45], [1.0, 0, 0], 0.2, 1.0, [0, 0, 1.0], 0.0)), NOT
+    )
     assert to_cell(one, (BOX.body,))[0] == 0
     assert np.isinf(to_cell(one, ())[0])
     far = np.array([[5.0, 0, 0]])

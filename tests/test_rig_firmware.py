@@ -10,7 +10,9 @@ import pytest
 from place_rings.rig.rings.protocol import Decoder, Status, encode, length
 
 FIRMWARE = Path(__file__).parent.parent / "rig" / "firmware" / "place_rings_ring"
-COMPILER = next((found for name in ("c++", "g++", "clang++") if (found := shutil.which(name))), None)
+COMPILER = next(
+    (found for name in ("c++", "g++", "clang++") if (found := shutil.which(name))), None
+)
 PROGRAM = """
 #include <cstdio>
 #include "ring_frame.h"
@@ -22,7 +24,8 @@ int main() {
     for (unsigned i = 0; i < count && std::scanf("%u %u", &mm, &status) == 2; i++)
       readings[i] = {uint16_t(mm), uint8_t(status)};
     uint8_t frame[ring_frame::length(64)];
-    std::fwrite(frame, 1, ring_frame::encode(frame, uint16_t(sequence), micros, readings, uint8_t(count)), stdout);
+    std::fwrite(frame, 1, ring_frame::encode(frame, uint16_t(sequence), micros, readings, \
+uint8_t(count)), stdout);
   }
 }
 """
@@ -32,7 +35,9 @@ int main() {
 def test_the_firmware_sends_what_the_decoder_reads(tmp_path):
     (tmp_path / "main.cpp").write_text(PROGRAM)
     warnings = ["-std=c++11", "-Wall", "-Wextra", "-Werror", "-pedantic"]
-    subprocess.run([COMPILER, *warnings, "-I", FIRMWARE, "main.cpp", "-o", "main"], cwd=tmp_path, check=True)
+    subprocess.run(
+        [COMPILER, *warnings, "-I", FIRMWARE, "main.cpp", "-o", "main"], cwd=tmp_path, check=True
+    )
     rng = np.random.default_rng(0)
     frames = []
     for sequence in (0, 1, 255, 256, 65535):
@@ -41,9 +46,12 @@ def test_the_firmware_sends_what_the_decoder_reads(tmp_path):
         mm = rng.integers(0, 65536, count)
         frames.append((sequence, int(rng.integers(0, 2**50)), mm, status))
     told = "\n".join(
-        f"{len(mm)} {n} {t} " + " ".join(f"{a} {b}" for a, b in zip(mm, s, strict=True)) for n, t, mm, s in frames
+        f"{len(mm)} {n} {t} " + " ".join(f"{a} {b}" for a, b in zip(mm, s, strict=True))
+        for n, t, mm, s in frames
     )
-    sent = subprocess.run([tmp_path / "main"], input=told.encode(), capture_output=True, check=True).stdout
+    sent = subprocess.run(
+        [tmp_path / "main"], input=told.encode(), capture_output=True, check=True
+    ).stdout
     for sequence, micros, mm, status in frames:
         size = length(len(mm))
         (found,) = Decoder(len(mm)).feed(sent[:size], 0.0)

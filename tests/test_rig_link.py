@@ -1,4 +1,6 @@
-"""The link to the robot: states that cannot be true, stale or late are never given; every end is a fault of its kind."""
+"""The link to the robot: states that cannot be true, stale or late are never given; every end is a
+fault of its kind.
+"""
 
 import sys
 import time
@@ -23,7 +25,10 @@ joint = st.integers(0, 5)
 
 def state(n, q=HOME, speed=None, **more):
     """The n-th of 125 states a second."""
-    return replace(State(100 + n / 125, 7 + n / 125, np.array(q), np.zeros(6) if speed is None else speed), **more)
+    return replace(
+        State(100 + n / 125, 7 + n / 125, np.array(q), np.zeros(6) if speed is None else speed),
+        **more,
+    )
 
 
 def taken(states):
@@ -121,7 +126,10 @@ def test_a_record_of_another_length_is_garbled(data):
     assert fault.value.why == Ended.GARBLED
 
 
-@given(st.lists(st.floats(0.001, 0.12), min_size=2, max_size=30), st.lists(st.floats(-0.2, 4), min_size=1, max_size=30))
+@given(
+    st.lists(st.floats(0.001, 0.12), min_size=2, max_size=30),
+    st.lists(st.floats(-0.2, 4), min_size=1, max_size=30),
+)
 def test_between_fresh_neighbours_alone_it_interpolates(steps, times):
     known = np.cumsum(steps)
     states = [State(t, t, np.full(6, 3 * t), np.zeros(6)) for t in known]
@@ -158,9 +166,15 @@ say(0, 10)
     [
         ("time.sleep(9)", Ended.STALE),
         ("import os; os.abort()", Ended.ABORTED),
-        ("sys.stdout.buffer.write(b'x' * 99); sys.stdout.buffer.flush(); time.sleep(9)", Ended.GARBLED),
         (
-            "sys.stdout.buffer.write(Record(Kind.CLOSED, 0, 0.0).pack()); sys.stdout.buffer.flush(); time.sleep(9)",
+            "sys.stdout.buffer.write(b'x' * 99); sys.stdout.buffer.flush(); time.sleep(9)",
+            Ended.GARBLED,
+        ),
+        (
+            (
+                "sys.stdout.buffer.write(Record(Kind.CLOSED, 0, 0.0).pack());"
+                " sys.stdout.buffer.flush(); time.sleep(9)"
+            ),
             Ended.CLOSED,
         ),
     ],
@@ -201,7 +215,10 @@ def test_a_silence_is_found_in_time():
 
 def test_nobody_there_is_one_line():
     pytest.importorskip("rtde_receive")
-    with Link("127.0.0.1") as link, pytest.raises(LinkFaultError, match="cannot be reached") as fault:
+    with (
+        Link("127.0.0.1") as link,
+        pytest.raises(LinkFaultError, match="cannot be reached") as fault,
+    ):
         link.wait()
     assert fault.value.why == Ended.REFUSED
 
@@ -231,7 +248,11 @@ def test_the_clients_own_ways_to_fail_are_found_in_time(name):
     ):
         link.wait()
         time.sleep(0.3)
-        done = rig.do("spoil", how=name)["time"] if name not in ("close", "stall", "zero", "stop") else rig.do(name)["time"]
+        done = (
+            rig.do("spoil", how=name)["time"]
+            if name not in ("close", "stall", "zero", "stop")
+            else rig.do(name)["time"]
+        )
         until = time.monotonic() + 2
         while link.fault is None and time.monotonic() < until:
             time.sleep(0.005)

@@ -1,4 +1,6 @@
-"""Motion: refused before it begins, stopped by whatever goes wrong, through the unmodified client and a simulated robot."""
+"""Motion: refused before it begins, stopped by whatever goes wrong, through the unmodified client
+and a simulated robot.
+"""
 
 import os
 import signal
@@ -99,7 +101,9 @@ def test_a_killed_client_stops_it_by_the_robots_watchdog(robot, mover):
 def test_a_session_is_gathered_recorded_and_replayed_and_ends_by_its_fault(tmp_path):
     with rig(rings=2) as simulated:
         ports = [Port(simulated.ring(i), 4) for i in range(2)]
-        with Session(simulated.address, ports, Recording(tmp_path / "file", {"rings": 2}), patience=PATIENCE) as session:
+        with Session(
+            simulated.address, ports, Recording(tmp_path / "file", {"rings": 2}), patience=PATIENCE
+        ) as session:
             session.link.wait()
             with Mover(simulated.address, session.link, LIMITS, patience=PATIENCE) as mover:
                 mover.move(HOME + 0.05)

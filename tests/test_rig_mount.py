@@ -1,4 +1,6 @@
-"""The mount check: slopes, poses, wiring, and fits that must find what was done, and say how surely."""
+"""The mount check: slopes, poses, wiring, and fits that must find what was done, and say how
+surely.
+"""
 
 from dataclasses import replace
 
@@ -40,7 +42,9 @@ def test_slopes_are_those_of_what_is_expected():
     joints, ring, rng = drawn(SCENE, 8, 1), SETUP.rings[0], np.random.default_rng(0)
     which = expected(SCENE, Setup((ring,)), joints).what == CELL
     distance, by = slopes(SCENE, ring, joints, which)
-    np.testing.assert_allclose(distance, expected(SCENE, Setup((ring,)), joints).distance[which], atol=1e-9)
+    np.testing.assert_allclose(
+        distance, expected(SCENE, Setup((ring,)), joints).distance[which], atol=1e-9
+    )
     step = 1e-5 * rng.uniform(-1, 1, 4)
     there = expected(SCENE, Setup((moved(SCENE, ring, step),)), joints).distance[which] + step[3]
     close = np.abs(there - distance - by @ step) <= 1e-7
@@ -75,7 +79,13 @@ def test_clear_poses_keep_limits_and_their_distance():
     down = np.radians([0, 90, 0, 0, 0, 0])  # into the floor
     assert not clear(SCENE, down[None])[0]
     with pytest.raises(ValueError, match="clear poses"):
-        drawn(replace(SCENE, robot=replace(SCENE.robot, limits=np.stack([down, down + 1e-3], axis=1))), 1, 0)
+        drawn(
+            replace(
+                SCENE, robot=replace(SCENE.robot, limits=np.stack([down, down + 1e-3], axis=1))
+            ),
+            1,
+            0,
+        )
 
 
 def test_poses_are_chosen_by_what_they_tell(plan):
@@ -125,7 +135,9 @@ def test_orders_and_exchanges_are_found(seed, count, silent):
 
 
 def injected(rng, errors):
-    """Both rings off by ``errors`` (2, 4), the first the other way round, two sensors of the second swapped, one dead."""
+    """Both rings off by ``errors`` (2, 4), the first the other way round, two sensors of the second
+    swapped, one dead.
+    """
     rings = [replace(SETUP.rings[0], tilt=-SETUP.rings[0].tilt), SETUP.rings[1]]
     seat = np.concatenate([-np.arange(8) % 8, 8 + np.array([0, 4, 2, 3, 1, 5])])
     seat[3] = DEAD
@@ -139,7 +151,11 @@ def test_what_was_done_is_found(plan, tmp_path):
     mounted, seat = injected(rng, errors)
     for noise, closely in ((QUIET, 1e-5), (Noise(), None)):
         world = World(SCENE, mounted, seat, errors[:, 3], noise)
-        fits = fit_mount(SCENE, SETUP, at_stops(world.readings(rng, plan.joints, plan.frames), SETUP, plan.joints))
+        fits = fit_mount(
+            SCENE,
+            SETUP,
+            at_stops(world.readings(rng, plan.joints, plan.frames), SETUP, plan.joints),
+        )
         assert fits[0].order == Order(-1, 0, True)
         assert fits[0].dead == (3,)
         assert fits[0].mixed == ()
@@ -158,7 +174,13 @@ def test_what_was_done_is_found(plan, tmp_path):
     assert not built.alive[5]  # the wire 3 of a ring in reverse is its seat 5
     assert built.alive.sum() == 13
     words = "\n".join(built.text())
-    for said in ("the other way round", "sensors 1 and 4 are swapped", "dead: sensor 3", "slip", "tilt"):
+    for said in (
+        "the other way round",
+        "sensors 1 and 4 are swapped",
+        "dead: sensor 3",
+        "slip",
+        "tilt",
+    ):
         assert said in words
     verifier = Verifier(SCENE, 0.04)
     (tmp_path / "built.toml").write_text(built.toml("built", verifier))

@@ -31,7 +31,8 @@ while data := os.read(0, 4096):
         if record.kind != Kind.ALIVE:
             with log.open("a") as file: file.write(record.kind.name + chr(10))
         if record.kind == Kind.MOVE and log.with_name("dies").exists(): os._exit(3)
-        tell({Kind.MOVE: "moving", Kind.STOP: "stopping", Kind.REST: "resting"}.get(record.kind, "alive"))
+        tell({Kind.MOVE: "moving", Kind.STOP: "stopping", Kind.REST: "resting"}.get(record.kind, \
+"alive"))
 """
 
 
@@ -45,7 +46,12 @@ class Told:
         if self.fault and len(self.path) == 1:
             raise self.fault
         self.clock += 0.008
-        return State(time.monotonic(), self.clock, self.path.pop(0) if len(self.path) > 1 else self.path[0], np.zeros(6))
+        return State(
+            time.monotonic(),
+            self.clock,
+            self.path.pop(0) if len(self.path) > 1 else self.path[0],
+            np.zeros(6),
+        )
 
 
 @pytest.fixture
@@ -98,7 +104,9 @@ def test_danger_on_the_way_there_or_now_is_refused(rig):
     link, make, log = rig
     half = HOME[0] + 0.25
     with pytest.raises(MoveRefusedError, match="of the way: the tool near the forearm"):
-        make(fault_at=lambda q: "the tool near the forearm" if abs(q[0] - half) < 0.02 else None).move(HOME + 0.5)
+        make(
+            fault_at=lambda q: "the tool near the forearm" if abs(q[0] - half) < 0.02 else None
+        ).move(HOME + 0.5)
     with pytest.raises(MoveRefusedError, match="ring 1 reads 40 mm"):
         make(danger=lambda: "ring 1 reads 40 mm").move(HOME)
     link.fault, link.path = LinkFaultError(Ended.STALE), [HOME]
@@ -133,7 +141,9 @@ def test_a_process_that_dies_is_a_stop_and_one_that_never_was_ready_a_refusal(ri
     log.with_name("dies").touch()
     with pytest.raises(MoveStoppedError, match="the client's process ended"):
         make().move(HOME + 0.1)
-    with pytest.raises(MoveRefusedError, match="cannot be controlled: the client's process ended by 5"):
+    with pytest.raises(
+        MoveRefusedError, match="cannot be controlled: the client's process ended by 5"
+    ):
         Mover("nowhere", Told(), LIMITS, command=(sys.executable, "-c", "raise SystemExit(5)"))
 
 
@@ -158,10 +168,14 @@ time.sleep(60)
 
 def test_a_process_that_says_nothing_any_more_and_a_robot_that_is_not_seen_to_stand_are_told():
     link = Told()
-    link.latest = lambda: State(time.monotonic(), time.monotonic(), HOME, np.full(6, 0.3))  # it moves, whatever it is told
+    # it moves, whatever it is told
+    link.latest = lambda: State(time.monotonic(), time.monotonic(), HOME, np.full(6, 0.3))
     words, alarms = (sys.executable, "-c", SILENT), []
     stopping = pytest.raises(MoveStoppedError)
-    with Mover("127.0.8.1", link, LIMITS, alarm=alarms.append, command=words) as mover, stopping as stopped:
+    with (
+        Mover("127.0.8.1", link, LIMITS, alarm=alarms.append, command=words) as mover,
+        stopping as stopped,
+    ):
         mover.move(HOME + 1)
     assert alarms == [str(stopped.value)]
     assert "the process that moves it gave no sign of life" in str(stopped.value)
@@ -199,9 +213,14 @@ HANGS, WELL = "time.sleep(600)", "return True"
 @contextmanager
 def serving(patience=0.2, **deeds):
     """The process that moves a robot, through a client that does what is said."""
-    code = CLIENT.format(patience=patience, **({"connected": "True", "kick": WELL, "move": WELL, "stop": WELL} | deeds))
+    code = CLIENT.format(
+        patience=patience,
+        **({"connected": "True", "kick": WELL, "move": WELL, "stop": WELL} | deeds),
+    )
     pipe = subprocess.PIPE
-    with subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe, bufsize=0) as process:
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=pipe, stdout=pipe, bufsize=0
+    ) as process:
         yield process
         process.kill()
 
@@ -214,7 +233,9 @@ def heard(process):
 MOVE = Record(Kind.MOVE, 0, 0.0, pack_move(HOME, 0.1, 0.1)).pack()
 
 
-@pytest.mark.parametrize("deeds", [{"stop": HANGS}, {"kick": HANGS}, {"move": HANGS}, {"stop": "raise OSError('gone')"}])
+@pytest.mark.parametrize(
+    "deeds", [{"stop": HANGS}, {"kick": HANGS}, {"move": HANGS}, {"stop": "raise OSError('gone')"}]
+)
 def test_it_ends_once_the_check_is_gone_whatever_the_controller_does(deeds):
     with serving(**deeds) as process:
         process.stdin.write(MOVE)
@@ -241,7 +262,10 @@ def test_it_stops_the_robot_where_the_check_is_silent_during_a_motion_and_only_t
     [
         ({"connected": "False"}, "the robot's side closed the connection"),
         ({"kick": "return False"}, "the robot ended its program: stopped at its pendant"),
-        ({"kick": "time.sleep(0.1); return False"}, "the robot's watchdog ended its program: this computer gave no sign"),
+        (
+            {"kick": "time.sleep(0.1); return False"},
+            "the robot's watchdog ended its program: this computer gave no sign",
+        ),
         ({"move": "return False"}, "the robot refused to move"),
     ],
 )

@@ -1,4 +1,6 @@
-"""The ring protocol and the decoders: no intact frame is lost, no other is taken, whatever comes."""
+"""The ring protocol and the decoders: no intact frame is lost, no other is taken, whatever
+comes.
+"""
 
 from itertools import pairwise
 
@@ -11,7 +13,9 @@ from place_rings.rig.rings.protocol import MAGIC, Counts, Decoder, Order, Status
 from place_rings.rig.simulated.ports import ENCODERS
 
 COUNT = 7
-sensors = st.lists(st.tuples(st.integers(0, 65535), st.sampled_from(Status)), min_size=COUNT, max_size=COUNT)
+sensors = st.lists(
+    st.tuples(st.integers(0, 65535), st.sampled_from(Status)), min_size=COUNT, max_size=COUNT
+)
 noise = st.binary(max_size=40) | st.sampled_from(
     [MAGIC, MAGIC[:1], MAGIC * 3, MAGIC + b"\1\x07\xf8", MAGIC + b"\1\x07\xf8\0\0"]
 )
@@ -36,7 +40,11 @@ def test_a_frame_comes_back_as_it_was_sent(values, sequence, micros):
     assert found[0].clock == pytest.approx(micros / 1e6, rel=1e-12)
     assert found[0].status.tolist() == [s for _, s in values]
     for (mm, status), distance in zip(values, found[0].distance, strict=True):
-        assert np.isnan(distance) if status in (Status.NO_TARGET, Status.FAILED) else distance == mm / 1000
+        assert (
+            np.isnan(distance)
+            if status in (Status.NO_TARGET, Status.FAILED)
+            else distance == mm / 1000
+        )
 
 
 @given(st.lists(noise, min_size=1, max_size=8), st.lists(st.integers(0, 600), max_size=12))
@@ -57,13 +65,17 @@ def test_a_frame_with_changed_bits_is_never_taken(one, other):
 
 @given(st.integers(0, 8 * length(COUNT) - 32), st.integers(1, 2**32 - 1))
 def test_a_burst_of_changed_bits_is_never_taken(start, pattern):
-    data = (int.from_bytes(frame(), "little") ^ (pattern << start)).to_bytes(length(COUNT), "little")
+    data = (int.from_bytes(frame(), "little") ^ (pattern << start)).to_bytes(
+        length(COUNT), "little"
+    )
     assert not fed(Decoder(COUNT), data)
 
 
 @given(st.integers(0, length(COUNT) - 1), st.integers(1, 60))
 def test_frames_that_are_cut_or_of_another_ring_are_passed_over(cut, other):
-    data = frame(0)[:cut] + encode(1, 2.0, np.ones(other), np.zeros(other, int)) + frame(2) + frame(3)
+    data = (
+        frame(0)[:cut] + encode(1, 2.0, np.ones(other), np.zeros(other, int)) + frame(2) + frame(3)
+    )
     sequences = [f.sequence for f in fed(Decoder(COUNT), data + bytes(length(COUNT)))]
     assert sequences == ([1, 2, 3] if other == COUNT else [2, 3])
 
@@ -80,7 +92,13 @@ def test_gaps_are_counted_as_lost(sequences):
 def test_a_frame_out_of_order_is_not_handed_on_and_a_ring_may_restart():
     found = Decoder(COUNT)
     order = [(100, 10.0), (102, 10.2), (101, 10.1), (102, 10.2), (103, 10.3), (0, 0.0), (1, 0.1)]
-    assert [f.sequence for f in fed(found, b"".join(frame(*at) for at in order))] == [100, 102, 103, 0, 1]
+    assert [f.sequence for f in fed(found, b"".join(frame(*at) for at in order))] == [
+        100,
+        102,
+        103,
+        0,
+        1,
+    ]
     assert found.counts == Counts(frames=5, lost=0, late=2, restarts=1)
 
 
@@ -100,7 +118,14 @@ def test_order_takes_what_is_ahead(start, ahead):
 
 @pytest.mark.parametrize(
     ("distance", "status"),
-    [([], []), ([-0.1], [0]), ([66.0], [0]), ([float("nan")], [0]), ([1.0], [4]), ([1.0] * 65, [0] * 65)],
+    [
+        ([], []),
+        ([-0.1], [0]),
+        ([66.0], [0]),
+        ([float("nan")], [0]),
+        ([1.0], [4]),
+        ([1.0] * 65, [0] * 65),
+    ],
 )
 def test_what_fits_no_frame_is_refused(distance, status):
     with pytest.raises(ValueError, match="allowed"):
@@ -109,14 +134,20 @@ def test_what_fits_no_frame_is_refused(distance, status):
 
 @pytest.mark.parametrize("name", DECODERS)
 @given(
-    values=st.lists(st.lists(st.integers(1, 8000) | st.none(), min_size=COUNT, max_size=COUNT), min_size=2, max_size=6),
+    values=st.lists(
+        st.lists(st.integers(1, 8000) | st.none(), min_size=COUNT, max_size=COUNT),
+        min_size=2,
+        max_size=6,
+    ),
     start=st.integers(0, 20),
     cuts=st.lists(st.integers(0, 300), max_size=8),
 )
 def test_every_firmware_is_read_from_any_start(name, values, start, cuts):
     distance = np.array([[np.nan if mm is None else mm / 1000 for mm in row] for row in values])
     status = np.where(np.isnan(distance), Status.NO_TARGET, Status.VALID)
-    data = b"".join(ENCODERS[name](i, 0.1 * i, *row) for i, row in enumerate(zip(distance, status, strict=True)))
+    data = b"".join(
+        ENCODERS[name](i, 0.1 * i, *row) for i, row in enumerate(zip(distance, status, strict=True))
+    )
     data += ENCODERS[name](len(values), 1.0, distance[0], status[0])[:2]  # the next one begins
     found = fed(decoder(name, COUNT), data[start:], cuts)
     assert len(found) >= len(values) - 1 - (name == "text")
@@ -127,7 +158,9 @@ def test_every_firmware_is_read_from_any_start(name, values, start, cuts):
 
 def test_lines_tell_of_failures_and_skip_what_is_no_line():
     found = decoder("text", 3)
-    frames = fed(found, b"half a\n1,2\n1 2 x\n\n5: 10;9999;-1\r\n" + b"7" * 5000 + b"\n1 2 3\n4 5 6\n")
+    frames = fed(
+        found, b"half a\n1,2\n1 2 x\n\n5: 10;9999;-1\r\n" + b"7" * 5000 + b"\n1 2 3\n4 5 6\n"
+    )
     assert [f.status.tolist() for f in frames] == [[0, 1, 3], [0, 0, 0], [0, 0, 0]]
     assert found.counts.corrupt == 3
 
@@ -161,7 +194,9 @@ def spoiled(rng, size, encode_frame):
 def test_fuzzed_bytes_raise_nothing_and_make_no_frame_that_was_not_sent(name, size):
     rng = np.random.default_rng(size)
     sent = np.round(rng.uniform(0.1, 3, (512, COUNT)), 3)
-    data = spoiled(rng, size, lambda i: ENCODERS[name](i, 0.1 * i, sent[i % 512], np.zeros(COUNT, int)))
+    data = spoiled(
+        rng, size, lambda i: ENCODERS[name](i, 0.1 * i, sent[i % 512], np.zeros(COUNT, int))
+    )
     found, frames, at = decoder(name, COUNT), [], 0
     while at < len(data):
         step = int(rng.integers(1, 400))

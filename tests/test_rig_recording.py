@@ -1,4 +1,6 @@
-"""Records and recordings: what was written is read, through any cut, kill or full disk, and replayed as it was."""
+"""Records and recordings: what was written is read, through any cut, kill or full disk, and
+replayed as it was.
+"""
 
 import json
 import os
@@ -94,7 +96,9 @@ def test_a_torn_tail_costs_the_last_record_alone(tmp_path):
     assert not recorded.damage
 
 
-@pytest.mark.parametrize("data", [b"", b"PR", b"not a recording", Record(Kind.ABOUT, 0, 0.0, b"[]").pack()])
+@pytest.mark.parametrize(
+    "data", [b"", b"PR", b"not a recording", Record(Kind.ABOUT, 0, 0.0, b"[]").pack()]
+)
 def test_what_is_no_recording_is_refused(tmp_path, data):
     (tmp_path / "file").write_bytes(data)
     with pytest.raises(UserError, match="found no recording"):
@@ -110,7 +114,8 @@ import sys, time
 from pathlib import Path
 from place_rings.rig.recording.recording import Recording
 from place_rings.rig.recording.records import Kind, Record
-recording = Recording(Path(sys.argv[1]), {}, on_failure=lambda line: print("full", line, flush=True))
+recording = Recording(Path(sys.argv[1]), {}, on_failure=lambda line: print("full", line, \
+flush=True))
 for i in range(10**9):
     recording.put(Record(Kind.BYTES, 0, float(i), bytes(50)))
     if recording.failure: sys.exit(0)
@@ -119,7 +124,9 @@ for i in range(10**9):
 
 
 def test_what_was_put_survives_a_kill(tmp_path):
-    with subprocess.Popen([sys.executable, "-c", WRITER, tmp_path / "file"], stdout=subprocess.PIPE) as writer:
+    with subprocess.Popen(
+        [sys.executable, "-c", WRITER, tmp_path / "file"], stdout=subprocess.PIPE
+    ) as writer:
         for _ in range(300):
             writer.stdout.readline()
         writer.send_signal(signal.SIGKILL)
@@ -172,7 +179,12 @@ def test_a_replay_gathers_what_the_rig_told(tmp_path):
             recording.put(Record(Kind.STATE, 0, t, state.pack()))
             if n % 10 == 0:
                 recording.put(
-                    Record(Kind.BYTES, 0, t, encode(n // 10, 0.5 + n / 125, rng.uniform(0.1, 2, 3), np.zeros(3, int)))
+                    Record(
+                        Kind.BYTES,
+                        0,
+                        t,
+                        encode(n // 10, 0.5 + n / 125, rng.uniform(0.1, 2, 3), np.zeros(3, int)),
+                    )
                 )
             if n == 204:
                 recording.put(Event(0, Happened.GONE, t, "pulled").record())
@@ -197,7 +209,10 @@ def test_a_replay_gathers_what_the_rig_told(tmp_path):
 
 
 @example(b"1", Kind.EVENT)
-@given(st.binary(max_size=60), st.sampled_from([Kind.EVENT, Kind.HAPPENED, Kind.STATE, Kind.BYTES, Kind.OPENED, Kind.NOTE]))
+@given(
+    st.binary(max_size=60),
+    st.sampled_from([Kind.EVENT, Kind.HAPPENED, Kind.STATE, Kind.BYTES, Kind.OPENED, Kind.NOTE]),
+)
 def test_a_replay_passes_over_what_it_cannot_read(tmp_path_factory, data, kind):
     path = tmp_path_factory.mktemp("replay") / "file"
     with Recording(path, {}) as recording:

@@ -1,4 +1,6 @@
-"""The rings' lines: frames as they were sent, and each thing that happens to a line found within its bound."""
+"""The rings' lines: frames as they were sent, and each thing that happens to a line found within
+its bound.
+"""
 
 import threading
 import time
@@ -14,7 +16,8 @@ from place_rings.rig.rings.protocol import Frame, encode
 from place_rings.rig.simulated.ports import SimulatedRing
 
 COUNT = 4
-WAKE, BUSY = 0.5, 20.0  # s that a thread may take to wake, where times are measured and where they are not
+# s that a thread may take to wake, where times are measured and where they are not
+WAKE, BUSY = 0.5, 20.0
 
 
 def frame(n):
@@ -24,7 +27,9 @@ def frame(n):
 def judged(line, steps):
     """Events and frames of (time, bytes) in turn."""
     found = [each for now, data in steps for each in line.take(data, now)]
-    return [e.what for e in found if isinstance(e, Event)], [f for f in found if isinstance(f, Frame)]
+    return [e.what for e in found if isinstance(e, Event)], [
+        f for f in found if isinstance(f, Frame)
+    ]
 
 
 def test_a_good_line_has_no_events_but_its_first():
@@ -41,13 +46,19 @@ def test_silence_and_garble_are_told_once_each_and_so_is_their_end(ticks, noise)
     assert events == [Happened.SILENT] * (0.02 * (ticks - 1) > SILENT) + [Happened.BACK]
     heard = 0.02 * ticks + 0.01
     events, _ = judged(line, [(heard + 0.02 * n, noise) for n in range(1, ticks + 1)])
-    assert [e for e in events if e != Happened.NOISY] == [Happened.GARBLED] * (0.02 * ticks > SILENT)
+    assert [e for e in events if e != Happened.NOISY] == [Happened.GARBLED] * (
+        0.02 * ticks > SILENT
+    )
 
 
 @given(st.floats(LATE + 0.01, 0.2))
 def test_frames_that_waited_on_their_way_are_not_handed_on(delay):
-    steps = [(n / 20, frame(n)) for n in range(10)] + [(n / 20 + delay, frame(n)) for n in range(10, 15)]
-    events, frames = judged(Line(0, Port("", COUNT), 0.0), steps + [(n / 20, frame(n)) for n in range(20, 30)])
+    steps = [(n / 20, frame(n)) for n in range(10)] + [
+        (n / 20 + delay, frame(n)) for n in range(10, 15)
+    ]
+    events, frames = judged(
+        Line(0, Port("", COUNT), 0.0), steps + [(n / 20, frame(n)) for n in range(20, 30)]
+    )
     assert Happened.LATE in events
     assert [f.sequence for f in frames] == [*range(10), *range(20, 30)]
 
@@ -91,7 +102,10 @@ class Watch:
 
 @pytest.mark.parametrize("wake", [BUSY, pytest.param(WAKE, marks=pytest.mark.slow)])
 def test_a_ring_is_read_unplugged_and_read_again(tmp_path, wake):
-    device, watch = SimulatedRing(tmp_path / "ring", "place-rings", np.random.default_rng(0)), Watch()
+    device, watch = (
+        SimulatedRing(tmp_path / "ring", "place-rings", np.random.default_rng(0)),
+        Watch(),
+    )
     ended, sent = threading.Event(), []
 
     def send():
@@ -100,7 +114,9 @@ def test_a_ring_is_read_unplugged_and_read_again(tmp_path, wake):
             device.send(time.monotonic() - 100, sent[-1], np.zeros(COUNT, int))
 
     sender = threading.Thread(target=send)
-    with watch.rings([Port(str(tmp_path / "ring"), COUNT), Port(str(tmp_path / "none"), COUNT)]) as rings:
+    with watch.rings(
+        [Port(str(tmp_path / "ring"), COUNT), Port(str(tmp_path / "none"), COUNT)]
+    ) as rings:
         assert [e.ring for e in [watch.event(Happened.GONE)]] == [1]
         watch.wait(lambda: any(r.kind == Kind.OPENED for r in watch.records))
         sender.start()
@@ -144,7 +160,10 @@ def test_a_port_in_use_is_not_shared(tmp_path):
 
 @pytest.mark.parametrize("field", ["corrupt", "disorder", "garble"])
 def test_a_spoiled_line_is_told(tmp_path, field):
-    device, watch = SimulatedRing(tmp_path / "ring", "place-rings", np.random.default_rng(0)), Watch()
+    device, watch = (
+        SimulatedRing(tmp_path / "ring", "place-rings", np.random.default_rng(0)),
+        Watch(),
+    )
     ended, true = threading.Event(), np.array([0.1, 0.2, 0.3, 0.4])
 
     def send():

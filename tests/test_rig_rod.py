@@ -46,9 +46,14 @@ def test_a_rod_is_seen_where_a_sensor_returns_it_nearer_than_what_it_returned_be
     alive = np.arange(SETUP.sensors) != 2
     told = seen(SCENE, SETUP, Q, points, rod, detection, alive)
     joints = np.tile(Q, (len(points), 1))
-    before, now = expected(SCENE, SETUP, joints).distance, expected(SCENE, SETUP, joints, rod.at(points))
+    before, now = (
+        expected(SCENE, SETUP, joints).distance,
+        expected(SCENE, SETUP, joints, rod.at(points)),
+    )
     with np.errstate(invalid="ignore"):
-        nearer = now.distance < before - np.where(np.isinf(before), 0.0, detection.margin(np.nan_to_num(before, posinf=0.0)))
+        nearer = now.distance < before - np.where(
+            np.isinf(before), 0.0, detection.margin(np.nan_to_num(before, posinf=0.0))
+        )
     each = (now.what == ROD) & nearer & alive
     np.testing.assert_array_equal(told, each.any(axis=1))
     assert 0 < told.mean() < 1
@@ -113,10 +118,13 @@ def test_what_is_as_planned_agrees_and_what_is_not_does_not(plan):
         check_rod(plan, SETUP, before, each[1:])
 
 
-@pytest.mark.parametrize("p", [(0.93, 0.1), (0.97, 0.25)])  # the second: Wilson's intervals, joined, hold it in 92 of 100
+# the second: Wilson's intervals, joined, hold it in 92 of 100
+@pytest.mark.parametrize("p", [(0.93, 0.1), (0.97, 0.25)])
 def test_the_interval_holds_the_share_as_often_as_it_says(p):
     rng = np.random.default_rng(1)
-    strata = tuple(Stratum(i // 2, i % 2 == 0, 0.28 if i % 2 == 0 else 1 / 3 - 0.28, 99) for i in range(6))
+    strata = tuple(
+        Stratum(i // 2, i % 2 == 0, 0.28 if i % 2 == 0 else 1 / 3 - 0.28, 99) for i in range(6)
+    )
     each, stratum = np.tile(p, 3), np.repeat(np.arange(6), 20)
     truth = float(sum(s.weight * x for s, x in zip(strata, each, strict=True)))
     found = [share(strata, stratum, rng.random(120) < each[stratum]) for _ in range(400)]
@@ -132,7 +140,12 @@ def test_a_plan_of_trials_reads_back_and_its_page_does_not_tell(plan, tmp_path):
     back = read_rod_plan(file)
     np.testing.assert_allclose(back.point, plan.point, atol=1e-6)
     np.testing.assert_array_equal(back.stratum, plan.stratum)
-    assert (back.strata, back.rod, back.detection, back.target) == (plan.strata, plan.rod, plan.detection, plan.target)
+    assert (back.strata, back.rod, back.detection, back.target) == (
+        plan.strata,
+        plan.rod,
+        plan.detection,
+        plan.target,
+    )
     (page,) = rod_pages(SCENE, plan)
     words = [t.get_text() for t in page.texts]
     assert {str(k) for k in range(30)} <= set(words)
@@ -161,7 +174,11 @@ def test_medians_at_stops_are_those_of_the_valid_readings_there():
         wanted = np.median(d) if 2 * len(d) >= 9 else np.nan
         np.testing.assert_equal(stops.distance[p, k], wanted)
     with pytest.raises(ValueError, match="ring 1: found a reading of sensor 6, allowed: 0 to 5"):
-        at_stops(replace(readings.only(np.array([0])), ring=np.array([1]), sensor=np.array([6])), SETUP, joints)
+        at_stops(
+            replace(readings.only(np.array([0])), ring=np.array([1]), sensor=np.array([6])),
+            SETUP,
+            joints,
+        )
 
 
 def test_a_self_check_names_what_is_wrong():
@@ -184,22 +201,30 @@ def test_a_self_check_names_what_is_wrong():
 
 
 def waving(rng, seat, frames=10):
-    """Readings of the first ring, a hand before one seat after another, each seen by those beside it from farther off."""
+    """Readings of the first ring, a hand before one seat after another, each seen by those beside
+    it from farther off.
+    """
     n, each = len(seat), frames * len(seat)
-    readings = World(SCENE, SETUP, np.array([*seat, *range(n, SETUP.sensors)])).readings(rng, Q[None], each)
+    readings = World(SCENE, SETUP, np.array([*seat, *range(n, SETUP.sensors)])).readings(
+        rng, Q[None], each
+    )
     step = np.minimum((readings.time * 20 + 0.5).astype(int) // frames, n - 1)
     place = seat[np.minimum(readings.sensor, n - 1)]
     off = np.abs(place - step)
     off = np.minimum(off, n - off)
     near = (readings.ring == 0) & (off <= 1) & (place != DEAD) & (rng.random(len(step)) > 0.1)
-    distance = np.where(near, 0.12 + 0.05 * off + rng.normal(0, 0.005, len(step)), readings.distance)
+    distance = np.where(
+        near, 0.12 + 0.05 * off + rng.normal(0, 0.005, len(step)), readings.distance
+    )
     return replace(readings, distance=distance, status=np.where(near, VALID, readings.status))
 
 
 @settings(max_examples=15)
 @given(seeds, st.sampled_from([1, -1]), st.integers(0, 7), st.booleans(), st.booleans())
 def test_a_hand_tells_the_wiring(seed, direction, shift, swap, dead):
-    """Of any turn, in reverse, with two sensors swapped, one dead, but none where the hand begins or ends."""
+    """Of any turn, in reverse, with two sensors swapped, one dead, but none where the hand begins
+    or ends.
+    """
     rng, n = np.random.default_rng(seed), 8
     order = Order(direction, shift)
     seat = order.seat(n)
@@ -239,7 +264,9 @@ def test_noise_is_as_it_says():
     told, status = noise.measured(rng, np.full(20_000, 0.8))
     assert np.mean(status == NO_TARGET) == pytest.approx(0.02, abs=0.004)
     assert np.nanstd(told) == pytest.approx(float(noise.at(np.array([0.8]))[0]), rel=0.03)
-    np.testing.assert_allclose(told[status == VALID] * 1000, np.round(told[status == VALID] * 1000), atol=1e-9)
+    np.testing.assert_allclose(
+        told[status == VALID] * 1000, np.round(told[status == VALID] * 1000), atol=1e-9
+    )
     nothing, status = noise.measured(rng, np.full(5, np.inf))
     assert np.isnan(nothing).all()
     assert (status == NO_TARGET).all()

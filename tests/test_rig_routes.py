@@ -1,4 +1,6 @@
-"""Ways for a robot: clear all along, found where there are any, and what stops the robot on them."""
+"""Ways for a robot: clear all along, found where there are any, and what stops the robot on
+them.
+"""
 
 from dataclasses import replace
 
@@ -102,10 +104,18 @@ def test_near_stops_hold_about_a_pose_and_are_counted_ring_by_ring():
 
 
 def test_a_body_near_an_obstacle_at_the_scenes_own_pose_may_come_no_nearer():
-    """A wrist 5 cm above a bench at the scene's own pose: that near it may be, but not sink into it."""
+    """A wrist 5 cm above a bench at the scene's own pose: that near it may be, but not sink into
+    it.
+    """
     motion = SCENE.motion
-    height = gaps(replace(SCENE, obstacles=obstacles_of([ObstacleModel(floor=-5.0)])), HOME[None])[1].min(axis=0)[2:].min()
-    bench = replace(SCENE, obstacles=obstacles_of([ObstacleModel(floor=float(height) - 5.0 - 0.05)]))
+    height = (
+        gaps(replace(SCENE, obstacles=obstacles_of([ObstacleModel(floor=-5.0)])), HOME[None])[1]
+        .min(axis=0)[2:]
+        .min()
+    )
+    bench = replace(
+        SCENE, obstacles=obstacles_of([ObstacleModel(floor=float(height) - 5.0 - 0.05)])
+    )
     near = gaps(bench, HOME[None])[1][0]
     assert (near[2:] < motion.cell).any()
     least = least_gaps(bench, motion.own, motion.cell)[1]
@@ -125,10 +135,16 @@ def test_a_body_near_an_obstacle_at_the_scenes_own_pose_may_come_no_nearer():
 @given(st.integers(0, 2**32 - 1))
 def test_distances_from_the_cell_are_those_of_many_points_of_an_axis(seed):
     rng = np.random.default_rng(seed)
-    start, end, radius = rng.uniform(-1, 1, (3, 2, 3)), rng.uniform(-1, 1, (3, 2, 3)), np.array([0.05, 0.1])
+    start, end, radius = (
+        rng.uniform(-1, 1, (3, 2, 3)),
+        rng.uniform(-1, 1, (3, 2, 3)),
+        np.array([0.05, 0.1]),
+    )
     found = from_cell(SCENE, Capsules(start, end, radius))
     points = start + np.linspace(0, 1, 3000)[:, None, None, None] * (end - start)
-    exact = np.stack([o.body(points).min(axis=0) - radius for o in SCENE.obstacles], axis=-1).reshape(3, -1)
+    exact = np.stack(
+        [o.body(points).min(axis=0) - radius for o in SCENE.obstacles], axis=-1
+    ).reshape(3, -1)
     length = np.repeat(np.linalg.norm(end - start, axis=2), len(SCENE.obstacles), axis=1)
     assert np.all(found >= exact - 1e-3)
     assert np.all(found <= exact + length / 64 + 1e-9)

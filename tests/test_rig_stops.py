@@ -1,4 +1,6 @@
-"""Stop conditions: whatever leaves the robot without sight asks for a stop, and what does not, does not."""
+"""Stop conditions: whatever leaves the robot without sight asks for a stop, and what does not, does
+not.
+"""
 
 import importlib
 import re
@@ -37,7 +39,9 @@ def seeing(n, count, distance=1.0):
 def watched(frames, rules=None, moving=True, near=FAR):
     """What each frame asks for, one after another."""
     watch = RingWatch(rules or StopRules())
-    return [watch.fault(f, np.full(1 if f is None else len(f.status), near), moving) for f in frames]
+    return [
+        watch.fault(f, np.full(1 if f is None else len(f.status), near), moving) for f in frames
+    ]
 
 
 @given(counts, st.data())
@@ -55,17 +59,29 @@ def test_a_ring_whose_sensors_fail_stops_the_robot_beyond_the_share_that_may(cou
 
 @given(counts)
 def test_all_sensors_failed_is_never_waived(count):
-    assert watched([frame(0, np.ones(count), np.full(count, Status.FAILED))], StopRules(failed_share=1.0)) != [None]
+    assert watched(
+        [frame(0, np.ones(count), np.full(count, Status.FAILED))], StopRules(failed_share=1.0)
+    ) != [None]
 
 
 @given(counts, st.integers(2, 20), st.integers(0, 10), st.data())
-def test_distances_that_do_not_change_stop_it_after_the_stated_frames_and_not_before(count, most, before, data):
-    status = np.array(data.draw(st.lists(st.sampled_from([0, 1, 2]), min_size=count, max_size=count)))
+def test_distances_that_do_not_change_stop_it_after_the_stated_frames_and_not_before(
+    count, most, before, data
+):
+    status = np.array(
+        data.draw(st.lists(st.sampled_from([0, 1, 2]), min_size=count, max_size=count))
+    )
     status[data.draw(st.integers(0, count - 1))] = Status.VALID
     frozen = [frame(before + i, np.full(count, 0.7), status) for i in range(most + 2)]
-    said = watched([seeing(n, count) for n in range(before)] + frozen, StopRules(failed_share=1.0, frozen_frames=most))
+    said = watched(
+        [seeing(n, count) for n in range(before)] + frozen,
+        StopRules(failed_share=1.0, frozen_frames=most),
+    )
     assert said[: before + most] == [None] * (before + most)  # the first of the frozen ones is new
-    assert said[before + most] == f"its distances have not changed in {most} frames while the robot moves"
+    assert (
+        said[before + most]
+        == f"its distances have not changed in {most} frames while the robot moves"
+    )
 
 
 @given(st.integers(2, 24), st.data())
@@ -84,7 +100,9 @@ def test_some_frozen_sensors_stop_it_beyond_the_share_that_may_fail(count, data)
     assert said[: StopRules.frozen_frames] == [None] * StopRules.frozen_frames
     stopped = [f"{frozen.sum()} of {count} sensors have not changed in 6 frames, 0 report failure"]
     beyond = frozen.sum() > 1 and frozen.sum() > StopRules.failed_share * count
-    assert said[StopRules.frozen_frames :] == (stopped if beyond else [None]) * (20 - StopRules.frozen_frames)
+    assert said[StopRules.frozen_frames :] == (stopped if beyond else [None]) * (
+        20 - StopRules.frozen_frames
+    )
 
 
 @pytest.mark.parametrize(
@@ -92,7 +110,9 @@ def test_some_frozen_sensors_stop_it_beyond_the_share_that_may_fail(count, data)
     [(0.7, Status.VALID, False), (0.7, Status.NO_TARGET, True), (0.0, Status.VALID, True)],
     ids=["standing", "nothing in range", "covered"],
 )
-def test_a_robot_that_stands_and_a_ring_that_measures_nothing_are_not_frozen(distance, status, moving):
+def test_a_robot_that_stands_and_a_ring_that_measures_nothing_are_not_frozen(
+    distance, status, moving
+):
     frames = [frame(n, np.full(4, distance), np.full(4, status)) for n in range(50)]
     assert watched(frames, moving=moving, near=0.0) == [None] * 50
 
@@ -109,7 +129,11 @@ def test_the_same_frame_asked_for_again_is_no_new_one():
     st.data(),
 )
 def test_a_near_reading_of_a_sensor_stops_it(readings, least, data):
-    near = np.array(data.draw(st.lists(st.sampled_from([0.0, least]), min_size=len(readings), max_size=len(readings))))
+    near = np.array(
+        data.draw(
+            st.lists(st.sampled_from([0.0, least]), min_size=len(readings), max_size=len(readings))
+        )
+    )
     distance, status = (np.array(column) for column in zip(*readings, strict=True))
     said = RingWatch(StopRules()).fault(frame(0, distance, status), near, True)
     wrong = np.flatnonzero((distance < near) & np.isin(status, (Status.VALID, Status.WEAK)))
@@ -148,10 +172,15 @@ def test_conditions_name_the_ring_and_go_by_where_the_robot_is():
     np.testing.assert_array_equal(asked, np.zeros((1, 6)))
     calm = [np.zeros(3), np.zeros(2)]
     assert StopConditions(session(frames), lambda q: calm, StopRules())() is None
-    assert "ring 0: is silent" in StopConditions(session([None, None]), lambda q: calm, StopRules())()
+    assert (
+        "ring 0: is silent" in StopConditions(session([None, None]), lambda q: calm, StopRules())()
+    )
     lost = LinkFaultError(Ended.STALE)
     assert StopConditions(session(frames, fault=lost), lambda q: calm, StopRules())() == str(lost)
-    assert StopConditions(session(frames, trouble="the disk is full"), lambda q: calm, StopRules())() == "the disk is full"
+    assert (
+        StopConditions(session(frames, trouble="the disk is full"), lambda q: calm, StopRules())()
+        == "the disk is full"
+    )
 
 
 BENCHMARKS, DOCS = (Path(__file__).parent.parent / name for name in ("benchmarks", "docs"))
@@ -196,7 +225,9 @@ def test_each_fault_is_reported_and_leaves_the_robot_still(struck, number):
     fault = struck.FAULTS[name]
     cells, found = struck.runs_of(name, 1, 100)
     assert len(found.said) == 1, cells
-    assert not any("the report says" in wrong and "stood still" not in wrong for wrong in found.wrong), found.wrong
+    assert not any(
+        "the report says" in wrong and "stood still" not in wrong for wrong in found.wrong
+    ), found.wrong
     if fault.stops and not fault.moves:
         assert found.still
 

@@ -1,4 +1,6 @@
-"""What the sensors' slopes mean for the rings: by moments, against central differences of where the sensors are."""
+"""What the sensors' slopes mean for the rings: by moments, against central differences of where the
+sensors are.
+"""
 
 import numpy as np
 import pytest
@@ -6,7 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.rings.mounting_errors import MountingErrors, draw_errors, misplaced
 from place_rings.coverage.rings.ring import Ring
-from place_rings.coverage.rings.ring_kinematics import in_links, ring_arrays, ring_slopes, seen_from, sensor_poses
+from place_rings.coverage.rings.ring_kinematics import (
+    in_links,
+    ring_arrays,
+    ring_slopes,
+    seen_from,
+    sensor_poses,
+)
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.soft.sampling import sample
@@ -15,7 +23,10 @@ from place_rings.coverage.targets import Shape, robot_curve
 
 from . import drawing
 
-RINGS = ring_arrays(UR10, tuple(Ring(link, 0.0, n) for link, n in (("upper_arm", 5), ("forearm", 3), ("forearm", 4))))
+RINGS = ring_arrays(
+    UR10,
+    tuple(Ring(link, 0.0, n) for link, n in (("upper_arm", 5), ("forearm", 3), ("forearm", 4))),
+)
 
 
 @settings(max_examples=20)
@@ -34,19 +45,30 @@ def test_moments_are_the_central_difference(seed, draws):
     by = [rng.normal(size=(max(draws, 1), 2, 12, 3)) for _ in range(3)]
 
     def value(x):
-        return sum((b * v).sum() for b, v in zip(by, seen_from(RINGS, there(x), frames, up=True), strict=True))
+        return sum(
+            (b * v).sum()
+            for b, v in zip(by, seen_from(RINGS, there(x), frames, up=True), strict=True)
+        )
 
-    found = np.stack(ring_slopes(RINGS, there(values), *(in_links(RINGS, b, frames[None]).sum(axis=1) for b in by)))
+    found = np.stack(
+        ring_slopes(
+            RINGS, there(values), *(in_links(RINGS, b, frames[None]).sum(axis=1) for b in by)
+        )
+    )
     for i in np.ndindex(3, 3):
         step = np.zeros((3, 3))
         step[i] = 1e-6
-        assert found[i] == pytest.approx((value(values + step) - value(values - step)) / 2e-6, abs=1e-6)
+        assert found[i] == pytest.approx(
+            (value(values + step) - value(values - step)) / 2e-6, abs=1e-6
+        )
 
 
 @settings(max_examples=10)
 @given(drawing.seeds)
 def test_a_tube_holds_what_its_function_says(seed):
-    """With the joints drawn, so that discs cross; the points are in the box of the shell, but on no surface."""
+    """With the joints drawn, so that discs cross; the points are in the box of the shell, but on no
+    surface.
+    """
     rng = np.random.default_rng(seed)
     tube = robot_curve(UR10, rng.uniform(-3, 3, 6), Shape()).tube(0.5, 20)
     low, high = tube.bounds()

@@ -16,7 +16,8 @@ from place_rings.objectives.verify import Verifier
 
 from . import drawing
 
-# Uniform random points by an independent program, standard error up to 0.15 points: V_S(0.5), V_S(1.5), V_OT on ur10.
+# Uniform random points by an independent program, standard error up to 0.15 points: V_S(0.5),
+# V_S(1.5), V_OT on ur10.
 REFERENCE = {
     "n1_8_0": (16.0, 16.3, 16.0),
     "n1_16_0": (33.3, 30.5, 29.9),
@@ -44,7 +45,9 @@ def test_names_are_the_papers_setups():
     assert named_setup("n2_16_25").sensors == 80
     three = named_setup("n3_16_55")
     assert three.sensors == 112
-    arm = [(r.position, round(math.degrees(r.tilt), 6)) for r in three.rings if r.link == "upper_arm"]
+    arm = [
+        (r.position, round(math.degrees(r.tilt), 6)) for r in three.rings if r.link == "upper_arm"
+    ]
     assert arm == [(0.0, 55), (0.5, 0), (1.0, -55)]
     assert [(r.link, r.tilt, r.count) for r in three.rings][-1] == ("tool", 0, 16)
     for name in ("n4_16_0", "n2_0_0", "n2_16", "n2_16_25x", "", "N2_16_25", "n2_-3_0"):

@@ -1,4 +1,6 @@
-"""Fitting: capsules contain what they stand for and are tight, tubes are found where they are, files read back."""
+"""Fitting: capsules contain what they stand for and are tight, tubes are found where they are,
+files read back.
+"""
 
 import math
 import sys
@@ -30,12 +32,17 @@ from . import drawing
 def turned(mesh, rng):
     """Triangles of a mesh, turned and carried anywhere, and how."""
     T = np.eye(4)
-    T[:3, :3], T[:3, 3] = Rotation.random(random_state=int(rng.integers(2**31))).as_matrix(), rng.uniform(-1, 1, 3)
+    T[:3, :3], T[:3, 3] = (
+        Rotation.random(random_state=int(rng.integers(2**31))).as_matrix(),
+        rng.uniform(-1, 1, 3),
+    )
     return np.array(mesh.triangles) @ T[:3, :3].T + T[:3, 3], T
 
 
 def link(rng, sections=32):
-    """A tube with a housing across at either end, as arms have: triangles in the frame whose z is the tube's axis."""
+    """A tube with a housing across at either end, as arms have: triangles in the frame whose z is
+    the tube's axis.
+    """
     radius = rng.uniform(0.03, 0.06)
     length = radius * rng.uniform(8, 12)
     house = 1.6 * radius
@@ -56,7 +63,9 @@ def test_capsules_contain_the_surface(seed, most):
     capsules = fit_capsules(soup, most=most)
     assert 1 <= len(capsules) <= most
     w = rng.dirichlet(np.ones(3), (len(soup), 50))
-    points = np.concatenate([soup.reshape(-1, 3), np.einsum("tnk,tkd->tnd", w, soup).reshape(-1, 3)])
+    points = np.concatenate(
+        [soup.reshape(-1, 3), np.einsum("tnk,tkd->tnd", w, soup).reshape(-1, 3)]
+    )
     assert np.max([c.depth(points) for c in capsules], axis=0).min() > -1e-9
 
 
@@ -100,7 +109,9 @@ def test_volume_of_a_union():
 @settings(max_examples=8)
 @given(drawing.seeds)
 def test_the_tube_of_a_link_is_found(seed):
-    """Its axis, its radius, and its clear stretch between the housings, whose round sides leave it a little longer."""
+    """Its axis, its radius, and its clear stretch between the housings, whose round sides leave it
+    a little longer.
+    """
     rng = np.random.default_rng(seed)
     mesh, radius, clear = link(rng)
     triangles, T = turned(mesh, rng)
@@ -162,7 +173,9 @@ def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
     (tmp_path / "inline.toml").write_text(to_toml(scene_model(scene)))
     (tmp_path / "mine.toml").write_text(to_toml(robot_file(mine)))
     (tmp_path / "named.toml").write_text('robot = "mine.toml"\n')
-    (tmp_path / "proposal.toml").write_text("[[rings]]\nlink = 'forearm'\ncount = 8\n[scene]\nrobot = 'mine.toml'\n")
+    (tmp_path / "proposal.toml").write_text(
+        "[[rings]]\nlink = 'forearm'\ncount = 8\n[scene]\nrobot = 'mine.toml'\n"
+    )
     inline, named = (read_scene(tmp_path / f"{n}.toml") for n in ("inline", "named"))
     assert scene_model(inline) == scene_model(named) == scene_model(scene)
     assert scene_model(read_proposal(tmp_path / "proposal.toml")[1]) == scene_model(scene)
@@ -179,10 +192,22 @@ def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
         ("robot = 'arm.urdf'", "allowed: a robot's file (.toml)"),
         ("robot = 'r2d2'", "allowed: ur10, ur10_dh, ur3"),
         ("[robot]\nname = 'x'", "robot.reach: found nothing"),
-        ("[robot]\nname = 'x'\nreach = 1\njoints = 3", "robot.joints: found 3, allowed: a list of 1 to 20"),
-        ("robot = 'panda'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]", "allowed: 7 angles, one for each joint of panda"),
-        ("robot = 'panda'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 90, 0]", "poses[0].q_deg[3]: found 0.0, allowed: -176.0"),
-        ("[[poses]]\nq_deg = [0, 0, 181, 0, 0, 0]", "allowed: -180 to 180, the limits of elbow of ur10"),
+        (
+            "[robot]\nname = 'x'\nreach = 1\njoints = 3",
+            "robot.joints: found 3, allowed: a list of 1 to 20",
+        ),
+        (
+            "robot = 'panda'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 0]",
+            "allowed: 7 angles, one for each joint of panda",
+        ),
+        (
+            "robot = 'panda'\n[[poses]]\nq_deg = [0, 0, 0, 0, 0, 90, 0]",
+            "poses[0].q_deg[3]: found 0.0, allowed: -176.0",
+        ),
+        (
+            "[[poses]]\nq_deg = [0, 0, 181, 0, 0, 0]",
+            "allowed: -180 to 180, the limits of elbow of ur10",
+        ),
     ],
 )
 def test_a_scene_with_a_bad_robot_is_one_line(tmp_path, text, line):
@@ -210,7 +235,11 @@ BAD_FILES = {
 def test_a_bad_robot_file_is_one_line(tmp_path, change, line):
     import tomli_w
 
-    text = tomli_w.dumps(robot_file(UR10).model_dump(exclude_none=True)).replace("\n    ", " ").replace(",\n]", "]")
+    text = (
+        tomli_w.dumps(robot_file(UR10).model_dump(exclude_none=True))
+        .replace("\n    ", " ")
+        .replace(",\n]", "]")
+    )
     text = text.replace("[ ", "[")
     assert change[0] in text
     (tmp_path / "r.toml").write_text(text.replace(change[0], change[1], 1))
@@ -228,17 +257,26 @@ def run(monkeypatch, *command):
 
 
 def test_from_a_urdf_to_a_scene(tmp_path, monkeypatch, capsys):
-    """The command on an arm of two links with meshes: files, a picture, a mount on each link, and a scene that counts."""
+    """The command on an arm of two links with meshes: files, a picture, a mount on each link, and a
+    scene that counts.
+    """
     mesh, radius, _ = link(np.random.default_rng(3), 16)
     mesh.apply_translation([0, 0, 0.25])
     mesh.export(tmp_path / "link.stl")
     body = "<collision><geometry><mesh filename='link.stl'/></geometry></collision>"
     text = "<robot name='two'><link name='base'/>"
     for i, parent in enumerate(("base", "link_0")):
-        text += f"<link name='link_{i}'>{body}</link><joint name='j{i}' type='continuous'><parent link='{parent}'/>"
-        text += f"<child link='link_{i}'/><origin xyz='0 0 {0.1 + 0.5 * i}'/><axis xyz='0 1 0'/></joint>"
+        text += (
+            f"<link name='link_{i}'>{body}</link><joint name='j{i}' type='continuous'><parent"
+            f" link='{parent}'/>"
+        )
+        text += (
+            f"<child link='link_{i}'/><origin xyz='0 0 {0.1 + 0.5 * i}'/><axis xyz='0 1"
+            " 0'/></joint>"
+        )
     text += (
-        "<link name='tip'/><joint name='f' type='fixed'><parent link='link_1'/><child link='tip'/><origin xyz='0 0 0.5'/>"
+        "<link name='tip'/><joint name='f' type='fixed'><parent link='link_1'/><child"
+        " link='tip'/><origin xyz='0 0 0.5'/>"
     )
     (tmp_path / "two.urdf").write_text(text + "</joint></robot>")
     out = tmp_path / "out"
@@ -247,7 +285,10 @@ def test_from_a_urdf_to_a_scene(tmp_path, monkeypatch, capsys):
     scene = read_scene(out / "scene.toml")
     robot = scene.robot
     assert robot.links == ("link_0", "link_1", "tool")
-    assert all(abs(m.axis[2]) > 0.999 and m.section == pytest.approx(radius, rel=0.1) for m in robot.mounts[:2])
+    assert all(
+        abs(m.axis[2]) > 0.999 and m.section == pytest.approx(radius, rel=0.1)
+        for m in robot.mounts[:2]
+    )
     assert scene.ring_radius > max(m.section for m in robot.mounts)
     assert (out / "robot.png").stat().st_size > 10_000
     vertices = mesh.vertices
@@ -257,7 +298,8 @@ def test_from_a_urdf_to_a_scene(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     ring = "[[rings]]\nlink = 'link_1'\nposition = 0.5\ncount = 8\n"
     (tmp_path / "p.toml").write_text(ring)
-    assert run(monkeypatch, "verify", "p.toml", "--voxel", "0.1") == 2  # the reference scene's robot has no such link
+    # the reference scene's robot has no such link
+    assert run(monkeypatch, "verify", "p.toml", "--voxel", "0.1") == 2
     assert "allowed: a link of ur10" in capsys.readouterr().err
     (tmp_path / "p.toml").write_text(ring + "[scene]\nrobot = 'out/robot.toml'\n")
     assert run(monkeypatch, "verify", "p.toml", "--voxel", "0.1", "--json") == 0

@@ -1,4 +1,6 @@
-"""Robots that are built in: kinematics by MuJoCo, by published tables and by public URDFs; limits, mounts and bodies."""
+"""Robots that are built in: kinematics by MuJoCo, by published tables and by public URDFs; limits,
+mounts and bodies.
+"""
 
 import math
 import sysconfig
@@ -23,16 +25,29 @@ if not PUBLIC.exists():  # beside the package that is tested
     import importlib.util
 
     spec = importlib.util.find_spec("jax")
-    PUBLIC = Path(str(spec and spec.origin)).parents[1] / "cmeel.prefix/share/example-robot-data/robots"
-UR_LINKS = ["shoulder_link", "upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link", "wrist_3_link"]
+    PUBLIC = (
+        Path(str(spec and spec.origin)).parents[1] / "cmeel.prefix/share/example-robot-data/robots"
+    )
+UR_LINKS = [
+    "shoulder_link",
+    "upper_arm_link",
+    "forearm_link",
+    "wrist_1_link",
+    "wrist_2_link",
+    "wrist_3_link",
+]
 URDFS = {
     "ur3": ("ur_description/urdf/ur3_robot.urdf", UR_LINKS, "base_link"),
     "ur5": ("ur_description/urdf/ur5_robot.urdf", UR_LINKS, "base_link"),
     "ur10": ("ur_description/urdf/ur10_robot.urdf", UR_LINKS, "base_link"),
-    "panda": ("panda_description/urdf/panda.urdf", [f"panda_link{i}" for i in range(1, 9)], "panda_link0"),
+    "panda": (
+        "panda_description/urdf/panda.urdf",
+        [f"panda_link{i}" for i in range(1, 9)],
+        "panda_link0",
+    ),
 }
-# Published Denavit-Hartenberg tables: (d, a, alpha in degrees) of each joint. Universal Robots' pages on the parameters, and
-# KUKA's dimensions of the R820.
+# Published Denavit-Hartenberg tables: (d, a, alpha in degrees) of each joint. Universal Robots'
+# pages on the parameters, and KUKA's dimensions of the R820.
 UR_TABLES = {
     "ur3": (0.1519, -0.24365, -0.21325, 0.11235, 0.08535, 0.0819),
     "ur5": (0.089159, -0.425, -0.39225, 0.10915, 0.09465, 0.0823),
@@ -42,17 +57,47 @@ UR_TABLES = {
     "ur10e": (0.1807, -0.6127, -0.57155, 0.17415, 0.11985, 0.11655),
     "ur16e": (0.1807, -0.4784, -0.36, 0.17415, 0.11985, 0.11655),
 }
-IIWA = [(0.36, 0, -90), (0, 0, 90), (0.42, 0, 90), (0, 0, -90), (0.4, 0, -90), (0, 0, 90), (0.126, 0, 0)]
+IIWA = [
+    (0.36, 0, -90),
+    (0, 0, 90),
+    (0.42, 0, 90),
+    (0, 0, -90),
+    (0.4, 0, -90),
+    (0, 0, 90),
+    (0.126, 0, 0),
+]
 # Franka's modified (Craig's) table: (a, d, alpha in degrees) before each joint.
-FRANKA = [(0, 0.333, 0), (0, 0, -90), (0, 0.316, 90), (0.0825, 0, 90), (-0.0825, 0.384, -90), (0, 0, 90), (0.088, 0, 90)]
+FRANKA = [
+    (0, 0.333, 0),
+    (0, 0, -90),
+    (0, 0.316, 90),
+    (0.0825, 0, 90),
+    (-0.0825, 0.384, -90),
+    (0, 0, 90),
+    (0.088, 0, 90),
+]
 
 
 def turn_z(t):
-    return np.array([[math.cos(t), -math.sin(t), 0, 0], [math.sin(t), math.cos(t), 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    return np.array(
+        [
+            [math.cos(t), -math.sin(t), 0, 0],
+            [math.sin(t), math.cos(t), 0, 0],
+            [0, 0, 1, 0],
+            [0, 0, 0, 1],
+        ]
+    )
 
 
 def turn_x(t):
-    return np.array([[1, 0, 0, 0], [0, math.cos(t), -math.sin(t), 0], [0, math.sin(t), math.cos(t), 0], [0, 0, 0, 1]])
+    return np.array(
+        [
+            [1, 0, 0, 0],
+            [0, math.cos(t), -math.sin(t), 0],
+            [0, math.sin(t), math.cos(t), 0],
+            [0, 0, 0, 1],
+        ]
+    )
 
 
 def shift(x, z):
@@ -84,12 +129,18 @@ def test_kinematics_are_mujocos(name):
 @settings(max_examples=20)
 @given(drawing.seeds, st.sampled_from(sorted(UR_TABLES)))
 def test_universal_robots_are_their_published_tables(seed, name):
-    """The base frame of the description is the table's turned by half a turn; the UR10's URDF is rounded to 0.1 mm."""
+    """The base frame of the description is the table's turned by half a turn; the UR10's URDF is
+    rounded to 0.1 mm.
+    """
     d1, a2, a3, d4, d5, d6 = UR_TABLES[name]
     q = drawing.pose(np.random.default_rng(seed))
-    wanted = by_table(q, [(d1, 0, 90), (0, a2, 0), (0, a3, 0), (d4, 0, 90), (d5, 0, -90), (d6, 0, 0)])
+    wanted = by_table(
+        q, [(d1, 0, 90), (0, a2, 0), (0, a3, 0), (d4, 0, 90), (d5, 0, -90), (d6, 0, 0)]
+    )
     found = forward(ROBOTS[name].chain, q)[-1]
-    assert np.abs(found[:3, 3] - (turn_z(math.pi) @ wanted)[:3, 3]).max() < (1e-4 if name == "ur10" else FK)
+    assert np.abs(found[:3, 3] - (turn_z(math.pi) @ wanted)[:3, 3]).max() < (
+        1e-4 if name == "ur10" else FK
+    )
     outward = ROBOTS[name].mounts[-1].axis
     assert np.abs(found[:3, :3] @ outward - (turn_z(math.pi) @ wanted)[:3, 2]).max() < FK
 
@@ -109,7 +160,9 @@ def test_arms_of_seven_joints_are_their_published_tables(seed):
 @pytest.mark.skipif(not PUBLIC.exists(), reason="needs the [robots] extra")
 @pytest.mark.parametrize("name", URDFS)
 def test_kinematics_are_those_of_the_public_urdf(name):
-    """Every joint's frame, by MuJoCo's reading of the file; where a file writes half a turn with 12 digits, as it is."""
+    """Every joint's frame, by MuJoCo's reading of the file; where a file writes half a turn with 12
+    digits, as it is.
+    """
     file, links, base = URDFS[name]
     chain, rng = ROBOTS[name].chain, np.random.default_rng(2)
     text = (PUBLIC / file).read_text()
@@ -119,7 +172,9 @@ def test_kinematics_are_those_of_the_public_urdf(name):
         names = chain.joints if name == "panda" else [f"{j}_joint" for j in chain.joints]
         frames = forward(chain, q)
         for T, link in zip(frames, links, strict=False):
-            assert np.abs(T - peer.pose(dict(zip(names, q, strict=True)), link, base)).max() < FK, link
+            assert np.abs(T - peer.pose(dict(zip(names, q, strict=True)), link, base)).max() < FK, (
+                link
+            )
 
 
 def test_what_is_built_in_is_sound():
@@ -136,7 +191,9 @@ def test_what_is_built_in_is_sound():
         assert {"upper_arm", "forearm", "tool"} <= set(robot.links)
         for m in robot.mounts:
             assert 0 <= m.frame <= n
-            assert np.allclose([m.axis @ m.axis, m.zero @ m.zero, m.axis @ m.zero], [1, 1, 0], atol=1e-9)
+            assert np.allclose(
+                [m.axis @ m.axis, m.zero @ m.zero, m.axis @ m.zero], [1, 1, 0], atol=1e-9
+            )
             assert 0 <= m.usable[0] < m.usable[1] <= 1
             assert 0.02 < m.section < 0.1
             assert m.length == 0 or m.length * (m.usable[1] - m.usable[0]) > 0.07
@@ -146,8 +203,8 @@ def test_what_is_built_in_is_sound():
 
 @pytest.mark.parametrize("name", [n for n in ROBOTS if n not in PAPER_ROBOTS])
 def test_a_ring_around_a_mount_is_clear_of_the_robots_bodies(name):
-    """A circle 3.5 cm outside the section stands in no body but those that contain the tube's own link, in any of the
-    positions; the axis itself runs inside the body."""
+    """A circle 3.5 cm outside the section stands in no body but those that contain the tube's own
+    link, in any of the positions; the axis itself runs inside the body."""
     robot = ROBOTS[name]
     frames = forward(robot.chain, robot.rest)
     bodies = robot_capsules(robot, frames)
@@ -157,15 +214,21 @@ def test_a_ring_around_a_mount_is_clear_of_the_robots_bodies(name):
         for t in (0.1, 0.5, 0.9):
             centre = m.start + t * m.length * m.axis
             circle = centre + (m.section + 0.035) * (np.cos(turn) * m.zero + np.sin(turn) * m.side)
-            gap = gap_to_capsules(circle @ T[:3, :3].T + T[:3, 3], bodies.start, bodies.end, bodies.radius)
+            gap = gap_to_capsules(
+                circle @ T[:3, :3].T + T[:3, 3], bodies.start, bodies.end, bodies.radius
+            )
             assert np.median(gap) > 0, (m.link, t)
-            inside = gap_to_capsules((T[:3, :3] @ centre + T[:3, 3])[None], bodies.start, bodies.end, bodies.radius)
+            inside = gap_to_capsules(
+                (T[:3, :3] @ centre + T[:3, 3])[None], bodies.start, bodies.end, bodies.radius
+            )
             assert inside[0] < 0, (m.link, t)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_targets_of_every_robot(name):
-    """The pose curve runs from the base to the TCP, also where joints' origins coincide, and the shell has a volume."""
+    """The pose curve runs from the base to the TCP, also where joints' origins coincide, and the
+    shell has a volume.
+    """
     robot = ROBOTS[name]
     curve = robot_curve(robot, robot.rest, Shape())
     assert 0.9 < curve.arc_length() < 2

@@ -29,8 +29,16 @@ def small(monkeypatch):
 
     def run(heading, cells):
         asked.extend(cells)
-        searched = {"rings": RINGS, "processor_seconds": 12.3, "wall_seconds": 20.0, "finished": False}
-        return [searched if cell.work == "place in time" else TASKS[cell.work](**cell.arguments) for cell in cells]
+        searched = {
+            "rings": RINGS,
+            "processor_seconds": 12.3,
+            "wall_seconds": 20.0,
+            "finished": False,
+        }
+        return [
+            searched if cell.work == "place in time" else TASKS[cell.work](**cell.arguments)
+            for cell in cells
+        ]
 
     return robots.measure(run), asked
 
@@ -56,7 +64,10 @@ def test_each_robot_is_searched_under_each_model_and_seen_under_all(small, tmp_p
     records = list(csv.DictReader(io.StringIO(files["robots.csv"])))
     assert [float(r["shadow_percent"]) for r in records] == [row.shadow for row in rows]
     page, row = files["README.md"], by_name["panda", "shadow"]
-    assert f"| searched under `shadow` | 16 | 2 | {row.ignore:.2f} | {row.shadow:.2f} | {row.blind:.2f} |" in page
+    assert (
+        f"| searched under `shadow` | 16 | 2 | {row.ignore:.2f} | {row.shadow:.2f} |"
+        f" {row.blind:.2f} |" in page
+    )
     assert "12 * (20)" in page  # cut short
     assert "nan" not in page
     (tmp_path / "panda_shadow.toml").write_text(files["panda_shadow.toml"])

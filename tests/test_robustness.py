@@ -1,4 +1,6 @@
-"""Redundancy and tolerance of setups: laws of the reports, of drawn mountings, and of searches that aim at them."""
+"""Redundancy and tolerance of setups: laws of the reports, of drawn mountings, and of searches that
+aim at them.
+"""
 
 import math
 from dataclasses import replace
@@ -9,9 +11,20 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.coverage.rings.mounting_errors import MountingErrors, draw_errors, misplaced, misplaced_cones
+from place_rings.coverage.rings.mounting_errors import (
+    MountingErrors,
+    draw_errors,
+    misplaced,
+    misplaced_cones,
+)
 from place_rings.coverage.rings.ring import Setup, named_setup, ring_values
-from place_rings.coverage.rings.ring_kinematics import ring_arrays, seen_from, sensor_axes, sensor_cones, sensor_poses
+from place_rings.coverage.rings.ring_kinematics import (
+    ring_arrays,
+    seen_from,
+    sensor_axes,
+    sensor_cones,
+    sensor_poses,
+)
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.sensors.sensor import Sensor
@@ -38,7 +51,10 @@ ERRORS = MountingErrors()
 @pytest.fixture(scope="module")
 def verifier():
     """Two poses of unequal weight, voxels of 5 cm."""
-    poses = (Pose(np.radians([0.0, -45, 60, -105, -90, 0]), 2.0), Pose(np.radians([40.0, -80, 90, -105, -90, 0]), 1.0))
+    poses = (
+        Pose(np.radians([0.0, -45, 60, -105, -90, 0]), 2.0),
+        Pose(np.radians([40.0, -80, 90, -105, -90, 0]), 1.0),
+    )
     return Verifier(Scene(poses=poses, goals=(Goal(NEAR),)), 0.05)
 
 
@@ -56,15 +72,20 @@ def test_redundancy_keeps_its_laws(verifier, seed):
     assert np.all(found.without_sensor <= found.zeta)
     assert found.worst_ring.zeta <= found.worst_sensor.zeta + 1e-12
     singles = [
-        verifier.verify(Setup((replace(ring, count=1, phase=ring.phase + 2 * math.pi * k / ring.count),)), NEAR).zeta
+        verifier.verify(
+            Setup((replace(ring, count=1, phase=ring.phase + 2 * math.pi * k / ring.count),)), NEAR
+        ).zeta
         for ring in setup.rings
         for k in range(ring.count)
     ]
-    assert found.zetas.sum() == pytest.approx(sum(singles), abs=3e-4)  # a turned sensor's centres on a surface may round
+    # a turned sensor's centres on a surface may round
+    assert found.zetas.sum() == pytest.approx(sum(singles), abs=3e-4)
     for i in range(len(setup.rings)):
         if len(setup.rings) > 1:
             rest = Setup(setup.rings[:i] + setup.rings[i + 1 :])
-            assert found.without_ring[i] == pytest.approx(verifier.verify(rest, NEAR).zeta, abs=1e-12)
+            assert found.without_ring[i] == pytest.approx(
+                verifier.verify(rest, NEAR).zeta, abs=1e-12
+            )
         else:
             assert found.without_ring[i] == pytest.approx(0, abs=1e-12)
 
@@ -99,7 +120,9 @@ def test_drawn_mountings_are_counted_one_by_one(verifier, seed):
     expected = np.zeros(3)
     for i, pose in enumerate(verifier.scene.poses):
         ((wanted, _),) = verifier.pieces(NEAR, i)
-        covered = [count(c, 0.05, within=wanted) for c in misplaced_cones(UR10, setup, pose.q, drawn)]
+        covered = [
+            count(c, 0.05, within=wanted) for c in misplaced_cones(UR10, setup, pose.q, drawn)
+        ]
         expected += verifier.scene.pose_weights[i] * np.array(covered) / len(wanted)
     assert found.zetas == pytest.approx(expected, abs=1e-12)
     assert found.worst <= found.fifth_percentile <= found.zetas.max()
@@ -130,11 +153,17 @@ def test_shares_of_what_is_seen_whole_are_no_more_than_one():
     assert math.fsum(float(w) for w in scene.goal_weights) > 1
     assert verifier.judge(setup) == (0.0, 1.0)
     assert judge(verifier, setup, Criterion(seen=2)) == (0.0, 1.0)
-    assert redundancy(verifier, setup, goals[0].target).zeta == verifier.verify(setup, goals[0].target).zeta == 1.0
+    assert (
+        redundancy(verifier, setup, goals[0].target).zeta
+        == verifier.verify(setup, goals[0].target).zeta
+        == 1.0
+    )
 
 
 def misplaced_axes(here, position, tilt, phase, frames, errors):
-    return seen_from(here, misplaced(here, sensor_poses(here, position, tilt, phase), errors), frames, up=False)
+    return seen_from(
+        here, misplaced(here, sensor_poses(here, position, tilt, phase), errors), frames, up=False
+    )
 
 
 @settings(max_examples=25)
@@ -146,15 +175,21 @@ def test_misplaced_sensors_are_where_the_errors_say(seed):
     rings = (ring_arrays(UR10, setup.rings), *vars(ring_values(setup)).values())
     apex, axis = sensor_axes(UR10, setup, frames[0])
     drawn = draw_errors(len(setup.rings), setup.sensors, MountingErrors(0.01, 0.1), 4, seed)
-    none = 0 * drawn.slip, 0 * drawn.turn, 0 * drawn.seat
-    slip, turn, seat = (misplaced_axes(*rings, frames, replace(drawn, **keep)) for keep in (
-        {"turn": none[1], "seat": none[2]}, {"slip": none[0], "seat": none[2]}, {"slip": none[0], "turn": none[1]},
-    ))  # fmt: skip
+    no_slip, no_turn, no_seat = (
+        {name: 0 * getattr(drawn, name)} for name in ("slip", "turn", "seat")
+    )
+    slip, turn, seat = (
+        misplaced_axes(*rings, frames, replace(drawn, **keep))
+        for keep in (no_turn | no_seat, no_slip | no_seat, no_slip | no_turn)
+    )
     ring = setup.ring_of_sensor
     assert np.allclose(np.linalg.norm(slip[0][:, 0] - apex, axis=2), np.abs(drawn.slip[:, ring]))
     assert np.array_equal(slip[1][:, 0], np.broadcast_to(axis, slip[1][:, 0].shape))
     for i in range(len(setup.rings)):
-        for there, here in ((turn[0][:, 0, ring == i], apex[ring == i]), (turn[1][:, 0, ring == i], axis[ring == i])):
+        for there, here in (
+            (turn[0][:, 0, ring == i], apex[ring == i]),
+            (turn[1][:, 0, ring == i], axis[ring == i]),
+        ):
             gaps = np.linalg.norm(there[:, :, None] - there[:, None], axis=3)
             assert np.allclose(gaps, np.linalg.norm(here[:, None] - here[None], axis=2))
     assert np.array_equal(seat[0][:, 0], np.broadcast_to(apex, seat[0][:, 0].shape))
@@ -198,10 +233,14 @@ def one_pose(verifier):
 
 
 @pytest.mark.parametrize(
-    "aim", [Criterion(2, ERRORS, draws=2), Criterion(losing="ring")], ids=["twice, under errors", "losing"]
+    "aim",
+    [Criterion(2, ERRORS, draws=2), Criterion(losing="ring")],
+    ids=["twice, under errors", "losing"],
 )
 def test_gradient_of_an_aim_is_the_central_difference(one_pose, aim):
-    """In 32 bit: a step of 1e-2 and a tolerance to match; and sharp, the value is near the exact one."""
+    """In 32 bit: a step of 1e-2 and a tolerance to match; and sharp, the value is near the exact
+    one.
+    """
     space = Space(one_pose.scene, sensors=30)
     points = TargetPoints(one_pose.scene, 1024, 0, aim.mountings)
     objective, clouds = CoverageObjective(one_pose.scene, points, aim), points.clouds(1024)
@@ -209,13 +248,20 @@ def test_gradient_of_an_aim_is_the_central_difference(one_pose, aim):
     for _ in range(8):
         c = fresh(space, rng)
         x, d = space.values(c), rng.normal(size=space.values(c).shape)
-        x[0] = 0.1 + 0.8 * rng.permutation(len(x[0])) / len(x[0])  # no two rings change ranks in the step
-        (slope,), step = objective.soft(stacked([space.arrays(c)]), x[None], 0.2, clouds)[1], 1e-2 / np.linalg.norm(d)
+        # no two rings change ranks in the step
+        x[0] = 0.1 + 0.8 * rng.permutation(len(x[0])) / len(x[0])
+        (slope,), step = (
+            objective.soft(stacked([space.arrays(c)]), x[None], 0.2, clouds)[1],
+            1e-2 / np.linalg.norm(d),
+        )
         both = np.stack([x + step * d, x - step * d])
         up, down = objective.soft(stacked([space.arrays(c)] * 2), both, 0.2, clouds)[0]
-        assert (slope * d).sum() == pytest.approx((up - down) / (2 * step), abs=5e-3 * np.linalg.norm(d))
+        assert (slope * d).sum() == pytest.approx(
+            (up - down) / (2 * step), abs=5e-3 * np.linalg.norm(d)
+        )
     share = objective.zetas(stacked([space.arrays(c)]), space.values(c)[None], clouds)[0]
-    assert share == pytest.approx(judge(one_pose, space.setup(c), aim)[1], abs=0.04)  # 1024 points: a sigma is 0.015
+    # 1024 points: a sigma is 0.015
+    assert share == pytest.approx(judge(one_pose, space.setup(c), aim)[1], abs=0.04)
 
 
 def test_a_search_is_judged_by_its_own_aim(one_pose):
@@ -243,11 +289,20 @@ def test_floors_are_of_what_is_aimed_at(one_pose):
 def test_the_aim_of_a_loss_is_the_reports_worst(verifier, seed):
     setup = drawn_setup(seed)
     found = redundancy(verifier, setup, NEAR, 1)
-    assert judge(verifier, setup, Criterion(losing="ring"))[1] == pytest.approx(found.worst_ring.zeta, abs=1e-12)
-    assert judge(verifier, setup, Criterion(losing="sensor"))[1] == pytest.approx(found.worst_sensor.zeta, abs=1e-12)
+    assert judge(verifier, setup, Criterion(losing="ring"))[1] == pytest.approx(
+        found.worst_ring.zeta, abs=1e-12
+    )
+    assert judge(verifier, setup, Criterion(losing="sensor"))[1] == pytest.approx(
+        found.worst_sensor.zeta, abs=1e-12
+    )
 
 
 def test_aims_that_do_not_go_together_are_refused():
-    for bad in ({"seen": 0}, {"draws": 0}, {"seen": 2, "losing": "ring"}, {"errors": ERRORS, "losing": "sensor"}):
+    for bad in (
+        {"seen": 0},
+        {"draws": 0},
+        {"seen": 2, "losing": "ring"},
+        {"errors": ERRORS, "losing": "sensor"},
+    ):
         with pytest.raises(ValueError, match="allowed"):
             Criterion(**bad)

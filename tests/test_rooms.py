@@ -1,4 +1,6 @@
-"""Arrows run downward: what a room may import, and what stays out of the core. All files are found by rule."""
+"""Arrows run downward: what a room may import, and what stays out of the core. All files are found
+by rule.
+"""
 
 import ast
 import runpy
@@ -23,15 +25,39 @@ MAY = {
     "viewer": {"coverage", "objectives", "placement", "simulation", "formats", "reporting"},
     "studies": {"coverage", "objectives", "placement", "simulation", "formats", "reporting"},
     "rig": {"coverage", "objectives", "simulation", "formats", "reporting"},
-    "cli": {"coverage", "objectives", "placement", "simulation", "formats", "reporting", "viewer", "studies", "rig"},
+    "cli": {
+        "coverage",
+        "objectives",
+        "placement",
+        "simulation",
+        "formats",
+        "reporting",
+        "viewer",
+        "studies",
+        "rig",
+    },
 }
 CORE = {"coverage", "objectives"}
-NOT_IN_CORE = {"matplotlib", "serial", "rtde_control", "rtde_receive", "viser", "rich", "cyclopts", "tomllib", "pydantic"}
+NOT_IN_CORE = {
+    "matplotlib",
+    "serial",
+    "rtde_control",
+    "rtde_receive",
+    "viser",
+    "rich",
+    "cyclopts",
+    "tomllib",
+    "pydantic",
+}
 
 
 @cache
 def nodes(path):
-    return tuple(node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Import | ast.ImportFrom))
+    return tuple(
+        node
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+    )
 
 
 def ours(path, root):
@@ -67,12 +93,18 @@ def wrong_arrows(room, root=ROOT):
 
 
 def circle(folder, root=ROOT):
-    """Those of a folder's files, and of the rooms in it, each of these taken as one, that import each other in a circle."""
+    """Those of a folder's files, and of the rooms in it, each of these taken as one, that import
+    each other in a circle.
+    """
     here = folder.relative_to(root).parts
     needs = {}
     for path in folder.rglob("*.py"):
         name = path.relative_to(root).with_suffix("").parts[len(here)]
-        inside = {parts[len(here)] for parts in ours(path, root) if len(parts) > len(here) and parts[: len(here)] == here}
+        inside = {
+            parts[len(here)]
+            for parts in ours(path, root)
+            if len(parts) > len(here) and parts[: len(here)] == here
+        }
         needs[name] = needs.get(name, set()) | inside - {name}
     while free := [name for name, needed in needs.items() if not needed & set(needs)]:
         for name in free:
@@ -98,7 +130,9 @@ def test_every_folder_with_code_is_a_room_and_is_installed():
     assert set(rooms()) == set(MAY)
     given = installed(ROOT)
     assert given["package_dir"] == {f"place_rings.{room}": room for room in MAY}
-    assert sorted(given["packages"]) == [".".join(("place_rings", *folder.relative_to(ROOT).parts)) for folder in folders()]
+    assert sorted(given["packages"]) == [
+        ".".join(("place_rings", *folder.relative_to(ROOT).parts)) for folder in folders()
+    ]
 
 
 @pytest.mark.parametrize("room", MAY)
@@ -113,14 +147,18 @@ def test_no_room_is_above_one_that_may_import_it():
         lower.add(room)
 
 
-@pytest.mark.parametrize("folder", folders(), ids=lambda folder: folder.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize(
+    "folder", folders(), ids=lambda folder: folder.relative_to(ROOT).as_posix()
+)
 def test_arrows_in_a_room_make_no_circle(folder):
     assert circle(folder) == []
 
 
 @pytest.fixture
 def house(tmp_path):
-    """A copy of the rooms, and of what has to know their files, with a file more and a sub-room more."""
+    """A copy of the rooms, and of what has to know their files, with a file more and a sub-room
+    more.
+    """
     house = tmp_path / "house"
     for room in MAY:
         shutil.copytree(ROOT / room, house / room, ignore=shutil.ignore_patterns("__pycache__"))
@@ -139,16 +177,22 @@ def test_a_new_file_and_a_new_sub_room_need_no_edit_anywhere(house, tmp_path):
     assert "place_rings.coverage.added" in installed(house)["packages"]
     assert not list(wrong_arrows("coverage", house))
     assert not [folder for folder in folders(house) if circle(folder, house)]
-    assert set(shaped_modules(house)) - set(shaped_modules()) == {"place_rings.coverage.added.inner"}
+    assert set(shaped_modules(house)) - set(shaped_modules()) == {
+        "place_rings.coverage.added.inner"
+    }
     assert house / "coverage/added/inner.py" in with_imported([house / "coverage/outer.py"])
     checker = tmp_path / "checker"
     checker.write_text("#!/bin/sh\nfind -L place_rings -name '*.py'\n")
     checker.chmod(0o755)
-    seen = subprocess.run(["bash", house / ".ci/types", checker], check=True, capture_output=True, text=True).stdout.split()
+    seen = subprocess.run(
+        ["bash", house / ".ci/types", checker], check=True, capture_output=True, text=True
+    ).stdout.split()
     assert set(seen) == {f"place_rings/{file.relative_to(house)}" for _, file in modules(house)}
 
 
 def test_a_circle_and_an_arrow_upward_are_seen(house):
-    (house / "coverage/added/inner.py").write_text("from ..outer import Float\nfrom ...cli import app\n")
+    (house / "coverage/added/inner.py").write_text(
+        "from ..outer import Float\nfrom ...cli import app\n"
+    )
     assert circle(house / "coverage", house) == ["added", "outer"]
     assert list(wrong_arrows("coverage", house)) == ["coverage/added/inner.py imports cli"]

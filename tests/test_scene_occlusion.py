@@ -1,4 +1,6 @@
-"""Occlusion and obstacles from a scene's file to the counts: what is asked is what is counted, what is wrong is one line."""
+"""Occlusion and obstacles from a scene's file to the counts: what is asked is what is counted, what
+is wrong is one line.
+"""
 
 import json
 from dataclasses import replace
@@ -22,7 +24,11 @@ from place_rings.objectives.verify import Verifier, by_occlusion
 
 FLAT = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
 NEAR = Target("V_S", 0.5)
-TABLE = Obstacle("table", box((0.6, 0, 0.2), (0.8, 1.2, 0.05)), {"centre": [0.6, 0.0, 0.2], "size": [0.8, 1.2, 0.05]})
+TABLE = Obstacle(
+    "table",
+    box((0.6, 0, 0.2), (0.8, 1.2, 0.05)),
+    {"centre": [0.6, 0.0, 0.2], "size": [0.8, 1.2, 0.05]},
+)
 
 
 def test_obstacles_are_no_target_and_shadow_under_every_model():
@@ -33,7 +39,9 @@ def test_obstacles_are_no_target_and_shadow_under_every_model():
     assert after.covered_voxels < before.covered_voxels
     each = by_occlusion(cell, setup, after)
     assert each["ignore"] == after.zeta > each["shadow"] > each["blind"] > 0
-    under = {m: Verifier(replace(cell.scene, occlusion=m), 0.04).verify(setup, NEAR).zeta for m in each}
+    under = {
+        m: Verifier(replace(cell.scene, occlusion=m), 0.04).verify(setup, NEAR).zeta for m in each
+    }
     assert under == each
     assert by_occlusion(Verifier(Scene(), 0.04, "certified"), setup, before) == {}
 
@@ -43,7 +51,11 @@ def test_certified_holds_the_count_under_every_model():
     for occlusion in ("shadow", "blind"):
         one = replace(scene, occlusion=occlusion)
         found = Verifier(one, None, "certified", 0.02).verify(named_setup("n1_8_0"), NEAR)
-        assert found.low - 2e-3 <= Verifier(one, 0.02).verify(named_setup("n1_8_0"), NEAR).zeta <= found.high + 2e-3
+        assert (
+            found.low - 2e-3
+            <= Verifier(one, 0.02).verify(named_setup("n1_8_0"), NEAR).zeta
+            <= found.high + 2e-3
+        )
         assert found.high - found.low <= 0.0201
 
 
@@ -67,7 +79,9 @@ def test_sensors_in_housings_are_named_and_in_their_own_tube_refused():
     assert unseeing(Scene(), setup) == found
     assert unseeing(scene, Setup((Ring("upper_arm", 0.5, 4),))) == []
     thin = Setup((Ring("upper_arm", 0.5, 4), Ring("forearm", 0.4, 6, radius=0.04)))
-    with pytest.raises(ValueError, match=r"ring 1, sensor \d \(forearm\): found 5.0 mm within body forearm"):
+    with pytest.raises(
+        ValueError, match=r"ring 1, sensor \d \(forearm\): found 5.0 mm within body forearm"
+    ):
         check_mounting(scene, thin)
 
 
@@ -76,11 +90,17 @@ def test_a_robot_without_bodies_is_refused():
     with pytest.raises(BodilessError, match="has no bodies"):
         Verifier(Scene(robot=bare, occlusion="blind"), 0.1).verify(named_setup("n1_8_0"), NEAR)
     verifier = Verifier(Scene(robot=bare), 0.1)
-    assert by_occlusion(verifier, named_setup("n1_8_0"), verifier.verify(named_setup("n1_8_0"), NEAR)) == {}
+    assert (
+        by_occlusion(verifier, named_setup("n1_8_0"), verifier.verify(named_setup("n1_8_0"), NEAR))
+        == {}
+    )
 
 
 def test_a_scene_with_a_cell_reads_back(tmp_path):
-    parts = [trimesh.creation.box((0.2, 0.1, 0.1)), trimesh.creation.torus(0.2, 0.05, major_sections=12, minor_sections=8)]
+    parts = [
+        trimesh.creation.box((0.2, 0.1, 0.1)),
+        trimesh.creation.torus(0.2, 0.05, major_sections=12, minor_sections=8),
+    ]
     parts[1].apply_translation((0, 0, 0.5))
     trimesh.util.concatenate(parts).export(tmp_path / "part.stl")
     text = """occlusion = "blind"
@@ -121,23 +141,37 @@ def test_parts_of_a_mesh_with_a_long_name_or_moved_from_afar_are_written(tmp_pat
     assert [o.name for o in scene.obstacles] == ["x" * 93 + f" part {n}" for n in (0, 1)]
     assert len(scene_model(scene).obstacles) == 2
     path.write_text(cell % ("x", 60))
-    with pytest.raises(UserError, match=r"obstacles\[0\].file: part 0 of \"far.stl\" lies beyond 100 m"):
+    with pytest.raises(
+        UserError, match=r"obstacles\[0\].file: part 0 of \"far.stl\" lies beyond 100 m"
+    ):
         read_scene(path)
 
 
 @pytest.mark.parametrize(
     ("text", "line"),
     {
-        "[[obstacles]]\nname = 'x'": "obstacles[0]: found nothing, allowed: one of size, file, points, floor",
-        "[[obstacles]]\nfloor = 0\nsize = [1, 1, 1]": "obstacles[0]: found a list of 2, allowed: one of",
-        "[[obstacles]]\nsize = [1, 1, 0]": "obstacles[0].size[2]: found 0, allowed: a number above 0",
-        "[[obstacles]]\nsize = [1, 1]": "obstacles[0].size: found a list of 2, allowed: a list of 3",
+        "[[obstacles]]\nname = 'x'": (
+            "obstacles[0]: found nothing, allowed: one of size, file, points, floor"
+        ),
+        "[[obstacles]]\nfloor = 0\nsize = [1, 1, 1]": (
+            "obstacles[0]: found a list of 2, allowed: one of"
+        ),
+        "[[obstacles]]\nsize = [1, 1, 0]": (
+            "obstacles[0].size[2]: found 0, allowed: a number above 0"
+        ),
+        "[[obstacles]]\nsize = [1, 1]": (
+            "obstacles[0].size: found a list of 2, allowed: a list of 3"
+        ),
         "[[obstacles]]\nfloor = nan": "obstacles[0].floor: found nan",
-        f"[[obstacles]]\npoints = {FLAT}": "obstacles[0]: found a list of 4, allowed: corners of a solid",
+        f"[[obstacles]]\npoints = {FLAT}": (
+            "obstacles[0]: found a list of 4, allowed: corners of a solid"
+        ),
         "[[obstacles]]\nfile = '../a.stl'": "obstacles[0].file: found",
         "[[obstacles]]\nfile = 'none.stl'": "none.stl: cannot be read",
         "[[obstacles]]\nfile = 'bad.stl'": "obstacles[0].file: ",
-        "[[obstacles]]\nfile = 'scene.toml'": 'obstacles[0].file: found "scene.toml", allowed: a mesh, .stl',
+        "[[obstacles]]\nfile = 'scene.toml'": (
+            'obstacles[0].file: found "scene.toml", allowed: a mesh, .stl'
+        ),
         "occlusion = 'some'": 'occlusion: found "some", allowed: ignore, shadow, blind',
     }.items(),
 )
@@ -152,7 +186,16 @@ def test_a_bad_cell_is_one_line(tmp_path, text, line):
 
 
 def test_verify_prints_all_models_and_json_has_them(run):
-    arguments = ["verify", "n2_16_25", "--target", "V_S:0.5", "--voxel", "0.05", "--occlusion", "shadow"]
+    arguments = [
+        "verify",
+        "n2_16_25",
+        "--target",
+        "V_S:0.5",
+        "--voxel",
+        "0.05",
+        "--occlusion",
+        "shadow",
+    ]
     code, out, _ = run(*arguments)
     assert code == 0
     assert "blind" in out

@@ -1,4 +1,6 @@
-"""The search by its invariants: bounds kept, never worse than the start, repeatable, always an answer."""
+"""The search by its invariants: bounds kept, never worse than the start, repeatable, always an
+answer.
+"""
 
 import math
 
@@ -29,8 +31,13 @@ NEAR_AND_FAR = (Goal(Target("V_S", 0.5), 0.7), Goal(Target("V_S", 1.2), 0.3))
 @pytest.fixture(scope="module")
 def scene():
     """Two poses, two goals, limits of one link."""
-    poses = (Pose(np.radians([0.0, -45, 60, -105, -90, 0]), 2.0), Pose(np.radians([40.0, -80, 90, -105, -90, 0]), 1.0))
-    return Scene(poses=poses, goals=NEAR_AND_FAR, limits={"forearm": Limits((0.3, 0.6), (-0.5, 0.2))})
+    poses = (
+        Pose(np.radians([0.0, -45, 60, -105, -90, 0]), 2.0),
+        Pose(np.radians([40.0, -80, 90, -105, -90, 0]), 1.0),
+    )
+    return Scene(
+        poses=poses, goals=NEAR_AND_FAR, limits={"forearm": Limits((0.3, 0.6), (-0.5, 0.2))}
+    )
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +50,12 @@ def told():
 def found(scene, told):
     space = Space(scene, ring_layout(scene, 2, 6))
     return search(
-        scene, space, seed=3, schedule=SHORT, voxel=0.05, tell=lambda progress: told.append((progress.best, progress.setup))
+        scene,
+        space,
+        seed=3,
+        schedule=SHORT,
+        voxel=0.05,
+        tell=lambda progress: told.append((progress.best, progress.setup)),
     )
 
 
@@ -70,12 +82,15 @@ def test_what_it_tells_while_it_runs_is_a_setup_and_gets_better_only(scene, foun
     assert shares == sorted(shares)
     verifier = Verifier(scene, 0.05)
     for share, setup in {share: (share, setup) for share, setup in told}.values():
-        assert verifier.judge(setup)[1] == pytest.approx(share, abs=0.05)  # of 256 points in each goal at each pose
+        # of 256 points in each goal at each pose
+        assert verifier.judge(setup)[1] == pytest.approx(share, abs=0.05)
         assert [r.link for r in setup.rings] == [r.link for r in found.setup.rings]
 
 
 def test_same_seed_same_answer(scene, found):
-    again = search(scene, Space(scene, ring_layout(scene, 2, 6)), seed=3, schedule=SHORT, voxel=0.05)
+    again = search(
+        scene, Space(scene, ring_layout(scene, 2, 6)), seed=3, schedule=SHORT, voxel=0.05
+    )
     assert again.setup == found.setup
     assert (again.soft, again.exact) == (found.soft, found.exact)
 
@@ -83,14 +98,18 @@ def test_same_seed_same_answer(scene, found):
 def test_never_worse_than_the_papers_tilts():
     scene = Scene()
     space = Space(scene, ring_layout(scene, 2, 16))
-    found = search(scene, space, schedule=Schedule(3, (Stage(0.1, 512, 1, 1),), draws=3), voxel=0.05)
+    found = search(
+        scene, space, schedule=Schedule(3, (Stage(0.1, 512, 1, 1),), draws=3), voxel=0.05
+    )
     verifier = Verifier(scene, 0.05)
     best = max(verifier.judge(named_setup(f"n2_16_{tilt}"))[1] for tilt in (0, 25, 55))
     assert found.exact >= best - 0.005  # the best start is chosen on points, not by the count
 
 
 def test_a_time_cap_still_gives_an_answer(scene):
-    capped = search(scene, Space(scene, ring_layout(scene, 2, 6)), time_cap=1e-6, schedule=SHORT, voxel=0.1)
+    capped = search(
+        scene, Space(scene, ring_layout(scene, 2, 6)), time_cap=1e-6, schedule=SHORT, voxel=0.1
+    )
     assert capped.outcome is Outcome.TIME
     assert 0 < capped.exact < 1
 
@@ -111,7 +130,9 @@ def test_a_time_cap_that_passes_while_the_answer_is_counted_did_not_bite(scene):
         now[0] = 1e9 * (progress.to_count > 0)
 
     space = Space(scene, ring_layout(scene, 2, 6))
-    found = search(scene, space, time_cap=1.0, schedule=SHORT, voxel=0.1, tell=tell, clock=lambda: now[0])
+    found = search(
+        scene, space, time_cap=1.0, schedule=SHORT, voxel=0.1, tell=tell, clock=lambda: now[0]
+    )
     assert now[0] > 1
     assert found.outcome is Outcome.FINISHED
 
@@ -131,7 +152,8 @@ def test_an_interrupt_keeps_the_best_so_far(scene, monkeypatch):
     assert 0 < stopped.exact < 1
 
 
-@pytest.mark.parametrize("call", [2, 3, 4])  # clouds of all points, of the first stage, of the second
+# clouds of all points, of the first stage, of the second
+@pytest.mark.parametrize("call", [2, 3, 4])
 def test_an_interrupt_between_the_climbs_keeps_the_best_so_far(scene, monkeypatch, call):
     real, calls, told = TargetPoints.clouds, [], []
 
@@ -143,7 +165,9 @@ def test_an_interrupt_between_the_climbs_keeps_the_best_so_far(scene, monkeypatc
 
     monkeypatch.setattr(TargetPoints, "clouds", interrupted)
     space = Space(scene, ring_layout(scene, 2, 6))
-    stopped = search(scene, space, schedule=SHORT, voxel=0.1, tell=lambda progress: told.append(progress.climbed))
+    stopped = search(
+        scene, space, schedule=SHORT, voxel=0.1, tell=lambda progress: told.append(progress.climbed)
+    )
     assert stopped.outcome is Outcome.INTERRUPTED
     assert (stopped.statistics.evaluations > 0) == (call == 4)
     assert told
@@ -177,19 +201,24 @@ def near_and_far():
 @settings(max_examples=20)
 @given(drawing.seeds)
 def test_gradient_of_the_objective_is_the_central_difference(near_and_far, seed):
-    """In 32 bit: a step of 1e-2 and a tolerance to match; with a floor that some setups miss, and any rings."""
+    """In 32 bit: a step of 1e-2 and a tolerance to match; with a floor that some setups miss, and
+    any rings.
+    """
     objective, clouds, space = near_and_far
     rng = np.random.default_rng(seed)
     c = fresh(space, rng)
     setup, x = stacked([space.arrays(c)]), space.values(c)
-    x[0] = 0.1 + 0.8 * rng.permutation(len(x[0])) / len(x[0])  # no two rings change ranks in the step
+    # no two rings change ranks in the step
+    x[0] = 0.1 + 0.8 * rng.permutation(len(x[0])) / len(x[0])
     (value,), (slope,) = objective.soft(setup, x[None], 0.2, clouds)
     assert objective.zetas(setup, x[None], clouds, 0.2) == pytest.approx(value, abs=2e-6)
     d = rng.normal(size=x.shape)
     step = 1e-2 / np.linalg.norm(d)
     both = stacked([space.arrays(c)] * 2)
     up, down = objective.soft(both, np.stack([x + step * d, x - step * d]), 0.2, clouds)[0]
-    assert (slope * d).sum() == pytest.approx((up - down) / (2 * step), abs=1e-2 * np.linalg.norm(d))
+    assert (slope * d).sum() == pytest.approx(
+        (up - down) / (2 * step), abs=1e-2 * np.linalg.norm(d)
+    )
 
 
 def test_many_setups_are_as_one_by_one(near_and_far):
@@ -212,7 +241,9 @@ def test_poses_of_no_weight_are_not_looked_at(scene):
     objective, c = CoverageObjective(scene, points), fresh(space, np.random.default_rng(3))
     setup, x, clouds = stacked([space.arrays(c)]), space.values(c)[None], points.clouds(256)
     each = [objective.zetas(setup, x, clouds, poses=weights)[0] for weights in ([1, 0], [0, 1])]
-    assert objective.zetas(setup, x, clouds)[0] == pytest.approx(2 / 3 * each[0] + 1 / 3 * each[1], abs=1e-6)
+    assert objective.zetas(setup, x, clouds)[0] == pytest.approx(
+        2 / 3 * each[0] + 1 / 3 * each[1], abs=1e-6
+    )
 
 
 def test_a_floor_is_met_where_it_can_be():
@@ -225,7 +256,9 @@ def test_a_floor_is_met_where_it_can_be():
 
 
 def test_one_compilation_serves_a_search(scene, monkeypatch):
-    """Widths, numbers of points and of setups, with slopes or without: all are data to one compiled function."""
+    """Widths, numbers of points and of setups, with slopes or without: all are data to one compiled
+    function.
+    """
     real, traced = SoftTerms._of_each, []
 
     def watched(self, *args):
@@ -234,7 +267,12 @@ def test_one_compilation_serves_a_search(scene, monkeypatch):
 
     monkeypatch.setattr(SoftTerms, "_of_each", watched)
     stages = (Stage(0.1, 1024, 4, 2), Stage(0.05, 1200, 4, 2, variants=2), Stage(0.03, 3000, 4, 1))
-    search(scene, Space(scene, ring_layout(scene, 2, 6)), schedule=Schedule(4, stages, draws=16), voxel=0.1)
+    search(
+        scene,
+        Space(scene, ring_layout(scene, 2, 6)),
+        schedule=Schedule(4, stages, draws=16),
+        voxel=0.1,
+    )
     assert len(traced) == 1
 
 
@@ -246,7 +284,9 @@ def test_too_fine_a_voxel_is_refused_before_it_is_tried():
 def test_mean_over_poses_is_weighted(scene):
     verified = Verifier(scene, 0.1).verify(named_setup("n2_16_25"), Target("V_O"))
     assert [p.weight for p in verified.poses] == pytest.approx([2 / 3, 1 / 3])
-    assert verified.zeta == pytest.approx(2 / 3 * verified.poses[0].zeta + 1 / 3 * verified.poses[1].zeta)
+    assert verified.zeta == pytest.approx(
+        2 / 3 * verified.poses[0].zeta + 1 / 3 * verified.poses[1].zeta
+    )
     certified = Verifier(scene, 0.1, "certified").verify(named_setup("n2_16_25"), Target("V_O"))
     assert certified.low < verified.zeta < certified.high
     assert certified.target_voxels is None

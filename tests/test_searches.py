@@ -1,4 +1,6 @@
-"""The benchmark of searches: every peer that is installed asks within bounds and gets better only; what its tables say."""
+"""The benchmark of searches: every peer that is installed asks within bounds and gets better only;
+what its tables say.
+"""
 
 import math
 import sys
@@ -54,15 +56,21 @@ def question(parts, scene):
     return task.Question(scene, ring_layout(scene, 1, 4), 0, task.Watch(60.0), points=400)
 
 
-@pytest.mark.parametrize("name", ["CMA-ES", "differential evolution", "Optuna TPE", "CRS2", "ISRES"])
+@pytest.mark.parametrize(
+    "name", ["CMA-ES", "differential evolution", "Optuna TPE", "CRS2", "ISRES"]
+)
 @pytest.mark.filterwarnings("default")  # peers may warn
-def test_a_peer_stays_in_bounds_and_gets_better_only(parts, scene, question, watch, name, monkeypatch):
+def test_a_peer_stays_in_bounds_and_gets_better_only(
+    parts, scene, question, watch, name, monkeypatch
+):
     _, peers, _ = parts
     package, peer = peers.PEERS[name]
     if find_spec(package) is None:
         pytest.skip(f"{package} is not installed")
     asked, real = [], CoverageObjective.zetas
-    monkeypatch.setattr(CoverageObjective, "zetas", lambda self, s, v, c: asked.append(v) or real(self, s, v, c))
+    monkeypatch.setattr(
+        CoverageObjective, "zetas", lambda self, s, v, c: asked.append(v) or real(self, s, v, c)
+    )
     question.watch = watch
     peers.until_over(peer, question, 3)
     shown = question.watch.shown
@@ -75,12 +83,17 @@ def test_a_peer_stays_in_bounds_and_gets_better_only(parts, scene, question, wat
     assert all(((low <= v) & (v <= high)).all() for v in asked)
     for ring in shown[-1].setup.rings:
         limits = scene.limits_of(ring.link)
-        assert ring.link == "tool" or limits.position[0] - 1e-6 <= ring.position <= limits.position[1] + 1e-6
+        assert (
+            ring.link == "tool"
+            or limits.position[0] - 1e-6 <= ring.position <= limits.position[1] + 1e-6
+        )
         assert limits.tilt[0] - 1e-6 <= ring.tilt <= limits.tilt[1] + 1e-6
 
 
 def test_held_out_points_are_judged_as_the_question_judges(parts, scene, question):
-    """Two independent samples by two ways from a setup to its cones: 400 and 20 000 points, so some points apart."""
+    """Two independent samples by two ways from a setup to its cones: 400 and 20 000 points, so some
+    points apart.
+    """
     task = parts[0]
     question.watch = task.Watch(60.0)
     share = question.shares(np.random.default_rng(1).uniform(size=(3, question.size)))
@@ -110,6 +123,9 @@ def test_tables_say_who_is_sooner_and_who_is_ahead(parts, tmp_path):
     assert far.ahead == -1.0
     assert page.matches(runs, 30.0, page.WALL)[0].sooner == 4.0
     text = "\n".join(page.pages(runs, tmp_path, 30.0, page.WORK))
-    assert "Not 5 times as soon: V_OT with 80, V_T with 80. Below the best peer at the end: V_T with 80." in text
+    assert (
+        "Not 5 times as soon: V_OT with 80, V_T with 80. Below the best peer at the end: V_T"
+        " with 80." in text
+    )
     assert (tmp_path / "curves.csv").read_text().count("\n") == 1 + sum(len(r.curve) for r in runs)
     assert (tmp_path / "searches.png").stat().st_size > 10_000

@@ -35,7 +35,9 @@ def listed(setup: Setup, scene: Scene) -> str:
 
 @given(drawing.seeds, st.sampled_from(PAPER_ROBOTS), st.integers(1, 2))
 def test_what_cones_lists_is_read_back(seed, robot, poses):
-    """Phases are as exact as apexes over the radius. A ring of one sensor may be read as another that has the same one."""
+    """Phases are as exact as apexes over the radius. A ring of one sensor may be read as another
+    that has the same one.
+    """
     rng = np.random.default_rng(seed)
     scene = Scene(robot=ROBOTS[robot], poses=tuple(Pose(drawing.pose(rng)) for _ in range(poses)))
     setup = drawing.setup(rng)
@@ -52,7 +54,10 @@ def test_what_cones_lists_is_read_back(seed, robot, poses):
         assert after.radius == pytest.approx(before.radius, abs=3 * PRINTED)
         assert after.tilt == pytest.approx(before.tilt, abs=1e-8 / before.radius)
         assert after.position * length == pytest.approx(before.position * length, abs=3 * PRINTED)
-        assert abs(math.remainder(after.phase - before.phase, 2 * math.pi)) <= 3 * PRINTED / before.radius
+        assert (
+            abs(math.remainder(after.phase - before.phase, 2 * math.pi))
+            <= 3 * PRINTED / before.radius
+        )
     for pose in scene.poses:
         a, b = (sensor_cones(scene.robot, s, pose.q) for s in (setup, again))
         np.testing.assert_allclose(b.apex, a.apex, atol=1e-8)
@@ -61,9 +66,18 @@ def test_what_cones_lists_is_read_back(seed, robot, poses):
 
 def test_a_setup_of_the_paper_comes_back_to_a_billionth():
     setup, scene = named_setup("n3_16_55"), Scene()
-    for before, after in zip(setup.rings, mounted_setup("list", listed(setup, scene), scene).rings, strict=True):
-        assert (after.link, after.count, after.sensor, after.radius) == (before.link, before.count, before.sensor, 0.08)
-        assert (after.position, after.tilt) == pytest.approx((before.position, before.tilt), abs=1e-9)
+    for before, after in zip(
+        setup.rings, mounted_setup("list", listed(setup, scene), scene).rings, strict=True
+    ):
+        assert (after.link, after.count, after.sensor, after.radius) == (
+            before.link,
+            before.count,
+            before.sensor,
+            0.08,
+        )
+        assert (after.position, after.tilt) == pytest.approx(
+            (before.position, before.tilt), abs=1e-9
+        )
         assert abs(math.remainder(after.phase, 2 * math.pi)) < 1e-8
 
 
@@ -74,7 +88,9 @@ def test_a_phase_just_short_of_a_turn_is_no_turn():
 
 @given(drawing.seeds)
 def test_a_measured_setup_comes_back_about_as_well_as_it_was_measured(seed):
-    """Errors up to 0.5 mm of apexes and 0.3 degrees of axes stay within the tolerance and average out."""
+    """Errors up to 0.5 mm of apexes and 0.3 degrees of axes stay within the tolerance and average
+    out.
+    """
     rng, scene = np.random.default_rng(seed), Scene()
     before = Ring("forearm", 0.4, 12, math.radians(-30), 0.1)
     rows = [line.split(",") for line in listed(Setup((before,)), scene).splitlines()]
@@ -86,11 +102,15 @@ def test_a_measured_setup_comes_back_about_as_well_as_it_was_measured(seed):
     (after,) = mounted_setup("list", "\n".join(",".join(rows[i]) for i in order), scene).rings
     assert after.link == "forearm"
     assert after.position == pytest.approx(before.position, abs=0.001)
-    assert (after.tilt, after.phase) == pytest.approx((before.tilt, before.phase), abs=math.radians(0.7))
+    assert (after.tilt, after.phase) == pytest.approx(
+        (before.tilt, before.phase), abs=math.radians(0.7)
+    )
 
 
 def test_a_list_serves_as_a_proposal(tmp_path):
-    (tmp_path / "mounted.csv").write_text("\ufeff" + listed(named_setup("n2_16_25"), Scene()), encoding="utf-8")
+    (tmp_path / "mounted.csv").write_text(
+        "\ufeff" + listed(named_setup("n2_16_25"), Scene()), encoding="utf-8"
+    )
     setup, scene = resolve(str(tmp_path / "mounted.csv"), None)
     assert [r.count for r in setup.rings] == [16] * 5
     assert scene == Scene(poses=scene.poses)
@@ -98,8 +118,13 @@ def test_a_list_serves_as_a_proposal(tmp_path):
 
 @given(drawing.seeds)
 def test_square_beams_are_read_back(seed):
-    """Rings of square beams among those of cones, also where a list turns ``up`` over, which is the same beam."""
-    rng, scene = np.random.default_rng(seed), Scene(poses=(Pose(np.radians([10.0, -70, 60, -105, -90, 5])),))
+    """Rings of square beams among those of cones, also where a list turns ``up`` over, which is the
+    same beam.
+    """
+    rng, scene = (
+        np.random.default_rng(seed),
+        Scene(poses=(Pose(np.radians([10.0, -70, 60, -105, -90, 5])),)),
+    )
     rings = [replace(ring, count=ring.count + 1) for ring in drawing.setup(rng).rings]
     rings[0] = replace(rings[0], sensor=Sensor(0.5, 1.2, None, float(rng.uniform(0.1, 1.0))))
     text = listed(Setup(tuple(rings)), scene)
@@ -114,7 +139,10 @@ def test_square_beams_are_read_back(seed):
     for row in rows[1:]:
         for i in up:
             row[i] = str(-float(row[i]))
-    assert mounted_setup("list", "\n".join(map(",".join, rows)), scene).rings[0].sensor.fov_up is not None
+    assert (
+        mounted_setup("list", "\n".join(map(",".join, rows)), scene).rings[0].sensor.fov_up
+        is not None
+    )
     axis = [SQUARE_COLUMNS.index(f"axis_{x}") for x in "xyz"]
     for row in rows[1:]:  # rolled about its axis by 45 degrees, which no ring does
         a, u = (np.array([float(row[i]) for i in which]) for which in (axis, up))
@@ -150,10 +178,16 @@ MALFORMED = {
     "a sensor missing": (lambda rows: rows.pop(2), "ring 0: sensor 1"),
     "a ring missing": (lambda rows: rows.__delitem__(slice(4, 7)), "ring 1"),
     "two kinds of sensors": (put(3, "range_m", "1.4"), "ring 0"),
-    "an axis too long": (lambda rows: rows[2].__setitem__(slice(6, 9), ["0.8", "0.8", "0.8"]), "length"),
+    "an axis too long": (
+        lambda rows: rows[2].__setitem__(slice(6, 9), ["0.8", "0.8", "0.8"]),
+        "length",
+    ),
     "unevenly spaced": (lambda rows: rows[2].__setitem__(slice(3, 6), rows[1][3:6]), "mm and"),
     "another tilt": (lambda rows: rows[2].__setitem__(slice(6, 9), ["0", "0", "1"]), "°"),
-    "left-handed": (lambda rows: (put(3, "sensor", "2")(rows), put(4, "sensor", "1")(rows)), "right-handed"),
+    "left-handed": (
+        lambda rows: (put(3, "sensor", "2")(rows), put(4, "sensor", "1")(rows)),
+        "right-handed",
+    ),
     "quotes": (lambda rows: rows[1].__setitem__(0, '"0'), "mounted.csv"),
 }
 
@@ -174,6 +208,10 @@ def test_a_malformed_list_is_one_line_and_exit_code_2(change, says, tmp_path, mo
 
 
 def test_a_list_of_another_pose_is_refused():
-    text = listed(named_setup("n2_16_25"), Scene(poses=(Pose(np.radians([0.0, -80, 60, -105, -90, 0])),)))
-    with pytest.raises(UserError, match=r"ring 0: .* on upper_arm.* mm and .*° off; allowed: 2 mm and 1°"):
+    text = listed(
+        named_setup("n2_16_25"), Scene(poses=(Pose(np.radians([0.0, -80, 60, -105, -90, 0])),))
+    )
+    with pytest.raises(
+        UserError, match=r"ring 0: .* on upper_arm.* mm and .*° off; allowed: 2 mm and 1°"
+    ):
         mounted_setup("list", text, Scene())

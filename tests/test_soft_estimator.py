@@ -1,4 +1,6 @@
-"""The soft estimator: against the plain formula, against differences, in the limit, at singular points, in memory."""
+"""The soft estimator: against the plain formula, against differences, in the limit, at singular
+points, in memory.
+"""
 
 import jax
 import jax.numpy as jnp
@@ -15,7 +17,9 @@ from place_rings.coverage.solids.spheres import sphere
 from . import drawing
 
 compiled = jax.jit(soft_zeta)
-of_many = jax.jit(jax.vmap(jax.vmap(lambda c, *p: soft_zeta(Cones(*c), *p), (None, 0, 0)), (0, None, None)))
+of_many = jax.jit(
+    jax.vmap(jax.vmap(lambda c, *p: soft_zeta(Cones(*c), *p), (None, 0, 0)), (0, None, None))
+)
 ALL = np.inf  # no cone is left out
 
 
@@ -35,7 +39,12 @@ def drawn(seed, cones=12, points=300):
 
 def plain(apex, axis, cones, points, width):
     """1 - prod(1 - sigmoid(-f / width)), averaged: the definition, spelled out in NumPy."""
-    f = np.stack([Cones(apex, axis, cones.half_angle, cones.range_m).part(points, k) for k in range(len(apex))])
+    f = np.stack(
+        [
+            Cones(apex, axis, cones.half_angle, cones.range_m).part(points, k)
+            for k in range(len(apex))
+        ]
+    )
     with np.errstate(over="ignore"):
         return float(np.mean(1 - np.prod(1 - 1 / (1 + np.exp(f / width)), axis=0)))
 
@@ -44,7 +53,9 @@ def plain(apex, axis, cones, points, width):
 def test_value_is_the_definition(seed, width):
     cones, points = drawn(seed)
     soft = estimate(on_device(cones), on_device(cloud(points, dtype=np.float64)), width, ALL)
-    assert float(soft.zeta) == pytest.approx(plain(cones.apex, cones.axis, cones, points, width), abs=1e-12)
+    assert float(soft.zeta) == pytest.approx(
+        plain(cones.apex, cones.axis, cones, points, width), abs=1e-12
+    )
 
 
 def smooth(cones, points):
@@ -65,7 +76,10 @@ def test_gradient_is_the_central_difference(seed, width):
     rng, step = np.random.default_rng(seed), 1e-5
     for _ in range(4):
         da, dx = rng.normal(size=(2, 4, 3))
-        up, down = (plain(cones.apex + s * da, cones.axis + s * dx, cones, points, width) for s in (step, -step))
+        up, down = (
+            plain(cones.apex + s * da, cones.axis + s * dx, cones, points, width)
+            for s in (step, -step)
+        )
         slope = float((soft.by_apex * da).sum() + (soft.by_axis * dx).sum())
         assert slope == pytest.approx((up - down) / (2 * step), abs=1e-6)
 
@@ -83,10 +97,14 @@ def test_cones_left_out_do_not_matter(seed, width):
 @settings(max_examples=5)
 @given(drawing.seeds)
 def test_many_setups_and_clouds_at_once_are_as_one_by_one(seed):
-    """Under vmap the loops run as long as the longest needs, and blocks without points are passed over."""
+    """Under vmap the loops run as long as the longest needs, and blocks without points are passed
+    over.
+    """
     rng = np.random.default_rng(seed)
     setups = [on_device(drawing.cones(rng, 20)) for _ in range(3)]
-    clouds = [on_device(cloud(rng.uniform(-1, 1, (n, 3)), 16, np.float64, blocks=40)) for n in (100, 600)]
+    clouds = [
+        on_device(cloud(rng.uniform(-1, 1, (n, 3)), 16, np.float64, blocks=40)) for n in (100, 600)
+    ]
     parts = [jnp.stack(a) for a in zip(*map(jax.tree.leaves, setups), strict=True)]
     stacked, width = jax.tree.map(lambda *a: jnp.stack(a), *clouds), jnp.array([0.1, 0.01])
     many = of_many(parts, stacked, width)
@@ -100,7 +118,11 @@ def test_many_setups_and_clouds_at_once_are_as_one_by_one(seed):
 @given(drawing.seeds)
 def test_padding_and_slopes_leave_the_value(seed):
     cones, points = drawn(seed)
-    c, small, large = on_device(cones), cloud(points, 32, np.float64), cloud(points, 32, np.float64, blocks=50)
+    c, small, large = (
+        on_device(cones),
+        cloud(points, 32, np.float64),
+        cloud(points, 32, np.float64, blocks=50),
+    )
     assert large.weight.shape == (50, 32)
     soft, padded = estimate(c, on_device(small), 0.05), estimate(c, on_device(large), 0.05)
     flat = estimate(c, on_device(small), 0.05, slopes=False)
@@ -125,9 +147,25 @@ def test_tends_to_the_share_of_points(seed):
 @pytest.mark.parametrize("width", [0.1, 1e-3, 1e-6])
 def test_gradients_are_finite_everywhere(dtype, width):
     """At the apex, on the axis, on the rim, at the base's centre, behind, and far away."""
-    cones = Cones(np.zeros((2, 3)), np.array([[0.0, 0, 1], [1.0, 0, 0]]), np.array([0.2, 0.2]), np.array([1.5, 1.5]))
+    cones = Cones(
+        np.zeros((2, 3)),
+        np.array([[0.0, 0, 1], [1.0, 0, 0]]),
+        np.array([0.2, 0.2]),
+        np.array([1.5, 1.5]),
+    )
     rim = 1.5 * np.tan(0.2)
-    points = np.array([[0, 0, 0], [0, 0, 0.5], [0, 0, 1.5], [rim, 0, 1.5], [0, 0, -1], [1e6, 0, 0], [0, 1e6, 1e6]], float)
+    points = np.array(
+        [
+            [0, 0, 0],
+            [0, 0, 0.5],
+            [0, 0, 1.5],
+            [rim, 0, 1.5],
+            [0, 0, -1],
+            [1e6, 0, 0],
+            [0, 1e6, 1e6],
+        ],
+        float,
+    )
 
     def as_type(tree):
         return jax.tree.map(lambda a: jnp.asarray(a, dtype), tree)
@@ -139,15 +177,19 @@ def test_gradients_are_finite_everywhere(dtype, width):
 @settings(max_examples=5)
 @given(drawing.seeds, st.sampled_from([0.1, 0.05, 0.02, 0.008]))
 def test_single_precision_is_enough_for_a_search(seed, width):
-    """At all widths of the search: zeta to 1e-5, which is a tenth of a voxel's worth, slopes to 1e-3 of the steepest.
+    """At all widths of the search: zeta to 1e-5, which is a tenth of a voxel's worth, slopes to
+    1e-3 of the steepest.
 
-    Coordinates of about 1 m are rounded by 1e-7 m, so f by a few of these: at 8 mm an exponent by 1e-4, and a slope,
-    which is made of differences of such, by as much; one more power of ten covers the worst point of few.
+    Coordinates of about 1 m are rounded by 1e-7 m, so f by a few of these: at 8 mm an exponent by
+    1e-4, and a slope, which is made of differences of such, by as much; one more power of ten
+    covers the worst point of few.
     """
     cones, points = drawn(seed, 32, 2000)
     double = estimate(on_device(cones), on_device(cloud(points, dtype=np.float64)), width)
     single = estimate(
-        jax.tree.map(lambda a: jnp.asarray(a, jnp.float32), cones), on_device(cloud(points)), np.float32(width)
+        jax.tree.map(lambda a: jnp.asarray(a, jnp.float32), cones),
+        on_device(cloud(points)),
+        np.float32(width),
     )
     assert all(part.dtype == jnp.float32 for part in jax.tree.leaves(single))
     assert float(abs(double.zeta - single.zeta)) < 1e-5
@@ -163,7 +205,9 @@ def test_memory_does_not_grow_with_pairs():
     p, structure_of_points = jax.tree.flatten(p)
 
     def from_arrays(c, p):
-        return soft_zeta(jax.tree.unflatten(structure, c), jax.tree.unflatten(structure_of_points, p), 0.01)
+        return soft_zeta(
+            jax.tree.unflatten(structure, c), jax.tree.unflatten(structure_of_points, p), 0.01
+        )
 
     compiled = jax.jit(from_arrays).lower(c, p).compile()
     assert compiled.memory_analysis().temp_size_in_bytes < 100e6

@@ -1,4 +1,6 @@
-"""The soft share that several sensors see: against the definition, against differences, in the limit, at singular points."""
+"""The soft share that several sensors see: against the definition, against differences, in the
+limit, at singular points.
+"""
 
 import itertools
 
@@ -22,17 +24,31 @@ compiled = jax.jit(soft_seen, static_argnums=3)
 
 def estimate(cones, points, width, least, cut=ALL, slopes=True):
     """Of one shape, so that one compilation serves most tests."""
-    return compiled(on_device(cones), on_device(cloud(points, dtype=np.float64, blocks=4)), width, least, cut, slopes)
+    return compiled(
+        on_device(cones),
+        on_device(cloud(points, dtype=np.float64, blocks=4)),
+        width,
+        least,
+        cut,
+        slopes,
+    )
 
 
 def chances(apex, axis, cones, points, width):
-    f = np.stack([Cones(apex, axis, cones.half_angle, cones.range_m).part(points, k) for k in range(len(apex))])
+    f = np.stack(
+        [
+            Cones(apex, axis, cones.half_angle, cones.range_m).part(points, k)
+            for k in range(len(apex))
+        ]
+    )
     with np.errstate(over="ignore"):
         return 1 / (1 + np.exp(f / width))
 
 
 def plain(p, least):
-    """The chance that at least ``least`` of independent events with chances p (K, N) happen: all 2^K cases, summed up."""
+    """The chance that at least ``least`` of independent events with chances p (K, N) happen: all
+    2^K cases, summed up.
+    """
     total = np.zeros(p.shape[1])
     for case in itertools.product([False, True], repeat=len(p)):
         if sum(case) >= least:
@@ -58,7 +74,8 @@ def test_gradient_is_the_central_difference(seed, width, least):
     for _ in range(2):
         da, dx = rng.normal(size=(2, CONES, 3))
         up, down = (
-            plain(chances(cones.apex + s * da, cones.axis + s * dx, cones, points, width), least) for s in (step, -step)
+            plain(chances(cones.apex + s * da, cones.axis + s * dx, cones, points, width), least)
+            for s in (step, -step)
         )
         slope = float((soft.by_apex * da).sum() + (soft.by_axis * dx).sum())
         assert slope == pytest.approx((up - down) / (2 * step), abs=1e-6)
@@ -71,7 +88,9 @@ def test_tends_to_the_share_of_points(seed, least):
     f = np.stack([cones.part(points, k) for k in range(CONES)])
     on_surface = (np.abs(f).min(axis=0) < 20 * SHARP).mean()
     exact = ((f <= 0).sum(axis=0) >= least).mean()
-    assert float(estimate(cones, points, SHARP, least, CUT).zeta) == pytest.approx(exact, abs=on_surface + 1e-6)
+    assert float(estimate(cones, points, SHARP, least, CUT).zeta) == pytest.approx(
+        exact, abs=on_surface + 1e-6
+    )
 
 
 @settings(max_examples=10)
@@ -88,7 +107,9 @@ def test_more_sensors_see_less_and_all_numbers_add_up(seed):
 @settings(max_examples=10)
 @given(drawing.seeds, st.sampled_from([0.05, 0.01]))
 def test_pieces_and_cones_left_out_do_not_matter(seed, width):
-    """40 cones go through in several pieces; those that are far off are left out, with and without slopes."""
+    """40 cones go through in several pieces; those that are far off are left out, with and without
+    slopes.
+    """
     cones, points = drawn(seed, 40, POINTS)
     whole, fewer = (estimate(cones, points, width, 3, cut) for cut in (ALL, CUT))
     assert float(abs(whole.zeta - fewer.zeta)) < len(cones) * np.exp(-CUT)
@@ -101,14 +122,33 @@ def test_pieces_and_cones_left_out_do_not_matter(seed, width):
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_gradients_are_finite_everywhere(dtype):
-    """At the apex, on the axis, on the rim, at the base's centre, behind, and far away; the cones are twins and a third."""
+    """At the apex, on the axis, on the rim, at the base's centre, behind, and far away; the cones
+    are twins and a third.
+    """
     axis = np.array([[0.0, 0, 1], [0, 0, 1], [1, 0, 0]])
     cones = Cones(np.zeros((3, 3)), axis, np.full(3, 0.2), np.full(3, 1.5))
     rim = 1.5 * np.tan(0.2)
-    points = np.array([[0, 0, 0], [0, 0, 0.5], [0, 0, 1.5], [rim, 0, 1.5], [0, 0, -1], [1e6, 0, 0], [0, 1e6, 1e6]], float)
-    c, p = (jax.tree.map(lambda a: jnp.asarray(a, dtype), tree) for tree in (cones, cloud(points, 4, dtype)))
+    points = np.array(
+        [
+            [0, 0, 0],
+            [0, 0, 0.5],
+            [0, 0, 1.5],
+            [rim, 0, 1.5],
+            [0, 0, -1],
+            [1e6, 0, 0],
+            [0, 1e6, 1e6],
+        ],
+        float,
+    )
+    c, p = (
+        jax.tree.map(lambda a: jnp.asarray(a, dtype), tree)
+        for tree in (cones, cloud(points, 4, dtype))
+    )
     for width in (0.1, 1e-3, 1e-6):
-        assert all(bool(jnp.isfinite(part).all()) for part in jax.tree.leaves(compiled(c, p, dtype(width), 2)))
+        assert all(
+            bool(jnp.isfinite(part).all())
+            for part in jax.tree.leaves(compiled(c, p, dtype(width), 2))
+        )
 
 
 def test_memory_does_not_grow_with_pairs():
@@ -119,7 +159,9 @@ def test_memory_does_not_grow_with_pairs():
     p, structure_of_points = jax.tree.flatten(p)
 
     def from_arrays(c, p):
-        return soft_seen(jax.tree.unflatten(structure, c), jax.tree.unflatten(structure_of_points, p), 0.01, 3)
+        return soft_seen(
+            jax.tree.unflatten(structure, c), jax.tree.unflatten(structure_of_points, p), 0.01, 3
+        )
 
     memory = jax.jit(from_arrays).lower(c, p).compile().memory_analysis()
     assert memory.temp_size_in_bytes < 150e6

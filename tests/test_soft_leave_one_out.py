@@ -1,4 +1,6 @@
-"""The soft estimator after a loss: against the plain estimator without the lost cones, against differences, in the limit."""
+"""The soft estimator after a loss: against the plain estimator without the lost cones, against
+differences, in the limit.
+"""
 
 from dataclasses import replace
 
@@ -42,7 +44,9 @@ def plain_losses(cones, points, width):
 def test_value_is_the_plain_one_without_the_group(seed, width):
     cones, points = drawn(seed, CONES, POINTS)
     expected = plain_losses(cones, points, width)
-    assert np.asarray(estimate(cones, points, width, np.ones(4)).zeta) == pytest.approx(expected, abs=1e-12)
+    assert np.asarray(estimate(cones, points, width, np.ones(4)).zeta) == pytest.approx(
+        expected, abs=1e-12
+    )
 
 
 @settings(max_examples=20)
@@ -55,7 +59,10 @@ def test_gradient_is_the_central_difference(seed, width):
     soft = estimate(cones, points, width, weights)
     for _ in range(2):
         da, dx = rng.normal(size=(2, CONES, 3))
-        moved = (replace(cones, apex=cones.apex + h * da, axis=cones.axis + h * dx) for h in (step, -step))
+        moved = (
+            replace(cones, apex=cones.apex + h * da, axis=cones.axis + h * dx)
+            for h in (step, -step)
+        )
         up, down = (weights @ plain_losses(c, points, width) for c in moved)
         slope = float((soft.by_apex * da).sum() + (soft.by_axis * dx).sum())
         assert slope == pytest.approx((up - down) / (2 * step), abs=1e-6)

@@ -1,4 +1,6 @@
-"""Soft beams past bodies and obstacles: in the limit the exact share, slopes that are central differences."""
+"""Soft beams past bodies and obstacles: in the limit the exact share, slopes that are central
+differences.
+"""
 
 import jax
 import jax.numpy as jnp
@@ -30,13 +32,19 @@ def on_device(tree):
 
 
 def drawn(seed):
-    """Cones that stand outside of some bodies and a box, and 400 points: of one shape, for all to share what is compiled."""
+    """Cones that stand outside of some bodies and a box, and 400 points: of one shape, for all to
+    share what is compiled.
+    """
     rng = np.random.default_rng(seed)
     start, end = rng.uniform(-0.6, 0.6, (2, 5, 3))
     bodies = Capsules(start, end, rng.uniform(0.03, 0.12, 5))
     cones = drawing.cones(rng, 40)
     free = np.flatnonzero(Occluders(bodies, BOX).holds(np.asarray(cones.apex))[0] < 0)[:8]
-    return Cones(*(np.asarray(a)[free] for a in vars(cones).values())), bodies, rng.uniform(-1, 1, (400, 3))
+    return (
+        Cones(*(np.asarray(a)[free] for a in vars(cones).values())),
+        bodies,
+        rng.uniform(-1, 1, (400, 3)),
+    )
 
 
 def hidden(cones, bodies, occlusion):
@@ -44,7 +52,9 @@ def hidden(cones, bodies, occlusion):
 
 
 def share_and_width(seen, points):
-    """The exact share of points, and a width far below the distance of any of them from a surface."""
+    """The exact share of points, and a width far below the distance of any of them from a
+    surface.
+    """
     value = seen(points)
     return (value <= 0).mean(), sharp(value)
 
@@ -64,14 +74,22 @@ def test_tends_to_the_exact_share(seed):
     among = InCell(hidden(cones, bodies, "shadow"), on_device(WEDGE))
     assert float(estimate(among, p, width).zeta) == pytest.approx(share, abs=1e-6)
     share, width = share_and_width(beams(cones, Occluders(None, WEDGE), "ignore"), points)
-    assert float(estimate(InCell(on_device(cones), on_device(WEDGE)), p, width).zeta) == pytest.approx(share, abs=1e-6)
+    assert float(
+        estimate(InCell(on_device(cones), on_device(WEDGE)), p, width).zeta
+    ) == pytest.approx(share, abs=1e-6)
 
 
 def test_obstacles_go_into_a_search_of_32_bits_without_a_warning():
     cones, bodies, points = drawn(1)
     with jax.enable_x64(False):
         seen = Hidden(*(jax.tree.map(jnp.float32, x) for x in (cones, bodies)), "blind")
-        assert 0 <= float(soft_zeta(InCell(seen, BOX), on_device(cloud(points, dtype=np.float32)), 0.01).zeta) <= 1
+        assert (
+            0
+            <= float(
+                soft_zeta(InCell(seen, BOX), on_device(cloud(points, dtype=np.float32)), 0.01).zeta
+            )
+            <= 1
+        )
 
 
 def stops(cones, bodies, obstacles):
@@ -84,9 +102,10 @@ def stops(cones, bodies, obstacles):
 @settings(max_examples=10)
 @given(drawing.seeds)
 def test_soft_stops_lie_between_exact_ones(seed):
-    """What soft stops less than GRAZE e short of the beam's end lies at most e beside it: so they are not before the exact
-    ones past bodies and obstacles e thicker. A ball of the row counts fully where its inner half stands in the beam, and
-    bodies of half the radius lie within half a step of the row of such balls."""
+    """What soft stops less than GRAZE e short of the beam's end lies at most e beside it: so they
+    are not before the exact ones past bodies and obstacles e thicker. A ball of the row counts
+    fully where its inner half stands in the beam, and bodies of half the radius lie within half a
+    step of the row of such balls."""
     cones, bodies, points = drawn(seed)
     short = np.minimum(1, 0.5 / np.linalg.norm(bodies.end - bodies.start, axis=1))[:, None]
     bodies = bodies._replace(end=bodies.start + short * (bodies.end - bodies.start))
@@ -98,7 +117,12 @@ def test_soft_stops_lie_between_exact_ones(seed):
         for stand in (bodies, bodies._replace(start=FAR, end=FAR))
     )
     assert np.all(stops(cones, *thick) - e <= soft + 1e-9)
-    assert np.all(soft <= stops(cones, bodies._replace(radius=bodies.radius / 2), BOX) + step / 2 + bodies.radius.max() / 16)
+    assert np.all(
+        soft
+        <= stops(cones, bodies._replace(radius=bodies.radius / 2), BOX)
+        + step / 2
+        + bodies.radius.max() / 16
+    )
     exact = stops(cones, None, BOX)
     stopped = exact < cones.range_m  # the box stands in the beam, not beside it
     np.testing.assert_allclose(by_box[stopped], exact[stopped], rtol=0, atol=1e-9)
@@ -119,19 +143,33 @@ def test_soft_stops_lie_between_exact_ones(seed):
 @example(seed=1466)  # a box that stops a beam at its mantle, whatever the length of the axis
 def test_slopes_are_central_differences(occlusion, seed):
     cones, bodies, points = drawn(seed)
-    p, rng, step, width = on_device(cloud(points, dtype=np.float64)), np.random.default_rng(seed), 1e-8, 0.05
+    p, rng, step, width = (
+        on_device(cloud(points, dtype=np.float64)),
+        np.random.default_rng(seed),
+        1e-8,
+        0.05,
+    )
 
     def at(cones):
         return estimate(
-            InCell(hidden(cones, bodies, occlusion), on_device(WEDGE if occlusion == "shadow" else BOX)), p, width
+            InCell(
+                hidden(cones, bodies, occlusion), on_device(WEDGE if occlusion == "shadow" else BOX)
+            ),
+            p,
+            width,
         )
 
     def along(s, da, dx):
-        return float(at(Cones(cones.apex + s * da, cones.axis + s * dx, cones.half_angle, cones.range_m)).zeta)
+        return float(
+            at(
+                Cones(cones.apex + s * da, cones.axis + s * dx, cones.half_angle, cones.range_m)
+            ).zeta
+        )
 
     off, soft = [], at(cones)
     for _ in range(5):
         da, dx = rng.normal(size=(2, *cones.apex.shape))
         slope = float((soft.by_apex * da).sum() + (soft.by_axis * dx).sum())
         off.append(abs(slope - (along(step, da, dx) - along(-step, da, dx)) / (2 * step)))
-    assert np.median(off) < 1e-5  # a point on a crease, or a body that comes to matter, spoils one now and then
+    # a point on a crease, or a body that comes to matter, spoils one now and then
+    assert np.median(off) < 1e-5

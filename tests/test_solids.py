@@ -19,10 +19,19 @@ from . import drawing
 
 def solids(rng):
     """One solid of each kind, drawn."""
-    tube = pose_curve(joint_origins(UR10.chain, drawing.pose(rng)), rng.uniform(0.1, 1)).tube(rng.uniform(0.1, 0.8), 5)
+    tube = pose_curve(joint_origins(UR10.chain, drawing.pose(rng)), rng.uniform(0.1, 1)).tube(
+        rng.uniform(0.1, 0.8), 5
+    )
     balls = Spheres(rng.uniform(-1, 1, (3, 3)), rng.uniform(0.1, 1, 3))
     cones = drawing.cones(rng, 4)
-    return [cones, balls, tube, Union(cones, balls), Intersection(balls, tube), Difference(tube, cones)]
+    return [
+        cones,
+        balls,
+        tube,
+        Union(cones, balls),
+        Intersection(balls, tube),
+        Difference(tube, cones),
+    ]
 
 
 @given(drawing.seeds)
@@ -63,7 +72,9 @@ def test_cone_holds_what_an_angle_and_a_depth_say(seed):
     depth = v @ c.axis[0]
     angle = np.arccos(np.clip(depth / np.linalg.norm(v, axis=1), -1, 1))
     clear = (np.abs(angle - c.half_angle[0]) > 1e-9) & (np.abs(depth - c.range_m[0]) > 1e-9)
-    assert np.array_equal((c(p) <= 0)[clear], ((angle <= c.half_angle[0]) & (depth <= c.range_m[0]))[clear])
+    assert np.array_equal(
+        (c(p) <= 0)[clear], ((angle <= c.half_angle[0]) & (depth <= c.range_m[0]))[clear]
+    )
 
 
 def test_empty_union_is_outside_everywhere():
@@ -83,13 +94,23 @@ def test_combinations_are_set_operations():
 
 @pytest.mark.parametrize(
     "point",
-    [(0, 0, 0), (0, 0, 0.5), (0, 0, -0.5), (0, 0, 1.5), (1.5 * math.tan(0.2), 0, 1.5), (1e6, 0, 0), (0, 0, 1e6)],
+    [
+        (0, 0, 0),
+        (0, 0, 0.5),
+        (0, 0, -0.5),
+        (0, 0, 1.5),
+        (1.5 * math.tan(0.2), 0, 1.5),
+        (1e6, 0, 0),
+        (0, 0, 1e6),
+    ],
     ids=["apex", "axis", "behind", "base centre", "rim", "far across", "far along"],
 )
 def test_gradients_are_finite_where_cones_are_singular(point):
     def f(p, apex, axis):
         return cone(p, apex, axis, jnp.cos(0.2), jnp.sin(0.2), jnp.asarray(1.5))
 
-    slopes = jax.grad(f, argnums=(0, 1, 2))(jnp.asarray(point, float), jnp.zeros(3), jnp.array([0.0, 0, 1]))
+    slopes = jax.grad(f, argnums=(0, 1, 2))(
+        jnp.asarray(point, float), jnp.zeros(3), jnp.array([0.0, 0, 1])
+    )
     assert all(bool(jnp.isfinite(s).all()) for s in slopes)
     assert float(jnp.linalg.norm(slopes[0])) <= 1 + 1e-12

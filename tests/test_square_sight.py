@@ -1,4 +1,6 @@
-"""Square beams past bodies and obstacles: exact counts against dense ones, intervals, lines of sight, soft slopes."""
+"""Square beams past bodies and obstacles: exact counts against dense ones, intervals, lines of
+sight, soft slopes.
+"""
 
 import math
 from dataclasses import replace
@@ -36,14 +38,21 @@ from place_rings.placement.search.moves import fresh
 from . import drawing
 from .test_pyramids import some
 
-WEDGE = hull(np.array([(0.4, 0.35, 0.15), (0.4, 0.05, 0.05), (0.2, 0.35, 0.05), (0.2, 0.05, 0.15)]))  # few edges to compile
+# few edges to compile
+WEDGE = hull(np.array([(0.4, 0.35, 0.15), (0.4, 0.05, 0.05), (0.2, 0.35, 0.05), (0.2, 0.05, 0.15)]))
 CELL = (WEDGE, half_space(-0.35))
 MODELS = ("shadow", "blind")
 
 
 def drawn(rng, n=6):
-    """Beams of both shapes, turned towards the middle, where capsules stand; no apex within one. The last has one zone."""
-    bodies = Capsules(rng.uniform(-0.15, 0.15, (3, 3)), rng.uniform(-0.15, 0.15, (3, 3)), rng.uniform(0.02, 0.06, 3))
+    """Beams of both shapes, turned towards the middle, where capsules stand; no apex within one.
+    The last has one zone.
+    """
+    bodies = Capsules(
+        rng.uniform(-0.15, 0.15, (3, 3)),
+        rng.uniform(-0.15, 0.15, (3, 3)),
+        rng.uniform(0.02, 0.06, 3),
+    )
     b = some(rng, n, n // 2)
     apex = drawing.unit(rng, n) * rng.uniform(0.25, 0.35, (n, 1))
     axis = -apex + 0.1 * rng.normal(size=(n, 3))
@@ -85,14 +94,18 @@ def test_a_square_beam_holds_what_lines_of_sight_leave_blinded_or_not(seed):
     for k in range(len(b)):
         value, within = shadowed.part(points, k), b.part(points, k) <= 0
         assert np.all(around.part(points[within], k) <= 1e-12)
-        gap = segment_to_segment(b.apex[k][None, None], points[:, None], bodies.start[None], bodies.end[None])
+        gap = segment_to_segment(
+            b.apex[k][None, None], points[:, None], bodies.start[None], bodies.end[None]
+        )
         clear = (gap >= bodies.radius).all(axis=1)
         sure = within & (np.abs(value) > 1e-9) & (shadowed.cones.range_m[k] > 0)
         assert np.array_equal((value < 0)[sure], clear[sure])
         if k == 5:
             past = np.linalg.norm(points - b.apex[k], axis=1) - blind_around.stop[k]
             value = np.maximum(blinded.cones.part(points, k), past)
-        np.testing.assert_array_equal(blinded.part(points, k), value if k >= 3 else alone.part(points, k))
+        np.testing.assert_array_equal(
+            blinded.part(points, k), value if k >= 3 else alone.part(points, k)
+        )
     assert np.all(np.isinf(blinded.stop[3:5]))
 
 
@@ -100,7 +113,10 @@ def test_a_square_beam_holds_what_lines_of_sight_leave_blinded_or_not(seed):
 def test_intervals_hold_the_share_of_points(occlusion):
     """Hoeffding: 1e5 points are off by more than 0.9 points once in 10^7."""
     b, bodies = drawn(np.random.default_rng(2))
-    seen, ball = beams(b, Occluders(bodies, CELL), occlusion, bracketed=True), sphere(np.zeros(3), 0.5)
+    seen, ball = (
+        beams(b, Occluders(bodies, CELL), occlusion, bracketed=True),
+        sphere(np.zeros(3), 0.5),
+    )
     points = np.random.default_rng(0).uniform(-0.5, 0.5, (200_000, 3))
     points = points[ball(points) <= 0]
     share, noise = (seen(points) <= 0).mean(), math.sqrt(math.log(2e7) / (2 * len(points)))
@@ -126,8 +142,11 @@ def test_slopes_past_bodies_equal_central_differences(occlusion, least):
     for key, slope in (("apex", exact.by_apex), ("up", exact.by_up), ("axis", exact.by_axis)):
         for k, i in ((0, 1), (3, 0), (4, 1), (5, 2)):
             if key == "axis" and k < 3:
-                continue  # of cones the axis is taken as a unit vector: its free derivative differs along it
-            more, less = (replace(b, **{key: getattr(b, key).at[k, i].add(e)}) for e in (step, -step))
+                # of cones the axis is taken as a unit vector: its free derivative differs along it
+                continue
+            more, less = (
+                replace(b, **{key: getattr(b, key).at[k, i].add(e)}) for e in (step, -step)
+            )
             numeric = float(soft(more).zeta - soft(less).zeta) / (2 * step)
             assert float(slope[k, i]) == pytest.approx(numeric, abs=2e-7, rel=1e-4), (key, k, i)
 
@@ -155,28 +174,43 @@ def test_a_search_counts_what_square_beams_of_one_zone_see_past_the_robot(occlus
     space, points = Space(scene, sensors=12), TargetPoints(scene, 512, 0)
     c = fresh(space, np.random.default_rng(1))
     objective, setup = CoverageObjective(scene, points), space.setup(c)
-    (found,) = objective.zetas(stacked([space.arrays(c)]), space.values(c)[None], points.clouds(512))
-    seen = [setup_sight(scene, setup, scene.poses[p].q)(points.points[i]) <= 0 for i, (_, p) in enumerate(points.terms)]
+    (found,) = objective.zetas(
+        stacked([space.arrays(c)]), space.values(c)[None], points.clouds(512)
+    )
+    seen = [
+        setup_sight(scene, setup, scene.poses[p].q)(points.points[i]) <= 0
+        for i, (_, p) in enumerate(points.terms)
+    ]
     assert found == pytest.approx(np.mean(seen), abs=within)
 
 
-@pytest.mark.parametrize(("zones", "named"), [(8, [(0, 0, None)]), (1, [(0, 0, None), (1, 0, None)])])
+@pytest.mark.parametrize(
+    ("zones", "named"), [(8, [(0, 0, None)]), (1, [(0, 0, None), (1, 0, None)])]
+)
 def test_a_square_beam_with_a_box_before_it_is_named(zones, named):
-    """A box 4 to 6 cm away leaves less than a hundredth of a narrow beam of 30 cm, and more of a wide one, but for one zone
-    nothing further than the box."""
+    """A box 4 to 6 cm away leaves less than a hundredth of a narrow beam of 30 cm, and more of a
+    wide one, but for one zone nothing further than the box."""
     narrow, wide = (Sensor(0.1, 0.3, None, up, zones) for up in (0.1, 2.0))
     setup = Setup((Ring("forearm", 0.3, 2, sensor=narrow), Ring("forearm", 0.9, 2, sensor=wide)))
     scene = Scene(occlusion="blind")
     optics = sensor_cones(scene.robot, setup, scene.poses[0].q)
-    boxes = tuple(Obstacle(f"box {k}", box(optics.apex[k] + 0.08 * optics.axis[k], (0.05,) * 3)) for k in (0, 2))
+    boxes = tuple(
+        Obstacle(f"box {k}", box(optics.apex[k] + 0.08 * optics.axis[k], (0.05,) * 3))
+        for k in (0, 2)
+    )
     found = unseeing(replace(scene, obstacles=boxes), setup)
     assert [(u.ring, u.sensor, u.within) for u in found] == named
 
 
 def test_a_one_zone_square_beam_sees_less_blinded_than_shadowed():
     scene, setup = Scene(), named_setup("n2_16_25", effective(Use("vl53l1x")).sensor)
-    many = replace(setup, rings=tuple(replace(r, sensor=replace(r.sensor, zones=8)) for r in setup.rings))
-    target, verifiers = scene.goals[0].target, {how: Verifier(replace(scene, occlusion=how), 0.05) for how in MODELS}
+    many = replace(
+        setup, rings=tuple(replace(r, sensor=replace(r.sensor, zones=8)) for r in setup.rings)
+    )
+    target, verifiers = (
+        scene.goals[0].target,
+        {how: Verifier(replace(scene, occlusion=how), 0.05) for how in MODELS},
+    )
     zeta = {how: v.verify(setup, target).zeta for how, v in verifiers.items()}
     assert zeta["blind"] < 0.95 * zeta["shadow"]
     assert [v.verify(many, target).zeta for v in verifiers.values()] == [zeta["shadow"]] * 2

@@ -21,13 +21,20 @@ from place_rings.studies.engine.store import Cell, Store
 from place_rings.studies.engine.tasks import TASKS
 
 JSON = st.recursive(
-    st.none() | st.booleans() | st.integers(-(2**53), 2**53) | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
+    st.none()
+    | st.booleans()
+    | st.integers(-(2**53), 2**53)
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | st.text(),
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
     max_leaves=8,
 )
 
 
-@given(arguments=st.dictionaries(st.text(), JSON, max_size=4), result=JSON.filter(lambda value: value is not None))
+@given(
+    arguments=st.dictionaries(st.text(), JSON, max_size=4),
+    result=JSON.filter(lambda value: value is not None),
+)
 def test_a_store_gives_back_what_it_was_given(arguments, result, tmp_path_factory):
     with Store(tmp_path_factory.mktemp("store") / "cells.sqlite", "1") as store:
         cell = Cell("work", arguments)
@@ -51,7 +58,13 @@ def test_a_study_goes_on_where_it_stopped(tmp_path):
         run(cells, {"square": square}, store)
     told = []
     with Store(tmp_path / "cells.sqlite", "1") as store:
-        assert run(cells, {"square": square}, store, lambda *at: told.append(at)) == [0, 1, 4, 9, 16]
+        assert run(cells, {"square": square}, store, lambda *at: told.append(at)) == [
+            0,
+            1,
+            4,
+            9,
+            16,
+        ]
     assert calls == [0, 1, 2, 2, 3, 4]
     assert told == [(i, 5) for i in range(6)]
     with Store(tmp_path / "cells.sqlite", "2") as store:
@@ -59,7 +72,9 @@ def test_a_study_goes_on_where_it_stopped(tmp_path):
 
 
 def test_a_file_that_is_no_store_is_refused_and_kept(tmp_path):
-    (tmp_path / "text").write_text("something else, long enough to look like a file of its own kind\n" * 40)
+    (tmp_path / "text").write_text(
+        "something else, long enough to look like a file of its own kind\n" * 40
+    )
     with pytest.raises(UserError, match="no database"):
         Store(tmp_path / "text", "1")
     assert (tmp_path / "text").read_text().startswith("something else")
@@ -83,13 +98,26 @@ def test_a_study_has_its_file_alone(tmp_path):
 
 @pytest.mark.parametrize("work", ["place", "zeta"])
 def test_what_ctrl_c_cut_short_is_not_kept(work, monkeypatch, tmp_path):
-    """A search gives the best so far and a proof its last interval; neither is what was asked for."""
+    """A search gives the best so far and a proof its last interval; neither is what was asked
+    for.
+    """
     best = SimpleNamespace(outcome=Outcome.INTERRUPTED)
     monkeypatch.setattr(works, "searching", lambda *_, **__: best)
-    monkeypatch.setattr(exact, "bracket", lambda *_: Bracket(0.1, 0.9, 1.0, 1.0, 1, 1, 1.0, reached=False))
-    counted = {"setup": "n1_8_0", "target": "V_S", "radius": 0.5, "rule": "certified", "voxel": None, "width": 0.01}
+    monkeypatch.setattr(
+        exact, "bracket", lambda *_: Bracket(0.1, 0.9, 1.0, 1.0, 1, 1, 1.0, reached=False)
+    )
+    counted = {
+        "setup": "n1_8_0",
+        "target": "V_S",
+        "radius": 0.5,
+        "rule": "certified",
+        "voxel": None,
+        "width": 0.01,
+    }
     cells = {
-        "place": Cell("place", {"scene": {}, "rings_per_link": 1, "sensors_per_ring": 2, "seed": 0}),
+        "place": Cell(
+            "place", {"scene": {}, "rings_per_link": 1, "sensors_per_ring": 2, "seed": 0}
+        ),
         "zeta": Cell("zeta", {"scene": {}, **counted}),
     }
     with Store(tmp_path / "cells.sqlite", "1") as store:
@@ -117,7 +145,9 @@ def small(monkeypatch):
 def test_convergence_shows_every_rule_and_the_truth(small, tmp_path):
     with Store(tmp_path / "cells.sqlite", "test") as store:
         rows = study.measure(lambda cells: run(cells, TASKS, store))
-        assert [r.key for r in rows] == [(r, s, str(t), rule, v) for r, s, t, rule, v in study.plan()]
+        assert [r.key for r in rows] == [
+            (r, s, str(t), rule, v) for r, s, t, rule, v in study.plan()
+        ]
         assert study.measure(lambda cells: run(cells, {}, store)) == rows  # all was kept
     for row in rows:
         truth = next(r for r in rows if r.key[:3] == row.key[:3] and r.rule == "truth")

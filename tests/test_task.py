@@ -1,4 +1,6 @@
-"""The paper's task as a timed trajectory: limits kept, every product reached, and where the robot is fastest."""
+"""The paper's task as a timed trajectory: limits kept, every product reached, and where the robot
+is fastest.
+"""
 
 import math
 
@@ -20,7 +22,8 @@ def test_limits_are_kept(robot_and_motion):
     dt = motion.time_s[1]
     speed = np.diff(motion.q, axis=0) / dt
     assert np.all(np.degrees(np.abs(speed)) <= np.array(task.SPEED_DEG) + 1e-6)
-    # between rests of two moves the trapezoids of neighbouring samples meet: no kink is sharper than the limit
+    # between rests of two moves the trapezoids of neighbouring samples meet: no kink is sharper
+    # than the limit
     assert np.degrees(np.abs(np.diff(speed, axis=0) / dt)).max() <= task.ACCELERATION_DEG * 1.01
 
 
@@ -49,9 +52,11 @@ def test_the_tcp_is_fastest_in_the_middle_of_a_half_turn(robot_and_motion):
     first, last = still[still < top].max(), still[still > top].min()
     turn = motion.q[last - 1, 0] - motion.q[first, 0]
     assert math.degrees(abs(turn)) == pytest.approx(180, abs=2)
-    assert motion.q[top, 0] == pytest.approx((motion.q[last - 1, 0] + motion.q[first, 0]) / 2, abs=math.radians(2))
-    # From rest over half a turn and back to rest at the greatest acceleration: sqrt(a * 180) degrees a second, at the
-    # arm's length from the base axis.
+    assert motion.q[top, 0] == pytest.approx(
+        (motion.q[last - 1, 0] + motion.q[first, 0]) / 2, abs=math.radians(2)
+    )
+    # From rest over half a turn and back to rest at the greatest acceleration: sqrt(a * 180)
+    # degrees a second, at the arm's length from the base axis.
     tcp = forward(robot.chain, motion.q[top])[-1, :2, 3]
     speed = math.radians(math.sqrt(task.ACCELERATION_DEG * 180)) * np.hypot(*tcp)
     assert motion.tcp_speed(robot)[top] == pytest.approx(speed, rel=0.01)
@@ -62,7 +67,9 @@ def test_fewer_samples_are_of_the_same_motion():
     few = motion.every(10)
     assert np.all(np.diff(few.time_s) > 0)
     at = np.searchsorted(motion.time_s, few.time_s)
-    np.testing.assert_allclose(few.q, motion.q[at], atol=np.radians(task.SPEED_DEG).max() / 200 + 1e-9)
+    np.testing.assert_allclose(
+        few.q, motion.q[at], atol=np.radians(task.SPEED_DEG).max() / 200 + 1e-9
+    )
     assert few.swing.mean() == pytest.approx(motion.swing.mean(), abs=0.01)
 
 

@@ -1,4 +1,6 @@
-"""URDFs: what is drawn is read as MuJoCo reads it, and what is bad is one clear line, with nothing written."""
+"""URDFs: what is drawn is read as MuJoCo reads it, and what is bad is one clear line, with nothing
+written.
+"""
 
 import math
 import os
@@ -27,7 +29,14 @@ from .urdf_text import Peer, chain_text, drawn_chain, joint
 A, B = "<link name='a'/>", "<link name='b'/>"
 
 
-def moved(name="j", kind="revolute", parent="a", child="b", inside="<limit lower='-1' upper='1'/>", xyz="0 0 1"):
+def moved(
+    name="j",
+    kind="revolute",
+    parent="a",
+    child="b",
+    inside="<limit lower='-1' upper='1'/>",
+    xyz="0 0 1",
+):
     return (
         f"<joint name='{name}' type='{kind}'><parent link='{parent}'/><child link='{child}'/>"
         f"<origin xyz='{xyz}'/><axis xyz='0 0 1'/>{inside}</joint>"
@@ -35,7 +44,15 @@ def moved(name="j", kind="revolute", parent="a", child="b", inside="<limit lower
 
 
 def mesh(name, scale="1 1 1"):
-    return f"<link name='b'><collision><geometry><mesh filename='{name}' scale='{scale}'/></geometry></collision></link>"
+    return (
+        f"<link name='b'><collision><geometry><mesh filename='{name}'"
+        f" scale='{scale}'/></geometry></collision></link>"
+    )
+
+
+def quoted(text):
+    """Text with double quotes in place of its underscores."""
+    return text.replace("_", chr(34))
 
 
 def shape(text):
@@ -45,6 +62,7 @@ def shape(text):
 LAUGHS = "<!DOCTYPE r [<!ENTITY a 'ha'>" + "".join(
     f"<!ENTITY {b} '{f'&{a};' * 10}'>" for a, b in zip("abcdefgh", "bcdefghi", strict=True)
 )
+MIMIC = quoted("<limit lower=_-1_ upper=_1_/><mimic joint=_j_/>")
 BAD = {
     "<robot": "not XML",
     "": "not XML",
@@ -54,13 +72,25 @@ BAD = {
     "<!DOCTYPE r SYSTEM 'file:///etc/passwd'><robot/>": "found a document type",
     f"<robot>{A}{B}</robot>": "--base: found nothing, allowed: one of a, b",
     f"<robot>{A}{A}</robot>": 'link: found "a", allowed: each name once',
-    f"<robot>{A}{B}{moved(kind='screw')}</robot>": 'joint "j": type: found "screw", allowed: revolute, continuous',
-    f"<robot>{A}{B}{moved(kind='prismatic')}</robot>": 'joint "j": type: found "prismatic" in the chain, allowed: revolute',
-    f"<robot>{A}{B}{moved(kind='floating')}</robot>": 'joint "j": type: found "floating" in the chain',
+    f"<robot>{A}{B}{moved(kind='screw')}</robot>": (
+        'joint "j": type: found "screw", allowed: revolute, continuous'
+    ),
+    f"<robot>{A}{B}{moved(kind='prismatic')}</robot>": (
+        'joint "j": type: found "prismatic" in the chain, allowed: revolute'
+    ),
+    f"<robot>{A}{B}{moved(kind='floating')}</robot>": (
+        'joint "j": type: found "floating" in the chain'
+    ),
     f"<robot>{A}{B}{moved(inside='')}</robot>": 'joint "j": limit: found nothing',
-    f"<robot>{A}{B}{moved(inside='<limit lower=_1_ upper=_0_/>'.replace('_', chr(34)))}</robot>": "the lower value first",
-    f"<robot>{A}{B}{moved(inside='<limit lower=_-1_ upper=_nan_/>'.replace('_', chr(34)))}</robot>": "limit upper",
-    f"<robot>{A}{B}{moved(child='c')}</robot>": 'joint "j": child: found "c", allowed: a link of the file',
+    f"<robot>{A}{B}{moved(inside=quoted('<limit lower=_1_ upper=_0_/>'))}</robot>": (
+        "the lower value first"
+    ),
+    f"<robot>{A}{B}{moved(inside=quoted('<limit lower=_-1_ upper=_nan_/>'))}</robot>": (
+        "limit upper"
+    ),
+    f"<robot>{A}{B}{moved(child='c')}</robot>": (
+        'joint "j": child: found "c", allowed: a link of the file'
+    ),
     f"<robot>{A}{B}{moved(xyz='0 0 x')}</robot>": "origin xyz",
     f"<robot>{A}{B}{moved(xyz='0 0 inf')}</robot>": "origin xyz",
     f"<robot>{A}{B}{moved(xyz='0 0 0')}</robot>": "found a chain without length from a to b",
@@ -68,31 +98,49 @@ BAD = {
     f"<robot>{A}{B}{moved()}{moved('k', parent='b', child='a')}</robot>": "found a loop of joints",
     f"<robot>{A}{B}{moved(parent='b')}</robot>": "found a loop of joints",
     f"<robot>{A}{B}{moved()}{moved()}</robot>": 'joint: found "j", allowed: each name once',
-    f"<robot>{A}{B}{moved(inside='<limit lower=_-1_ upper=_1_/><mimic joint=_j_/>'.replace('_', chr(34)))}</robot>": (
+    f"<robot>{A}{B}{moved(inside=MIMIC)}</robot>": (
         'joint "j": mimic: found "j", allowed: no mimic in the chain'
     ),
     f"<robot>{A}{B}{moved(kind='fixed', inside='')}</robot>": "found 0 moving joints",
-    f"<robot>{A}{B}<link name='c'/>{moved()}{moved('k', child='c')}</robot>": "--tip: found nothing, allowed: one of b, c",
-    f"<robot>{A}{mesh('nothing.stl')}{moved()}</robot>": 'link "b": mesh: found "nothing.stl", allowed: a file in',
+    f"<robot>{A}{B}<link name='c'/>{moved()}{moved('k', child='c')}</robot>": (
+        "--tip: found nothing, allowed: one of b, c"
+    ),
+    f"<robot>{A}{mesh('nothing.stl')}{moved()}</robot>": (
+        'link "b": mesh: found "nothing.stl", allowed: a file in'
+    ),
     f"<robot>{A}{mesh('../out.stl')}{moved()}</robot>": "this one leads outside",
     f"<robot>{A}{mesh('/etc/hostname')}{moved()}</robot>": "this one leads outside",
     f"<robot>{A}{mesh('link.stl')}{moved()}</robot>": "this one leads outside",
     f"<robot>{A}{mesh('folder/out.stl')}{moved()}</robot>": "this one leads outside",
     f"<robot>{A}{mesh('package://../out.stl')}{moved()}</robot>": "this one leads outside",
-    f"<robot>{A}{mesh('package://x/%2e%2e/%2e%2e/out.stl')}{moved()}</robot>": "this one leads outside",
-    f"<robot>{A}{mesh('http://192.0.2.1/a.stl')}{moved()}</robot>": "allowed: package://, file:// or a path",
+    f"<robot>{A}{mesh('package://x/%2e%2e/%2e%2e/out.stl')}{moved()}</robot>": (
+        "this one leads outside"
+    ),
+    f"<robot>{A}{mesh('http://192.0.2.1/a.stl')}{moved()}</robot>": (
+        "allowed: package://, file:// or a path"
+    ),
     f"<robot>{A}{mesh('bad.stl')}{moved()}</robot>": 'mesh: found "bad.stl", allowed:',
     f"<robot>{A}{mesh('laughs.dae')}{moved()}</robot>": "found a document type",
     f"<robot>{A}{mesh('mesh.ply')}{moved()}</robot>": "a mesh of the format stl, dae, obj",
     f"<robot>{A}{mesh('good.stl', '0 1 1')}{moved()}</robot>": "mesh scale",
-    f"<robot>{A}{mesh('huge.stl')}{moved()}</robot>": 'mesh "huge.stl": found more than 128 MB, allowed: less',
+    f"<robot>{A}{mesh('huge.stl')}{moved()}</robot>": (
+        'mesh "huge.stl": found more than 128 MB, allowed: less'
+    ),
     f"<robot>{A}{mesh('nan.obj')}{moved()}</robot>": "triangles of finite numbers",
     f"<robot>{A}{mesh('far.obj')}{moved()}</robot>": "m from the link's frame",
-    f"<robot>{A}{mesh('good.stl', '1000 1000 1000')}{moved()}</robot>": "150 m from the link's frame",
-    f"<robot>{A}{mesh('round.stl')}{moved()}</robot>": 'mesh: found "round.stl", allowed: a file in',
-    f"<robot>{A}{shape('<cylinder radius=_0.1_ length=_0_/>'.replace('_', chr(34)))}{moved()}</robot>": "sizes above 0",
-    f"<robot>{A}{shape('<box size=_1 1_/>'.replace('_', chr(34)))}{moved()}</robot>": "box size",
-    f"<robot>{A}{shape('<torus/>')}{moved()}</robot>": 'geometry: found "torus", allowed: one of box',
+    f"<robot>{A}{mesh('good.stl', '1000 1000 1000')}{moved()}</robot>": (
+        "150 m from the link's frame"
+    ),
+    f"<robot>{A}{mesh('round.stl')}{moved()}</robot>": (
+        'mesh: found "round.stl", allowed: a file in'
+    ),
+    f"<robot>{A}{shape(quoted('<cylinder radius=_0.1_ length=_0_/>'))}{moved()}</robot>": (
+        "sizes above 0"
+    ),
+    f"<robot>{A}{shape(quoted('<box size=_1 1_/>'))}{moved()}</robot>": "box size",
+    f"<robot>{A}{shape('<torus/>')}{moved()}</robot>": (
+        'geometry: found "torus", allowed: one of box'
+    ),
 }
 
 
@@ -120,7 +168,10 @@ def folder(tmp_path):
 def test_a_bad_robot_is_one_line_and_nothing_is_written(folder, text, monkeypatch, capsys):
     path, out = folder / "bad.urdf", folder / "out"
     path.write_text(text)
-    for command in (["robot", str(path), "--out", str(out)], ["verify", "n1_8_0", "--robot", str(path)]):
+    for command in (
+        ["robot", str(path), "--out", str(out)],
+        ["verify", "n1_8_0", "--robot", str(path)],
+    ):
         monkeypatch.setattr(sys, "argv", ["place-rings", *command])
         with pytest.raises(SystemExit) as left:
             command_line.main()
@@ -132,7 +183,9 @@ def test_a_bad_robot_is_one_line_and_nothing_is_written(folder, text, monkeypatc
         assert not out.exists()
 
 
-@pytest.mark.parametrize("text", [b"\xff\xfe\x00", "<robot name='\xe9'/>".encode("latin-1"), b"\0" * 100, b""])
+@pytest.mark.parametrize(
+    "text", [b"\xff\xfe\x00", "<robot name='\xe9'/>".encode("latin-1"), b"\0" * 100, b""]
+)
 def test_what_is_no_text_is_no_robot(folder, text):
     path = folder / "bytes.urdf"
     path.write_bytes(text)
@@ -142,23 +195,32 @@ def test_what_is_no_text_is_no_robot(folder, text):
 
 def test_links_that_are_flat_have_no_volume_to_compare():
     capsule = Capsule(np.zeros(3), np.ones(3), 0.1)
-    flat, solid = (FittedLink("link", 0, np.zeros((1, 3, 3)), (capsule,), 0.2, v) for v in (0.0, 0.1))
+    flat, solid = (
+        FittedLink("link", 0, np.zeros((1, 3, 3)), (capsule,), 0.2, v) for v in (0.0, 0.1)
+    )
     assert outlines([flat]) == "1 capsules around 1 links, which are flat"
     assert outlines([flat, solid]) == "2 capsules around 2 links, 4.00 times their volume"
 
 
 def test_entities_are_never_expanded(folder):
-    """A parser that expanded them would take gigabytes; this one is out at the document type, in a small process."""
+    """A parser that expanded them would take gigabytes; this one is out at the document type, in a
+    small process.
+    """
     (folder / "laughs.urdf").write_text(LAUGHS + "]><robot name='&i;'/>")
     code = (
-        "import resource, sys\nfrom pathlib import Path\nfrom place_rings.formats.robots.urdf import read_urdf\n"
-        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
-        "try:\n    read_urdf(Path(sys.argv[1]))\nexcept Exception as error:\n    print(type(error).__name__)\n"
-        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20_000)"
+        "import resource, sys\nfrom pathlib import Path\nfrom place_rings.formats.robots.urdf"
+        " import read_urdf\nbefore = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\ntry:\n   "
+        " read_urdf(Path(sys.argv[1]))\nexcept Exception as error:\n   "
+        " print(type(error).__name__)\nprint(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss -"
+        " before < 20_000)"
     )
     env = {**os.environ, "PYTHONSAFEPATH": "1"}
     found = subprocess.run(
-        [sys.executable, "-c", code, str(folder / "laughs.urdf")], capture_output=True, text=True, check=True, env=env
+        [sys.executable, "-c", code, str(folder / "laughs.urdf")],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=env,
     )
     assert found.stdout.split() == ["UserError", "True"]
 
@@ -215,7 +277,11 @@ def test_a_chain_can_begin_and_end_anywhere(tmp_path):
     q = np.array([0.3, -0.2, 0.9])
     whole = forward(robot.chain, np.array([0, 0, *q, 0, 0]))
     assert np.allclose(forward(part.chain, q)[-1], np.linalg.inv(whole[1]) @ whole[4], atol=1e-12)
-    for base, tip, line in ((None, "nothing", "--tip"), ("link_4", "link_1", "--tip"), ("tip", None, "--base")):
+    for base, tip, line in (
+        (None, "nothing", "--tip"),
+        ("link_4", "link_1", "--tip"),
+        ("tip", None, "--base"),
+    ):
         with pytest.raises(UserError, match=line):
             pick_chain(read_urdf(path), base, tip)
 
@@ -234,7 +300,9 @@ def test_what_a_joint_beside_the_chain_moves_is_named(tmp_path):
 @settings(max_examples=15)
 @given(drawing.seeds)
 def test_targets_of_drawn_chains(seed):
-    """Coinciding joints make no empty segment: the shell is there, and the curve ends at the tip."""
+    """Coinciding joints make no empty segment: the shell is there, and the curve ends at the
+    tip.
+    """
     rng = np.random.default_rng(seed)
     chain = drawn_chain(rng)
     robot = ROBOTS["panda"].__class__("drawn", chain, (), 1.0)
@@ -242,4 +310,6 @@ def test_targets_of_drawn_chains(seed):
     curve = robot_curve(robot, q, Shape())
     assert np.allclose(curve.pieces[-1].control[-1], forward(chain, q)[-1, :3, 3])
     assert math.isfinite(curve.arc_length())
-    assert np.isfinite(target_solid(Target("V_S", 0.4), robot, q)(rng.uniform(-1, 1, (50, 3)))).all()
+    assert np.isfinite(
+        target_solid(Target("V_S", 0.4), robot, q)(rng.uniform(-1, 1, (50, 3)))
+    ).all()

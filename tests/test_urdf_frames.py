@@ -1,4 +1,6 @@
-"""Poses in JSON and frames of a URDF on the command line: taken as a proposal is, and what is bad is refused."""
+"""Poses in JSON and frames of a URDF on the command line: taken as a proposal is, and what is bad
+is refused.
+"""
 
 import json
 import math
@@ -21,7 +23,10 @@ SETUP = named_setup("n1_4_25")
 def exported(tmp_path_factory):
     """The texts of both files of ``SETUP``."""
     placed = PlacedSetup(Scene(), SETUP, 0, tmp_path_factory.mktemp("exported"))
-    return {"mounted.json": poses(placed)["sensors.json"].decode(), "mounted.urdf": urdf(placed)["robot.urdf"].decode()}
+    return {
+        "mounted.json": poses(placed)["sensors.json"].decode(),
+        "mounted.urdf": urdf(placed)["robot.urdf"].decode(),
+    }
 
 
 def changed(*path_and_value):
@@ -44,26 +49,74 @@ BAD = {
     "not a table": ("mounted.json", lambda text: "[]", "allowed: a table"),
     "an unknown key": ("mounted.json", changed("colour", 1), "an unknown key"),
     "no rings": ("mounted.json", changed("rings", []), "rings"),
-    "an unknown frame": ("mounted.json", changed("rings", 0, "frame", "hip"), 'rings[0].frame: found "hip"'),
-    "the base": ("mounted.json", changed("rings", 0, "frame", "base"), 'rings[0].frame: found "base"'),
-    "an unknown link": ("mounted.json", changed("rings", 0, "link", "leg"), 'rings[0].link: found "leg"'),
+    "an unknown frame": (
+        "mounted.json",
+        changed("rings", 0, "frame", "hip"),
+        'rings[0].frame: found "hip"',
+    ),
+    "the base": (
+        "mounted.json",
+        changed("rings", 0, "frame", "base"),
+        'rings[0].frame: found "base"',
+    ),
+    "an unknown link": (
+        "mounted.json",
+        changed("rings", 0, "link", "leg"),
+        'rings[0].link: found "leg"',
+    ),
     "not finite": ("mounted.json", lambda text: text.replace("0.08", "NaN"), "mounted.json"),
-    "far away": ("mounted.json", changed(*SENSOR, "xyz", [0, 0, 1e9]), "rings[0].sensors[0].xyz[2]"),
-    "no rotation": ("mounted.json", changed(*SENSOR, "xyzw", [0, 0, 0, 0]), "a quaternion of length 1"),
-    "one of two": ("mounted.json", changed(*SENSOR, "base_xyzw", None), "both base_xyz and base_xyzw"),
-    "another pose": ("mounted.json", changed("q_deg", [0, -45, 61, -105, -90, 0]), "off xyz and xyzw at q_deg"),
+    "far away": (
+        "mounted.json",
+        changed(*SENSOR, "xyz", [0, 0, 1e9]),
+        "rings[0].sensors[0].xyz[2]",
+    ),
+    "no rotation": (
+        "mounted.json",
+        changed(*SENSOR, "xyzw", [0, 0, 0, 0]),
+        "a quaternion of length 1",
+    ),
+    "one of two": (
+        "mounted.json",
+        changed(*SENSOR, "base_xyzw", None),
+        "both base_xyz and base_xyzw",
+    ),
+    "another pose": (
+        "mounted.json",
+        changed("q_deg", [0, -45, 61, -105, -90, 0]),
+        "off xyz and xyzw at q_deg",
+    ),
     "no pose": ("mounted.json", changed("q_deg", None), "q_deg: found nothing"),
-    "angles too few": ("mounted.json", changed("q_deg", [0, 1]), "q_deg: found 2 angles, allowed: 6"),
-    "an unknown sensor": ("mounted.json", changed("rings", 0, "sensor", {"model": "eye"}), "rings[0].sensor.model"),
+    "angles too few": (
+        "mounted.json",
+        changed("q_deg", [0, 1]),
+        "q_deg: found 2 angles, allowed: 6",
+    ),
+    "an unknown sensor": (
+        "mounted.json",
+        changed("rings", 0, "sensor", {"model": "eye"}),
+        "rings[0].sensor.model",
+    ),
     "deep": ("mounted.json", lambda text: "[" * 100_000, "not JSON"),
-    "a document type": ("mounted.urdf", lambda text: "<!DOCTYPE r>" + text.partition("?>")[2], "found a document type"),
-    "another robot": ("mounted.urdf", lambda text: text.replace('"elbow"', '"knee"'), 'joint: found none called "elbow"'),
+    "a document type": (
+        "mounted.urdf",
+        lambda text: "<!DOCTYPE r>" + text.partition("?>")[2],
+        "found a document type",
+    ),
+    "another robot": (
+        "mounted.urdf",
+        lambda text: text.replace('"elbow"', '"knee"'),
+        'joint: found none called "elbow"',
+    ),
     "a joint elsewhere": (
         "mounted.urdf",
         lambda text: text.replace("0 -0.1719 0.612", "0 -0.1 0.612"),
         'joint "elbow": found 0.0',
     ),
-    "no such frames": ("mounted.urdf", lambda text: text.replace("tof_", "eye_"), 'found no frame called "tof_.*"'),
+    "no such frames": (
+        "mounted.urdf",
+        lambda text: text.replace("tof_", "eye_"),
+        'found no frame called "tof_.*"',
+    ),
     "a frame on the shoulder": (
         "mounted.urdf",
         lambda text: text.replace(
@@ -96,7 +149,10 @@ REFUSED = {
     "no format": ((), "--to: found nothing, allowed: urdf, mjcf"),
     "an unknown format": (("--to", "step"), '--to: found "step", allowed: urdf'),
     "no such pose": (("--to", "csv", "--pose", "1"), "--pose: found 1, allowed: 0 to 0"),
-    "no such URDF": (("--to", "urdf", "--urdf", "none.urdf"), "none.urdf: found nothing, allowed: a file"),
+    "no such URDF": (
+        ("--to", "urdf", "--urdf", "none.urdf"),
+        "none.urdf: found nothing, allowed: a file",
+    ),
     "frames of a name": (("--to", "csv", "--frames", "a"), "--frames: found with"),
     "an unknown axis": (("--to", "csv", "--beam", "w"), "--beam"),
 }
@@ -121,30 +177,46 @@ def test_a_bad_pattern_is_refused(run, exported, tmp_path, pattern):
 _TAKING = ("improve.improve", "robustness.robustness", "report.run")
 
 
-def test_what_is_mounted_is_verified_and_bettered_as_a_name_is(run, exported, tmp_path, monkeypatch):
-    """Commands are given the rings that were exported; what they make of rings is tested elsewhere."""
+def test_what_is_mounted_is_verified_and_bettered_as_a_name_is(
+    run, exported, tmp_path, monkeypatch
+):
+    """Commands are given the rings that were exported; what they make of rings is tested
+    elsewhere.
+    """
     for file, text in exported.items():
         (tmp_path / file).write_text(text)
     zeta, given = [], []
     for command in _TAKING:
-        monkeypatch.setattr(f"place_rings.cli.{command}", lambda name, setup, *_: given.append((name, setup)))
-    monkeypatch.setattr("place_rings.cli.view.run", lambda _, setups, *__: given.extend(setups.items()))
+        monkeypatch.setattr(
+            f"place_rings.cli.{command}", lambda name, setup, *_: given.append((name, setup))
+        )
+    monkeypatch.setattr(
+        "place_rings.cli.view.run", lambda _, setups, *__: given.extend(setups.items())
+    )
     for subject in ("n1_4_25", *exported):
-        code, out, _ = run("verify", subject, "--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--json")
+        code, out, _ = run(
+            "verify", subject, "--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--json"
+        )
         assert code == 0
         zeta.append(json.loads(out)["zeta_percent"])
         frames = ("--frames", "tof_[012]_.*", "--beam", "x") if subject.endswith("urdf") else ()
         for command in ("improve", "robustness", "report", "view"):
             assert run(command, subject, "--target", "V_S", "--radius", "0.5", *frames)[0] == 0
     assert zeta[1:] == pytest.approx(zeta[:1] * 2, abs=0.02)
-    assert [name for name, _ in given] == [name for name in ("n1_4_25", *exported) for _ in range(4)]
+    assert [name for name, _ in given] == [
+        name for name in ("n1_4_25", *exported) for _ in range(4)
+    ]
     for _, setup in given:
         assert [(r.link, r.count) for r in setup.rings] == [(r.link, r.count) for r in SETUP.rings]
         for key in ("position", "tilt", "radius"):
-            assert [getattr(r, key) for r in setup.rings] == pytest.approx([getattr(r, key) for r in SETUP.rings], abs=1e-6)
+            assert [getattr(r, key) for r in setup.rings] == pytest.approx(
+                [getattr(r, key) for r in SETUP.rings], abs=1e-6
+            )
 
 
-def test_a_sensor_of_the_catalogue_is_kept_in_json_and_taken_of_the_scene_for_a_urdf(run, exported, tmp_path):
+def test_a_sensor_of_the_catalogue_is_kept_in_json_and_taken_of_the_scene_for_a_urdf(
+    run, exported, tmp_path
+):
     (tmp_path / "mounted.urdf").write_text(exported["mounted.urdf"])
     code, out, _ = run("export", "mounted.urdf", "--to", "json", "--out", "plain")
     assert (code, out) == (0, "plain/sensors.json\n")
@@ -154,18 +226,26 @@ def test_a_sensor_of_the_catalogue_is_kept_in_json_and_taken_of_the_scene_for_a_
     assert rings[0].sensor.use.model == "vl53l1x"
     assert rings[1].sensor == Scene().sensor
     wide = replace(Scene().sensor, fov=0.7)
-    assert {r.sensor for r in resolve(str(tmp_path / "mounted.urdf"), Scene(sensor=wide))[0].rings} == {wide}
+    assert {
+        r.sensor for r in resolve(str(tmp_path / "mounted.urdf"), Scene(sensor=wide))[0].rings
+    } == {wide}
 
 
 def test_json_by_hand_may_leave_the_base_out():
     """Eight sensors on the forearm, looking along x, in the frame of its joint."""
     turn = 2 * np.pi * np.arange(8) / 8
     sensors = [
-        {"name": f"s{k}", "xyz": [0.1 * np.cos(a), 0.1 * np.sin(a), 0.3], "xyzw": [0, 0, np.sin(a / 2), np.cos(a / 2)]}
+        {
+            "name": f"s{k}",
+            "xyz": [0.1 * np.cos(a), 0.1 * np.sin(a), 0.3],
+            "xyzw": [0, 0, np.sin(a / 2), np.cos(a / 2)],
+        }
         for k, a in enumerate(turn)
     ]
     text = json.dumps({"beam": "x", "rings": [{"frame": "elbow", "sensors": sensors}]})
     (ring,) = setup_of_poses("list", text, Scene()).rings
     assert (ring.link, ring.count, ring.sensor) == ("forearm", 8, Scene().sensor)
     phase = math.remainder(ring.phase, 2 * math.pi)
-    assert (ring.position * 0.5723, ring.radius, ring.tilt, phase) == pytest.approx((0.3, 0.1, 0, 0), abs=1e-9)
+    assert (ring.position * 0.5723, ring.radius, ring.tilt, phase) == pytest.approx(
+        (0.3, 0.1, 0, 0), abs=1e-9
+    )

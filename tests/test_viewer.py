@@ -1,4 +1,6 @@
-"""The viewer without a browser: what is shown agrees with exact counts, edits keep a file's form, work never makes worse."""
+"""The viewer without a browser: what is shown agrees with exact counts, edits keep a file's form,
+work never makes worse.
+"""
 
 import threading
 from dataclasses import replace
@@ -39,25 +41,44 @@ from place_rings.viewer.triangle_meshes import bodies
 from . import drawing
 
 NEAR, FAR = Target("V_S", 0.5), Target("V_S", 1.5)
-SMALL = rounded(Setup((Ring("upper_arm", 0.7, 6, 0.5), Ring("forearm", 0.4, 5, -0.3), Ring("tool", 0.0, 4))), Sensor())
+SMALL = rounded(
+    Setup((Ring("upper_arm", 0.7, 6, 0.5), Ring("forearm", 0.4, 5, -0.3), Ring("tool", 0.0, 4))),
+    Sensor(),
+)
 HOSTILE = "<img src=x onerror=alert(1)>{alert(1)}'\""
 
 
 @settings(max_examples=8)
-@given(seed=drawing.seeds, occlusion=st.sampled_from(OCCLUSIONS), target=st.sampled_from([NEAR, FAR, Target("V_OT")]))
+@given(
+    seed=drawing.seeds,
+    occlusion=st.sampled_from(OCCLUSIONS),
+    target=st.sampled_from([NEAR, FAR, Target("V_OT")]),
+)
 def test_verdicts_ring_by_ring_are_those_of_each_sensor_of_the_whole_setup(seed, occlusion, target):
     setup = drawing.setup(np.random.default_rng(seed))
     square = replace(setup.rings[0], sensor=Sensor(0.4, 0.8, fov_up=0.2, zones=4))
     setup, scene = Setup((*setup.rings, square)), Scene(occlusion=occlusion)
     glance = QuickEstimate(scene, [target], points=300)
-    points, verdict = glance.points(target, 0, 300), glance.verdict(setup, target, 0, occlusion, 300)
+    points, verdict = (
+        glance.points(target, 0, 300),
+        glance.verdict(setup, target, 0, occlusion, 300),
+    )
     q = scene.poses[0].q
     seen, held = setup_sight(scene, setup, q), sensor_cones(scene.robot, setup, q)
-    assert np.array_equal(verdict.seen, sum((seen.part(points, k) <= 0).astype(int) for k in range(setup.sensors)))
-    assert np.array_equal(verdict.held, sum((held.part(points, k) <= 0).astype(int) for k in range(setup.sensors)))
+    assert np.array_equal(
+        verdict.seen, sum((seen.part(points, k) <= 0).astype(int) for k in range(setup.sensors))
+    )
+    assert np.array_equal(
+        verdict.held, sum((held.part(points, k) <= 0).astype(int) for k in range(setup.sensors))
+    )
     for kind, is_so in zip(
         range(4),
-        (verdict.held == 0, (verdict.held > 0) & (verdict.seen == 0), verdict.seen == 1, verdict.seen > 1),
+        (
+            verdict.held == 0,
+            (verdict.held > 0) & (verdict.seen == 0),
+            verdict.seen == 1,
+            verdict.seen > 1,
+        ),
         strict=True,
     ):
         assert np.array_equal(verdict.kind == kind, is_so)
@@ -69,7 +90,9 @@ def test_a_glance_is_the_exact_count_within_the_luck_of_its_points(occlusion):
     glance, verifier = QuickEstimate(scene, [NEAR]), Verifier(scene, 0.02)
     for setup in (SMALL, EditedSetup(scene, SMALL).changed(0, tilt_deg=-40, count=9).setup):
         exact = verifier.verify(setup, NEAR).zeta
-        assert abs(glance.zeta(setup, NEAR, occlusion) - exact) < 4 * np.sqrt(exact * (1 - exact) / glance.each)
+        assert abs(glance.zeta(setup, NEAR, occlusion) - exact) < 4 * np.sqrt(
+            exact * (1 - exact) / glance.each
+        )
 
 
 def test_over_poses_a_glance_is_the_weighted_mean_and_few_stand_for_many():
@@ -78,7 +101,9 @@ def test_over_poses_a_glance_is_the_weighted_mean_and_few_stand_for_many():
     glance = QuickEstimate(Scene(poses=poses), [NEAR], points=3000)
     each = [glance.verdict(SMALL, NEAR, p, "ignore", glance.each).zeta for p in range(3)]
     assert glance.zeta(SMALL, NEAR, "ignore") == pytest.approx(np.average(each, weights=[1, 2, 3]))
-    many = QuickEstimate(Scene(poses=tuple(Pose(home, 1.0) for _ in range(500))), [NEAR], points=3000)
+    many = QuickEstimate(
+        Scene(poses=tuple(Pose(home, 1.0) for _ in range(500))), [NEAR], points=3000
+    )
     assert many.few <= 64
     assert many.weights.sum() == pytest.approx(1)
 
@@ -104,14 +129,18 @@ def test_an_edit_stays_in_bounds_leaves_the_others_and_is_what_a_file_would_hold
     after = before.changed(i, **edit).setup
     ring = after.rings[i]
     assert rounded(after, scene.sensor) == after
-    assert [r for k, r in enumerate(after.rings) if k != i] == [r for k, r in enumerate(before.setup.rings) if k != i]
+    assert [r for k, r in enumerate(after.rings) if k != i] == [
+        r for k, r in enumerate(before.setup.rings) if k != i
+    ]
     assert 0 <= ring.position <= (scene.robot.mount(ring.link).length > 0)
     assert 1 <= ring.count <= MOST_SENSORS
     assert "tilt_deg" not in edit or abs(np.degrees(ring.tilt)) <= STEEPEST_DEG + 1e-9
     assert "link" not in edit or ring.link == edit["link"]
 
 
-@pytest.mark.parametrize("edit", [{"link": HOSTILE}, {"position": float("nan")}, {"tilt_deg": float("inf")}])
+@pytest.mark.parametrize(
+    "edit", [{"link": HOSTILE}, {"position": float("nan")}, {"tilt_deg": float("inf")}]
+)
 def test_an_edit_that_means_nothing_is_refused(edit):
     with pytest.raises(ValueError, match=r"found|no link"):
         EditedSetup(Scene(), SMALL).changed(0, **edit)
@@ -146,12 +175,18 @@ def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
     assert before["cones1"].vertices is not after["cones1"].vertices
     assert sum(len(d.points) for d in dots.values() if isinstance(d, Dots)) == SHOWN
     assert sum(shares) == pytest.approx(1)
-    wide, sizes = np.linalg.norm(np.ptp(drawn.box(choice), axis=0)), {c: d.size for d in dots.values() for c in [d.colour]}
+    wide, sizes = (
+        np.linalg.norm(np.ptp(drawn.box(choice), axis=0)),
+        {c: d.size for d in dots.values() for c in [d.colour]},
+    )
     missed = sum(len(dots[f"points{n}"].points) / SHOWN for n in (UNSEEN, SHADOWED))
     assert missed > 0.8  # and yet the robot and what is seen stand out
-    assert missed * (sizes[KINDS[UNSEEN].colour] / wide) ** 2 == pytest.approx(0.15 * KINDS[UNSEEN].size ** 2)
+    assert missed * (sizes[KINDS[UNSEEN].colour] / wide) ** 2 == pytest.approx(
+        0.15 * KINDS[UNSEEN].size ** 2
+    )
     assert sizes[KINDS[UNSEEN].colour] == sizes[KINDS[SHADOWED].colour] < sizes[KINDS[ONCE].colour]
-    better = drawn.points(named_setup("n3_16_55"), choice, [SMALL])[0]  # side by side, points are equally large
+    # side by side, points are equally large
+    better = drawn.points(named_setup("n3_16_55"), choice, [SMALL])[0]
     assert {n: better[n].size for n in dots} == {n: dots[n].size for n in dots}
     assert drawn.points(named_setup("n3_16_55"), choice)[0]["points0"].size > dots["points0"].size
     assert {name for name in before if name.startswith("cones")} == {"cones0", "cones1", "cones2"}
@@ -163,7 +198,10 @@ def test_what_is_drawn_is_sound_and_what_stays_is_the_same_array():
 @pytest.mark.parametrize("target", [NEAR, Target("V_OT"), Target("V_P")])
 def test_an_outline_lies_on_its_target_and_rims_on_their_cones(target):
     scene = Scene(poses=(replace(Scene().poses[0], rate=np.full(6, 0.3)),), goals=(Goal(target),))
-    drawn, choice = Drawing(QuickEstimate(scene, [target])), DrawnParts(0, target, "ignore", cones="all")
+    drawn, choice = (
+        Drawing(QuickEstimate(scene, [target])),
+        DrawnParts(0, target, "ignore", cones="all"),
+    )
     edges = drawn.backdrop(choice)["outline"]
     assert isinstance(edges, Edges)
     outer = scene.solid(target, 0).a
@@ -183,7 +221,12 @@ def test_bodies_are_drawn_where_the_capsules_are():
     frames = forward(ur10.chain, Scene().poses[0].q)
     vertices, faces = bodies(ur10, frames)
     found = robot_capsules(ur10, frames)
-    t = np.clip(((vertices[:, None] - found.start) * (v := found.end - found.start)).sum(-1) / (v * v).sum(-1), 0, 1)
+    t = np.clip(
+        ((vertices[:, None] - found.start) * (v := found.end - found.start)).sum(-1)
+        / (v * v).sum(-1),
+        0,
+        1,
+    )
     gap = np.linalg.norm(vertices[:, None] - found.start - t[..., None] * v, axis=-1) - found.radius
     assert np.abs(gap).min(axis=1).max() < 1e-6
     assert len(faces) > 1000
@@ -194,7 +237,9 @@ def test_nothing_of_a_file_stands_unescaped_on_the_page():
     proofs = prove(scene, SMALL, (NEAR,), lambda *_: None, voxel=0.1, width=0.3)
     said = [
         words.heading([HOSTILE], HOSTILE, [3], [1]),
-        words.zeta_table([HOSTILE, HOSTILE], [words.TableRow(HOSTILE, ((0.1, 0.2), (0.3, 0.4)))], 0.1, HOSTILE),
+        words.zeta_table(
+            [HOSTILE, HOSTILE], [words.TableRow(HOSTILE, ((0.1, 0.2), (0.3, 0.4)))], 0.1, HOSTILE
+        ),
         words.legend([0.25] * 4, HOSTILE, HOSTILE),
         words.proof_table(HOSTILE, proofs),
         words.note(HOSTILE, True),
@@ -206,7 +251,9 @@ def test_nothing_of_a_file_stands_unescaped_on_the_page():
 
 def test_a_proof_holds_its_count():
     told = []
-    (proof,) = prove(Scene(), SMALL, (NEAR,), lambda what, over: told.append(over), voxel=0.02, width=0.03)
+    (proof,) = prove(
+        Scene(), SMALL, (NEAR,), lambda what, over: told.append(over), voxel=0.02, width=0.03
+    )
     assert proof.certified.low - 0.002 <= proof.counted.zeta <= proof.certified.high + 0.002
     assert proof.certified.high - proof.certified.low <= 0.03
     assert all(0 <= over < 1 for over in told)
@@ -263,7 +310,10 @@ def test_jobs_take_turns_and_stop():
     assert order == [f"{first} begins", f"{first} ends", f"{second} begins", f"{second} ends"]
 
 
-@pytest.mark.parametrize("name", ["", "../up", "a/b", "a\\b", ".hidden", "x" * 65, "a\0b", "nul.toml", "~", HOSTILE, "-rf"])
+@pytest.mark.parametrize(
+    "name",
+    ["", "../up", "a/b", "a\\b", ".hidden", "x" * 65, "a\0b", "nul.toml", "~", HOSTILE, "-rf"],
+)
 def test_a_name_that_is_more_than_a_name_is_refused(name, tmp_path):
     with pytest.raises(UserError, match="name: found"):
         file_named(tmp_path, name, True)
@@ -279,7 +329,9 @@ def test_a_proposal_is_saved_in_its_folder_only_and_never_over_an_old_one_unaske
     save(path, setup, scene, [Verifier(scene, 0.05).verify(setup, NEAR)])
     again, _, file = read_proposal(path)
     assert again == setup
-    assert file.zeta[0].zeta_percent == pytest.approx(100 * Verifier(scene, 0.05).verify(again, NEAR).zeta)
+    assert file.zeta[0].zeta_percent == pytest.approx(
+        100 * Verifier(scene, 0.05).verify(again, NEAR).zeta
+    )
     with pytest.raises(UserError, match="there already"):
         file_named(tmp_path, "mine", False)
     assert file_named(tmp_path, "mine", True) == path
@@ -326,8 +378,10 @@ def test_a_room_says_which_rules_are_broken():
     assert len(KINDS) == 4
 
 
-URDF = """<robot name="two"><link name="base"><visual><geometry><box size="0.2 0.2 0.1"/></geometry></visual></link>
-<joint name="a" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/><origin xyz="0 0 0.2"/>
+URDF = """<robot name="two"><link name="base"><visual><geometry><box size="0.2 0.2 \
+0.1"/></geometry></visual></link>
+<joint name="a" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/><origin \
+xyz="0 0 0.2"/>
 <limit lower="-1" upper="1"/></joint><link name="arm"><visual><origin xyz="0.2 0 0"/><geometry>
 <box size="0.4 0.1 0.1"/></geometry></visual></link></robot>"""
 

@@ -1,4 +1,6 @@
-"""The viewer driven in a real browser: nothing from outside, sliders move ζ, two at once, and an end to all."""
+"""The viewer driven in a real browser: nothing from outside, sliders move ζ, two at once, and an
+end to all.
+"""
 
 import signal
 import subprocess
@@ -30,7 +32,11 @@ def browser():
 
 def ours(reader: Reader, port: int) -> bool:
     """Did the page ask this server only?"""
-    asked = {urlsplit(url.removeprefix("blob:")).netloc for url in reader.requested if not url.startswith("data:")}
+    asked = {
+        urlsplit(url.removeprefix("blob:")).netloc
+        for url in reader.requested
+        if not url.startswith("data:")
+    }
     return asked == {f"127.0.0.1:{port}"}
 
 
@@ -54,7 +60,9 @@ def test_a_slider_moves_zeta_and_nothing_comes_from_outside(browser):
 @needs_chromium()
 @pytest.mark.slow
 def test_two_at_once_have_each_their_own(browser):
-    with Server(ViewerSession(Scene(), {"small": SMALL, "n1_8_0": named_setup("n1_8_0")})) as server:
+    with Server(
+        ViewerSession(Scene(), {"small": SMALL, "n1_8_0": named_setup("n1_8_0")})
+    ) as server:
         one, two = Reader(browser, server.url), Reader(browser, server.url)
         until(lambda: server.pages == 2, "two pages are open")
         before = one.zeta("V_S(0.5)", 2)
@@ -90,7 +98,11 @@ def test_search_count_save_and_picture(browser, tmp_path):
         until(lambda: proved.count() == 0, "a count is told of what was not counted")
         reader.press("Remove this ring")
         until(lambda: proved.count() == 1, "what was counted is not told any more")
-        for name, said in (("../mine", "allowed: letters"), ("mine", "saved as mine.toml"), ("mine", "there already")):
+        for name, said in (
+            ("../mine", "allowed: letters"),
+            ("mine", "saved as mine.toml"),
+            ("mine", "there already"),
+        ):
             reader.enter("Name", name)
             reader.press("Save as a new proposal")
             reader.says(said, 5 * PATIENCE)
@@ -140,10 +152,15 @@ def test_controls_move_zeta_for_their_own_page_only(opened):
     assert one.zeta("V_S(0.5)", 0) == two.zeta("V_S(0.5)", 0) == before  # as opened
     assert (one.value("Tilt, °"), two.value("Sensors")) == (pytest.approx(28.6, abs=0.1), 6)
     one.set("Robot's body", "shadow")
-    one.until(lambda: "has a radius of 80.0 mm, allowed: 113" in one.words, "a real ring has to go around its link")
+    one.until(
+        lambda: "has a radius of 80.0 mm, allowed: 113" in one.words,
+        "a real ring has to go around its link",
+    )
     one.set("Target", "V_S(1.5)")
     one.until(lambda: "Points of V_S(1.5)" in one.words, "the target did not change")
-    assert {f"/setup0/{n}" for n in ("robot", "curve", "outline", "ring0", "ring1", "points0")} <= one.drawn
+    assert {
+        f"/setup0/{n}" for n in ("robot", "curve", "outline", "ring0", "ring1", "points0")
+    } <= one.drawn
     one.set("Remove this ring", True)
     one.until(lambda: "5 sensors on 1 ring " in one.words, "the ring stayed")
     one.until(lambda: "/setup0/ring1" not in one.drawn, "the ring is still drawn")
@@ -166,12 +183,14 @@ def test_what_no_control_would_send_changes_nothing(opened):
     before = client.zeta("V_S(0.5)")
     assert HOSTILE in client.words
     assert "<img" not in client.said
-    for label, value, answer in NOT_ALLOWED:  # one after the other: the newest word takes the place of the one before
+    # one after the other: the newest word takes the place of the one before
+    for label, value, answer in NOT_ALLOWED:
         client.set(label, value)
         client.until(lambda told=answer: told in client.words, f"nothing was said of {label}")
     client.set("Picture of the view", True)
     client.until(
-        lambda: "picture: found none that the browser sent" in client.words, "no picture came, and nothing was said"
+        lambda: "picture: found none that the browser sent" in client.words,
+        "no picture came, and nothing was said",
     )
     client.set("Position", 1e300)
     client.until(lambda: client.zeta("V_S(0.5)") != before, "a place beyond the end is the end")
@@ -180,7 +199,9 @@ def test_what_no_control_would_send_changes_nothing(opened):
     client.until(lambda: client.zeta("V_S(0.5)") == before, "what was opened did not come back")
 
 
-@pytest.mark.parametrize("how", [{"origin": "http://elsewhere.example"}, {"host": "elsewhere.example"}])
+@pytest.mark.parametrize(
+    "how", [{"origin": "http://elsewhere.example"}, {"host": "elsewhere.example"}]
+)
 def test_a_page_of_another_site_gets_nothing(served, how):
     client = Client(served.port, **how)
     client.read(0.5)
@@ -193,7 +214,12 @@ def test_a_page_of_another_site_gets_nothing(served, how):
 
 
 def test_files_beside_the_page_are_not_served(served):
-    for path, status in (("/", 200), ("/../../../etc/passwd", 404), ("/%2e%2e/%2e%2e/__init__.py", 404), ("/x", 404)):
+    for path, status in (
+        ("/", 200),
+        ("/../../../etc/passwd", 404),
+        ("/%2e%2e/%2e%2e/__init__.py", 404),
+        ("/x", 404),
+    ):
         connection = HTTPConnection("127.0.0.1", served.port, timeout=30)
         connection.request("GET", path)
         assert connection.getresponse().status == status
@@ -220,7 +246,9 @@ def not_ignored():
 @pytest.mark.usefixtures("not_ignored")
 def test_control_c_ends_the_command_at_once():
     command = [sys.executable, "-m", "place_rings.cli.entry", "view", "n1_8_0", "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as run:
         assert run.stdout is not None
         assert run.stdout.readline().startswith("http://127.0.0.1:")
         began = time.monotonic()

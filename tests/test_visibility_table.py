@@ -1,4 +1,6 @@
-"""What a link's sensors see past bodies, looked up on a grid, against the exact functions at the grid's own places."""
+"""What a link's sensors see past bodies, looked up on a grid, against the exact functions at the
+grid's own places.
+"""
 
 import math
 
@@ -14,10 +16,12 @@ from place_rings.placement.search.ring_visibility import around, rings_see
 from place_rings.placement.search.visibility_table import lookout
 
 BOX = Obstacle("table", box([0.5, 0.3, 0.0], [0.6, 0.4, 0.5]))
-NARROW = Sensor(math.radians(14.0), 1.5)  # 24 of them see no point twice: the nearest in azimuth decides alone
+# 24 of them see no point twice: the nearest in azimuth decides alone
+NARROW = Sensor(math.radians(14.0), 1.5)
 
 
-RINGS = (("upper_arm", 3, -45.0), ("forearm", 8, 22.5), ("forearm", 6, 0.0))  # link, place on the grid, tilt
+# link, place on the grid, tilt
+RINGS = (("upper_arm", 3, -45.0), ("forearm", 8, 22.5), ("forearm", 6, 0.0))
 
 
 @pytest.mark.parametrize("occlusion", ["ignore", "shadow", "blind"])
@@ -30,7 +34,16 @@ def test_at_a_place_of_the_grid_the_look_is_the_exact_one(occlusion):
         ring = Ring(link, node / 11, 24, math.radians(tilt_deg), 0.0, 0.12, NARROW)
         frame = np.asarray(forward(scene.robot.chain, pose.q))[mount.frame]
         blinded = occlusion == "blind"
-        past = lookout(mount, ring.radius, NARROW, frame[None], [occluders(scene, pose.q)], [points], [0], blinded)
+        past = lookout(
+            mount,
+            ring.radius,
+            NARROW,
+            frame[None],
+            [occluders(scene, pose.q)],
+            [points],
+            [0],
+            blinded,
+        )
         near, place = around(mount, frame, points), (ring.position * mount.length, ring.tilt, 0.0)
         (seen,) = rings_see(ring, near, *(np.array([v]) for v in place), past)
         (in_cones,) = rings_see(ring, near, *(np.array([v]) for v in place))

@@ -12,7 +12,9 @@ from place_rings.coverage.solids.volume_fraction import VolumeFraction, share_un
 
 from . import drawing
 
-CUBE = np.stack(np.meshgrid(*[(np.arange(16) + 0.5) / 16 - 0.5] * 3, indexing="ij"), -1).reshape(-1, 3)
+CUBE = np.stack(np.meshgrid(*[(np.arange(16) + 0.5) / 16 - 0.5] * 3, indexing="ij"), -1).reshape(
+    -1, 3
+)
 
 
 def drawn_tube(rng):
@@ -45,7 +47,9 @@ def shares(parts, points, side):
     matters, inside = parts.decide(points[cell], cell, index, reach)
     known = np.zeros(len(points), bool)
     known[cell[inside]] = True
-    found = parts.shares(points[cell[matters]], cell[matters], index[matters], len(points), side, 1e-12)
+    found = parts.shares(
+        points[cell[matters]], cell[matters], index[matters], len(points), side, 1e-12
+    )
     return VolumeFraction(np.where(known, 1.0, found.low), np.where(known, 1.0, found.high))
 
 
@@ -83,7 +87,9 @@ def test_under_a_plane_is_the_share_of_many_points(seed):
 )
 def test_under_a_plane_closed_forms(normal, value, share):
     length = math.sqrt(sum(v * v for v in normal))
-    found = share_under(np.array([value / length]), np.array([value / length]), np.array([normal], float) / length)
+    found = share_under(
+        np.array([value / length]), np.array([value / length]), np.array([normal], float) / length
+    )
     assert found.low[0] <= share + 1e-12
     assert found.high[0] >= share - 1e-12
     assert found.high[0] - found.low[0] < 2e-4
@@ -91,7 +97,9 @@ def test_under_a_plane_closed_forms(normal, value, share):
 
 @given(drawing.seeds)
 def test_a_cube_holds_what_its_pieces_hold(seed):
-    """Bounds of one cube against those of its 4096 pieces, which are tighter, and against points."""
+    """Bounds of one cube against those of its 4096 pieces, which are tighter, and against
+    points.
+    """
     rng = np.random.default_rng(seed)
     parts, side = drawn_parts(rng), float(rng.choice([0.5, 0.1, 0.02]))
     away = np.array([[0.0, 0, 0]])
@@ -110,7 +118,9 @@ def test_a_cube_holds_what_its_pieces_hold(seed):
 
 @pytest.mark.parametrize("kind", ["cone", "tube"])
 def test_a_cube_about_an_axis(kind):
-    """The way from the axis to the cube's centre is rounding alone there, and may point along the axis."""
+    """The way from the axis to the cube's centre is rounding alone there, and may point along the
+    axis.
+    """
     rng = np.random.default_rng(3)
     p = rng.uniform(-0.5, 0.5, (20_000, 3))
     noise = math.sqrt(math.log(2 * 300 * 1e3) / (2 * len(p)))
@@ -122,7 +132,9 @@ def test_a_cube_about_an_axis(kind):
             parts = Cones(apex, axis, half, np.array([5.0]))
         else:
             ends = np.concatenate([-rng.uniform(0.3, 1.2) * axis, rng.uniform(0.3, 1.2) * axis])
-            parts = Tube(ends, np.repeat(axis, 2, axis=0), float(rng.uniform(0.7, 0.86)), np.array([0]))
+            parts = Tube(
+                ends, np.repeat(axis, 2, axis=0), float(rng.uniform(0.7, 0.86)), np.array([0])
+            )
         share = shares(parts, np.zeros((1, 3)), 1.0)
         seen = float((parts(p) <= 0).mean())
         assert share.low[0] - noise <= seen <= share.high[0] + noise
@@ -130,7 +142,9 @@ def test_a_cube_about_an_axis(kind):
 
 @given(drawing.seeds)
 def test_one_smooth_surface_is_second_order(seed):
-    """On a ball, a cone's mantle and a straight tube's, the width falls with the side, so what is open with its square."""
+    """On a ball, a cone's mantle and a straight tube's, the width falls with the side, so what is
+    open with its square.
+    """
     rng = np.random.default_rng(seed)
     axis = drawing.unit(rng, 1)
     away = np.cross(axis, drawing.unit(rng, 1))
@@ -144,7 +158,11 @@ def test_one_smooth_surface_is_second_order(seed):
             on_cone,
             1 / (0.5 * math.tan(half)),
         ),
-        (Tube(np.concatenate([-axis, axis]), np.concatenate([axis, axis]), 0.3, np.array([0])), 0.3 * away, 1 / 0.3),
+        (
+            Tube(np.concatenate([-axis, axis]), np.concatenate([axis, axis]), 0.3, np.array([0])),
+            0.3 * away,
+            1 / 0.3,
+        ),
     ]
     for parts, point, bend in solids:
         for side in (0.02, 0.01, 0.005):

@@ -32,7 +32,9 @@ def test_algebra_is_that_of_sets(a, b):
 def test_counting_in_cells(a, level):
     size = 8**level
     cells = np.arange(0, 512, size)
-    assert made(a).count_in(cells, size).tolist() == [len(a & set(range(c, c + size))) for c in cells]
+    assert made(a).count_in(cells, size).tolist() == [
+        len(a & set(range(c, c + size))) for c in cells
+    ]
 
 
 @given(st.lists(st.tuples(*[st.integers(0, 2**21 - 1)] * 3), max_size=50))

@@ -1,4 +1,6 @@
-"""URDF texts for tests: of a chain as we have it, and drawn ones; and their kinematics by MuJoCo, which is independent."""
+"""URDF texts for tests: of a chain as we have it, and drawn ones; and their kinematics by MuJoCo,
+which is independent.
+"""
 
 import math
 import xml.etree.ElementTree as ET
@@ -8,7 +10,12 @@ import numpy as np
 from place_rings.coverage.robots.kinematics import Chain
 from scipy.spatial.transform import Rotation
 
-COMPILER = {"fusestatic": "false", "boundmass": "1e-3", "boundinertia": "1e-6", "autolimits": "true"}
+COMPILER = {
+    "fusestatic": "false",
+    "boundmass": "1e-3",
+    "boundinertia": "1e-6",
+    "autolimits": "true",
+}
 
 
 def words(values) -> str:
@@ -26,7 +33,16 @@ def origin(T: np.ndarray) -> dict[str, str]:
     return {"xyz": words(T[:3, 3]), "rpy": words((roll, pitch, yaw))}
 
 
-def joint(robot: ET.Element, name: str, kind: str, parent: str, child: str, T: np.ndarray, axis=None, limits=None) -> None:
+def joint(
+    robot: ET.Element,
+    name: str,
+    kind: str,
+    parent: str,
+    child: str,
+    T: np.ndarray,
+    axis=None,
+    limits=None,
+) -> None:
     e = ET.SubElement(robot, "joint", name=name, type=kind)
     ET.SubElement(e, "parent", link=parent)
     ET.SubElement(e, "child", link=child)
@@ -34,7 +50,14 @@ def joint(robot: ET.Element, name: str, kind: str, parent: str, child: str, T: n
     if axis is not None:
         ET.SubElement(e, "axis", xyz=words(axis))
     if limits is not None:
-        ET.SubElement(e, "limit", lower=f"{limits[0]:.17g}", upper=f"{limits[1]:.17g}", effort="1", velocity="1")
+        ET.SubElement(
+            e,
+            "limit",
+            lower=f"{limits[0]:.17g}",
+            upper=f"{limits[1]:.17g}",
+            effort="1",
+            velocity="1",
+        )
 
 
 def chain_text(chain: Chain, name: str = "drawn") -> str:
@@ -44,7 +67,16 @@ def chain_text(chain: Chain, name: str = "drawn") -> str:
     for link in links:
         ET.SubElement(robot, "link", name=link)
     for j in range(len(chain)):
-        joint(robot, chain.joints[j], "revolute", links[j], links[j + 1], chain.origin[j], chain.axis[j], (-10, 10))
+        joint(
+            robot,
+            chain.joints[j],
+            "revolute",
+            links[j],
+            links[j + 1],
+            chain.origin[j],
+            chain.axis[j],
+            (-10, 10),
+        )
     joint(robot, "to_tip", "fixed", links[-2], links[-1], chain.origin[-1])
     return ET.tostring(robot, encoding="unicode")
 
@@ -57,7 +89,9 @@ def drawn_chain(rng: np.random.Generator) -> Chain:
     origin[:, :3, 3] = rng.uniform(-0.5, 0.5, (n + 1, 3)) * rng.integers(0, 2, n + 1)[:, None]
     origin[-1, 2, 3] += 0.1
     axis = rng.normal(size=(n, 3))
-    return Chain(tuple(f"j{i}" for i in range(n)), origin, axis / np.linalg.norm(axis, axis=1, keepdims=True))
+    return Chain(
+        tuple(f"j{i}" for i in range(n)), origin, axis / np.linalg.norm(axis, axis=1, keepdims=True)
+    )
 
 
 class Peer:

@@ -1,4 +1,6 @@
-"""A page without a browser: speaks the viewer's websocket as viser's own page does, and reads its controls."""
+"""A page without a browser: speaks the viewer's websocket as viser's own page does, and reads its
+controls.
+"""
 
 import re
 import socket
@@ -12,14 +14,25 @@ from websockets.sync.client import connect
 
 _CAMERA = {
     "type": "ViewerCameraMessage",
-    **{"wxyz": (1.0, 0.0, 0.0, 0.0), "position": (3.0, 0.0, 0.0), "fov": 0.7, "near": 0.01, "far": 100.0},
-    **{"image_height": 100, "image_width": 100, "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 0.0, 1.0)},
+    **{
+        "wxyz": (1.0, 0.0, 0.0, 0.0),
+        "position": (3.0, 0.0, 0.0),
+        "fov": 0.7,
+        "near": 0.01,
+        "far": 100.0,
+    },
+    **{
+        "image_height": 100,
+        "image_width": 100,
+        "look_at": (0.0, 0.0, 0.0),
+        "up_direction": (0.0, 0.0, 1.0),
+    },
 }
 
 
 class Client:
-    """One connection, which keeps the page's controls: their properties by their uuids, values among them. ``drawn`` are the
-    names of what stands in the scene."""
+    """One connection, which keeps the page's controls: their properties by their uuids, values
+    among them. ``drawn`` are the names of what stands in the scene."""
 
     def __init__(self, port: int, origin: str | None = None, host: str = "127.0.0.1") -> None:
         """``host``: by what name the page asked for this machine."""
@@ -46,7 +59,9 @@ class Client:
             except TimeoutError:
                 return
             size = int.from_bytes(data[8:16], "little")
-            for message in msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(data[16 : 16 + size]))["messages"]:
+            for message in msgspec.msgpack.decode(
+                zstandard.ZstdDecompressor().decompress(data[16 : 16 + size])
+            )["messages"]:
                 self._take(message)
 
     def _take(self, message: dict) -> None:
@@ -57,7 +72,13 @@ class Client:
         elif message["type"] == "RemoveSceneNodeMessage":
             self.drawn.discard(message["name"])
         elif message["type"] == "GetRenderRequestMessage":  # a browser that cannot
-            self.send({"type": "GetRenderResponseMessage", "payload": b"", "render_uuid": message["render_uuid"]})
+            self.send(
+                {
+                    "type": "GetRenderResponseMessage",
+                    "payload": b"",
+                    "render_uuid": message["render_uuid"],
+                }
+            )
         elif "props" in message and "name" in message:
             self.drawn.add(message["name"])
 
@@ -83,7 +104,9 @@ class Client:
     @property
     def said(self) -> str:
         """All that the page says, as HTML."""
-        return "\n".join(p["content"] for p in self.controls.values() if isinstance(p.get("content"), str))
+        return "\n".join(
+            p["content"] for p in self.controls.values() if isinstance(p.get("content"), str)
+        )
 
     def zeta(self, target: str, column: int = -1) -> float | None:
         """What the table says of a target, percent; None before it does."""

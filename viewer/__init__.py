@@ -1,1 +1,3 @@
-"""The viewer: a page in a browser on which a setup is looked at, changed, counted, searched on from, and saved."""
+"""The viewer: a page in a browser on which a setup is looked at, changed, counted, searched on
+from, and saved.
+"""

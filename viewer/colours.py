@@ -1,4 +1,6 @@
-"""What is shown in which colour, and the words that say so: colours of Okabe and Ito, told apart by every colour vision."""
+"""What is shown in which colour, and the words that say so: colours of Okabe and Ito, told apart by
+every colour vision.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,8 +19,8 @@ def rgb(colour: str) -> Rgb:
 
 @dataclass(frozen=True)
 class DrawingKind:
-    """A kind of points: what it is, in words; its colour, and how large a point is drawn where few are missed, as a share of
-    the target's diagonal."""
+    """A kind of points: what it is, in words; its colour, and how large a point is drawn where few
+    are missed, as a share of the target's diagonal."""
 
     number: int
     words: str
@@ -32,8 +34,16 @@ KINDS = (
     DrawingKind(ONCE, "seen by one sensor", "#56B4E9", 0.0029),
     DrawingKind(TWICE, "seen by two or more", "#0072B2", 0.0029),
 )
-_LINKS = ("#009E73", "#CC79A7", "#E69F00", "#F0E442", "#7A5230", "#999999")  # no blues: those are of points
-ROBOT, CURVE, OUTLINE, OBSTACLE, SENSOR, FLOOR = "#b4bbc3", "#23272b", "#8f8a80", "#c9b48c", "#23272b", "#d9dde1"
+# no blues: those are of points
+_LINKS = ("#009E73", "#CC79A7", "#E69F00", "#F0E442", "#7A5230", "#999999")
+ROBOT, CURVE, OUTLINE, OBSTACLE, SENSOR, FLOOR = (
+    "#b4bbc3",
+    "#23272b",
+    "#8f8a80",
+    "#c9b48c",
+    "#23272b",
+    "#d9dde1",
+)
 
 
 def link_colours(links: Sequence[str]) -> dict[str, str]:

@@ -24,7 +24,9 @@ def _label(i: int, link: str) -> str:
 
 
 def labelled(names: Sequence[str]) -> dict[str, str]:
-    """Return each name by its printable text; where two share one, the later gets its number too."""
+    """Return each name by its printable text; where two share one, the later gets its number
+    too.
+    """
     found = dict[str, str]()
     for i, name in enumerate(names):
         label = printable(name)
@@ -35,7 +37,9 @@ def labelled(names: Sequence[str]) -> dict[str, str]:
 
 
 class Controls:
-    """The controls of one page, in the order in which they stand. What they do is said in ``Page``."""
+    """The controls of one page, in the order in which they stand. What they do is said in
+    ``Page``.
+    """
 
     def __init__(self, gui: viser.GuiApi, room: ViewerSession, names: Sequence[str]) -> None:
         """Build them for the setups of that ``names``."""
@@ -55,29 +59,44 @@ class Controls:
                 "Robot's body",
                 OCCLUSIONS if room.scene.robot.bodies else OCCLUSIONS[:1],
                 initial_value=room.scene.occlusion,
-                hint="ignore: sensors see through it. shadow: it hides what is behind. blind: a sensor that meets it sees"
-                " no farther.",
+                hint=(
+                    "ignore: sensors see through it. shadow: it hides what is behind. blind: a"
+                    " sensor that meets it sees no farther."
+                ),
             )
             self.cones = gui.add_dropdown("Cones", SHOWN_CONES, initial_value=DrawnParts.cones)
-            self.kinds = {k.number: gui.add_checkbox(f"Points {k.words.split(':')[0]}", k.number != TWICE) for k in KINDS}
+            self.kinds = {
+                k.number: gui.add_checkbox(f"Points {k.words.split(':')[0]}", k.number != TWICE)
+                for k in KINDS
+            }
             self.outline = gui.add_checkbox("Outline of the target", True)
             self.robot = gui.add_checkbox("Robot", True)
         with gui.add_folder("Rings"):
             self.ring = gui.add_dropdown("Ring", self._rings, hint="Or click a ring.")
             self.link = gui.add_dropdown("Link", list(self._links))
-            self.position = gui.add_slider("Position", 0.0, 1.0, 0.005, 0.0, hint="0 proximal, 1 distal")
-            self.tilt = gui.add_slider("Tilt, °", -STEEPEST_DEG, STEEPEST_DEG, 0.5, 0.0, hint="positive towards distal")
-            self.phase = gui.add_slider("Phase, °", 0.0, 360.0, 0.5, 0.0, hint="about the link's axis")
+            self.position = gui.add_slider(
+                "Position", 0.0, 1.0, 0.005, 0.0, hint="0 proximal, 1 distal"
+            )
+            self.tilt = gui.add_slider(
+                "Tilt, °", -STEEPEST_DEG, STEEPEST_DEG, 0.5, 0.0, hint="positive towards distal"
+            )
+            self.phase = gui.add_slider(
+                "Phase, °", 0.0, 360.0, 0.5, 0.0, hint="about the link's axis"
+            )
             self.count = gui.add_slider("Sensors", 1, MOST_SENSORS, 1, 1)
             self.rules = gui.add_html("")
             self.add = gui.add_button("Add a ring on this link")
             self.remove = gui.add_button("Remove this ring")
             self.again = gui.add_button("As opened")
         with gui.add_folder("Count and search"):
-            self.prove = gui.add_button("Count exactly", hint="Voxel by voxel, and a guaranteed interval.")
+            self.prove = gui.add_button(
+                "Count exactly", hint="Voxel by voxel, and a guaranteed interval."
+            )
             self.proofs = gui.add_html("")
             self.aim = gui.add_dropdown("Search for", [AS_ASKED, *(str(t) for t in room.targets)])
-            self.free = gui.add_checkbox("Rings and counts free", False, hint="As many sensors, on any rings.")
+            self.free = gui.add_checkbox(
+                "Rings and counts free", False, hint="As many sensors, on any rings."
+            )
             self.search = gui.add_button("Search from here", color="blue")
             self.stop = gui.add_button("Stop", disabled=True)
             self.progress = gui.add_progress_bar(0.0, visible=False)
@@ -87,7 +106,8 @@ class Controls:
             self.name = gui.add_text("Name", "proposal")
             self.replace = gui.add_checkbox("Replace an old file", False, disabled=not kept)
             self.save = gui.add_button(
-                "Save as a new proposal" if kept else "Save (start with --out FOLDER)", disabled=not kept
+                "Save as a new proposal" if kept else "Save (start with --out FOLDER)",
+                disabled=not kept,
             )
             self.picture = gui.add_button("Picture of the view")
 
@@ -115,12 +135,20 @@ class Controls:
         """Say what is shown: setups, ζ, the kinds' shares of the ``active`` one's points."""
         scene, few = self._room.scene, self._room.glance.few
         poses = len(scene.poses)
-        of = f" at {few} of {poses} poses" if few < poses else f", mean of {poses} poses" if poses > 1 else ""
+        of = (
+            f" at {few} of {poses} poses"
+            if few < poses
+            else f", mean of {poses} poses"
+            if poses > 1
+            else ""
+        )
         at = f", {self._setups[active]}" if len(setups) > 1 else ""
         at += f", at pose {choice.pose}" if poses > 1 else ""
         rings, sensors = [len(s.rings) for s in setups], [s.sensors for s in setups]
         self.heading.content = words.heading(self._names, scene.robot.name, sensors, rings)
-        self.zeta.content = words.zeta_table(self._setups if len(setups) > 1 else self._names, rows, seconds, of)
+        self.zeta.content = words.zeta_table(
+            self._setups if len(setups) > 1 else self._names, rows, seconds, of
+        )
         self.legend.content = words.legend(shares, str(choice.target), at)
 
     def follow(self, setup: Setup, i: int, active: int, most: int) -> None:

@@ -1,4 +1,6 @@
-"""What is drawn of a setup in a scene: named arrays with colours, which a browser shows and a test can read."""
+"""What is drawn of a setup in a scene: named arrays with colours, which a browser shows and a test
+can read.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -23,13 +25,16 @@ from .triangle_meshes import Surface, beams, bodies, chips, grid, loops, outline
 Shown = Literal["off", "this ring", "this link", "all"]
 SHOWN_CONES: tuple[Shown, ...] = ("off", "this ring", "this link", "all")
 _FLOOR = grid(2.0, 0.5)
-_FEW = 0.15  # share of the points up to which those that are missed are drawn large; of more each is smaller
+# share of the points up to which those that are missed are drawn large; of more each is smaller
+_FEW = 0.15
 _VEIL = 0.55  # opacity of one cone, shared by all
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """vertices (V, 3) m, triangles (T, 3) of them, a colour ``#rrggbb``, its opacity; may it be clicked, as which ring?"""
+    """vertices (V, 3) m, triangles (T, 3) of them, a colour ``#rrggbb``, its opacity; may it be
+    clicked, as which ring?
+    """
 
     vertices: Float[np.ndarray, "V 3"]
     faces: Int[np.ndarray, "T 3"]
@@ -61,22 +66,24 @@ Item = Mesh | Dots | Edges
 
 @dataclass(frozen=True)
 class DrawnParts:
-    """What of it a page shows: the pose, the target, what the robot's body does to its sensors, whose cones, the ring that
-    is chosen, the kinds of points, the target's outline, the robot."""
+    """What of it a page shows: the pose, the target, what the robot's body does to its sensors,
+    whose cones, the ring that is chosen, the kinds of points, the target's outline, the robot."""
 
     pose: int
     target: Target
     occlusion: Occlusion
     cones: Shown = "this link"
     ring: int = 0
-    kinds: frozenset[int] = field(default_factory=lambda: frozenset(k.number for k in KINDS) - {TWICE})
+    kinds: frozenset[int] = field(
+        default_factory=lambda: frozenset(k.number for k in KINDS) - {TWICE}
+    )
     outline: bool = True
     robot: bool = True
 
 
 class Drawing:
-    """Draws setups in one scene, for many pages at once. What belongs to one ring is kept: the same arrays again as long as
-    that ring stays as it is."""
+    """Draws setups in one scene, for many pages at once. What belongs to one ring is kept: the same
+    arrays again as long as that ring stays as it is."""
 
     def __init__(self, glance: QuickEstimate, body: Skin | None = None) -> None:
         """``body``: the robot's surface, where it is known; else its bodies are drawn."""
@@ -89,7 +96,9 @@ class Drawing:
         self._colours = link_colours(self.scene.robot.links)
 
     def backdrop(self, choice: DrawnParts) -> dict[str, Item]:
-        """The robot, its pose curve, the target's outline and the obstacles: what no ring changes."""
+        """The robot, its pose curve, the target's outline and the obstacles: what no ring
+        changes.
+        """
         found: dict[str, Item] = {}
         surface, curve = self._robot(choice.pose)
         if choice.robot:
@@ -103,7 +112,9 @@ class Drawing:
             quads = faces_within(obstacle.body, box, np.inf)
             if len(quads):
                 corners = quads[:, :3].reshape(-1, 3)
-                found[f"obstacle{i}"] = Mesh(corners, np.arange(len(corners)).reshape(-1, 3), OBSTACLE, 0.7)
+                found[f"obstacle{i}"] = Mesh(
+                    corners, np.arange(len(corners)).reshape(-1, 3), OBSTACLE, 0.7
+                )
         return found
 
     def _robot_at(self, pose: int) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
@@ -115,18 +126,24 @@ class Drawing:
     def _cones(self, ring: Ring, pose: int) -> Cones:
         return sensor_cones(self.scene.robot, Setup((ring,)), self.scene.poses[pose].q)
 
-    def _band_of(self, ring: Ring, pose: int) -> tuple[Surface, Surface, Float[np.ndarray, "E 2 3"]]:
+    def _band_of(
+        self, ring: Ring, pose: int
+    ) -> tuple[Surface, Surface, Float[np.ndarray, "E 2 3"]]:
         frames = forward(self.scene.robot.chain, self.scene.poses[pose].q)
         width = self.scene.rules.band[1] if self.scene.real else RING_WIDTH
         hoop = band(self.scene.robot, frames, ring, width)
         return skin(hoop), chips(self._cones(ring, pose)), loops(hoop)
 
-    def _beams_of(self, ring: Ring, pose: int, target: Target) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
+    def _beams_of(
+        self, ring: Ring, pose: int, target: Target
+    ) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
         cones = self._cones(ring, pose)
         return beams(cones, lengths_within(cones, self._outer(target, pose)))
 
     def rings(self, setup: Setup, choice: DrawnParts) -> dict[str, Item]:
-        """The rings as bands with their sensors, and the cones of those that are chosen, as far as the target goes."""
+        """The rings as bands with their sensors, and the cones of those that are chosen, as far as
+        the target goes.
+        """
         wanted = shown_cones(setup, choice)
         veil = min(_VEIL / max(sum(setup.rings[i].count for i in wanted), 1) ** 0.5, 0.25)
         found: dict[str, Item] = {}
@@ -146,16 +163,21 @@ class Drawing:
     def points(
         self, setup: Setup, choice: DrawnParts, beside: Sequence[Setup] = ()
     ) -> tuple[dict[str, Item], tuple[float, ...]]:
-        """The target's points at the pose, kind by kind, and each kind's share of all of them; as large as those of the
-        setups ``beside``. BodilessError as for ``QuickEstimate.verdict``."""
+        """The target's points at the pose, kind by kind, and each kind's share of all of them; as
+        large as those of the setups ``beside``. BodilessError as for ``QuickEstimate.verdict``."""
         where = self.glance.points(choice.target, choice.pose, SHOWN)
-        kind, *others = (self.glance.verdict(s, choice.target, choice.pose, choice.occlusion).kind for s in (setup, *beside))
+        kind, *others = (
+            self.glance.verdict(s, choice.target, choice.pose, choice.occlusion).kind
+            for s in (setup, *beside)
+        )
         wide = float(np.linalg.norm(np.ptp(self.box(choice), axis=0)))
         shares = tuple(float(np.mean(kind == k.number)) for k in KINDS)
         missed = max(float(np.mean(each < ONCE)) for each in (kind, *others))
         many = dict.fromkeys((UNSEEN, SHADOWED), max(missed / _FEW, 1.0) ** -0.5)
         found: dict[str, Item] = {
-            f"points{k.number}": Dots(where[kind == k.number], k.colour, wide * k.size * many.get(k.number, 1.0))
+            f"points{k.number}": Dots(
+                where[kind == k.number], k.colour, wide * k.size * many.get(k.number, 1.0)
+            )
             for k, share in zip(KINDS, shares, strict=True)
             if k.number in choice.kinds and share > 0
         }

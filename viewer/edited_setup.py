@@ -1,4 +1,6 @@
-"""A setup that is being changed: every change gives another whole setup, as a proposal's file would hold it."""
+"""A setup that is being changed: every change gives another whole setup, as a proposal's file would
+hold it.
+"""
 
 import itertools
 import math
@@ -15,7 +17,9 @@ STEEPEST_DEG = 85.0
 
 @dataclass(frozen=True)
 class EditedSetup:
-    """A setup of a scene that can be changed ring by ring; what is out of bounds is brought to the nearest bound."""
+    """A setup of a scene that can be changed ring by ring; what is out of bounds is brought to the
+    nearest bound.
+    """
 
     scene: Scene
     setup: Setup
@@ -24,7 +28,9 @@ class EditedSetup:
         return replace(self, setup=rounded(Setup(tuple(rings)), self.scene.sensor))
 
     def most(self, i: int) -> int:
-        """Sensors that ring ``i`` may have: those it has, where they are more than are given by hand."""
+        """Sensors that ring ``i`` may have: those it has, where they are more than are given by
+        hand.
+        """
         return max(MOST_SENSORS, self.setup.rings[i].count)
 
     def changed(
@@ -36,17 +42,25 @@ class EditedSetup:
         phase_deg: float | None = None,
         count: int | None = None,
     ) -> "EditedSetup":
-        """Ring ``i`` changed in what is given. One that goes to another link takes the sensor and the radius of that link.
+        """Ring ``i`` changed in what is given. One that goes to another link takes the sensor and
+        the radius of that link.
 
         Raises:
             ValueError: for a link that the robot has not, or a number that is not finite.
             IndexError: for a ring that is not there.
         """
         ring = self.setup.rings[i]
-        if not all(math.isfinite(v) for v in (position, tilt_deg, phase_deg, count) if v is not None):
+        if not all(
+            math.isfinite(v) for v in (position, tilt_deg, phase_deg, count) if v is not None
+        ):
             raise ValueError("found a number that is not finite, allowed: finite ones")
         if link is not None and link != ring.link:
-            ring = replace(self._ring(link, ring.count), tilt=ring.tilt, phase=ring.phase, position=ring.position)
+            ring = replace(
+                self._ring(link, ring.count),
+                tilt=ring.tilt,
+                phase=ring.phase,
+                position=ring.position,
+            )
         length = self.scene.robot.mount(ring.link).length
         if position is not None:
             ring = replace(ring, position=min(max(position, 0.0), 1.0))
@@ -62,11 +76,14 @@ class EditedSetup:
     def _ring(self, link: str, count: int) -> Ring:
         """A new ring on ``link``: with the radius of those that are there."""
         self.scene.robot.mount(link)
-        radius = next((r.radius for r in self.setup.rings if r.link == link), self.scene.radius_of(link))
+        radius = next(
+            (r.radius for r in self.setup.rings if r.link == link), self.scene.radius_of(link)
+        )
         return Ring(link, 0.0, count, 0.0, 0.0, radius, self.scene.sensor_of(link))
 
     def added(self, link: str) -> "EditedSetup":
-        """One ring more, in the middle of the widest free stretch of ``link``, with as many sensors as most rings have.
+        """One ring more, in the middle of the widest free stretch of ``link``, with as many sensors
+        as most rings have.
 
         Raises:
             ValueError: where there is no room for one, or no such link.
@@ -74,7 +91,9 @@ class EditedSetup:
         there = sorted(r.position for r in self.setup.rings if r.link == link)
         length = self.scene.robot.mount(link).length
         if len(self.setup.rings) >= MOST_RINGS:
-            raise ValueError(f"there are {len(self.setup.rings)} rings, allowed: {MOST_RINGS} at most")
+            raise ValueError(
+                f"there are {len(self.setup.rings)} rings, allowed: {MOST_RINGS} at most"
+            )
         if length == 0 and there:
             raise ValueError("there is room for one ring only on this link")
         count = Counter(r.count for r in self.setup.rings).most_common(1)[0][0]

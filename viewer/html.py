@@ -12,8 +12,9 @@ from .colours import KINDS
 from .tasks import Proof
 
 IDEA = (
-    "Rings of distance sensors around the arm see <b>cones</b> of the space about it. The dots fill a <b>target</b> volume:"
-    " blue ones are seen, orange ones are not. <b>ζ</b> is the share that is seen."
+    "Rings of distance sensors around the arm see <b>cones</b> of the space about it. The dots fill"
+    " a <b>target</b> volume: blue ones are seen, orange ones are not. <b>ζ</b> is the share that"
+    " is seen."
 )
 DISCLAIMER = "An engineering aid: it confers no safety rating."
 
@@ -37,10 +38,14 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     cell = "<{0} style='text-align:{1};padding:1px 6px;font-variant-numeric:tabular-nums'>{2}</{0}>"
     lines = ["".join(cell.format("th", s, _text(h)) for s, h in zip(side, head, strict=True))]
     lines += [
-        "".join(cell.format("td", f"{s};white-space:nowrap", _text(c)) for s, c in zip(side, row, strict=True))
+        "".join(
+            cell.format("td", f"{s};white-space:nowrap", _text(c))
+            for s, c in zip(side, row, strict=True)
+        )
         for row in rows
     ]
-    return f"<table style='font-size:13px;border-collapse:collapse'>{''.join(f'<tr>{x}</tr>' for x in lines)}</table>"
+    body = "".join(f"<tr>{x}</tr>" for x in lines)
+    return f"<table style='font-size:13px;border-collapse:collapse'>{body}</table>"
 
 
 def _box(text: str) -> str:
@@ -53,7 +58,9 @@ def heading(names: Sequence[str], robot: str, sensors: Sequence[int], rings: Seq
         f"<b>{_text(n)}</b>: {counted(k, 'sensor')} on {counted(r, 'ring')}"
         for n, k, r in zip(names, sensors, rings, strict=True)
     )
-    return _box(f"{'<br>'.join(each)}<br>robot {_text(robot)}<br><span style='color:#555'>{IDEA}</span>")
+    return _box(
+        f"{'<br>'.join(each)}<br>robot {_text(robot)}<br><span style='color:#555'>{IDEA}</span>"
+    )
 
 
 def zeta_table(names: Sequence[str], rows: Sequence[TableRow], seconds: float, poses: str) -> str:
@@ -68,9 +75,13 @@ def zeta_table(names: Sequence[str], rows: Sequence[TableRow], seconds: float, p
 
 
 def legend(shares: Sequence[float], target: str, where: str) -> str:
-    """The colours in words, with the share of the target's points that each has; ``where``: setup and pose."""
+    """The colours in words, with the share of the target's points that each has; ``where``: setup
+    and pose.
+    """
     dot = "<span style='color:{0};font-size:16px'>&#9679;</span> {2:.1f} % {1}"
-    lines = (dot.format(k.colour, _text(k.words), 100 * s) for k, s in zip(KINDS, shares, strict=True))
+    lines = (
+        dot.format(k.colour, _text(k.words), 100 * s) for k, s in zip(KINDS, shares, strict=True)
+    )
     return _box(f"Points of {_text(target)}{_text(where)}<br>" + "<br>".join(lines))
 
 
@@ -80,10 +91,21 @@ def proof_table(name: str, proofs: Sequence[Proof]) -> str:
     for p in proofs:
         c, voxels = p.certified, p.counted
         of = "" if voxels.target_voxels is None else f"{voxels.target_voxels:,}"
-        rows.append([str(c.target), f"{100 * voxels.zeta:.2f}", of, percent(verify_result("", c), "certified")])
+        rows.append(
+            [
+                str(c.target),
+                f"{100 * voxels.zeta:.2f}",
+                of,
+                percent(verify_result("", c), "certified"),
+            ]
+        )
     return _box(_text(name) + _table(["ζ in %", "counted", "of cm³", "guaranteed"], rows))
 
 
 def note(text: str, bad: bool = False) -> str:
     """A line of plain text."""
-    return _box(f"<span style='color:{'#b00020' if bad else '#333'}'>{_text(text)}</span>") if text else ""
+    return (
+        _box(f"<span style='color:{'#b00020' if bad else '#333'}'>{_text(text)}</span>")
+        if text
+        else ""
+    )

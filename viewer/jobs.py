@@ -1,4 +1,6 @@
-"""Long work of pages in threads of their own: one at a time, as each takes all processors; each can be stopped."""
+"""Long work of pages in threads of their own: one at a time, as each takes all processors; each can
+be stopped.
+"""
 
 import threading
 from collections.abc import Callable
@@ -11,10 +13,19 @@ class JobStoppedError(Exception):
 
 
 class Job:
-    """Work in a thread of its own. ``turn`` is shared by all jobs: the one that holds it works, the others wait."""
+    """Work in a thread of its own. ``turn`` is shared by all jobs: the one that holds it works, the
+    others wait.
+    """
 
-    def __init__(self, work: Callable[["Job"], None], turn: threading.Lock, tell: Callable[[str, float], None]) -> None:
-        """Begin. ``work`` is given this job, and calls its ``tell`` from time to time; so is ``tell``, from its thread."""
+    def __init__(
+        self,
+        work: Callable[["Job"], None],
+        turn: threading.Lock,
+        tell: Callable[[str, float], None],
+    ) -> None:
+        """Begin. ``work`` is given this job, and calls its ``tell`` from time to time; so is
+        ``tell``, from its thread.
+        """
         self._work, self._turn, self._tell = work, turn, tell
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True, name="place-rings job")
@@ -39,7 +50,9 @@ class Job:
         self._thread.join(seconds)
 
     def tell(self, what: str, over: float) -> None:
-        """Say what is being done and how much of it is over; JobStoppedError where it was asked to end."""
+        """Say what is being done and how much of it is over; JobStoppedError where it was asked to
+        end.
+        """
         if self.stopped:
             raise JobStoppedError
         self._tell(what, over)

@@ -1,7 +1,9 @@
-"""One page in one browser: its controls, its own state, and what happens when a person touches them.
+"""One page in one browser: its controls, its own state, and what happens when a person touches
+them.
 
-Every page has a state of its own, so that two people at once do not pull at one slider. Callbacks come from several threads:
-the state is changed under a lock, and shown by one thread at a time, always the newest.
+Every page has a state of its own, so that two people at once do not pull at one slider. Callbacks
+come from several threads: the state is changed under a lock, and shown by one thread at a time,
+always the newest.
 """
 
 import threading
@@ -46,19 +48,23 @@ class Page:
         self._lock, self._showing = threading.RLock(), threading.Lock()
         self._wanted, self._closed, self._told = False, False, 0.0
         self._job: Job | None = None
-        self._proof: tuple[Setup, Occlusion, str] | None = None  # of what, under which model, and what it says
+        # of what, under which model, and what it says
+        self._proof: tuple[Setup, Occlusion, str] | None = None
         self._drafts = [EditedSetup(room.scene, setup) for setup in room.setups.values()]
         self._active = 0
         first = room.scene.goals[0].target
         self._choice = DrawnParts(0, first, room.scene.occlusion)
         self._stages = [
-            SceneGraph(client.scene, f"/setup{i}", place, partial(self._clicked, i)) for i, place in enumerate(room.places())
+            SceneGraph(client.scene, f"/setup{i}", place, partial(self._clicked, i))
+            for i, place in enumerate(room.places())
         ]
         client.scene.configure_default_lights(cast_shadow=False)
         client.scene.add_frame("/base", axes_length=0.25, axes_radius=0.006)
         for i, name in enumerate(self._names if len(self._names) > 1 else []):
             top = float(room.drawing.box(self._choice)[1][2])
-            client.scene.add_label(f"/setup{i}/name", printable(name)[:60], position=(0.0, 0.0, top + 0.1))
+            client.scene.add_label(
+                f"/setup{i}/name", printable(name)[:60], position=(0.0, 0.0, top + 0.1)
+            )
         self.controls = Controls(client.gui, room, self._names)
         self._connect()
         self._show()
@@ -68,7 +74,9 @@ class Page:
         c, choose = self.controls, self._choose
         targets = {str(t): t for t in self._room.targets}
         self._on(c.setup, self._activate)
-        self._on(c.pose, lambda v: choose(pose=min(max(int(v), 0), len(self._room.scene.poses) - 1)))
+        self._on(
+            c.pose, lambda v: choose(pose=min(max(int(v), 0), len(self._room.scene.poses) - 1))
+        )
         self._on(c.target, lambda v: self._aim(targets[v]))
         self._on(c.occlusion, lambda v: choose(occlusion=OCCLUSIONS[OCCLUSIONS.index(v)]))
         self._on(c.cones, lambda v: choose(cones=SHOWN_CONES[SHOWN_CONES.index(v)]))
@@ -82,9 +90,16 @@ class Page:
         self._on(c.tilt, lambda v: self._change(tilt_deg=float(v)))
         self._on(c.phase, lambda v: self._change(phase_deg=float(v)))
         self._on(c.count, lambda v: self._change(count=int(v)))
-        self._press(c.add, lambda: self._edit(lambda d: d.added(c.link_named(c.link.value)), chosen=-1))
+        self._press(
+            c.add, lambda: self._edit(lambda d: d.added(c.link_named(c.link.value)), chosen=-1)
+        )
         self._press(c.remove, lambda: self._edit(lambda d: d.removed(self._choice.ring)))
-        self._press(c.again, lambda: self._edit(lambda d: replace(d, setup=self._room.setups[self._names[self._active]])))
+        self._press(
+            c.again,
+            lambda: self._edit(
+                lambda d: replace(d, setup=self._room.setups[self._names[self._active]])
+            ),
+        )
         self._press(c.prove, self._prove)
         self._press(c.search, self._search)
         self._press(c.stop, self._stop)
@@ -94,7 +109,9 @@ class Page:
     # What a person does.
 
     def _on(self, control: Any, act: Callable[[Any], None]) -> None:
-        """``act`` on the control's newest value when a person changed it; what this page sets itself is no such change."""
+        """``act`` on the control's newest value when a person changed it; what this page sets
+        itself is no such change.
+        """
 
         def changed(event: Any) -> None:
             if event.client_id is not None:
@@ -106,7 +123,9 @@ class Page:
         button.on_click(lambda _: self._try(act))
 
     def _try(self, act: Callable[[], None]) -> None:
-        """Act; what cannot be done is said in a line. A page may send what its controls would not allow."""
+        """Act; what cannot be done is said in a line. A page may send what its controls would not
+        allow.
+        """
         try:
             act()
         except (ValueError, KeyError, IndexError, OverflowError, UserError) as error:
@@ -149,7 +168,9 @@ class Page:
         self._edit(lambda draft: draft.changed(self._choice.ring, **what))
 
     def _edit(self, edit: Callable[[EditedSetup], EditedSetup], chosen: int | None = None) -> None:
-        """Change the setup; then choose another ring, if one is said, counted from the end where negative."""
+        """Change the setup; then choose another ring, if one is said, counted from the end where
+        negative.
+        """
         with self._lock:
             draft = edit(self._drafts[self._active])
             self._drafts[self._active] = draft
@@ -176,14 +197,23 @@ class Page:
         room, setups = self._room, [d.setup for d in drafts]
         drawn = []
         for i, setup in enumerate(setups):
-            mine = choice if i == active else replace(choice, ring=min(choice.ring, len(setup.rings) - 1))
+            mine = (
+                choice
+                if i == active
+                else replace(choice, ring=min(choice.ring, len(setup.rings) - 1))
+            )
             dots, shares = room.drawing.points(setup, mine, setups)
-            drawn.append(({**room.drawing.backdrop(mine), **room.drawing.rings(setup, mine), **dots}, shares))
+            drawn.append(
+                ({**room.drawing.backdrop(mine), **room.drawing.rings(setup, mine), **dots}, shares)
+            )
         rows = [
             words.TableRow(
                 str(target),
                 tuple(
-                    (room.glance.zeta(opened, target, choice.occlusion), room.glance.zeta(setup, target, choice.occlusion))
+                    (
+                        room.glance.zeta(opened, target, choice.occlusion),
+                        room.glance.zeta(setup, target, choice.occlusion),
+                    )
                     for opened, setup in zip(room.setups.values(), setups, strict=True)
                 ),
             )
@@ -250,8 +280,15 @@ class Page:
             self._proof = setup, scene.occlusion, told
             self._show()
             _, now, under = self._asked()
-            changed = "" if (now, under.occlusion) == (setup, scene.occlusion) else "; it has been changed since"
-            self._note(f"counted in {sum(p.counted.seconds + p.certified.seconds for p in proofs):.1f} s{changed}")
+            changed = (
+                ""
+                if (now, under.occlusion) == (setup, scene.occlusion)
+                else "; it has been changed since"
+            )
+            self._note(
+                f"counted in {sum(p.counted.seconds + p.certified.seconds for p in proofs):.1f}"
+                f" s{changed}"
+            )
 
         self._begin(work)
 
@@ -274,7 +311,9 @@ class Page:
             return
         with self._lock:
             self._drafts[i] = replace(self._drafts[i], setup=found.setup)
-            self._choice = replace(self._choice, ring=min(self._choice.ring, len(found.setup.rings) - 1))
+            self._choice = replace(
+                self._choice, ring=min(self._choice.ring, len(found.setup.rings) - 1)
+            )
         self._show()
         self._note(f"better: {change}")
 
@@ -291,7 +330,12 @@ class Page:
 
         def work(job: Job) -> None:
             proofs = prove(scene, setup, tuple(goal.target for goal in scene.goals), job.tell)
-            save(file_named(self._room.out, path.stem, bool(c.replace.value)), setup, scene, [p.counted for p in proofs])
+            save(
+                file_named(self._room.out, path.stem, bool(c.replace.value)),
+                setup,
+                scene,
+                [p.counted for p in proofs],
+            )
             values = ", ".join(f"{p.counted.target} {100 * p.counted.zeta:.2f} %" for p in proofs)
             self._note(f"saved as {path.name}: {values}, counted")
 
@@ -310,7 +354,9 @@ class Page:
         try:
             view = self._client.get_render(*size, transport_format="png", timeout=_LONGEST)
         except (RuntimeError, TimeoutError) as error:
-            raise UserError("picture: found none that the browser sent, allowed: to try again") from error
+            raise UserError(
+                "picture: found none that the browser sent, allowed: to try again"
+            ) from error
         data = picture(view, title, "   ".join(zetas))
         name = self.controls.name.value
         if self._room.out is not None:

@@ -1,4 +1,6 @@
-"""The surface of a robot's links as its URDF's meshes have it, to be seen in place of its bodies."""
+"""The surface of a robot's links as its URDF's meshes have it, to be seen in place of its
+bodies.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -40,16 +42,22 @@ def read_skin(path: Path, packages: Sequence[Path], robot: Robot) -> Skin:
     """The meshes to be seen of the URDF at ``path``.
 
     Raises:
-        UserError: for a URDF or a mesh that is bad, or a URDF whose joints are not where those of ``robot`` are.
+        UserError: for a URDF or a mesh that is bad, or a URDF whose joints are not where those of
+            ``robot`` are.
     """
     picked = pick_chain(read_urdf(path))
     wanted = f"a URDF with the joints of robot {shown(robot.name)}"
     if len(picked.chain) != len(robot.chain):
-        raise UserError(f"--urdf: found {len(picked.chain)} joints in {path}, allowed: {wanted}, {len(robot.chain)}")
+        raise UserError(
+            f"--urdf: found {len(picked.chain)} joints in {path}, allowed: {wanted},"
+            f" {len(robot.chain)}"
+        )
     for q in (robot.rest, *np.random.default_rng(0).uniform(-1, 1, (_POSES, len(robot.chain)))):
         off = joint_origins(picked.chain, q)[1:] - joint_origins(robot.chain, q)[1:]
         if (worst := float(np.abs(off).max())) > _SAME:
-            raise UserError(f"--urdf: found joints of {path} up to {worst:.3g} m elsewhere, allowed: {wanted}")
+            raise UserError(
+                f"--urdf: found joints of {path} up to {worst:.3g} m elsewhere, allowed: {wanted}"
+            )
     meshes = Meshes(path, packages)
     links = ((carried.frame, meshes.surface(carried, "visual")) for carried in picked.carried)
     found = tuple((frame, triangles) for frame, triangles in links if len(triangles))

@@ -1,4 +1,6 @@
-"""A setup on a page becomes a proposal's file: in one folder, which was named at the start, and nowhere else."""
+"""A setup on a page becomes a proposal's file: in one folder, which was named at the start, and
+nowhere else.
+"""
 
 import re
 from collections.abc import Sequence
@@ -14,16 +16,19 @@ from ..objectives.scene import Scene
 from ..objectives.verify import Verified
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
-_HEADING = """A placement of sensor rings, saved from place-rings view. Edit it freely, then check it again:
+_HEADING = """A placement of sensor rings, saved from place-rings view. Edit it freely, then check \
+it again:
   place-rings verify {name}.toml
-Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive towards distal."""
+Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive \
+towards distal."""
 
 
 def file_named(folder: Path | None, name: str, replace: bool, ending: str = ".toml") -> Path:
     """The file of that name and ``ending`` in ``folder``.
 
     Raises:
-        UserError: without a folder, for a name that is more than a name, or where there is something that is not to be
+        UserError: without a folder, for a name that is more than a name, or where there is
+            something that is not to be
             replaced.
     """
     if folder is None:
@@ -32,15 +37,19 @@ def file_named(folder: Path | None, name: str, replace: bool, ending: str = ".to
         raise UserError(f"name: found {shown(name)}, allowed: letters, digits, - and _, 64 at most")
     path = folder / f"{name}{ending}"
     if path.is_symlink() or (path.exists() and not path.is_file()):
-        raise UserError(f"name: found {path.name}, which is no file of its own, allowed: another name")
+        raise UserError(
+            f"name: found {path.name}, which is no file of its own, allowed: another name"
+        )
     if path.exists() and not replace:
-        raise UserError(f"name: found {path.name}, which is there already, allowed: another name, or replace it")
+        raise UserError(
+            f"name: found {path.name}, which is there already, allowed: another name, or replace it"
+        )
     return path
 
 
 def save(path: Path, setup: Setup, scene: Scene, counted: Sequence[Verified]) -> None:
-    """Write ``setup`` as a proposal for ``scene``, with what was counted of it. UserError where it cannot be written; an old
-    file stays as it was then."""
+    """Write ``setup`` as a proposal for ``scene``, with what was counted of it. UserError where it
+    cannot be written; an old file stays as it was then."""
     proposal = ProposalFile(
         rings=ring_models(setup, scene.sensor),
         scene=scene_model(scene),

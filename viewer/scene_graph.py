@@ -14,9 +14,15 @@ class SceneGraph:
     """What one page shows below one frame of its scene."""
 
     def __init__(
-        self, scene: viser.SceneApi, root: str, place: tuple[float, float, float], click: Callable[[int], None]
+        self,
+        scene: viser.SceneApi,
+        root: str,
+        place: tuple[float, float, float],
+        click: Callable[[int], None],
     ) -> None:
-        """``root``: the frame's name; ``place``: where it is, m; ``click`` is given the ring that was clicked."""
+        """``root``: the frame's name; ``place``: where it is, m; ``click`` is given the ring that
+        was clicked.
+        """
         self._scene, self._root, self._click = scene, root, click
         self._shown: dict[str, tuple[Item, Any]] = {}
         scene.add_frame(root, show_axes=False, position=place)
@@ -35,11 +41,18 @@ class SceneGraph:
         scene = self._scene
         if isinstance(item, Dots):
             return scene.add_point_cloud(
-                name, item.points, rgb(item.colour), point_size=item.size, point_shape="circle", point_shading="flat"
+                name,
+                item.points,
+                rgb(item.colour),
+                point_size=item.size,
+                point_shape="circle",
+                point_shading="flat",
             )
         if isinstance(item, Edges):
             colours = np.broadcast_to(np.array(rgb(item.colour), np.uint8), item.ends.shape)
-            return scene.add_line_segments(name, item.ends, colours, thickness=item.width, thickness_units="screen")
+            return scene.add_line_segments(
+                name, item.ends, colours, thickness=item.width, thickness_units="screen"
+            )
         solid = item.opacity >= 1.0
         handle = scene.add_mesh_simple(
             name,
@@ -57,8 +70,8 @@ class SceneGraph:
 
 
 def _alike(a: Item, b: Item) -> bool:
-    """Are these the same? Arrays are kept where nothing changed (see ``Drawing``), so that they need no comparison; those of
-    points are made anew each time."""
+    """Are these the same? Arrays are kept where nothing changed (see ``Drawing``), so that they
+    need no comparison; those of points are made anew each time."""
     if isinstance(a, Dots) and isinstance(b, Dots):
         return (a.colour, a.size) == (b.colour, b.size) and np.array_equal(a.points, b.points)
     if isinstance(a, Mesh) and isinstance(b, Mesh):

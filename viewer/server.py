@@ -22,9 +22,10 @@ FOV = 0.7  # rad, of the first look
 
 
 def own(hosts: Sequence[str], origins: Sequence[str], given: str) -> bool:
-    """May a connection with these headers ``Host`` and ``Origin`` be served? Only one of the viewer's own page, which was
-    asked for by a number, as localhost, or as the host ``given``: else any page of the web could reach the viewer through
-    its reader's browser, by another name for this machine."""
+    """May a connection with these headers ``Host`` and ``Origin`` be served? Only one of the
+    viewer's own page, which was asked for by a number, as localhost, or as the host ``given``: else
+    any page of the web could reach the viewer through its reader's browser, by another name for
+    this machine."""
     if len(hosts) != 1 or len(origins) > 1:
         return False
     try:
@@ -41,7 +42,9 @@ def own(hosts: Sequence[str], origins: Sequence[str], given: str) -> bool:
 
 
 def _check_address(host: str, port: int) -> None:
-    """UserError where nothing can be served there: the server itself would look for another port, again and again."""
+    """UserError where nothing can be served there: the server itself would look for another port,
+    again and again.
+    """
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
         with socket.socket(found[0][0], socket.SOCK_STREAM) as trial:
@@ -49,7 +52,9 @@ def _check_address(host: str, port: int) -> None:
             trial.bind(found[0][4])
     except (OSError, OverflowError, UnicodeError) as error:
         why = getattr(error, "strerror", None) or str(error)
-        raise UserError(f"--host, --port: found {shown(host)} and {port}, but {why}; allowed: a free port") from error
+        raise UserError(
+            f"--host, --port: found {shown(host)} and {port}, but {why}; allowed: a free port"
+        ) from error
 
 
 class Server:
@@ -66,13 +71,17 @@ class Server:
             self._server = viser.ViserServer(host, port, label="place-rings", verbose=False)
         if port and self._server.get_port() != port:
             self._server.stop()
-            raise UserError(f"--port: found {port}, which is taken, allowed: a free port, or 0 for any")
+            raise UserError(
+                f"--port: found {port}, which is taken, allowed: a free port, or 0 for any"
+            )
         for kind in (
             _messages.ShareUrlRequest,
             _messages.ShareUrlDisconnect,
         ):  # a page may not ask for a way in from outside
             self._server._websock_server.unregister_handler(kind)
-        self._server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+        self._server.gui.configure_theme(
+            control_width="large", show_logo=False, show_share_button=False
+        )
         self._server.gui.main_panel.dock_right()
         camera = self._server.initial_camera
         position, look_at = room.look(DrawnParts(0, room.targets[0], room.scene.occlusion))

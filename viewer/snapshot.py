@@ -12,7 +12,9 @@ _STRIP, _MARGIN, _SIZE = 84, 16, 20  # pixels
 
 
 def picture(view: UInt8[np.ndarray, "H W 4"], title: str, line: str) -> bytes:
-    """A PNG of a view with see-through background, of a title, a line of figures and the colours in words."""
+    """A PNG of a view with see-through background, of a title, a line of figures and the colours in
+    words.
+    """
     seen = Image.fromarray(view, "RGBA")
     sheet = Image.new("RGB", (seen.width, seen.height + _STRIP), "white")
     sheet.paste(seen, (0, 0), seen)

@@ -1,4 +1,6 @@
-"""The long work that a page asks for: an exact count with a guaranteed interval, and a search from the present setup."""
+"""The long work that a page asks for: an exact count with a guaranteed interval, and a search from
+the present setup.
+"""
 
 import math
 import time
@@ -21,7 +23,8 @@ from ..placement.search.schedule import Schedule
 from ..placement.search.search import search
 
 WIDTH = 0.001  # of the guaranteed interval, a share
-Tell = Callable[[str, float], None]  # is given what is being done, and how much of all is over, in [0, 1]; may raise
+# is given what is being done, and how much of all is over, in [0, 1]; may raise
+Tell = Callable[[str, float], None]
 _LONG = 1e9  # s
 _STOPPED = "stopped: the best until then"
 
@@ -35,9 +38,15 @@ class Proof:
 
 
 def prove(
-    scene: Scene, setup: Setup, targets: tuple[Target, ...], tell: Tell, voxel: float = VOXEL, width: float = WIDTH
+    scene: Scene,
+    setup: Setup,
+    targets: tuple[Target, ...],
+    tell: Tell,
+    voxel: float = VOXEL,
+    width: float = WIDTH,
 ) -> tuple[Proof, ...]:
-    """Count each target and prove an interval as wide as ``width``. ``tell`` is called often: what it raises ends the count.
+    """Count each target and prove an interval as wide as ``width``. ``tell`` is called often: what
+    it raises ends the count.
 
     Raises:
         ValueError: as ``Verifier.verify`` does.
@@ -54,13 +63,15 @@ def prove(
 
     counting = Verifier(scene, voxel, "centre", at=at)
     proving = Verifier(scene, None, "certified", width, narrower, at=at)
-    return tuple(Proof(counting.verify(setup, target), proving.verify(setup, target)) for target in targets)
+    return tuple(
+        Proof(counting.verify(setup, target), proving.verify(setup, target)) for target in targets
+    )
 
 
 @dataclass(frozen=True)
 class SearchAnswer:
-    """What a search came to: the setup, ζ of what was asked for before and after, in [0, 1], whether that is better, and how
-    it ended, in words."""
+    """What a search came to: the setup, ζ of what was asked for before and after, in [0, 1],
+    whether that is better, and how it ended, in words."""
 
     setup: Setup
     before: float
@@ -80,7 +91,8 @@ def search_from(
     schedule: Schedule | None = None,
     voxel: float = VOXEL,
 ) -> SearchAnswer:
-    """Search from ``setup`` on; what comes back is better by the exact count, or else ``setup`` itself.
+    """Search from ``setup`` on; what comes back is better by the exact count, or else ``setup``
+    itself.
 
     Args:
         scene: robot, poses, goals, rules.
@@ -112,18 +124,25 @@ def search_from(
         if p.to_count:
             tell("counting the best", 0.95)
         else:
-            tell(f"about {100 * p.best:.1f} %, stage {p.stage} of {p.stages}", 0.95 * p.climbed / max(p.stages, 1))
+            tell(
+                f"about {100 * p.best:.1f} %, stage {p.stage} of {p.stages}",
+                0.95 * p.climbed / max(p.stages, 1),
+            )
 
     def clock() -> float:
         return math.inf if stopped() else time.monotonic()
 
-    result = search(asked, space, seed, _LONG, schedule, voxel, progress, (present,), aim, verifier, clock)
+    result = search(
+        asked, space, seed, _LONG, schedule, voxel, progress, (present,), aim, verifier, clock
+    )
     lacks, after = result.short, result.exact
     if len(asked.poses) > MANY:  # the search may have counted roughly
         lacks, after = judge(verifier, result.setup, aim)
     better = (lacks, -after) < (short, -before)
     ended = _STOPPED if stopped() else "the search ran to its end"
-    return SearchAnswer(result.setup if better else present, before, after if better else before, better, ended)
+    return SearchAnswer(
+        result.setup if better else present, before, after if better else before, better, ended
+    )
 
 
 def seen_under(scene: Scene, occlusion: Occlusion) -> Scene:

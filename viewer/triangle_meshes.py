@@ -17,11 +17,12 @@ from ..reporting.rendering.faces import body, capsule, circle, rim_of, rod
 
 Surface = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, "_ 3"]]
 _STICK = 0.045  # m, of a robot without bodies
-_CHIP = np.array([0.011, 0.011, 0.005])  # m, half the edges of a sensor: across, across, along its axis
+# m, half the edges of a sensor: across, across, along its axis
+_CHIP = np.array([0.011, 0.011, 0.005])
 _EVERY = 0.15  # m, between the circles of an outline
 _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-_BOX = np.array([f for a, b, c, d in ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-                 for f in ((a, b, c), (a, c, d))])  # fmt: skip
+_SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+_BOX = np.array([f for a, b, c, d in _SIDES for f in ((a, b, c), (a, c, d))])
 
 
 def joined(some: list[Surface]) -> Surface:
@@ -29,7 +30,9 @@ def joined(some: list[Surface]) -> Surface:
     first = np.cumsum([0, *(len(v) for v, _ in some)])
     if not some:
         return np.zeros((0, 3)), np.zeros((0, 3), int)
-    return np.concatenate([v for v, _ in some]), np.concatenate([f + n for (_, f), n in zip(some, first, strict=False)])
+    return np.concatenate([v for v, _ in some]), np.concatenate(
+        [f + n for (_, f), n in zip(some, first, strict=False)]
+    )
 
 
 def skin(circles: Float[np.ndarray, "C P 3"]) -> Surface:
@@ -46,7 +49,12 @@ def bodies(robot: Robot, frames: Float[Array, "F 4 4"]) -> Surface:
     if not robot.bodies:
         return joined([skin(rod(a, b, _STICK)) for a, b in pairwise(body(robot, frames))])
     found = robot_capsules(robot, frames)
-    return joined([skin(capsule(a, b, float(r))) for a, b, r in zip(found.start, found.end, found.radius, strict=True)])
+    return joined(
+        [
+            skin(capsule(a, b, float(r)))
+            for a, b, r in zip(found.start, found.end, found.radius, strict=True)
+        ]
+    )
 
 
 def chips(cones: Cones) -> Surface:
@@ -60,11 +68,17 @@ def chips(cones: Cones) -> Surface:
     return joined(found)
 
 
-def beams(cones: Cones, lengths: Float[np.ndarray, " K"]) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
-    """The beams as far as ``lengths`` (K,) m, open at their ends, and the edges of those ends (E, 2, 3) m."""
+def beams(
+    cones: Cones, lengths: Float[np.ndarray, " K"]
+) -> tuple[Surface, Float[np.ndarray, "E 2 3"]]:
+    """The beams as far as ``lengths`` (K,) m, open at their ends, and the edges of those ends (E,
+    2, 3) m.
+    """
     found, edges = [], []
     for k, length in enumerate(lengths):
-        rim = rim_of(cones, k, float(length))[:: 2 if len(rim_of(cones, k, float(length))) > 8 else 1]
+        rim = rim_of(cones, k, float(length))[
+            :: 2 if len(rim_of(cones, k, float(length))) > 8 else 1
+        ]
         n = len(rim)
         faces = np.stack([np.zeros(n, int), 1 + np.arange(n), 1 + (np.arange(n) + 1) % n], axis=1)
         found.append((np.vstack([cones.apex[k], rim]), faces))
@@ -78,21 +92,34 @@ def loops(rings: Float[np.ndarray, "C T 3"]) -> Float[np.ndarray, "E 2 3"]:
 
 
 def grid(half: float, step: float) -> Float[np.ndarray, "E 2 3"]:
-    """A square grid on the base's plane, up to ``half`` m either way, with lines each ``step`` m."""
+    """A square grid on the base's plane, up to ``half`` m either way, with lines each ``step``
+    m.
+    """
     at = np.arange(-half, half + step / 2, step)
     along = np.array([[[x, -half, 0.0], [x, half, 0.0]] for x in at])
     return np.concatenate([along, along[..., [1, 0, 2]]])
 
 
 def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
-    """Edges (E, 2, 3) m that tell where a target's outer solid ends: great circles of balls, circles around a tube."""
+    """Edges (E, 2, 3) m that tell where a target's outer solid ends: great circles of balls,
+    circles around a tube.
+    """
     if isinstance(outer, Union):
         return np.concatenate([outline(outer.a), outline(outer.b)])
     if isinstance(outer, Spheres):
-        each = [(c, axis, float(r)) for c, r in zip(outer.centre, outer.radius, strict=True) for axis in np.eye(3)]
+        each = [
+            (c, axis, float(r))
+            for c, r in zip(outer.centre, outer.radius, strict=True)
+            for axis in np.eye(3)
+        ]
     elif isinstance(outer, Rods):
-        ends = [(a, b - a, float(r)) for a, b, r in zip(outer.start, outer.end, outer.radius, strict=True)]
-        ends = [(a, v / length, r) for a, v, r in ends if (length := float(np.linalg.norm(v))) > 1e-6]
+        ends = [
+            (a, b - a, float(r))
+            for a, b, r in zip(outer.start, outer.end, outer.radius, strict=True)
+        ]
+        ends = [
+            (a, v / length, r) for a, v, r in ends if (length := float(np.linalg.norm(v))) > 1e-6
+        ]
         each = [(a, v, r) for a, v, r in ends]
     elif isinstance(outer, Tube):
         each = list(_around(outer))
@@ -110,7 +137,13 @@ def _around(tube: Tube) -> list[tuple[np.ndarray, np.ndarray, float]]:
             step = float(np.linalg.norm(centre[i] - centre[i - 1]))
             for t in np.arange(_EVERY - travelled, step, _EVERY):
                 v = (1 - t / step) * normal[i - 1] + t / step * normal[i]
-                found.append((centre[i - 1] + t / step * (centre[i] - centre[i - 1]), v / np.linalg.norm(v), tube.radius))
+                found.append(
+                    (
+                        centre[i - 1] + t / step * (centre[i] - centre[i - 1]),
+                        v / np.linalg.norm(v),
+                        tube.radius,
+                    )
+                )
             travelled = (travelled + step) % _EVERY
         if i in (0, len(centre) - 1):
             found.append((centre[i], normal[i], tube.radius))

@@ -1,10 +1,12 @@
-"""How far a circle about an axis stays from things, and where along the axis it stays far enough: proven, not sampled.
+"""How far a circle about an axis stays from things, and where along the axis it stays far enough:
+proven, not sampled.
 
-In axis coordinates: first along the axis, the circle of radius R at place x in the plane across it. The squared distance q
-of a point from a segment is convex, and along the circle its second derivative by the angle is at most 2 R (R + d): its
-Hessian is at most 2, its gradient 2 d long, and the circle bends by R. Where q is least its slope is 0, so that the nearest
-of N evenly spaced points has q larger by at most R (R + d) (pi / N)^2 and what is sampled bounds what is not. Along the
-axis the distance is 1-Lipschitz.
+In axis coordinates: first along the axis, the circle of radius R at place x in the plane across it.
+The squared distance q of a point from a segment is convex, and along the circle its second
+derivative by the angle is at most 2 R (R + d): its Hessian is at most 2, its gradient 2 d long, and
+the circle bends by R. Where q is least its slope is 0, so that the nearest of N evenly spaced
+points has q larger by at most R (R + d) (pi / N)^2 and what is sampled bounds what is not. Along
+the axis the distance is 1-Lipschitz.
 """
 
 import math
@@ -17,25 +19,35 @@ from jaxtyping import Float, Int
 from ..robots.link_bodies import point_to_segment
 
 _CAPSULE_POINTS = 72  # of a circle against a capsule: within some 0.2 mm
-_PLANE_POINTS = 360  # of a circle against planes, where only the Lipschitz bound holds: within 1 mm at a radius of 0.1 m
+# of a circle against planes, where only the Lipschitz bound holds: within 1 mm at a radius of 0.1 m
+_PLANE_POINTS = 360
 
-# Of places (T,) m and things (T,): what the distance of the circle from the thing is at least, and at most, (T,) m.
+# Of places (T,) m and things (T,): what the distance of the circle from the thing is at least, and
+# at most, (T,) m.
 Gap = Callable[[Float[np.ndarray, " T"], Int[np.ndarray, " T"]], tuple[Any, Any]]
 
 
-def circle(places: Float[np.ndarray, " T"], radius: float, points: int) -> Float[np.ndarray, "T N 3"]:
+def circle(
+    places: Float[np.ndarray, " T"], radius: float, points: int
+) -> Float[np.ndarray, "T N 3"]:
     """So many points of each circle, in axis coordinates, m."""
     angle = 2 * math.pi * np.arange(points) / points
     found = np.empty((len(places), points, 3))
-    found[:, :, 0], found[:, :, 1:] = places[:, None], radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    found[:, :, 0], found[:, :, 1:] = (
+        places[:, None],
+        radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1),
+    )
     return found
 
 
 def capsule_gap(
-    start: Float[np.ndarray, "C 3"], end: Float[np.ndarray, "C 3"], thick: Float[np.ndarray, " C"], radius: float
+    start: Float[np.ndarray, "C 3"],
+    end: Float[np.ndarray, "C 3"],
+    thick: Float[np.ndarray, " C"],
+    radius: float,
 ) -> Gap:
-    """The gap of a circle of ``radius`` m from C capsules of axes ``start`` to ``end`` (C, 3) m and radii ``thick`` (C,) m,
-    in axis coordinates."""
+    """The gap of a circle of ``radius`` m from C capsules of axes ``start`` to ``end`` (C, 3) m and
+    radii ``thick`` (C,) m, in axis coordinates."""
     step = math.pi / _CAPSULE_POINTS
 
     def gap(places: Any, which: Any) -> tuple[Any, Any]:
@@ -55,14 +67,20 @@ def capsule_gap(
     return gap
 
 
-def plane_gap(normal: Float[np.ndarray, "C M 3"], offset: Float[np.ndarray, "C M"], radius: float) -> Gap:
-    """The same from C convex bodies of M planes each, normal (C, M, 3) and offset (C, M) m, as ``Polyhedron`` has them."""
+def plane_gap(
+    normal: Float[np.ndarray, "C M 3"], offset: Float[np.ndarray, "C M"], radius: float
+) -> Gap:
+    """The same from C convex bodies of M planes each, normal (C, M, 3) and offset (C, M) m, as
+    ``Polyhedron`` has them.
+    """
     step = math.pi / _PLANE_POINTS
 
     def value(points: Any, which: Any) -> Any:
         found = np.full(points.shape[:2], -np.inf)
         for i in range(normal.shape[1]):
-            found = np.maximum(found, np.einsum("tnk,tk->tn", points, normal[which, i]) - offset[which, i][:, None])
+            found = np.maximum(
+                found, np.einsum("tnk,tk->tn", points, normal[which, i]) - offset[which, i][:, None]
+            )
         return found
 
     def gap(places: Any, which: Any) -> tuple[Any, Any]:
@@ -79,9 +97,11 @@ def plane_gap(normal: Float[np.ndarray, "C M 3"], offset: Float[np.ndarray, "C M
 def blocked(
     gap: Gap, things: int, span: tuple[float, float], clear: float, finest: float = 2.5e-4
 ) -> list[tuple[float, float, int]]:
-    """Where along the axis a circle is not proven to stay ``clear`` m from all things: low and high, m, and the thing.
+    """Where along the axis a circle is not proven to stay ``clear`` m from all things: low and
+    high, m, and the thing.
 
-    Stretches are halved until all of one is clear, none of it is, or it is shorter than ``finest`` m.
+    Stretches are halved until all of one is clear, none of it is, or it is shorter than ``finest``
+    m.
 
     Args:
         gap: of places and things, bounded from either side.
@@ -94,11 +114,15 @@ def blocked(
     which = np.arange(things)
     centre, half = np.full(things, sum(span) / 2), np.full(things, (span[1] - span[0]) / 2)
     while len(which):
-        low, high = (np.concatenate(v) for v in zip(*(gap(centre[s], which[s]) for s in _slices(len(which))), strict=True))
+        low, high = (
+            np.concatenate(v)
+            for v in zip(*(gap(centre[s], which[s]) for s in _slices(len(which))), strict=True)
+        )
         open_ = low - half < clear
         shut = open_ & ((high + half < clear) | (2 * half <= finest))
         found += [
-            (float(c - h), float(c + h), int(i)) for c, h, i in zip(*(v[shut] for v in (centre, half, which)), strict=True)
+            (float(c - h), float(c + h), int(i))
+            for c, h, i in zip(*(v[shut] for v in (centre, half, which)), strict=True)
         ]
         go = open_ & ~shut
         which, half = np.tile(which[go], 2), np.tile(half[go] / 2, 2)

@@ -1,11 +1,13 @@
-"""How far a single-zone sensor sees before something in its beam answers: the nearest point of a body in a cone.
+"""How far a single-zone sensor sees before something in its beam answers: the nearest point of a
+body in a cone.
 
-A single-zone Time-of-Flight sensor reports the nearest thing anywhere in its beam. If that is the robot's own body, or a
-table, it sees nothing beyond that distance. A point of the cone nearer than that cannot be hidden (the way to it lies in the
-cone and nearer still), so that this distance is all there is to know: the beam is the cone cut by a ball about the apex.
+A single-zone Time-of-Flight sensor reports the nearest thing anywhere in its beam. If that is the
+robot's own body, or a table, it sees nothing beyond that distance. A point of the cone nearer than
+that cannot be hidden (the way to it lies in the cone and nearer still), so that this distance is
+all there is to know: the beam is the cone cut by a ball about the apex.
 
-It jumps where a body just grazes the beam. ``margin`` widens or narrows bodies and cones by a little: with one of either
-sign the distance is bracketed.
+It jumps where a body just grazes the beam. ``margin`` widens or narrows bodies and cones by a
+little: with one of either sign the distance is bracketed.
 """
 
 from dataclasses import replace
@@ -28,7 +30,9 @@ _NIL, _FAR = 1e-12, 1e9  # what nothing is divided by, and what comes of it
 
 
 class Beam(NamedTuple):
-    """Cones of sensors, any shape (...): apex (..., 3) m, axis (..., 3) unit, half_angle (...) rad, range_m (...) m."""
+    """Cones of sensors, any shape (...): apex (..., 3) m, axis (..., 3) unit, half_angle (...) rad,
+    range_m (...) m.
+    """
 
     apex: Float[Array, "*batch 3"]
     axis: Float[Array, "*batch 3"]
@@ -37,8 +41,8 @@ class Beam(NamedTuple):
 
 
 def cone_gap(beam: Beam, points: Any) -> Any:
-    """Signed distance (...) m of ``points`` (..., 3) m from the solid cones of sensors: a true distance outside, and so a
-    convex function, negative inside."""
+    """Signed distance (...) m of ``points`` (..., 3) m from the solid cones of sensors: a true
+    distance outside, and so a convex function, negative inside."""
     xp = namespace(points)
     v = points - beam.apex
     d = dot(v, beam.axis)
@@ -77,7 +81,9 @@ def _golden(function: Any, low: Any, high: Any, steps: int = _STEPS) -> Any:
 
 
 def _end(function: Any, inner: Any, outer: Any) -> Any:
-    """The place nearest to ``outer`` up to where, from ``inner`` on, ``function`` is not above 0."""
+    """The place nearest to ``outer`` up to where, from ``inner`` on, ``function`` is not above
+    0.
+    """
     xp = namespace(inner)
 
     def step(inner: Any, outer: Any) -> Any:
@@ -88,10 +94,13 @@ def _end(function: Any, inner: Any, outer: Any) -> Any:
     return xp.where(function(outer) <= 0, outer, _repeat(_HALVINGS, step, (inner, outer))[0])
 
 
-def capsule_gap(beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0, steps: int = _STEPS) -> tuple[Any, Any]:
-    """Distance (...) m of capsules from cones, or by how deep they overlap where it is negative; and where along the axis
-    (0 to 1) it is least, to 0.62 ** ``steps``. The distance of a point from a convex cone is convex along the axis. For
-    arguments and gradients see ``capsule_in_beam``."""
+def capsule_gap(
+    beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0, steps: int = _STEPS
+) -> tuple[Any, Any]:
+    """Distance (...) m of capsules from cones, or by how deep they overlap where it is negative;
+    and where along the axis (0 to 1) it is least, to 0.62 ** ``steps``. The distance of a point
+    from a convex cone is convex along the axis. For arguments and gradients see
+    ``capsule_in_beam``."""
     xp = namespace(beam.apex)
     radius, along = radius + margin, end - start
     beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
@@ -100,18 +109,24 @@ def capsule_gap(beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0
     if xp is not np:
         still = jax.lax.stop_gradient(still)
     zero, one = xp.zeros(shape, along.dtype), xp.ones(shape, along.dtype)
-    best = _golden(lambda place: cone_gap(still[0], still[1] + place[..., None] * still[2]), zero, one, steps)
+    best = _golden(
+        lambda place: cone_gap(still[0], still[1] + place[..., None] * still[2]), zero, one, steps
+    )
     return cone_gap(beam, start + best[..., None] * along) - radius, best
 
 
-def capsule_in_beam(beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0) -> tuple[Any, Any]:
-    """Nearest point to the apex of what a capsule and a cone have in common, and by how much they miss each other.
+def capsule_in_beam(
+    beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0
+) -> tuple[Any, Any]:
+    """Nearest point to the apex of what a capsule and a cone have in common, and by how much they
+    miss each other.
 
-    A capsule is a union of balls about the points of its axis, and the nearest point of a ball in a cone has a closed form
-    (``ball_in_cone``). A ball about c reaches the convex set S of the cone's points nearer than d when c is at most
-    ``radius`` from S; that distance is convex along the axis, so the nearest point falls and then rises along it, where
-    balls reach the cone at all: between two places on either side of that nearest to the cone. One golden section finds
-    that place, halving the two others, a golden section between them the answer.
+    A capsule is a union of balls about the points of its axis, and the nearest point of a ball in a
+    cone has a closed form (``ball_in_cone``). A ball about c reaches the convex set S of the cone's
+    points nearer than d when c is at most ``radius`` from S; that distance is convex along the
+    axis, so the nearest point falls and then rises along it, where balls reach the cone at all:
+    between two places on either side of that nearest to the cone. One golden section finds that
+    place, halving the two others, a golden section between them the answer.
 
     Args:
         beam: (...) cones.
@@ -119,8 +134,9 @@ def capsule_in_beam(beam: Beam, start: Any, end: Any, radius: Any, margin: float
         margin: m and rad, by which cone and capsule are widened.
 
     Returns:
-        distance (...) m, infinite where they do not meet; and gap (...) m, their distance, or what they share of depth where
-        it is negative. NumPy or JAX; in JAX differentiable, as at a least value the place does not matter.
+        distance (...) m, infinite where they do not meet; and gap (...) m, their distance, or what
+            they share of depth where it is negative. NumPy or JAX; in JAX differentiable, as at a
+            least value the place does not matter.
     """
     xp = namespace(beam.apex)
     gap, best = capsule_gap(beam, start, end, radius, margin)
@@ -155,12 +171,13 @@ def _over(a: Any, b: Any) -> Any:
 
 
 def meeting_points(looks: Beam, body: Polyhedron) -> Any:
-    """Points (K, N, 3) m, of which one is the nearest to the apex of what a polyhedron and each of K cones have in common,
-    where they meet; the others lie anywhere. NumPy or JAX, differentiable.
+    """Points (K, N, 3) m, of which one is the nearest to the apex of what a polyhedron and each of
+    K cones have in common, where they meet; the others lie anywhere. NumPy or JAX, differentiable.
 
-    The least distance on a convex set is taken where some of its bounds meet: at the apex's foot on a face; on a face where
-    the cone's mantle leans most towards it, where it meets the plane of the base nearest to the axis, or at the rim of the
-    base; on an edge at the apex's foot, at its ends, or where it enters the mantle or the base.
+    The least distance on a convex set is taken where some of its bounds meet: at the apex's foot on
+    a face; on a face where the cone's mantle leans most towards it, where it meets the plane of the
+    base nearest to the axis, or at the rim of the base; on an edge at the apex's foot, at its ends,
+    or where it enters the mantle or the base.
     """
     xp = namespace(looks.apex)
     apex, axis, half_angle, range_m = (a[:, None] for a in looks)
@@ -183,14 +200,19 @@ def meeting_points(looks: Beam, body: Polyhedron) -> Any:
     return xp.concatenate(found, axis=1)
 
 
-def polyhedron_in_beam(looks: Beam, body: Polyhedron, margin: float = 0.0) -> Float[np.ndarray, " K"]:
-    """Distance (K,) m of the nearest point of what a polyhedron and each of K cones have in common; infinite if nothing: of
-    ``meeting_points`` the nearest that lies in both. ``margin`` (m and rad) widens both. NumPy only.
+def polyhedron_in_beam(
+    looks: Beam, body: Polyhedron, margin: float = 0.0
+) -> Float[np.ndarray, " K"]:
+    """Distance (K,) m of the nearest point of what a polyhedron and each of K cones have in common;
+    infinite if nothing: of ``meeting_points`` the nearest that lies in both. ``margin`` (m and rad)
+    widens both. NumPy only.
     """
     each = 1 + _CANDIDATES // (5 * len(body.offset) + 7 * len(body.edges))
     if len(looks.apex) > each:
         some = [slice(i, i + each) for i in range(0, len(looks.apex), each)]
-        return np.concatenate([polyhedron_in_beam(Beam(*(a[k] for a in looks)), body, margin) for k in some])
+        return np.concatenate(
+            [polyhedron_in_beam(Beam(*(a[k] for a in looks)), body, margin) for k in some]
+        )
     looks = Beam(looks.apex, looks.axis, looks.half_angle + margin, looks.range_m + margin)
     body = replace(body, offset=body.offset + margin)
     points = meeting_points(looks, body)
@@ -199,14 +221,19 @@ def polyhedron_in_beam(looks: Beam, body: Polyhedron, margin: float = 0.0) -> Fl
     in_cone = cone(points, apex, axis, cosine, sine, range_m) <= MARGIN
     v = points - apex
     distance = np.where(in_cone, np.sqrt(dot(v, v)), np.inf)
-    for normal, offset in zip(body.normal, body.offset, strict=True):  # outside of one face there is no look at the others
+    # outside of one face there is no look at the others
+    for normal, offset in zip(body.normal, body.offset, strict=True):
         k, n = np.nonzero(np.isfinite(distance))
-        distance[k, n] = np.where(dot(points[k, n], normal) <= offset + MARGIN, distance[k, n], np.inf)
+        distance[k, n] = np.where(
+            dot(points[k, n], normal) <= offset + MARGIN, distance[k, n], np.inf
+        )
     return distance.min(axis=1, initial=np.inf)
 
 
 def _on_edges(apex: Any, axis: Any, cosine: Any, range_m: Any, body: Polyhedron) -> list[Any]:
-    """Points (K, E, 3) on edges: nearest to the apex, both ends, and where the edge's line meets mantle and base."""
+    """Points (K, E, 3) on edges: nearest to the apex, both ends, and where the edge's line meets
+    mantle and base.
+    """
     xp = namespace(apex)
     a, w = body.edges[None, :, 0], (body.edges[:, 1] - body.edges[:, 0])[None]
     v = a - apex

@@ -3,6 +3,6 @@
 from typing import Literal, get_args
 
 Occlusion = Literal["ignore", "shadow", "blind"]
-"""``ignore``: bodies hide nothing, as in the paper. ``shadow``: points behind a body are not covered. ``blind``: a sensor of
-one zone sees nothing beyond the nearest thing in its beam."""
+"""``ignore``: bodies hide nothing, as in the paper. ``shadow``: points behind a body are not
+covered. ``blind``: a sensor of one zone sees nothing beyond the nearest thing in its beam."""
 OCCLUSIONS: tuple[Occlusion, ...] = get_args(Occlusion)

@@ -1,9 +1,10 @@
-"""What sensors see past the robot's bodies and the cell's obstacles: cones, less shadows, cut where they are blinded.
+"""What sensors see past the robot's bodies and the cell's obstacles: cones, less shadows, cut where
+they are blinded.
 
-A beam is one cone, or pyramid, and what stands in it: the largest of its function, of minus that of each shadow in it, and,
-where the sensor is blinded, of the distance from the apex less that of the nearest thing. Bodies that do not meet a cone
-(of a pyramid the cone around it) are sorted out once; a cell of the octree asks only for the shadows of the cones it still
-knows.
+A beam is one cone, or pyramid, and what stands in it: the largest of its function, of minus that of
+each shadow in it, and, where the sensor is blinded, of the distance from the apex less that of the
+nearest thing. Bodies that do not meet a cone (of a pyramid the cone around it) are sorted out once;
+a cell of the octree asks only for the shadows of the cones it still knows.
 """
 
 from dataclasses import dataclass
@@ -27,10 +28,11 @@ from .shadow_bitmask import free_of_planes, free_of_shadows
 class Beams(Parts):
     """A union of beams of K sensors.
 
-    cones: of K sensors, or ``Optics`` where some are pyramids; one that stands in something has the range minus infinity
-    and sees nothing. stop, late (K,) m: distance from the apex where a sensor is blinded, infinite where it is not; the two
-    bracket it where that was asked. shadows (S), first_shadow (K + 1,): those of sensor k are first_shadow[k] up to the
-    next. normal (T, M, 3), offset (T, M) m, first_planes (K + 1,): the same of obstacles.
+    cones: of K sensors, or ``Optics`` where some are pyramids; one that stands in something has the
+    range minus infinity and sees nothing. stop, late (K,) m: distance from the apex where a sensor
+    is blinded, infinite where it is not; the two bracket it where that was asked. shadows (S),
+    first_shadow (K + 1,): those of sensor k are first_shadow[k] up to the next. normal (T, M, 3),
+    offset (T, M) m, first_planes (K + 1,): the same of obstacles.
     """
 
     cones: Cones
@@ -56,11 +58,16 @@ class Beams(Parts):
         return root(dot(v, v)) - stop[index]
 
     def _past(self, points: Any, index: Any, value: Any, limit: float = np.inf) -> Any:
-        """The larger of ``value`` and of what the shadows say; what is above ``limit`` is not looked at any more."""
+        """The larger of ``value`` and of what the shadows say; what is above ``limit`` is not
+        looked at any more.
+        """
         if np.ndim(index) == 0:
             return self._past_one(points, int(index), value)
         value = value.copy()
-        for first, behind_of in ((self.first_shadow, self._behind), (self.first_planes, self._behind_planes)):
+        for first, behind_of in (
+            (self.first_shadow, self._behind),
+            (self.first_planes, self._behind_planes),
+        ):
             count = (first[1:] - first[:-1])[index]
             for rank in range(int(count.max(initial=0))):
                 some = count > rank
@@ -92,12 +99,19 @@ class Beams(Parts):
         value = self.cones.part(points, index)
         value = np.maximum(value, self._beyond(points, index, self.late))
         value = self._past(points, index, value, reach)
-        sure = value if self.late is self.stop else np.maximum(value, self._beyond(points, index, self.stop))
+        sure = (
+            value
+            if self.late is self.stop
+            else np.maximum(value, self._beyond(points, index, self.stop))
+        )
         return value <= reach, sure < -reach
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
-        """See ``Parts.shares``. A shadow is convex: its share is bounded as that of any convex body, and what is left is the
-        rest. A point of it lies as far from the ball that says its value at the cube's centre as from no other."""
+    def shares(
+        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+    ) -> VolumeFraction:
+        """See ``Parts.shares``. A shadow is convex: its share is bounded as that of any convex
+        body, and what is left is the rest. A point of it lies as far from the ball that says its
+        value at the cube's centre as from no other."""
         each, value, normal = self.cones.each_share(points, index, side, slack)
         if np.isfinite(self.late).any():
             v = points - rows(self.cones.apex, index)
@@ -107,7 +121,10 @@ class Beams(Parts):
                 both = each.only(cut) & ball
                 getattr(each, keep)[cut] = getattr(both, keep)
         reach = 3**0.5 / 2 * side + slack
-        for first, share_of in ((self.first_shadow, self._share), (self.first_planes, self._planes_share)):
+        for first, share_of in (
+            (self.first_shadow, self._share),
+            (self.first_planes, self._planes_share),
+        ):
             count = (first[1:] - first[:-1])[index]
             for rank in range(int(count.max(initial=0))):
                 todo = np.flatnonzero(count > rank)
@@ -118,16 +135,24 @@ class Beams(Parts):
                 each.low[todo], each.high[todo] = both.low, both.high
         return union_bounds(cell, cubes, each, value, normal, side, slack)
 
-    def _share(self, points: Any, entry: Any, side: float, slack: float, reach: float) -> tuple[Any, VolumeFraction]:
+    def _share(
+        self, points: Any, entry: Any, side: float, slack: float, reach: float
+    ) -> tuple[Any, VolumeFraction]:
         """Which cubes a shadow may reach, and the share of these that it holds."""
         shadow = self.shadows.rows(entry)
         ball = nearest_ball(points, shadow)
         near = np.flatnonzero(ball.distance() <= reach)
-        return near, distance_tangent(way(ball, shadow)[near], ball.radius[near], side).share(side, slack)
+        return near, distance_tangent(way(ball, shadow)[near], ball.radius[near], side).share(
+            side, slack
+        )
 
-    def _planes_share(self, points: Any, entry: Any, side: float, slack: float, reach: float) -> tuple[Any, VolumeFraction]:
+    def _planes_share(
+        self, points: Any, entry: Any, side: float, slack: float, reach: float
+    ) -> tuple[Any, VolumeFraction]:
         near = np.flatnonzero(self._behind_planes(points, entry) <= reach)
-        return near, planes_share(points[near], self.normal[entry[near]], self.offset[entry[near]], side, slack)
+        return near, planes_share(
+            points[near], self.normal[entry[near]], self.offset[entry[near]], side, slack
+        )
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Box of the cones of those that see at all."""
@@ -139,8 +164,8 @@ class Beams(Parts):
 
 @words.register
 def _(parts: Beams, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
-    """Voxels of blocks about ``points`` that lie in beam ``index``: those of the cone, of the ball where it is blinded, and
-    of no shadow."""
+    """Voxels of blocks about ``points`` that lie in beam ``index``: those of the cone, of the ball
+    where it is blinded, and of no shadow."""
     found = words(parts.cones, grid, points, index)
     stop = parts.stop[index]
     cut = np.flatnonzero(np.isfinite(stop))
@@ -155,7 +180,9 @@ def _(parts: Beams, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
             if len(todo):
                 entry = first[index[todo]] + rank
                 if planes:
-                    free = free_of_planes(grid, points[todo], parts.normal[entry], parts.offset[entry])
+                    free = free_of_planes(
+                        grid, points[todo], parts.normal[entry], parts.offset[entry]
+                    )
                 else:
                     free = free_of_shadows(grid, points[todo], parts.shadows.rows(entry))
                 found.sure[todo] &= free.sure

@@ -1,8 +1,9 @@
 """What stands in the way of sensors at one pose, and what they see past it.
 
-A sensor of one zone reports the nearest thing in its beam, and is blinded beyond: one with a square beam by what is in the
-cone around it, which blinds it a little too soon, never too late. Each of many zones reports the nearest thing in itself:
-what stands in some leaves the others as they are, and ``blind`` does to the beam what ``shadow`` does.
+A sensor of one zone reports the nearest thing in its beam, and is blinded beyond: one with a square
+beam by what is in the cone around it, which blinds it a little too soon, never too late. Each of
+many zones reports the nearest thing in itself: what stands in some leaves the others as they are,
+and ``blind`` does to the beam what ``shadow`` does.
 """
 
 from dataclasses import dataclass, replace
@@ -26,17 +27,26 @@ INSIDE = 1e-6  # m, an apex this near to a body's surface counts as within
 
 @dataclass(frozen=True)
 class Occluders:
-    """What stands in the way at one pose: the robot's bodies, one axis of capsules, and convex obstacles."""
+    """What stands in the way at one pose: the robot's bodies, one axis of capsules, and convex
+    obstacles.
+    """
 
     bodies: Capsules | None = None
     obstacles: tuple[Polyhedron, ...] = ()
 
-    def holds(self, apex: Float[np.ndarray, "K 3"]) -> tuple[Int[np.ndarray, " K"], Float[np.ndarray, " K"]]:
-        """In which body or obstacle (K,) each apex stands deepest, bodies numbered first; -1: in none; and how deep, m."""
+    def holds(
+        self, apex: Float[np.ndarray, "K 3"]
+    ) -> tuple[Int[np.ndarray, " K"], Float[np.ndarray, " K"]]:
+        """In which body or obstacle (K,) each apex stands deepest, bodies numbered first; -1: in
+        none; and how deep, m.
+        """
         gaps = [np.full((len(apex), 1), np.inf)]
         if self.bodies is not None:
             start, end, radius = (a[None] for a in self.bodies)
-            each = [gap_to_capsules(apex, start[:, [i]], end[:, [i]], radius[:, [i]]) for i in range(radius.shape[1])]
+            each = [
+                gap_to_capsules(apex, start[:, [i]], end[:, [i]], radius[:, [i]])
+                for i in range(radius.shape[1])
+            ]
             gaps.append(np.stack(each, axis=-1))
         gaps += [body(apex)[:, None] for body in self.obstacles]
         gap = np.concatenate(gaps[1:] or gaps, axis=1)
@@ -44,12 +54,15 @@ class Occluders:
         return np.where(least <= INSIDE, gap.argmin(axis=1), -1), np.maximum(-least, 0.0)
 
 
-def beams(cones: Cones, occluders: Occluders, occlusion: Occlusion, bracketed: bool = False) -> Parts:
-    """What the sensors of ``cones`` see under ``occlusion``: the cones themselves where nothing stands in the way.
+def beams(
+    cones: Cones, occluders: Occluders, occlusion: Occlusion, bracketed: bool = False
+) -> Parts:
+    """What the sensors of ``cones`` see under ``occlusion``: the cones themselves where nothing
+    stands in the way.
 
-    Obstacles shadow under ``ignore``, too, which ignores the robot alone; they blind, as the robot does, under ``blind``. A
-    sensor that stands within something sees nothing. Sensors of many zones are shadowed under ``blind``, too: none of them
-    is blinded as a whole.
+    Obstacles shadow under ``ignore``, too, which ignores the robot alone; they blind, as the robot
+    does, under ``blind``. A sensor that stands within something sees nothing. Sensors of many zones
+    are shadowed under ``blind``, too: none of them is blinded as a whole.
 
     Args:
         cones: of K sensors, or ``Optics``, 64-bit NumPy.
@@ -95,7 +108,9 @@ def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:
 
 
 def _stops(cones: Cones, k: Any, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
-    """Where sensors are blinded (K,) m, of which ``k`` can be: early and late, the same array where not bracketed."""
+    """Where sensors are blinded (K,) m, of which ``k`` can be: early and late, the same array where
+    not bracketed.
+    """
     looks, stops = _looks(cones, k), []
     for margin in (MARGIN, -MARGIN) if bracketed and len(k) else (0.0,):
         stop = np.full(len(cones), np.inf)
@@ -108,7 +123,9 @@ def _stops(cones: Cones, k: Any, occluders: Occluders, bracketed: bool) -> tuple
 
 
 def _shadows(cones: Cones, k: Any, occluders: Occluders) -> tuple[Shadow | None, list, list]:
-    """The shadows in beams ``k``: of bodies, the sensor of each, and of obstacles (sensor, normal, offset)."""
+    """The shadows in beams ``k``: of bodies, the sensor of each, and of obstacles (sensor, normal,
+    offset).
+    """
     if len(k) == 0:
         return None, [], []
     looks, bodies, wide = _looks(cones, k), occluders.bodies, 10 * MARGIN
@@ -118,14 +135,22 @@ def _shadows(cones: Cones, k: Any, occluders: Occluders) -> tuple[Shadow | None,
     sensor, body = np.nonzero(meets)
     shadows = None
     if bodies is not None:
-        shadows = capsule_shadow(apex[sensor], bodies.start[body], bodies.end[body], bodies.radius[body])
+        shadows = capsule_shadow(
+            apex[sensor], bodies.start[body], bodies.end[body], bodies.radius[body]
+        )
     planes = [polyhedron_shadow(apex, body) for body in occluders.obstacles]
-    entries = [(k[s], planes[o][0][s], planes[o][1][s]) for s, o in zip(*np.nonzero(met), strict=True)]
+    entries = [
+        (k[s], planes[o][0][s], planes[o][1][s]) for s, o in zip(*np.nonzero(met), strict=True)
+    ]
     return shadows, list(k[sensor]), entries
 
 
-def _beams(cones: Cones, stop: Any, late: Any, shadows: Shadow | None, sensor: list, planes: list) -> Beams:
-    """Shadows of ``sensor`` (S,) and planes (sensor, normal, offset) in the order of their sensors."""
+def _beams(
+    cones: Cones, stop: Any, late: Any, shadows: Shadow | None, sensor: list, planes: list
+) -> Beams:
+    """Shadows of ``sensor`` (S,) and planes (sensor, normal, offset) in the order of their
+    sensors.
+    """
     count = len(cones)
     if shadows is None:
         none = np.zeros((0, 3))
@@ -135,5 +160,8 @@ def _beams(cones: Cones, stop: Any, late: Any, shadows: Shadow | None, sensor: l
     for i, (_, n, o) in enumerate(planes):
         real = o < NOWHERE / 10
         normal[i, : real.sum()], offset[i, : real.sum()] = n[real], o[real]
-    first = [np.searchsorted(np.array(of, int), np.arange(count + 1)) for of in (sensor, [s for s, _, _ in planes])]
+    first = [
+        np.searchsorted(np.array(of, int), np.arange(count + 1))
+        for of in (sensor, [s for s, _, _ in planes])
+    ]
     return Beams(cones, stop, late, shadows, first[0], normal, offset, first[1])

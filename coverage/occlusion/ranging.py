@@ -1,11 +1,14 @@
-"""What ranging sensors read: the nearest point of a union of balls in each sensor's cone, in closed form.
+"""What ranging sensors read: the nearest point of a union of balls in each sensor's cone, in closed
+form.
 
-A single-zone Time-of-Flight sensor answers with the distance of the nearest thing anywhere in its beam. Any solid that is a
-union of balls, such as a person made of capsules, can be read without sampling.
+A single-zone Time-of-Flight sensor answers with the distance of the nearest thing anywhere in its
+beam. Any solid that is a union of balls, such as a person made of capsules, can be read without
+sampling.
 
-Most balls are in few cones. So neighbouring balls go in blocks, and a pose, a sensor and a block make a row, which is left
-out where the cone's implicit function says that the block's enclosing ball lies outside. The other rows are worked on in
-slabs of one size, so that the compiled functions serve every number of poses, sensors and balls.
+Most balls are in few cones. So neighbouring balls go in blocks, and a pose, a sensor and a block
+make a row, which is left out where the cone's implicit function says that the block's enclosing
+ball lies outside. The other rows are worked on in slabs of one size, so that the compiled functions
+serve every number of poses, sensors and balls.
 """
 
 from typing import Any, NamedTuple
@@ -26,21 +29,26 @@ _TRIPLES = 1 << 20  # of a pose, a sensor and a block, sorted out at once: some 
 
 
 class RangeReadings(NamedTuple):
-    """What K sensors read in T poses. distance (T, K) m: infinite where a sensor sees nothing. point (T, K, 3) m: the
-    nearest point, which was read; not a number where nothing was."""
+    """What K sensors read in T poses. distance (T, K) m: infinite where a sensor sees nothing.
+    point (T, K, 3) m: the nearest point, which was read; not a number where nothing was."""
 
     distance: Float[np.ndarray, "T K"]
     point: Float[np.ndarray, "T K 3"]
 
 
-def ball_in_cone(apex: Any, axis: Any, half_angle: Any, range_m: Any, centre: Any, radius: Any) -> tuple[Any, Any]:
-    """Nearest point to the apex of a ball's part in a cone with a flat base; all arguments broadcast.
+def ball_in_cone(
+    apex: Any, axis: Any, half_angle: Any, range_m: Any, centre: Any, radius: Any
+) -> tuple[Any, Any]:
+    """Nearest point to the apex of a ball's part in a cone with a flat base; all arguments
+    broadcast.
 
-    Ball and cone are convex, so there is one such point, and both are symmetric about the plane through the axis and the
-    ball's centre, so it lies there. In that half-plane, with coordinates along and across the axis, it is
+    Ball and cone are convex, so there is one such point, and both are symmetric about the plane
+    through the axis and the ball's centre, so it lies there. In that half-plane, with coordinates
+    along and across the axis, it is
 
     - the apex, if the ball holds it;
-    - straight towards the centre, if that direction lies in the cone and the ball begins there before the base;
+    - straight towards the centre, if that direction lies in the cone and the ball begins there
+      before the base;
     - on the base, at the ball's inner edge, if it begins behind the base;
     - where the cone's edge first meets the ball, if the centre's direction lies outside.
 
@@ -50,7 +58,8 @@ def ball_in_cone(apex: Any, axis: Any, half_angle: Any, range_m: Any, centre: An
         centre, radius: (..., 3) m and (...) m.
 
     Returns:
-        distance (...) m, infinite where the ball misses the cone, and the point (..., 3) m, of no meaning there.
+        distance (...) m, infinite where the ball misses the cone, and the point (..., 3) m, of no
+            meaning there.
     """
     xp = namespace(centre)
     cosine, sine = xp.cos(half_angle), xp.sin(half_angle)
@@ -60,7 +69,8 @@ def ball_in_cone(apex: Any, axis: Any, half_angle: Any, range_m: Any, centre: An
     across = root(dot(aside, aside))
     length = root(dot(v, v))
 
-    offset = across * cosine - along * sine  # distance of the centre from the edge's line, positive outside the cone
+    # distance of the centre from the edge's line, positive outside the cone
+    offset = across * cosine - along * sine
     straight = offset <= 0
     share = 1 - radius / xp.where(length > radius, length, radius)
     before = along * share <= range_m
@@ -80,24 +90,34 @@ def ball_in_cone(apex: Any, axis: Any, half_angle: Any, range_m: Any, centre: An
     return distance, apex + x[..., None] * axis + y[..., None] * unit
 
 
-def slabs(function: Any, rows: tuple[Any, ...], fixed: tuple[Any, ...] = (), size: int = _ROWS) -> Any:
-    """``function(rows, fixed)`` over slabs of ``size`` rows, the last filled up with its last row: one shape for all calls.
+def slabs(
+    function: Any, rows: tuple[Any, ...], fixed: tuple[Any, ...] = (), size: int = _ROWS
+) -> Any:
+    """``function(rows, fixed)`` over slabs of ``size`` rows, the last filled up with its last row:
+    one shape for all calls.
 
-    ``rows`` and the answer are arrays with one entry for each of N rows, N at least 1; memory follows ``size``.
+    ``rows`` and the answer are arrays with one entry for each of N rows, N at least 1; memory
+    follows ``size``.
     """
     n = len(rows[0])
     found = []
     for first in range(0, n, size):
         index = np.minimum(np.arange(first, first + size), n - 1)
-        found.append(np.asarray(function(tuple(jnp.asarray(a[index]) for a in rows), fixed))[: n - first])
+        found.append(
+            np.asarray(function(tuple(jnp.asarray(a[index]) for a in rows), fixed))[: n - first]
+        )
     return np.concatenate(found)
 
 
 def blocks(
     centre: Float[np.ndarray, "T B 3"], radius: Float[np.ndarray, " B"]
 ) -> tuple[Float[np.ndarray, "T G S 3"], Float[np.ndarray, "G S"]]:
-    """Balls in blocks of ``BLOCK`` neighbours, centres (T, G, BLOCK, 3) m and radii (G, BLOCK) m; the last ball fills up."""
-    index = np.minimum(np.arange(-(-len(radius) // BLOCK) * BLOCK), len(radius) - 1).reshape(-1, BLOCK)
+    """Balls in blocks of ``BLOCK`` neighbours, centres (T, G, BLOCK, 3) m and radii (G, BLOCK) m;
+    the last ball fills up.
+    """
+    index = np.minimum(np.arange(-(-len(radius) // BLOCK) * BLOCK), len(radius) - 1).reshape(
+        -1, BLOCK
+    )
     return centre[:, index], radius[index]
 
 
@@ -105,17 +125,21 @@ def blocks(
 def _in_cones(rows: Any, fixed: Any) -> Any:
     """Distances (R, BLOCK) of the balls of each row in its cone."""
     apex, axis, half, range_m, centre, radius = rows
-    return ball_in_cone(apex[:, None], axis[:, None], half[:, None], range_m[:, None], centre, radius)[0]
+    return ball_in_cone(
+        apex[:, None], axis[:, None], half[:, None], range_m[:, None], centre, radius
+    )[0]
 
 
 @jax.jit
 def _hidden(rows: Any, fixed: Any) -> Any:
-    """Does a body or an obstacle stand between an eye and a point, both (R, 3)? Bodies start and end (R, N, 3), thick (N,);
-    obstacles' planes (O, M, 3) and (O, M)."""
+    """Does a body or an obstacle stand between an eye and a point, both (R, 3)? Bodies start and
+    end (R, N, 3), thick (N,); obstacles' planes (O, M, 3) and (O, M)."""
     eye, point, start, end = rows
     thick, normal, offset = fixed
     body = segment_to_segment(eye[:, None], point[:, None], start, end) < thick[None]
-    return body.any(axis=1) | crossed(eye[:, None], point[:, None], normal[None], offset[None]).any(axis=1)
+    return body.any(axis=1) | crossed(eye[:, None], point[:, None], normal[None], offset[None]).any(
+        axis=1
+    )
 
 
 @jax.jit
@@ -123,7 +147,9 @@ def _gaps(rows: Any, fixed: Any) -> Any:
     """Least distance (R,) between the balls of each row and the bodies of its pose."""
     centre, radius, start, end = rows
     (thick,) = fixed
-    return (gap_to_capsules(centre, start[:, None], end[:, None], thick[None, None]) - radius).min(axis=1)
+    return (gap_to_capsules(centre, start[:, None], end[:, None], thick[None, None]) - radius).min(
+        axis=1
+    )
 
 
 def readings(
@@ -142,10 +168,12 @@ def readings(
         apex, axis: of K sensors in T poses, m and unit.
         half_angle, range_m: of the sensors, rad and m.
         centre, radius: B balls whose union is seen, m; quickest where neighbours follow each other.
-        bodies: that hide what lies behind them, N capsules in T poses; None hides nothing. A ball is hidden from a sensor
-            when the segment from the apex to the ball's nearest point in the cone comes closer to a body's axis than the
-            body's radius; the next ball is read instead. So a ball half hidden counts as hidden: balls should be small
-            beside the bodies. A sensor that stands inside a body reads nothing at all.
+        bodies: that hide what lies behind them, N capsules in T poses; None hides nothing. A ball
+            is hidden from a sensor
+            when the segment from the apex to the ball's nearest point in the cone comes closer to a
+                body's axis than the body's radius; the next ball is read instead. So a ball half
+                hidden counts as hidden: balls should be small beside the bodies. A sensor that
+                stands inside a body reads nothing at all.
         obstacles: that hide in the same way, in all poses alike.
     """
     poses, sensors = apex.shape[:2]
@@ -167,7 +195,11 @@ def readings(
 
 
 def _read(
-    sensors: Any, centre: Any, radius: Any, bodies: Capsules | None, obstacles: tuple[Polyhedron, ...]
+    sensors: Any,
+    centre: Any,
+    radius: Any,
+    bodies: Capsules | None,
+    obstacles: tuple[Polyhedron, ...],
 ) -> tuple[Any, Any]:
     """Distance and point of ``readings``, all poses at once."""
     apex, axis, half_angle, range_m = sensors
@@ -176,7 +208,9 @@ def _read(
     middle = (balls.min(axis=2) + balls.max(axis=2)) / 2
     reach = (np.linalg.norm(balls - middle[:, :, None], axis=3) + size).max(axis=2)
     cosine, sine = (f(half_angle)[None, :, None] for f in (np.cos, np.sin))
-    away = cone(middle[:, None], apex[:, :, None], axis[:, :, None], cosine, sine, range_m[None, :, None])
+    away = cone(
+        middle[:, None], apex[:, :, None], axis[:, :, None], cosine, sine, range_m[None, :, None]
+    )
     t, k, g = np.nonzero(away <= reach[:, None] + 1e-6)
     if not len(t):
         return distance, point
@@ -187,12 +221,16 @@ def _read(
     ball, near = found.argmin(axis=1), found.min(axis=1)
     best = _nearest_rows(near, t, k)
     t, k, g, ball = t[best], k[best], g[best], ball[best]
-    exact = ball_in_cone(apex[t, k], axis[t, k], half_angle[k], range_m[k], balls[t, g, ball], size[g, ball])
+    exact = ball_in_cone(
+        apex[t, k], axis[t, k], half_angle[k], range_m[k], balls[t, g, ball], size[g, ball]
+    )
     distance[t, k], point[t, k] = near[best], exact[1]
     return distance, point
 
 
-def _hide(found: Any, t: Any, k: Any, g: Any, eyes: Any, balls: Any, bodies: Capsules, obstacles: Any) -> None:
+def _hide(
+    found: Any, t: Any, k: Any, g: Any, eyes: Any, balls: Any, bodies: Capsules, obstacles: Any
+) -> None:
     """Make the distances ``found`` (R, BLOCK) of hidden balls infinite, as far as that matters.
 
     Only where a sensor's nearest ball is hidden are its others tested.
@@ -203,8 +241,12 @@ def _hide(found: Any, t: Any, k: Any, g: Any, eyes: Any, balls: Any, bodies: Cap
 
     def test(row: Any, ball: Any) -> Any:
         where = t[row], g[row], ball
-        seen = ball_in_cone(apex[row], axis[row], half[row], range_m[row], centre[where], size[where[1:]])[1]
-        hidden = slabs(_hidden, (apex[row], seen, bodies.start[t[row]], bodies.end[t[row]]), fixed, _HITS)
+        seen = ball_in_cone(
+            apex[row], axis[row], half[row], range_m[row], centre[where], size[where[1:]]
+        )[1]
+        hidden = slabs(
+            _hidden, (apex[row], seen, bodies.start[t[row]], bodies.end[t[row]]), fixed, _HITS
+        )
         found[row[hidden], ball[hidden]] = np.inf
         return hidden
 
@@ -219,7 +261,9 @@ def _hide(found: Any, t: Any, k: Any, g: Any, eyes: Any, balls: Any, bodies: Cap
 
 
 def _nearest_rows(near: Any, t: Any, k: Any) -> Any:
-    """Of rows with the distances ``near`` (R,) the index of the nearest for each pose and sensor that sees anything."""
+    """Of rows with the distances ``near`` (R,) the index of the nearest for each pose and sensor
+    that sees anything.
+    """
     order = np.lexsort((near, k, t))
     best = order[np.append(True, (np.diff(t[order]) != 0) | (np.diff(k[order]) != 0))]
     return best[np.isfinite(near[best])]
@@ -228,9 +272,13 @@ def _nearest_rows(near: Any, t: Any, k: Any) -> Any:
 def least_gap(
     centre: Float[np.ndarray, "T B 3"], radius: Float[np.ndarray, " B"], bodies: Capsules
 ) -> Float[np.ndarray, " T"]:
-    """Least signed distance (T,) m between B balls and N capsules in each of T poses, negative where they overlap."""
+    """Least signed distance (T,) m between B balls and N capsules in each of T poses, negative
+    where they overlap.
+    """
     balls, size = blocks(centre, radius)
     poses, groups = balls.shape[:2]
     t, g = (i.ravel() for i in np.indices((poses, groups)))
-    gap = slabs(_gaps, (balls[t, g], size[g], bodies.start[t], bodies.end[t]), (jnp.asarray(bodies.radius),))
+    gap = slabs(
+        _gaps, (balls[t, g], size[g], bodies.start[t], bodies.end[t]), (jnp.asarray(bodies.radius),)
+    )
     return gap.reshape(poses, groups).min(axis=1).astype(float)

@@ -1,4 +1,6 @@
-"""Which voxels of blocks shadows leave free, 64 at once: for the octree's count of what sensors see."""
+"""Which voxels of blocks shadows leave free, 64 at once: for the octree's count of what sensors
+see.
+"""
 
 from typing import Any
 
@@ -11,8 +13,9 @@ from ..voxels.voxel_bitmask import CORNER, VOXELS, Bitmask, BlockGrid, packed, w
 
 
 def free_of_shadows(grid: BlockGrid, points: Float[np.ndarray, "N 3"], shadow: Shadow) -> Bitmask:
-    """Voxels of blocks about ``points`` that shadows (N) leave free: first by the tangent plane of each, outside of which it
-    does not reach, and by its nearest ball, which it holds; where the two leave a voxel open, by the shadow itself."""
+    """Voxels of blocks about ``points`` that shadows (N) leave free: first by the tangent plane of
+    each, outside of which it does not reach, and by its nearest ball, which it holds; where the two
+    leave a voxel open, by the shadow itself."""
     ball = nearest_ball(points, shadow)
     distance, reach = ball.distance(), grid.reach + grid.rounding
     sure, maybe = np.zeros((2, len(points)), np.uint64)
@@ -36,9 +39,11 @@ def free_of_shadows(grid: BlockGrid, points: Float[np.ndarray, "N 3"], shadow: S
     return Bitmask(sure, maybe)
 
 
-def free_of_planes(grid: BlockGrid, points: Float[np.ndarray, "N 3"], normal: Any, offset: Any) -> Bitmask:
-    """Voxels of blocks about ``points`` above any of the planes that bound each block's shadow: normal (N, M, 3), offset
-    (N, M) m."""
+def free_of_planes(
+    grid: BlockGrid, points: Float[np.ndarray, "N 3"], normal: Any, offset: Any
+) -> Bitmask:
+    """Voxels of blocks about ``points`` above any of the planes that bound each block's shadow:
+    normal (N, M, 3), offset (N, M) m."""
     sure, maybe = np.zeros((2, len(points)), np.uint64)
     for i in range(normal.shape[1]):
         value = dot(points, normal[:, i]) - offset[:, i]

@@ -17,9 +17,10 @@ RING_RADIUS = 0.08  # m, of the paper's setups
 class Ring:
     """Sensors evenly spaced around a link.
 
-    link: a mount of the robot. position: 0 proximal ... 1 distal along the mount axis. count: sensors. tilt: of each
-    sensor's axis out of the ring's plane, positive towards distal, rad. phase: of the first sensor about the mount axis,
-    right-handed from proximal to distal, rad. radius: of the circle of sensors, m.
+    link: a mount of the robot. position: 0 proximal ... 1 distal along the mount axis. count:
+    sensors. tilt: of each sensor's axis out of the ring's plane, positive towards distal, rad.
+    phase: of the first sensor about the mount axis, right-handed from proximal to distal, rad.
+    radius: of the circle of sensors, m.
     """
 
     link: str
@@ -52,11 +53,11 @@ _NAME = re.compile(r"n([123])_([1-9]\d{0,3})_(-?\d{1,2}(?:\.\d+)?)")
 
 
 def named_setup(name: str, sensor: Sensor = PAPER_SENSOR, radius: float = RING_RADIUS) -> Setup:
-    """The paper's setup n{i}_{j}_{theta}: i rings on upper arm and forearm each, j sensors a ring, tilt theta degrees, and
-    one ring of j sensors at tilt 0 on the tool.
+    """The paper's setup n{i}_{j}_{theta}: i rings on upper arm and forearm each, j sensors a ring,
+    tilt theta degrees, and one ring of j sensors at tilt 0 on the tool.
 
-    i = 1: at the middle, tilted by +theta. i = 2: at both ends, tilted towards each other by theta. i = 3: the two ends
-    tilted by theta and the middle at 0.
+    i = 1: at the middle, tilted by +theta. i = 2: at both ends, tilted towards each other by theta.
+    i = 3: the two ends tilted by theta and the middle at 0.
 
     ``sensor`` and ``radius`` (m) are the paper's unless given.
 
@@ -66,12 +67,19 @@ def named_setup(name: str, sensor: Sensor = PAPER_SENSOR, radius: float = RING_R
     match = _NAME.fullmatch(name)
     if match is None:
         raise ValueError(
-            f"{name!r} is not a setup's name; names are n{{1,2,3}}_{{sensors per ring}}_{{tilt}}, like n2_16_25"
+            f"{name!r} is not a setup's name; names are n{{1,2,3}}_{{sensors per ring}}_{{tilt}},"
+            " like n2_16_25"
         )
     rings_per_link, count, tilt = int(match[1]), int(match[2]), math.radians(float(match[3]))
-    places = {1: [(0.5, tilt)], 2: [(0.0, tilt), (1.0, -tilt)], 3: [(0.0, tilt), (0.5, 0.0), (1.0, -tilt)]}[rings_per_link]
+    places = {
+        1: [(0.5, tilt)],
+        2: [(0.0, tilt), (1.0, -tilt)],
+        3: [(0.0, tilt), (0.5, 0.0), (1.0, -tilt)],
+    }[rings_per_link]
     rings = [
-        Ring(link, position, count, t, 0.0, radius, sensor) for link in ("upper_arm", "forearm") for position, t in places
+        Ring(link, position, count, t, 0.0, radius, sensor)
+        for link in ("upper_arm", "forearm")
+        for position, t in places
     ]
     return Setup((*rings, Ring("tool", 0.0, count, 0.0, 0.0, radius, sensor)))
 
@@ -87,12 +95,24 @@ class RingValues:
 
 def ring_values(setup: Setup) -> RingValues:
     """The movable values of a setup's rings, as 64-bit NumPy arrays."""
-    return RingValues(*(np.array([getattr(r, key) for r in setup.rings], float) for key in ("position", "tilt", "phase")))
+    return RingValues(
+        *(
+            np.array([getattr(r, key) for r in setup.rings], float)
+            for key in ("position", "tilt", "phase")
+        )
+    )
 
 
 def sensor_optics(setup: Setup) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
-    """Half angle (K,) rad and range (K,) m of all sensors, ring by ring; of a pyramid, of the cone within it."""
+    """Half angle (K,) rad and range (K,) m of all sensors, ring by ring; of a pyramid, of the cone
+    within it.
+    """
     return (
-        np.concatenate([np.full(r.count, min(r.sensor.fov, r.sensor.fov_up or r.sensor.fov) / 2) for r in setup.rings]),
+        np.concatenate(
+            [
+                np.full(r.count, min(r.sensor.fov, r.sensor.fov_up or r.sensor.fov) / 2)
+                for r in setup.rings
+            ]
+        ),
         np.concatenate([np.full(r.count, r.sensor.range_m) for r in setup.rings]),
     )

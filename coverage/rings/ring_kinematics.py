@@ -22,11 +22,13 @@ from .ring import Ring, Setup, ring_values, sensor_optics
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class RingArrays:
-    """R rings and K sensors; a sensor beyond those of the rings has the range minus infinity and sees nothing.
+    """R rings and K sensors; a sensor beyond those of the rings has the range minus infinity and
+    sees nothing.
 
-    Of rings: frame (R,), index into ``forward``'s frames; start (R, 3) m, axis, zero and side (R, 3) of the mount; length
-    (R,) m of the mount; radius (R,) m. Of sensors: ring (K,) each belongs to; turn (K,) rad from the first of its ring;
-    half_angle (K,) rad; range_m (K,); half_up (K,) rad, 0 of cones, and zoned (K,), is it read
+    Of rings: frame (R,), index into ``forward``'s frames; start (R, 3) m, axis, zero and side (R,
+    3) of the mount; length (R,) m of the mount; radius (R,) m. Of sensors: ring (K,) each belongs
+    to; turn (K,) rad from the first of its ring; half_angle (K,) rad; range_m (K,); half_up (K,)
+    rad, 0 of cones, and zoned (K,), is it read
     zone by zone; None where all are cones.
     """
 
@@ -50,12 +52,15 @@ def any_square(rings: Iterable[Ring]) -> bool:
     return any(r.sensor.fov_up is not None for r in rings)
 
 
-def ring_arrays(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, square: bool = False) -> RingArrays:
-    """The rings of a setup, and their sensors filled up to ``sensors``; ``square``: there may be square beams among setups
-    that are stacked with this one.
+def ring_arrays(
+    robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, square: bool = False
+) -> RingArrays:
+    """The rings of a setup, and their sensors filled up to ``sensors``; ``square``: there may be
+    square beams among setups that are stacked with this one.
 
     Raises:
-        ValueError: if a ring sits on a link that the robot has not, or there are more sensors than that.
+        ValueError: if a ring sits on a link that the robot has not, or there are more sensors than
+            that.
     """
     mounts = [robot.mount(r.link) for r in rings]
     counts = np.array([r.count for r in rings])
@@ -64,10 +69,16 @@ def ring_arrays(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = Non
         raise ValueError(f"{counts.sum()} sensors do not fit in {sensors}")
 
     def each(values: Any, nothing: float) -> Any:
-        return np.concatenate([np.repeat(np.asarray(values, float), counts), np.full(spare, nothing)])
+        return np.concatenate(
+            [np.repeat(np.asarray(values, float), counts), np.full(spare, nothing)]
+        )
 
-    start, axis, zero, side = (np.array([getattr(m, key) for m in mounts]) for key in ("start", "axis", "zero", "side"))
-    turn = np.concatenate([np.arange(n) * (2 * np.pi / max(n, 1)) for n in counts] + [np.zeros(spare)])
+    start, axis, zero, side = (
+        np.array([getattr(m, key) for m in mounts]) for key in ("start", "axis", "zero", "side")
+    )
+    turn = np.concatenate(
+        [np.arange(n) * (2 * np.pi / max(n, 1)) for n in counts] + [np.zeros(spare)]
+    )
     some_square = square or any_square(rings)
     return RingArrays(
         np.array([m.frame for m in mounts]),
@@ -89,8 +100,8 @@ def ring_arrays(robot: Robot, rings: tuple[Ring, ...], sensors: int | None = Non
 class SensorPoses(NamedTuple):
     """Where K sensors sit, each in the frame of its link, all (K, 3).
 
-    apex m; look: unit, where the sensor looks; centre m of its ring; along: unit, mount axis; radial: unit, from the centre
-    to the sensor.
+    apex m; look: unit, where the sensor looks; centre m of its ring; along: unit, mount axis;
+    radial: unit, from the centre to the sensor.
     """
 
     apex: Any
@@ -101,7 +112,10 @@ class SensorPoses(NamedTuple):
 
 
 def sensor_poses(
-    arrays: RingArrays, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"]
+    arrays: RingArrays,
+    position: Float[Array, " R"],
+    tilt: Float[Array, " R"],
+    phase: Float[Array, " R"],
 ) -> SensorPoses:
     """The poses of all sensors; for the arguments see ``ring_axes``."""
     xp, ring = namespace(position), arrays.ring
@@ -109,7 +123,9 @@ def sensor_poses(
     def of_sensor(values: Any) -> Any:
         return xp.asarray(values, dtype=position.dtype)[ring]
 
-    start, axis, zero, side = (of_sensor(v) for v in (arrays.start, arrays.axis, arrays.zero, arrays.side))
+    start, axis, zero, side = (
+        of_sensor(v) for v in (arrays.start, arrays.axis, arrays.zero, arrays.side)
+    )
     angle = phase[ring] + xp.asarray(arrays.turn, dtype=position.dtype)
     radial = xp.cos(angle)[:, None] * zero + xp.sin(angle)[:, None] * side
     lean = tilt[ring][:, None]
@@ -119,8 +135,9 @@ def sensor_poses(
 
 
 def in_base(arrays: RingArrays, apex: Any, look: Any, frames: Any) -> tuple[Any, Any]:
-    """Apexes (..., K, 3) m and unit axes (..., K, 3) from the frames of their links to the base frame, where the robot's
-    frames are ``frames``, T_base_frame (..., F, 4, 4); leading axes broadcast, and are as many."""
+    """Apexes (..., K, 3) m and unit axes (..., K, 3) from the frames of their links to the base
+    frame, where the robot's frames are ``frames``, T_base_frame (..., F, 4, 4); leading axes
+    broadcast, and are as many."""
     T = frames[..., arrays.frame[arrays.ring], :, :]
     rotation, origin = T[..., :3, :3], T[..., :3, 3]
     apex, look = (v[..., None, :] for v in (apex, look))
@@ -128,14 +145,17 @@ def in_base(arrays: RingArrays, apex: Any, look: Any, frames: Any) -> tuple[Any,
 
 
 def in_links(arrays: RingArrays, vectors: Any, frames: Any) -> Any:
-    """Vectors (..., K, 3) of the sensors from the base frame to those of their links; for the others see ``in_base``."""
+    """Vectors (..., K, 3) of the sensors from the base frame to those of their links; for the
+    others see ``in_base``.
+    """
     rotation = frames[..., arrays.frame[arrays.ring], :3, :3]
     return dot(rotation.swapaxes(-1, -2), vectors[..., None, :])
 
 
 def up_of(look: Any, along: Any, radial: Any) -> Any:
-    """Unit ``up`` of square beams (..., 3): across the sensor's axis ``look`` and the ring's tangent. For a sensor in its
-    seat the two are across each other; one that looks astray is not turned about its own axis."""
+    """Unit ``up`` of square beams (..., 3): across the sensor's axis ``look`` and the ring's
+    tangent. For a sensor in its seat the two are across each other; one that looks astray is not
+    turned about its own axis."""
     up = cross(look, cross(along, radial))
     return up / root(dot(up, up))[..., None]
 
@@ -143,11 +163,13 @@ def up_of(look: Any, along: Any, radial: Any) -> Any:
 def ring_slopes(
     arrays: RingArrays, here: SensorPoses, by_apex: Any, by_look: Any, by_up: Any = None
 ) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
-    """How fast a value grows by the rings' positions, tilts and phases, where it grows by ``by_apex`` (..., K, 3), 1/m, by
-    ``by_look`` and by ``by_up`` with what the sensors in their seats are made of, all in the frames of their links.
+    """How fast a value grows by the rings' positions, tilts and phases, where it grows by
+    ``by_apex`` (..., K, 3), 1/m, by ``by_look`` and by ``by_up`` with what the sensors in their
+    seats are made of, all in the frames of their links.
 
-    A position moves a sensor along the mount; a tilt turns it about its ring's tangent, backwards, and a phase about the
-    ring's axis: so the last two are the moments of the three vectors about these axes.
+    A position moves a sensor along the mount; a tilt turns it about its ring's tangent, backwards,
+    and a phase about the ring's axis: so the last two are the moments of the three vectors about
+    these axes.
     """
     moment = cross(here.look, by_look)
     if by_up is not None:
@@ -161,27 +183,46 @@ def ring_slopes(
 
 
 def ring_beams(
-    arrays: RingArrays, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
+    arrays: RingArrays,
+    position: Float[Array, " R"],
+    tilt: Float[Array, " R"],
+    phase: Float[Array, " R"],
+    frames: Any,
 ) -> tuple[Any, ...]:
     """As ``ring_axes``, and the unit vectors ``up`` (..., K, 3) of square beams."""
     return seen_from(arrays, sensor_poses(arrays, position, tilt, phase), frames, up=True)
 
 
 def seen_from(arrays: RingArrays, here: SensorPoses, frames: Any, up: bool) -> tuple[Any, ...]:
-    """Apexes m and unit axes of sensors in their seats, and with ``up`` the vectors of square beams, in the base frame, each
-    with the leading axes of the seats, then those of ``frames``, then (K, 3)."""
-    batch, frames = (1,) * (frames.ndim - 3), frames.reshape((1,) * (here.apex.ndim - 2) + frames.shape)
+    """Apexes m and unit axes of sensors in their seats, and with ``up`` the vectors of square
+    beams, in the base frame, each with the leading axes of the seats, then those of ``frames``,
+    then (K, 3)."""
+    batch, frames = (
+        (1,) * (frames.ndim - 3),
+        frames.reshape((1,) * (here.apex.ndim - 2) + frames.shape),
+    )
 
     def beside(v: Any) -> Any:
         return v.reshape(*v.shape[:-2], *batch, *v.shape[-2:])
 
     apex, look = beside(here.apex), beside(here.look)
     found = in_base(arrays, apex, look, frames)
-    return (*found, in_base(arrays, apex, beside(up_of(here.look, here.along, here.radial)), frames)[1]) if up else found
+    return (
+        (
+            *found,
+            in_base(arrays, apex, beside(up_of(here.look, here.along, here.radial)), frames)[1],
+        )
+        if up
+        else found
+    )
 
 
 def ring_axes(
-    arrays: RingArrays, position: Float[Array, " R"], tilt: Float[Array, " R"], phase: Float[Array, " R"], frames: Any
+    arrays: RingArrays,
+    position: Float[Array, " R"],
+    tilt: Float[Array, " R"],
+    phase: Float[Array, " R"],
+    frames: Any,
 ) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
     """Apexes (..., K, 3) m and unit axes (..., K, 3) of all sensors in the base frame.
 
@@ -197,14 +238,18 @@ def ring_axes(
 def sensor_axes(
     robot: Robot, setup: Setup, frames: Float[Array, "*batch F 4 4"]
 ) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
-    """Apexes (..., K, 3) m and unit axes (..., K, 3) of a setup's sensors, ring by ring, where the robot's frames are
-    ``frames``, T_base_frame (..., F, 4, 4) from ``forward``."""
+    """Apexes (..., K, 3) m and unit axes (..., K, 3) of a setup's sensors, ring by ring, where the
+    robot's frames are ``frames``, T_base_frame (..., F, 4, 4) from ``forward``."""
     values = ring_values(setup)
-    return ring_axes(ring_arrays(robot, setup.rings), values.position, values.tilt, values.phase, frames)
+    return ring_axes(
+        ring_arrays(robot, setup.rings), values.position, values.tilt, values.phase, frames
+    )
 
 
 def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cones:
-    """V_FOV at pose ``q`` (J,) rad: one beam for each sensor, ring by ring, in the base frame (64-bit NumPy)."""
+    """V_FOV at pose ``q`` (J,) rad: one beam for each sensor, ring by ring, in the base frame
+    (64-bit NumPy).
+    """
     here, v, frames = ring_arrays(robot, setup.rings), ring_values(setup), forward(robot.chain, q)
     if here.half_up is None:
         return Cones(*sensor_axes(robot, setup, frames), *sensor_optics(setup))

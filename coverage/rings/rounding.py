@@ -17,10 +17,16 @@ def degrees(angle: float) -> float:
 
 
 def tilt_deg(tilt: float) -> float:
-    """A tilt as a file holds it: one just short of 90 degrees is not rounded up to it. Adding 0 makes -0.0 plain 0.0."""
+    """A tilt as a file holds it: one just short of 90 degrees is not rounded up to it. Adding 0
+    makes -0.0 plain 0.0.
+    """
     angle, most = math.degrees(tilt), 90 - 10.0**-DIGITS_DEG
     short = round(angle, DIGITS_DEG)
-    return round(math.copysign(most, angle), DIGITS_DEG) if abs(angle) < 90 <= abs(short) else short + 0.0
+    return (
+        round(math.copysign(most, angle), DIGITS_DEG)
+        if abs(angle) < 90 <= abs(short)
+        else short + 0.0
+    )
 
 
 def phase_deg(phase: float) -> float:
@@ -51,11 +57,18 @@ def rounded(setup: Setup, sensor: Sensor) -> Setup:
 
 
 def _rounded(sensor: Sensor) -> Sensor:
-    """A sensor as it reads back: one of the catalogue by its use, another by its angles in degrees."""
+    """A sensor as it reads back: one of the catalogue by its use, another by its angles in
+    degrees.
+    """
     if sensor.use is not None:
         model = effective(sensor.use).sensor
         return replace(model, board=sensor.board or model.board)
     up = None if sensor.fov_up is None else math.radians(degrees(sensor.fov_up))
     return Sensor(
-        math.radians(degrees(sensor.fov)), sensor.range_m, None, up, 1 if up is None else sensor.zones, sensor.board
+        math.radians(degrees(sensor.fov)),
+        sensor.range_m,
+        None,
+        up,
+        1 if up is None else sensor.zones,
+        sensor.board,
     )

@@ -8,7 +8,10 @@ from .robot import Robot
 __all__ = ["PAPER_ROBOTS", "ROBOTS", "UR10", "UR10_DH", "built_in", "robot"]
 
 PAPER_ROBOTS = ("ur10", "ur10_dh")  # the two chains that the paper's UR10 may have had
-ROBOTS = {robot.name: robot for robot in (UR10, UR10_DH, UR3, UR5, UR3E, UR5E, UR10E, UR16E, PANDA, FR3, IIWA14)}
+ROBOTS = {
+    robot.name: robot
+    for robot in (UR10, UR10_DH, UR3, UR5, UR3E, UR5E, UR10E, UR16E, PANDA, FR3, IIWA14)
+}
 
 
 def robot(name: str) -> Robot:

@@ -14,8 +14,9 @@ from ..arrays import Array, namespace
 class Chain:
     """Joints from base to TCP.
 
-    origin (J + 1, 4, 4): T_parent_joint, the pose of each joint's frame in the frame before it at joint angle 0, m; the
-    last is the TCP in the last link's frame. axis (J, 3): unit axis of each joint in its own frame.
+    origin (J + 1, 4, 4): T_parent_joint, the pose of each joint's frame in the frame before it at
+    joint angle 0, m; the last is the TCP in the last link's frame. axis (J, 3): unit axis of each
+    joint in its own frame.
     """
 
     joints: tuple[str, ...]
@@ -44,18 +45,24 @@ def transform(xyz: Any = (0, 0, 0), rpy: Any = (0, 0, 0)) -> Float[np.ndarray, "
 
 
 def dh_transform(d: float, a: float, alpha: float) -> Float[np.ndarray, "4 4"]:
-    """Denavit-Hartenberg link transform at joint angle 0: along z by d, along x by a, about x by alpha (m, m, rad)."""
+    """Denavit-Hartenberg link transform at joint angle 0: along z by d, along x by a, about x by
+    alpha (m, m, rad).
+    """
     return transform((0, 0, d)) @ transform((a, 0, 0), (alpha, 0, 0))
 
 
 def _rotation(axis: Any, angle: Any) -> Any:
-    """Rodrigues' rotation (..., 4, 4) about a constant unit ``axis`` (3,) by ``angle`` (...) rad."""
+    """Rodrigues' rotation (..., 4, 4) about a constant unit ``axis`` (3,) by ``angle`` (...)
+    rad.
+    """
     xp = namespace(angle)
     x, y, z = (float(v) for v in axis)
     K = np.zeros((4, 4))
     K[:3, :3] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
     batch = (1,) * angle.ndim
-    one, K, K2 = (xp.asarray(m.reshape(*batch, 4, 4), dtype=angle.dtype) for m in (np.eye(4), K, K @ K))
+    one, K, K2 = (
+        xp.asarray(m.reshape(*batch, 4, 4), dtype=angle.dtype) for m in (np.eye(4), K, K @ K)
+    )
     s, c = xp.sin(angle)[..., None, None], xp.cos(angle)[..., None, None]
     return one + s * K + (1 - c) * K2
 
@@ -68,8 +75,8 @@ def forward(chain: Chain, q: Float[Array, "*batch J"]) -> Float[Array, "*batch F
         q: joint angles (..., J) rad, NumPy or JAX; differentiable in the latter.
 
     Returns:
-        T_base_frame (..., J + 1, 4, 4): entry j is the frame of joint j after its rotation (the frame of the link it
-        moves), the last is the TCP.
+        T_base_frame (..., J + 1, 4, 4): entry j is the frame of joint j after its rotation (the
+            frame of the link it moves), the last is the TCP.
 
     Raises:
         ValueError: if q has not one angle for each joint.
@@ -88,7 +95,9 @@ def forward(chain: Chain, q: Float[Array, "*batch J"]) -> Float[Array, "*batch F
 
 
 def joint_origins(chain: Chain, q: Float[np.ndarray, " J"]) -> Float[np.ndarray, "P 3"]:
-    """Polyline (P, 3) m of the pose: the base, each joint's origin and the TCP, without repeated points."""
+    """Polyline (P, 3) m of the pose: the base, each joint's origin and the TCP, without repeated
+    points.
+    """
     points = np.vstack([np.zeros(3), forward(chain, q)[:, :3, 3]])
     keep = np.ones(len(points), bool)
     keep[1:] = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9

@@ -9,7 +9,9 @@ from .robot import BASE, Robot
 
 
 class Capsules(NamedTuple):
-    """N capsules in each of a batch of poses: ends of their axes, start and end (..., N, 3) m, and radius (N,) m."""
+    """N capsules in each of a batch of poses: ends of their axes, start and end (..., N, 3) m, and
+    radius (N,) m.
+    """
 
     start: Float[Array, "*batch N 3"]
     end: Float[Array, "*batch N 3"]
@@ -36,18 +38,22 @@ def robot_capsules(robot: Robot, frames: Float[Array, "*batch F 4 4"]) -> Capsul
         points = [
             dot(
                 T[..., :3, :3],
-                xp.asarray(getattr(b, key), dtype=frames.dtype).reshape((1,) * (frames.ndim - 2) + (3,)),
+                xp.asarray(getattr(b, key), dtype=frames.dtype).reshape(
+                    (1,) * (frames.ndim - 2) + (3,)
+                ),
             )
             + T[..., :3, 3]
             for b, T in zip(robot.bodies, moved, strict=True)
         ]
         ends.append(xp.stack(points, axis=-2))
-    return Capsules(ends[0], ends[1], xp.asarray([b.radius for b in robot.bodies], dtype=frames.dtype))
+    return Capsules(
+        ends[0], ends[1], xp.asarray([b.radius for b in robot.bodies], dtype=frames.dtype)
+    )
 
 
 def from_segment(points: Any, start: Any, end: Any) -> Any:
-    """The way (..., 3) m to ``points`` (..., 3) m from the nearest place of the segments ``start``-``end`` (..., 3) m; the
-    three broadcast."""
+    """The way (..., 3) m to ``points`` (..., 3) m from the nearest place of the segments
+    ``start``-``end`` (..., 3) m; the three broadcast."""
     xp = namespace(points)
     along = end - start
     v = points - start
@@ -57,18 +63,22 @@ def from_segment(points: Any, start: Any, end: Any) -> Any:
 
 
 def point_to_segment(points: Any, start: Any, end: Any) -> Any:
-    """Distance (...) m of ``points`` (..., 3) from the segments ``start``-``end`` (..., 3) m; the three broadcast."""
+    """Distance (...) m of ``points`` (..., 3) from the segments ``start``-``end`` (..., 3) m; the
+    three broadcast.
+    """
     v = from_segment(points, start, end)
     return root(dot(v, v))
 
 
 def segment_to_segment(a: Any, b: Any, start: Any, end: Any) -> Any:
-    """Distance (...) m between the segments ``a``-``b`` and ``start``-``end`` (..., 3) m; the four broadcast.
+    """Distance (...) m between the segments ``a``-``b`` and ``start``-``end`` (..., 3) m; the four
+    broadcast.
 
-    The squared distance is a convex quadratic of the places (s, t) on both. Its least value in the unit square is taken
-    either inside, where the lines are nearest, or on the square's boundary, where one of the places is an end: so the answer
-    is the least of the lines' distance, if both its places lie on the segments, and four distances of an end from the other
-    segment. Parallel lines have no place of their own; an end serves.
+    The squared distance is a convex quadratic of the places (s, t) on both. Its least value in the
+    unit square is taken either inside, where the lines are nearest, or on the square's boundary,
+    where one of the places is an end: so the answer is the least of the lines' distance, if both
+    its places lie on the segments, and four distances of an end from the other segment. Parallel
+    lines have no place of their own; an end serves.
     """
     xp = namespace(a)
     u, v, w = b - a, end - start, a - start
@@ -87,7 +97,8 @@ def segment_to_segment(a: Any, b: Any, start: Any, end: Any) -> Any:
 
 
 def gap_to_capsules(points: Any, start: Any, end: Any, radius: Any) -> Any:
-    """Signed distance (...) m of ``points`` (..., 3) from the nearest of N capsules, negative inside one.
+    """Signed distance (...) m of ``points`` (..., 3) from the nearest of N capsules, negative
+    inside one.
 
     Args:
         points: (..., 3) m.

@@ -1,4 +1,6 @@
-"""The pose curve: a polyline through the joint origins, rounded by quadratic Bezier curves at its bends."""
+"""The pose curve: a polyline through the joint origins, rounded by quadratic Bezier curves at its
+bends.
+"""
 
 import math
 from collections.abc import Callable
@@ -56,11 +58,14 @@ class PoseCurve:
         """Length of the curve, m, by adaptive quadrature of the speed."""
         return sum(quad(piece.speed, 0, 1, limit=200)[0] for piece in self.pieces)
 
-    def discs(self, points_per_bend: int) -> tuple[Float[np.ndarray, "D 3"], Float[np.ndarray, "D 3"], list[int]]:
-        """Discs along the curve: centres (D, 3) m, unit tangents (D, 3), and the first disc of every slab.
+    def discs(
+        self, points_per_bend: int
+    ) -> tuple[Float[np.ndarray, "D 3"], Float[np.ndarray, "D 3"], list[int]]:
+        """Discs along the curve: centres (D, 3) m, unit tangents (D, 3), and the first disc of
+        every slab.
 
-        A straight part has a disc at each end, a bend ``points_per_bend`` discs, ends included; a disc shared by two
-        pieces stands once.
+        A straight part has a disc at each end, a bend ``points_per_bend`` discs, ends included; a
+        disc shared by two pieces stands once.
         """
         centres: list[np.ndarray] = []
         normals: list[np.ndarray] = []
@@ -87,9 +92,9 @@ class PoseCurve:
 def pose_curve(points: Float[np.ndarray, "P 3"], blend: float = 0.5) -> PoseCurve:
     """The paper's piece-wise Bezier curve through the polyline ``points``.
 
-    At a joint whose two segments are not collinear the curve leaves the first ``blend / 2`` of its length before the
-    joint and rejoins the second ``blend / 2`` of its length after it, by a quadratic Bezier curve with the joint as its
-    middle control point.
+    At a joint whose two segments are not collinear the curve leaves the first ``blend / 2`` of its
+    length before the joint and rejoins the second ``blend / 2`` of its length after it, by a
+    quadratic Bezier curve with the joint as its middle control point.
 
     Args:
         points: (P, 3) m, P at least 2, no two neighbours equal.
@@ -121,12 +126,17 @@ def pose_curve(points: Float[np.ndarray, "P 3"], blend: float = 0.5) -> PoseCurv
 
 
 def pappus_volume(curve: PoseCurve, outer: float, inner: float = 0.0) -> float:
-    """Volume pi (outer^2 - inner^2) * arc length, m^3 (the paper's Pappus form); true if the tube never meets itself."""
+    """Volume pi (outer^2 - inner^2) * arc length, m^3 (the paper's Pappus form); true if the tube
+    never meets itself.
+    """
     return math.pi * (outer**2 - inner**2) * curve.arc_length()
 
 
-def washer_volume(curve: PoseCurve, outer: Callable[[float], float], inner: Callable[[float], float]) -> float:
-    """Volume of a curved-axis solid of revolution, m^3: pi times the integral of outer^2 - inner^2 along the curve.
+def washer_volume(
+    curve: PoseCurve, outer: Callable[[float], float], inner: Callable[[float], float]
+) -> float:
+    """Volume of a curved-axis solid of revolution, m^3: pi times the integral of outer^2 - inner^2
+    along the curve.
 
     ``outer`` and ``inner`` give the radii, m, at an arc length, m (the paper's washer form).
     """

@@ -5,12 +5,15 @@ from jaxtyping import Float
 
 from .robot import Body, Mount
 
-_ALONG = 0.866  # cosine: a body of a mount's frame within 30 degrees of its axis is the tube that rings go around
+# cosine: a body of a mount's frame within 30 degrees of its axis is the tube that rings go around
+_ALONG = 0.866
 _PLACES = 65  # along a body's axis
 
 
 def tube_of(mount: Mount, bodies: tuple[Body, ...]) -> list[Body]:
-    """The bodies of a mount's own link that its rings go around: on its frame, along its axis; no housing across it."""
+    """The bodies of a mount's own link that its rings go around: on its frame, along its axis; no
+    housing across it.
+    """
     found = []
     for body in bodies:
         along = body.end - body.start
@@ -26,8 +29,8 @@ def axes_of(mount: Mount) -> Float[np.ndarray, "3 3"]:
 
 
 def surrounded(mount: Mount, bodies: tuple[Body, ...]) -> float:
-    """The radius about the mount axis, m, of what a ring goes around: the section, as far aside as it stands, and the tubes
-    that stand for it, in the middle of the usable stretch."""
+    """The radius about the mount axis, m, of what a ring goes around: the section, as far aside as
+    it stands, and the tubes that stand for it, in the middle of the usable stretch."""
     at, found = sum(mount.usable) / 2 * mount.length, mount.aside + mount.section
     for body in tube_of(mount, bodies):
         ends = (np.stack([body.start, body.end]) - mount.start) @ axes_of(mount).T

@@ -16,10 +16,11 @@ BASE = -1  # the frame of a body that no joint moves
 class Mount:
     """The axis of a link around which rings sit.
 
-    frame: index into ``forward``'s frames. start (3,) m: the proximal end, in that frame. axis (3,): unit, proximal to
-    distal. zero (3,): unit, across the axis; a ring of phase 0 has its first sensor there. length: m; 0 where the place
-    along the axis is fixed. usable: lowest and highest position, 0 proximal to 1 distal, at which a real ring can be closed
-    around the link, clear of the joints' housings. section: m, radius of what is to be surrounded there, 0 where
+    frame: index into ``forward``'s frames. start (3,) m: the proximal end, in that frame. axis
+    (3,): unit, proximal to distal. zero (3,): unit, across the axis; a ring of phase 0 has its
+    first sensor there. length: m; 0 where the place along the axis is fixed. usable: lowest and
+    highest position, 0 proximal to 1 distal, at which a real ring can be closed around the link,
+    clear of the joints' housings. section: m, radius of what is to be surrounded there, 0 where
     nothing is known; aside: m, how far beside the axis it lies, and
     toward: rad, on which side: as a ring's phase says it.
     """
@@ -43,8 +44,9 @@ class Mount:
 
 @dataclass(frozen=True)
 class Body:
-    """A capsule that stands for a part of the robot: all points within ``radius`` m of the segment from ``start`` to ``end``
-    (3,) m, both in frame ``frame`` of ``forward``'s, or in the base frame where that is ``BASE``."""
+    """A capsule that stands for a part of the robot: all points within ``radius`` m of the segment
+    from ``start`` to ``end`` (3,) m, both in frame ``frame`` of ``forward``'s, or in the base frame
+    where that is ``BASE``."""
 
     name: str
     frame: int
@@ -57,9 +59,10 @@ class Body:
 class Robot:
     """A chain with its mounts.
 
-    reach: radius of V_O, m. bodies: the robot's solid; none where nothing asks for it. limits (J, 2) rad: lowest and highest
-    angle of each joint, infinite where it turns freely; none where they are not known. home (J,) rad: the pose where a scene
-    has none. source: where the figures are from.
+    reach: radius of V_O, m. bodies: the robot's solid; none where nothing asks for it. limits (J,
+    2) rad: lowest and highest angle of each joint, infinite where it turns freely; none where they
+    are not known. home (J,) rad: the pose where a scene has none. source: where the figures are
+    from.
     """
 
     name: str
@@ -77,17 +80,23 @@ class Robot:
 
     @property
     def rest(self) -> Float[np.ndarray, " J"]:
-        """The pose (J,) rad where none is given: ``home``, or all joints at 0, or as near to it as their limits allow."""
+        """The pose (J,) rad where none is given: ``home``, or all joints at 0, or as near to it as
+        their limits allow.
+        """
         if self.home is not None:
             return self.home
         rest = np.zeros(len(self.chain))
         return rest if self.limits is None else np.clip(rest, self.limits[:, 0], self.limits[:, 1])
 
     def beyond(self, q: Float[np.ndarray, " J"]) -> int | None:
-        """The first joint whose angle in ``q`` (J,) rad is beyond its limits by more than rounding; None where none is."""
+        """The first joint whose angle in ``q`` (J,) rad is beyond its limits by more than rounding;
+        None where none is.
+        """
         if self.limits is None:
             return None
-        over = np.flatnonzero((q < self.limits[:, 0] - _ROUNDING) | (q > self.limits[:, 1] + _ROUNDING))
+        over = np.flatnonzero(
+            (q < self.limits[:, 0] - _ROUNDING) | (q > self.limits[:, 1] + _ROUNDING)
+        )
         return int(over[0]) if len(over) else None
 
     def mount(self, link: str) -> Mount:

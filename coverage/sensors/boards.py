@@ -1,6 +1,8 @@
-"""Boards that carry a sensor: outline, holes and the place of the lens, as read off the published files of boards sold.
+"""Boards that carry a sensor: outline, holes and the place of the lens, as read off the published
+files of boards sold.
 
-Metres, seen from the front: x to the right, y up, from the middle of the board. Data, and how a board is turned.
+Metres, seen from the front: x to the right, y up, from the middle of the board. Data, and how a
+board is turned.
 """
 
 from dataclasses import dataclass, replace
@@ -12,9 +14,10 @@ MM = 0.001  # m
 class Board:
     """A board with one sensor.
 
-    width, height: of its outline, m; thickness m. lens: (x, y) m, the middle of the sensor's package, from the middle of the
-    outline; lens_height: m, of the package's front above the board's. holes: (x, y) m of the screws' holes, and hole, their
-    diameter, m. source: where the figures are from.
+    width, height: of its outline, m; thickness m. lens: (x, y) m, the middle of the sensor's
+    package, from the middle of the outline; lens_height: m, of the package's front above the
+    board's. holes: (x, y) m of the screws' holes, and hole, their diameter, m. source: where the
+    figures are from.
     """
 
     width: float
@@ -43,9 +46,20 @@ def _four(x: float, y: float) -> tuple[tuple[float, float], ...]:
 
 
 def _stemma(name: str, repository: str, lens_height: float, sheet: str) -> Board:
-    """Adafruit's boards of 1 by 0.7 inches: four holes 0.1 inch from the edges, the sensor in the middle."""
+    """Adafruit's boards of 1 by 0.7 inches: four holes 0.1 inch from the edges, the sensor in the
+    middle.
+    """
     source = f"{name}: github.com/adafruit/{repository}, board file; height of the package: {sheet}"
-    return Board(25.4 * MM, 17.78 * MM, 1.6 * MM, (0.0, 0.0), lens_height, _four(10.16 * MM, 6.35 * MM), 2.5 * MM, source)
+    return Board(
+        25.4 * MM,
+        17.78 * MM,
+        1.6 * MM,
+        (0.0, 0.0),
+        lens_height,
+        _four(10.16 * MM, 6.35 * MM),
+        2.5 * MM,
+        source,
+    )
 
 
 VL53L0X = _stemma(
@@ -54,7 +68,12 @@ VL53L0X = _stemma(
     1.0 * MM,
     "ST, DS11555, technical specification: 4.4 x 2.4 x 1 mm",
 )
-VL53L1X = _stemma("Adafruit VL53L1X", "Adafruit-VL53L1X-PCB", 1.56 * MM, "ST, DocID031281, features: 4.9 x 2.5 x 1.56 mm")
+VL53L1X = _stemma(
+    "Adafruit VL53L1X",
+    "Adafruit-VL53L1X-PCB",
+    1.56 * MM,
+    "ST, DocID031281, features: 4.9 x 2.5 x 1.56 mm",
+)
 VL53L4CD = _stemma(
     "Adafruit VL53L4CD",
     "Adafruit-VL53L4CD-PCB",
@@ -69,6 +88,6 @@ VL53L5CX = Board(
     1.5 * MM,
     _four(10.16 * MM, 10.16 * MM),
     3.302 * MM,
-    "SparkFun Qwiic ToF Imager: github.com/sparkfun/SparkFun_Qwiic_ToF_Imager_VL53L5CX, board file; height of the package:"
-    " ST, DS13754, table 1, as quoted by a third party: 6.4 x 3.0 x 1.5 mm",
+    "SparkFun Qwiic ToF Imager: github.com/sparkfun/SparkFun_Qwiic_ToF_Imager_VL53L5CX, board file;"
+    " height of the package: ST, DS13754, table 1, as quoted by a third party: 6.4 x 3.0 x 1.5 mm",
 )

@@ -1,6 +1,8 @@
-"""Sensors that can be bought: beam, ranges by light and target, least range, rate, power, and where each figure is from.
+"""Sensors that can be bought: beam, ranges by light and target, least range, rate, power, and where
+each figure is from.
 
-Data only; ``effective_range`` makes a range for a use from them. Ranges are typical ones, for a target that fills the beam.
+Data only; ``effective_range`` makes a range for a use from them. Ranges are typical ones, for a
+target that fills the beam.
 """
 
 import math
@@ -14,8 +16,8 @@ _SECOND_HAND = "maker's datasheet as quoted by a third party"
 
 @dataclass(frozen=True)
 class Light:
-    """Ambient light as a source gives it: ``value`` in ``unit`` (of one sensor always the same), or a step of a named scale.
-    The larger the value, the harder to see."""
+    """Ambient light as a source gives it: ``value`` in ``unit`` (of one sensor always the same), or
+    a step of a named scale. The larger the value, the harder to see."""
 
     label: str
     value: float
@@ -26,7 +28,9 @@ DARK = Light("dark", 0.0)
 
 @dataclass(frozen=True)
 class Figure:
-    """A range, m, that was stated for this light and this reflectance of a target that fills the beam."""
+    """A range, m, that was stated for this light and this reflectance of a target that fills the
+    beam.
+    """
 
     light: Light
     reflectance: float
@@ -37,11 +41,12 @@ class Figure:
 class Model:
     """A sensor of the catalogue.
 
-    side_deg: full angle of a round beam, or of both sides of a square one. zones: in a row of a square beam, each of which
-    sees by itself. figures: the brightest target first within a light, darkest light first. unit: of ambient light, empty
-    where its lights have names. least_m: the least range that is stated; None where no source says. rate_hz: the
-    highest. no price is sourced for any of them. note: what was made of the source's words. board: a common one that
-    carries it, None where none is sourced.
+    side_deg: full angle of a round beam, or of both sides of a square one. zones: in a row of a
+    square beam, each of which sees by itself. figures: the brightest target first within a light,
+    darkest light first. unit: of ambient light, empty where its lights have names. least_m: the
+    least range that is stated; None where no source says. rate_hz: the highest. no price is sourced
+    for any of them. note: what was made of the source's words. board: a common one that carries it,
+    None where none is sourced.
     """
 
     name: str
@@ -74,8 +79,8 @@ def _by_light(unit: str, *pairs: tuple[float, float], white: float = WHITE) -> t
 
 
 def side_of_diagonal(diagonal_deg: float) -> float:
-    """Side of the square beam whose opposite corners are ``diagonal_deg`` apart, degrees: it lies inside the cone of the
-    diagonal."""
+    """Side of the square beam whose opposite corners are ``diagonal_deg`` apart, degrees: it lies
+    inside the cone of the diagonal."""
     return math.degrees(2 * math.atan(math.tan(math.radians(diagonal_deg) / 2) / math.sqrt(2)))
 
 
@@ -311,7 +316,9 @@ def model(name: str) -> Model:
 
 @dataclass(frozen=True)
 class Supply:
-    """Electrical power of one sensor at work, W; whether the source has it as a limit or as typical; and the source."""
+    """Electrical power of one sensor at work, W; whether the source has it as a limit or as
+    typical; and the source.
+    """
 
     power_w: float
     limit: bool

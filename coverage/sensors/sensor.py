@@ -8,8 +8,9 @@ from .boards import Board
 
 @dataclass(frozen=True)
 class Use:
-    """A model of the catalogue, and what it is used for. ambient: light as the catalogue writes it, like ``50kcps``;
-    reflectance: of the target, in (0, 1]; size: width and height of the target, m. None: as its maker measured."""
+    """A model of the catalogue, and what it is used for. ambient: light as the catalogue writes it,
+    like ``50kcps``; reflectance: of the target, in (0, 1]; size: width and height of the target, m.
+    None: as its maker measured."""
 
     model: str
     ambient: str | None = None
@@ -19,11 +20,12 @@ class Use:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A unit that sees a cone, or a pyramid: fov, full angle in radians, in (0, pi); range_m, height, m. use: where it is a
-    model of the catalogue, and the range follows from what it is used for. fov_up: of a pyramid, the full angle along its
-    ring's axis (tilted with the sensor), where ``fov`` is that along the ring; None: a cone. zones: in a row of a pyramid,
-    each of which reports the nearest thing in itself; 1: the beam reports one distance, as that of a cone does. board: that
-    carries it, if that is known."""
+    """A unit that sees a cone, or a pyramid: fov, full angle in radians, in (0, pi); range_m,
+    height, m. use: where it is a model of the catalogue, and the range follows from what it is used
+    for. fov_up: of a pyramid, the full angle along its ring's axis (tilted with the sensor), where
+    ``fov`` is that along the ring; None: a cone. zones: in a row of a pyramid, each of which
+    reports the nearest thing in itself; 1: the beam reports one distance, as that of a cone does.
+    board: that carries it, if that is known."""
 
     fov: float = math.radians(25)
     range_m: float = 1.5

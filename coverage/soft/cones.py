@@ -1,7 +1,8 @@
-"""What the soft estimator asks of the sensors' beams: which are near a block of points, the implicit function of each at
-each point, and the pull of points on what a beam is made of.
+"""What the soft estimator asks of the sensors' beams: which are near a block of points, the
+implicit function of each at each point, and the pull of points on what a beam is made of.
 
-The gradient is written down rather than derived: per cone it is three weighted sums over points, which are matrix products.
+The gradient is written down rather than derived: per cone it is three weighted sums over points,
+which are matrix products.
 """
 
 from collections.abc import Callable
@@ -18,8 +19,9 @@ _PIECE_ELSEWHERE = 64  # many on an accelerator
 
 
 class Near(NamedTuple):
-    """The near beams of each block of a group, in pieces of the same length for all blocks: how many pieces there are, and
-    may be; and for the number of a piece the beams (g, c), K for none, and what they are made of (g, c, ...)."""
+    """The near beams of each block of a group, in pieces of the same length for all blocks: how
+    many pieces there are, and may be; and for the number of a piece the beams (g, c), K for none,
+    and what they are made of (g, c, ...)."""
 
     pieces: Any
     most: int
@@ -27,14 +29,23 @@ class Near(NamedTuple):
 
 
 class SoftBeams:
-    """K cones as the soft estimator sees them. ``columns``: how many numbers each is made of, as far as it has a slope."""
+    """K cones as the soft estimator sees them. ``columns``: how many numbers each is made of, as
+    far as it has a slope.
+    """
 
     columns = 6
 
     def __init__(self, cones: Cones) -> None:
         self.cones, self.count = cones, len(cones)
-        made_of = cones.apex, cones.axis, jnp.cos(cones.half_angle), jnp.sin(cones.half_angle), cones.range_m
-        # One more cone that sees nothing: it stands in where a block looks at fewer cones than its neighbours.
+        made_of = (
+            cones.apex,
+            cones.axis,
+            jnp.cos(cones.half_angle),
+            jnp.sin(cones.half_angle),
+            cones.range_m,
+        )
+        # One more cone that sees nothing: it stands in where a block looks at fewer cones than its
+        # neighbours.
         self.parts: tuple[Any, ...] = tuple(
             jnp.concatenate([a, jnp.full((1, *a.shape[1:]), nothing, a.dtype)])
             for a, nothing in zip(made_of, (0, 0, 0, 0, -jnp.inf), strict=True)
@@ -57,8 +68,8 @@ class SoftBeams:
         return (gap < cut * width) & (weight[:, :1] > 0)
 
     def _in_pieces(self, near: Any) -> tuple[Callable[[Any], Any], tuple[Any, int]]:
-        """Of the near beams of each block (g, K), those of piece j as a function, and how many pieces there are and may
-        be."""
+        """Of the near beams of each block (g, K), those of piece j as a function, and how many
+        pieces there are and may be."""
         k = self.count
         piece = min(_PIECE.get(jax.default_backend(), _PIECE_ELSEWHERE), k)
         index = jnp.sort(jnp.where(near, jnp.arange(k, dtype=jnp.int32)[None], k), axis=1)
@@ -67,8 +78,9 @@ class SoftBeams:
         return lambda j: jax.lax.dynamic_slice_in_dim(index, j * piece, piece, axis=1), pieces
 
     def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
-        """For g blocks of B points against c cones each, all (g, c, B): f / width, is f the side's (not the base's),
-        distance along the axis, and 1 over the distance from the axis, 0 on it."""
+        """For g blocks of B points against c cones each, all (g, c, B): f / width, is f the side's
+        (not the base's), distance along the axis, and 1 over the distance from the axis, 0 on it.
+        """
         apex, axis, cosine, sine, range_m = (a[..., None] for a in some[:5])
         x, y, z = (points[:, None, :, i] - apex[:, :, i] for i in range(3))
         a, b, c = (axis[:, :, i] for i in range(3))
@@ -80,9 +92,11 @@ class SoftBeams:
         return jnp.maximum(side, base) * (1 / width), side >= base, d, inverse
 
     def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
-        """Gradient (g, c, columns) by apex and axis, where the sum over points grows by ``pull`` (g, c, B) with each f.
+        """Gradient (g, c, columns) by apex and axis, where the sum over points grows by ``pull``
+        (g, c, B) with each f.
 
-        With v = p - apex and u = v less its part along the axis, f grows by ``across`` u + ``along`` axis per step of p.
+        With v = p - apex and u = v less its part along the axis, f grows by ``across`` u +
+        ``along`` axis per step of p.
         """
         apex, axis, cosine, sine = some[:4]
         on_side, d, inverse = geometry
@@ -102,7 +116,7 @@ class SoftBeams:
 
 
 def by_apex(pull: Any, slopes: tuple[Any, Any, Any], columns: int) -> Any:
-    """Gradient (g, c, columns), of which the first three are by the apex: where the sum over points grows by ``pull``
-    (g, c, B) with what has these slopes (g, c, B) along x, y and z."""
+    """Gradient (g, c, columns), of which the first three are by the apex: where the sum over points
+    grows by ``pull`` (g, c, B) with what has these slopes (g, c, B) along x, y and z."""
     found = jnp.stack([(pull * slope).sum(axis=2) for slope in slopes], axis=2)
     return jnp.pad(found, ((0, 0), (0, 0), (0, columns - 3)))

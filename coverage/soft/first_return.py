@@ -1,8 +1,9 @@
 """Where single-zone sensors are blinded, as the soft estimator sees it.
 
-The exact distance (``occlusion.first_return``) jumps where something is just grazed. Here it is smooth: what stands beside
-the beam by x counts as if it stood ``GRAZE`` x further off. A body of the robot is a row of balls. Of an obstacle the points
-count among which the exact nearest one is, so that where it stands in the beam the distance is the exact one.
+The exact distance (``occlusion.first_return``) jumps where something is just grazed. Here it is
+smooth: what stands beside the beam by x counts as if it stood ``GRAZE`` x further off. A body of
+the robot is a row of balls. Of an obstacle the points count among which the exact nearest one is,
+so that where it stands in the beam the distance is the exact one.
 """
 
 from functools import reduce
@@ -39,7 +40,9 @@ def _by_bodies(looks: Beam, bodies: Capsules) -> Any:
 
 
 def _by_obstacle(looks: Beam, body: Polyhedron) -> Any:
-    """Where an obstacle blinds sensors (K,) m; 0 for those within it. Only the point that counts has a slope."""
+    """Where an obstacle blinds sensors (K,) m; 0 for those within it. Only the point that counts
+    has a slope.
+    """
     beam = Beam(*(a[:, None] for a in looks))
 
     def stop(points: Any) -> Any:
@@ -53,8 +56,9 @@ def _by_obstacle(looks: Beam, body: Polyhedron) -> Any:
 
 
 def soft_stop(cones: Cones, bodies: Capsules, obstacles: tuple[Polyhedron, ...] = ()) -> Any:
-    """Where sensors are blinded (K,) m, smoothly; their range and more where they are not. By the axes' lengths it has no
-    slope: on the mantle of a cone whose axis is no unit vector what meets there would not meet."""
+    """Where sensors are blinded (K,) m, smoothly; their range and more where they are not. By the
+    axes' lengths it has no slope: on the mantle of a cone whose axis is no unit vector what meets
+    there would not meet."""
     axis = cones.axis / root(dot(cones.axis, cones.axis))[:, None]
     looks = Beam(cones.apex, axis, cones.half_angle, cones.range_m)
     stops = [_by_bodies(looks, bodies), *(_by_obstacle(looks, body) for body in obstacles)]

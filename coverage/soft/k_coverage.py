@@ -1,12 +1,15 @@
-"""The soft estimator for redundancy: a differentiable share of a target that at least n sensors see.
+"""The soft estimator for redundancy: a differentiable share of a target that at least n sensors
+see.
 
-Cone j holds a point to the degree p_j = sigmoid(-f_j / width), as in ``estimator``. Taken as independent chances, how many
-cones hold the point follows the Poisson binomial law, and the point counts by the chance that they are n or more; with n = 1
-that is 1 - prod(1 - p). As the width goes to zero it becomes the share of the points that lie in n cones.
+Cone j holds a point to the degree p_j = sigmoid(-f_j / width), as in ``estimator``. Taken as
+independent chances, how many cones hold the point follows the Poisson binomial law, and the point
+counts by the chance that they are n or more; with n = 1 that is 1 - prod(1 - p). As the width goes
+to zero it becomes the share of the points that lie in n cones.
 
-The law is built up cone by cone: q_m, the chance of exactly m < n, becomes q_m (1 - p) + q_{m-1} p. For the gradient,
-d P(at least n) / d p_j is the chance that exactly n - 1 of the *other* cones hold the point: the sum over m of the chances
-of m among the cones before j and n - 1 - m among those after. These are sums of products of chances: nothing cancels.
+The law is built up cone by cone: q_m, the chance of exactly m < n, becomes q_m (1 - p) + q_{m-1} p.
+For the gradient, d P(at least n) / d p_j is the chance that exactly n - 1 of the *other* cones hold
+the point: the sum over m of the chances of m among the cones before j and n - 1 - m among those
+after. These are sums of products of chances: nothing cancels.
 """
 
 from functools import partial
@@ -20,8 +23,11 @@ from .estimator import CUT, Seen, Soft, free_and_occupied, over_groups, soft_zet
 from .sampling import Cloud
 
 
-def soft_seen(seen: Seen, cloud: Cloud, width: Any, least: int, cut: Any = CUT, slopes: Any = True) -> Soft:
-    """Soft share of ``cloud`` that at least ``least`` cones see, and its gradient; ``least`` of 1 is ``soft_zeta``.
+def soft_seen(
+    seen: Seen, cloud: Cloud, width: Any, least: int, cut: Any = CUT, slopes: Any = True
+) -> Soft:
+    """Soft share of ``cloud`` that at least ``least`` cones see, and its gradient; ``least`` of 1
+    is ``soft_zeta``.
 
     Memory is bounded as there, and so are the other arguments; time grows with ``least``.
 
@@ -36,7 +42,9 @@ def soft_seen(seen: Seen, cloud: Cloud, width: Any, least: int, cut: Any = CUT, 
 
 
 def _one_more(law: Any, free_occupied: Any) -> tuple[Any, Any]:
-    """The chances (n, g, B) of 0 ... n - 1 cones after one cone more, which is free of or holds by (g, B); and before."""
+    """The chances (n, g, B) of 0 ... n - 1 cones after one cone more, which is free of or holds by
+    (g, B); and before.
+    """
     free, occupied = free_occupied
     shifted = jnp.concatenate([jnp.zeros_like(law[:1]), law[:-1]])
     return law * free[None] + shifted * occupied[None], law
@@ -49,11 +57,20 @@ def _along(beams: SoftBeams, near: Near, points: Any, j: Any, width: Any) -> Any
 
 
 def _add_group(
-    least: int, beams: SoftBeams, near: Near, blocks: Any, width: Any, slopes: Any, unseen_before: Any, slope_before: Any
+    least: int,
+    beams: SoftBeams,
+    near: Near,
+    blocks: Any,
+    width: Any,
+    slopes: Any,
+    unseen_before: Any,
+    slope_before: Any,
 ) -> tuple[Any, Any]:
-    """Add a group of g blocks: the sum of the chances of fewer than ``least`` cones, and ``width`` times its gradient.
+    """Add a group of g blocks: the sum of the chances of fewer than ``least`` cones, and ``width``
+    times its gradient.
 
-    A run forward keeps the law as it is before each piece; a run backward has the law of the cones after.
+    A run forward keeps the law as it is before each piece; a run backward has the law of the cones
+    after.
     """
     points, weight, *_ = blocks
     nothing = jnp.zeros((least, *weight.shape), weight.dtype).at[0].set(1)

@@ -1,8 +1,10 @@
-"""The soft estimator after a loss: a differentiable zeta without each of several groups of cones (the sensors of a ring).
+"""The soft estimator after a loss: a differentiable zeta without each of several groups of cones
+(the sensors of a ring).
 
-A point stays unseen after the loss of group g by the product of 1 - p over all cones outside g. All these products come from
-one product for each group, multiplied from both ends so that nothing is divided by; and as in ``estimator``, the slope of a
-weighted sum of them by the f of cone j is p_j times the sum itself, less the term of its own group, which is gone there.
+A point stays unseen after the loss of group g by the product of 1 - p over all cones outside g. All
+these products come from one product for each group, multiplied from both ends so that nothing is
+divided by; and as in ``estimator``, the slope of a weighted sum of them by the f of cone j is p_j
+times the sum itself, less the term of its own group, which is gone there.
 """
 
 from functools import partial
@@ -30,8 +32,8 @@ def soft_losses(
     """Soft zeta (G,) after the loss of each group, and the gradient of their sum by ``weights``.
 
     Args:
-        seen, cloud, width, cut, slopes: see ``soft_zeta``. Memory grows with G times the points worked on at once.
-        group: number of each cone's group, below G.
+        seen, cloud, width, cut, slopes: see ``soft_zeta``. Memory grows with G times the points
+            worked on at once. group: number of each cone's group, below G.
         weights: of each loss in the gradient.
     """
     add = partial(_add_group, jnp.append(jnp.asarray(group), len(weights)), weights)
@@ -60,7 +62,9 @@ def _add_group(
     unseen_before: Any,
     slope_before: Any,
 ) -> tuple[Any, Any]:
-    """Add a group of g blocks: the sums (G,) of what is unseen after each loss, and ``width`` times the gradient."""
+    """Add a group of g blocks: the sums (G,) of what is unseen after each loss, and ``width`` times
+    the gradient.
+    """
     points, weight, *_ = blocks
     row = jnp.arange(len(weight))[:, None]
 
@@ -69,7 +73,8 @@ def _add_group(
         t, *_ = beams.pairs(points, some, width)
         return products.at[group[chosen], row].multiply(free_and_occupied(t)[0])
 
-    ones = jnp.ones((len(weights) + 1, *weight.shape), weight.dtype)  # the last is of cones that stand in for none
+    # the last is of cones that stand in for none
+    ones = jnp.ones((len(weights) + 1, *weight.shape), weight.dtype)
     unseen = weight[None] * _all_but_one(jax.lax.fori_loop(0, near.pieces, multiply, ones)[:-1])
     weighted = weights[:, None, None] * unseen
     others = jnp.moveaxis(weighted.sum(axis=0)[None] - weighted, 0, 1)
@@ -78,8 +83,11 @@ def _add_group(
         chosen, some = near.beams_of(j)
         t, *geometry = beams.pairs(points, some, width)
         own = jax.nn.one_hot(group[chosen], len(weights), dtype=t.dtype)
-        pull = jnp.matmul(own, others, precision="highest") * free_and_occupied(t)[1]  # sooner than to look each up
+        # sooner than to look each up
+        pull = jnp.matmul(own, others, precision="highest") * free_and_occupied(t)[1]
         return slope.at[chosen].add(beams.slopes(points, some, pull, *geometry))
 
     end = jnp.where(slopes, near.pieces, 0)
-    return unseen_before + unseen.sum(axis=(1, 2)), jax.lax.fori_loop(0, end, differentiate, slope_before)
+    return unseen_before + unseen.sum(axis=(1, 2)), jax.lax.fori_loop(
+        0, end, differentiate, slope_before
+    )

@@ -1,11 +1,12 @@
 """Beams past the obstacles of a cell, as the soft estimator sees them.
 
-Convex polyhedra throw shadows with plane sides. Where the apex moves, the faces stay, and a plane through the apex and an
-edge turns about the edge: what it says of a point changes by its normal times how far the point lies from the edge, in the
-plane, over how far the apex does. Within an obstacle a sensor sees nothing, and nothing says which way is out.
+Convex polyhedra throw shadows with plane sides. Where the apex moves, the faces stay, and a plane
+through the apex and an edge turns about the edge: what it says of a point changes by its normal
+times how far the point lies from the edge, in the plane, over how far the apex does. Within an
+obstacle a sensor sees nothing, and nothing says which way is out.
 
-Under ``blind`` obstacles blind sensors of one zone, as the robot's bodies do (``first_return``), and shadow the others
-alone.
+Under ``blind`` obstacles blind sensors of one zone, as the robot's bodies do (``first_return``),
+and shadow the others alone.
 """
 
 from dataclasses import dataclass
@@ -33,8 +34,9 @@ class InCell:
 
 
 def _turns(apex: Any, body: Polyhedron) -> tuple[Any, Any]:
-    """How the planes of ``polyhedron_shadow`` turn: vectors w (K, M, 3) 1/m and numbers c (K, M), such that a plane of
-    normal n says w . p - c times n less of a point p for each metre that the apex moves."""
+    """How the planes of ``polyhedron_shadow`` turn: vectors w (K, M, 3) 1/m and numbers c (K, M),
+    such that a plane of normal n says w . p - c times n less of a point p for each metre that the
+    apex moves."""
     start, end = body.edges[None, :, 0], body.edges[None, :, 1]
     v, along = apex[:, None] - start, end - start
     v = v - (dot(v, along) / dot(along, along))[..., None] * along
@@ -45,10 +47,12 @@ def _turns(apex: Any, body: Polyhedron) -> tuple[Any, Any]:
 
 
 class CellBeams(SoftBeams):
-    """See ``SoftBeams``: those of what is seen, less the obstacles' shadows. shadowed (K,): of those that have any; None: of
-    all."""
+    """See ``SoftBeams``: those of what is seen, less the obstacles' shadows. shadowed (K,): of
+    those that have any; None: of all."""
 
-    def __init__(self, inner: SoftBeams, obstacles: tuple[Polyhedron, ...], shadowed: Any = None) -> None:
+    def __init__(
+        self, inner: SoftBeams, obstacles: tuple[Polyhedron, ...], shadowed: Any = None
+    ) -> None:
         self._inner = inner
         self.cones, self.count, self.columns = inner.cones, inner.count, inner.columns
         apex, self._planes = self.cones.apex, []
@@ -60,7 +64,10 @@ class CellBeams(SoftBeams):
             # The stand-in for no cone sees nothing in any case: its planes have normals of 0.
             some = (normal, 0.0), (offset, -1.0), *((a, 0.0) for a in _turns(apex, body))
             self._planes.append(
-                tuple(jnp.pad(a, ((0, 1), *((0, 0),) * (a.ndim - 1)), constant_values=none) for a, none in some)
+                tuple(
+                    jnp.pad(a, ((0, 1), *((0, 0),) * (a.ndim - 1)), constant_values=none)
+                    for a, none in some
+                )
             )
 
     def near(self, blocks: Any, width: Any, cut: Any) -> Near:
@@ -69,18 +76,26 @@ class CellBeams(SoftBeams):
 
         def beams_of(j: Any) -> tuple[Any, tuple[Any, ...]]:
             chosen, some = inner.beams_of(j)
-            return chosen, (*some[:1], tuple(tuple(a[chosen] for a in planes) for planes in self._planes), some)
+            return chosen, (
+                *some[:1],
+                tuple(tuple(a[chosen] for a in planes) for planes in self._planes),
+                some,
+            )
 
         return Near(inner.pieces, inner.most, beams_of)
 
     def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
-        """As of ``SoftBeams``, and where an obstacle hides a point, and the slopes of that by the apex."""
+        """As of ``SoftBeams``, and where an obstacle hides a point, and the slopes of that by the
+        apex.
+        """
         _, obstacles, inner = some
         t, *geometry = self._inner.pairs(points, inner, width)
         most, slopes = jnp.full_like(t, -jnp.inf), [jnp.zeros_like(t)] * 3
         for planes in obstacles:
             value, *turned = _largest(points, *planes)
-            slopes = [jnp.where(-value > most, new, old) for new, old in zip(turned, slopes, strict=True)]
+            slopes = [
+                jnp.where(-value > most, new, old) for new, old in zip(turned, slopes, strict=True)
+            ]
             most = jnp.maximum(most, -value)
         hidden = most / width
         return jnp.maximum(t, hidden), *geometry, hidden > t, *slopes
@@ -97,10 +112,13 @@ class CellBeams(SoftBeams):
 
 
 def _largest(points: Any, normal: Any, offset: Any, w: Any, c: Any) -> tuple[Any, ...]:
-    """Of planes (g, c, M, ...) the largest at points (g, B, 3), (g, c, B) m, and by how much less it is for each metre that
-    the apex moves along x, y and z."""
+    """Of planes (g, c, M, ...) the largest at points (g, B, 3), (g, c, B) m, and by how much less
+    it is for each metre that the apex moves along x, y and z."""
     p = points[:, None]
-    value, x, y, z, turn = (jnp.full((*offset.shape[:2], points.shape[1]), a, points.dtype) for a in (-jnp.inf, 0, 0, 0, 0))
+    value, x, y, z, turn = (
+        jnp.full((*offset.shape[:2], points.shape[1]), a, points.dtype)
+        for a in (-jnp.inf, 0, 0, 0, 0)
+    )
     for i in range(offset.shape[2]):
         n, along = normal[:, :, None, i], w[:, :, None, i]
         found = dot(p, n) - offset[:, :, None, i]
@@ -116,7 +134,9 @@ def _(seen: InCell) -> SoftBeams:
     hidden = seen.seen if isinstance(seen.seen, Hidden) else None
     cones: Any = hidden.cones if hidden else seen.seen
     dtype = cones.apex.dtype
-    obstacles = jax.tree.map(lambda a: jnp.asarray(a, dtype if a.dtype.kind == "f" else None), seen.obstacles)
+    obstacles = jax.tree.map(
+        lambda a: jnp.asarray(a, dtype if a.dtype.kind == "f" else None), seen.obstacles
+    )
     if hidden is None or hidden.occlusion != "blind":
         return CellBeams(soft_beams(seen.seen), obstacles)
     inner = HiddenBeams(hidden, obstacles)

@@ -1,7 +1,8 @@
 """Beams of both shapes as the soft estimator sees them: values of f, and the gradient written down.
 
-A pyramid's f is, point by point, one of five functions that are linear in p, in the axis and in the vectors across it: so
-its gradient too is weighted sums over points. That by side = up x axis goes into those by up and by axis.
+A pyramid's f is, point by point, one of five functions that are linear in p, in the axis and in the
+vectors across it: so its gradient too is weighted sums over points. That by side = up x axis goes
+into those by up and by axis.
 """
 
 from functools import singledispatch
@@ -17,20 +18,23 @@ from .cones import SoftBeams
 
 @singledispatch
 def soft_beams(seen: Any) -> SoftBeams:
-    """What the soft estimator asks of what sensors see: here of cones, or of beams of both shapes; what leaves less of them
-    registers its own."""
+    """What the soft estimator asks of what sensors see: here of cones, or of beams of both shapes;
+    what leaves less of them registers its own."""
     return SquareBeams(seen) if isinstance(seen, Optics) else SoftBeams(seen)
 
 
 class SquareBeams(SoftBeams):
-    """K beams, cones or pyramids: see ``SoftBeams``. Made of ``up`` and of the half angle along it, too."""
+    """K beams, cones or pyramids: see ``SoftBeams``. Made of ``up`` and of the half angle along it,
+    too.
+    """
 
     columns = 9
 
     def __init__(self, optics: Optics) -> None:
         super().__init__(optics)
         more = (
-            jnp.concatenate([a, jnp.zeros((1, *a.shape[1:]), a.dtype)])  # of the one more that sees nothing
+            # of the one more that sees nothing
+            jnp.concatenate([a, jnp.zeros((1, *a.shape[1:]), a.dtype)])
             for a in (optics.up, optics.half_up)
         )
         self.parts = (*self.parts, *more)
@@ -41,8 +45,9 @@ class SquareBeams(SoftBeams):
         return (gap < cut * width) & (weight[:, :1] > 0)
 
     def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
-        """For g blocks of B points against c beams each, all (g, c, B): f / width, and by how much f grows per m across a
-        cone's axis (over the distance from it), along the axis, along side and along up; and the distance along the axis."""
+        """For g blocks of B points against c beams each, all (g, c, B): f / width, and by how much
+        f grows per m across a cone's axis (over the distance from it), along the axis, along side
+        and along up; and the distance along the axis."""
         apex, axis, cosine, sine, range_m, up, half_up = (a[..., None] for a in some[:7])
         v = tuple(points[:, None, :, i] - apex[:, :, i] for i in range(3))
         side = jnp.moveaxis(cross(some[5], some[1]), -1, 0)[..., None]
@@ -50,7 +55,11 @@ class SquareBeams(SoftBeams):
         def along(e: Any) -> Any:
             return v[0] * e[0] + v[1] * e[1] + v[2] * e[2]
 
-        d, x, y = along([axis[:, :, i] for i in range(3)]), along(side), along([up[:, :, i] for i in range(3)])
+        d, x, y = (
+            along([axis[:, :, i] for i in range(3)]),
+            along(side),
+            along([up[:, :, i] for i in range(3)]),
+        )
         square, base = half_up > 0, d - range_m
         u = tuple(v[i] - d * axis[:, :, i] for i in range(3))
         round_ = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
@@ -63,8 +72,18 @@ class SquareBeams(SoftBeams):
         across = jnp.where(on_mantle & ~square, cosine * inverse, 0)
         on_x, on_y = (on_mantle & square & which for which in (on_first, ~on_first))
         lean = jnp.where(on_y, sin_up, sine)
-        by_side, by_up = jnp.where(on_x, jnp.sign(x) * cosine, 0), jnp.where(on_y, jnp.sign(y) * cos_up, 0)
-        return jnp.maximum(mantle, base) * (1 / width), across, jnp.where(on_mantle, -lean, 1.0), by_side, by_up, d
+        by_side, by_up = (
+            jnp.where(on_x, jnp.sign(x) * cosine, 0),
+            jnp.where(on_y, jnp.sign(y) * cos_up, 0),
+        )
+        return (
+            jnp.maximum(mantle, base) * (1 / width),
+            across,
+            jnp.where(on_mantle, -lean, 1.0),
+            by_side,
+            by_up,
+            d,
+        )
 
     def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
         """Gradient (g, c, 9) by apex, axis and up; see ``SoftBeams``."""
@@ -76,7 +95,9 @@ class SquareBeams(SoftBeams):
         v1, v2, v3, v4, v5 = (s[..., :3] - s[..., 3:] * apex for s in jnp.split(sums, 5, axis=1))
         _, _, total, total_side, total_up = jnp.split(sums[..., 3:], 5, axis=1)
         side = cross(up, axis)
-        by_apex = -(v1 - dot(v1, axis)[..., None] * axis + total * axis + total_side * side + total_up * up)
+        by_apex = -(
+            v1 - dot(v1, axis)[..., None] * axis + total * axis + total_side * side + total_up * up
+        )
         by_axis = v3 - (v2 - dot(v2, axis)[..., None] * axis) + cross(v4, up)
         return jnp.concatenate([by_apex, by_axis, v5 + cross(axis, v4)], axis=2)
 

@@ -1,11 +1,12 @@
 """Beams past the robot's bodies, as the soft estimator sees them.
 
-Under ``shadow`` a beam is the larger of the cone's function and of minus that of each shadow in it (``shadows``). Only the
-bodies that come near a cone are looked at, and of the points only the blocks that their shadows reach. Slopes come from the
-shadow that counts at each point alone.
+Under ``shadow`` a beam is the larger of the cone's function and of minus that of each shadow in it
+(``shadows``). Only the bodies that come near a cone are looked at, and of the points only the
+blocks that their shadows reach. Slopes come from the shadow that counts at each point alone.
 
-Under ``blind`` the beam of a sensor of one zone ends where the nearest body stands in it, or in the cone around a square one
-(``first_return``). That of a sensor of many zones is not blinded as a whole: under ``blind`` it is shadowed.
+Under ``blind`` the beam of a sensor of one zone ends where the nearest body stands in it, or in the
+cone around a square one (``first_return``). That of a sensor of many zones is not blinded as a
+whole: under ``blind`` it is shadowed.
 
 A sensor within a body sees nothing, and the slope there says no more than which way is out.
 """
@@ -29,7 +30,8 @@ from .cones import Near, SoftBeams, by_apex
 from .first_return import soft_stop
 from .pyramids import soft_beams
 
-_OUT = 10.0  # metres that a beam is moved away from all points by, for each that its apex lies within a body
+# metres that a beam is moved away from all points by, for each that its apex lies within a body
+_OUT = 10.0
 _STEPS = 18  # to find the place on a body's axis that is nearest to a cone
 _NEAR = 3.0  # widths from a shadow within which it matters to a block
 _PAIRS = 16  # of a cone and a body, looked at at once
@@ -38,11 +40,13 @@ _SAME = 1e-6  # m, rounding of what two loops say of one point
 _MARGIN = 0.021  # m from a cone within which a body may matter
 
 
-@partial(jax.tree_util.register_dataclass, data_fields=("cones", "bodies"), meta_fields=("occlusion",))
+@partial(
+    jax.tree_util.register_dataclass, data_fields=("cones", "bodies"), meta_fields=("occlusion",)
+)
 @dataclass(frozen=True)
 class Hidden:
-    """Cones, or beams of both shapes, the bodies at the same pose (one axis of N capsules), and how these occlude, which is
-    compiled in."""
+    """Cones, or beams of both shapes, the bodies at the same pose (one axis of N capsules), and how
+    these occlude, which is compiled in."""
 
     cones: Cones
     bodies: Capsules
@@ -50,9 +54,9 @@ class Hidden:
 
 
 class HiddenBeams(SoftBeams):
-    """See ``SoftBeams``. ``free`` are the beams as if there were no bodies; what bodies do to them stands behind their own
-    parts and columns. Some beams may be stopped and others shadowed, each by its zones. ``obstacles`` blind, too, and shadow
-    nothing here."""
+    """See ``SoftBeams``. ``free`` are the beams as if there were no bodies; what bodies do to them
+    stands behind their own parts and columns. Some beams may be stopped and others shadowed, each
+    by its zones. ``obstacles`` blind, too, and shadow nothing here."""
 
     def __init__(self, hidden: Hidden, obstacles: tuple[Polyhedron, ...] = ()) -> None:
         self.free, self.bodies = soft_beams(hidden.cones), hidden.bodies
@@ -78,7 +82,8 @@ class HiddenBeams(SoftBeams):
         matters = capsule_gap(looks, start, end, radius, steps=_STEPS)[0] < _MARGIN
         depth, _ = self._depth(cones.apex[:, None], start, end, radius)
         deepest = jnp.arange(depth.shape[1])[None] == depth.argmax(axis=1)[:, None]
-        matters = jnp.where((depth > 0).any(axis=1, keepdims=True), deepest, matters)  # one is enough to see nothing
+        # one is enough to see nothing
+        matters = jnp.where((depth > 0).any(axis=1, keepdims=True), deepest, matters)
         if self.stops:
             matters = matters & zoned[:, None]
         self._matters = matters
@@ -86,8 +91,9 @@ class HiddenBeams(SoftBeams):
         self._pairs = jnp.pad(pairs, (0, -len(pairs) % _PAIRS))
 
     def near(self, blocks: Any, width: Any, cut: Any) -> Near:
-        """See ``SoftBeams``. A beam that a body hides from a whole block is left out of it, and of the others only those
-        blocks that a shadow reaches are looked at point by point: what it says there, and its slopes, stand ready."""
+        """See ``SoftBeams``. A beam that a body hides from a whole block is left out of it, and of
+        the others only those blocks that a shadow reaches are looked at point by point: what it
+        says there, and its slopes, stand ready."""
         if not self.shadows:
             return super().near(blocks, width, cut)
         points, weight, centre, radius = blocks
@@ -98,25 +104,37 @@ class HiddenBeams(SoftBeams):
             hidden, todo, number = state
             some = jax.lax.dynamic_slice_in_dim(self._pairs, i * _PAIRS, _PAIRS)
             beam, body = some // bodies, some % bodies
-            value = self._value(self.cones.apex[beam][:, None], centre[None], body[:, None])[0][:, 0]
+            value = self._value(self.cones.apex[beam][:, None], centre[None], body[:, None])[0][
+                :, 0
+            ]
             there = (i * _PAIRS + jnp.arange(_PAIRS) < count)[:, None] & near[:, beam].T
             hidden = hidden.at[:, beam].max((there & (value > (radius + cut * width)[None])).T)
             reached = (there & (value > -(radius + _NEAR * width)[None])).ravel()
             place = jnp.where(reached, number + jnp.cumsum(reached, dtype=jnp.int32) - 1, len(todo))
             entries = (some[:, None] * g + jnp.arange(g, dtype=some.dtype)[None]).ravel()
-            return hidden, todo.at[place].set(entries, mode="drop"), number + reached.sum(dtype=jnp.int32)
+            return (
+                hidden,
+                todo.at[place].set(entries, mode="drop"),
+                number + reached.sum(dtype=jnp.int32),
+            )
 
         todo = jnp.zeros(self._matters.size * g + _TRIPLES, jnp.int32)
         start = jnp.zeros_like(near), todo, jnp.zeros((), jnp.int32)
         hidden, todo, number = jax.lax.fori_loop(0, -(-count // _PAIRS), look, start)
 
         def say(i: Any) -> tuple[Any, Any, Any]:
-            """Of the i-th few: which rows of beams at blocks, what the bodies say there, and the slopes."""
+            """Of the i-th few: which rows of beams at blocks, what the bodies say there, and the
+            slopes.
+            """
             some = jax.lax.dynamic_slice_in_dim(todo, i * _TRIPLES, _TRIPLES)
             pair, block = some // g, some % g
             beam = pair // bodies
-            value, slopes = self._value(self.cones.apex[beam][:, None], points[block], (pair % bodies)[:, None])
-            row = jnp.where(i * _TRIPLES + jnp.arange(_TRIPLES) < number, block * (self.count + 1) + beam, rows)
+            value, slopes = self._value(
+                self.cones.apex[beam][:, None], points[block], (pair % bodies)[:, None]
+            )
+            row = jnp.where(
+                i * _TRIPLES + jnp.arange(_TRIPLES) < number, block * (self.count + 1) + beam, rows
+            )
             return row, value[:, 0], [slope[:, 0] for slope in slopes]
 
         def tell(i: Any, told: Any) -> Any:
@@ -127,13 +145,18 @@ class HiddenBeams(SoftBeams):
             kept, best = ((a >= least - _SAME).astype(value.dtype) for a in (before, value))
             more = (best, *(best * slope for slope in slopes))
             return after, *(
-                a.at[row].multiply(kept, mode="drop").at[row].add(b, mode="drop") for a, b in zip(sums, more, strict=True)
+                a.at[row].multiply(kept, mode="drop").at[row].add(b, mode="drop")
+                for a, b in zip(sums, more, strict=True)
             )
 
         rows, chunks = g * (self.count + 1), -(-number // _TRIPLES)
-        nothing = jnp.full((rows, size), -jnp.inf, points.dtype), *(jnp.zeros((rows, size), points.dtype),) * 4
+        nothing = (
+            jnp.full((rows, size), -jnp.inf, points.dtype),
+            *(jnp.zeros((rows, size), points.dtype),) * 4,
+        )
         most, equal, *slopes = jax.lax.fori_loop(0, chunks, tell, nothing)
-        slopes = [slope / jnp.maximum(equal, 1) for slope in slopes]  # where bodies meet, two may say the same
+        # where bodies meet, two may say the same
+        slopes = [slope / jnp.maximum(equal, 1) for slope in slopes]
         index, pieces = self._in_pieces(near & ~hidden)
 
         def beams_of(j: Any) -> tuple[Any, tuple[Any, ...]]:
@@ -147,15 +170,22 @@ class HiddenBeams(SoftBeams):
         return self.free._reach(blocks, width, cut)
 
     def _value(self, apex: Any, points: Any, body: Any) -> tuple[Any, Any]:
-        """What a body of each cone (g, c) says of points (g, B): (g, c, B) m, above 0 where it hides them; and its three
-        slopes by the apex.
+        """What a body of each cone (g, c) says of points (g, B): (g, c, B) m, above 0 where it
+        hides them; and its three slopes by the apex.
 
-        A ball of a shadow lies about a + t (k - a), with k on the body's axis and t >= 1, and its radius is r t. Where the
-        apex a moves, k and t of the ball that counts may be held, as they are the best: so the way from its centre to the
-        point, u in length 1, says that -behind grows by (1 - t) u.
+        A ball of a shadow lies about a + t (k - a), with k on the body's axis and t >= 1, and its
+        radius is r t. Where the apex a moves, k and t of the ball that counts may be held, as they
+        are the best: so the way from its centre to the point, u in length 1, says that -behind
+        grows by (1 - t) u.
         """
-        start, end, radius = self.bodies.start[body], self.bodies.end[body], self.bodies.radius[body]
-        shadow = jax.tree.map(partial(_for_points, ndim=apex.ndim), capsule_shadow(apex, start, end, radius))
+        start, end, radius = (
+            self.bodies.start[body],
+            self.bodies.end[body],
+            self.bodies.radius[body],
+        )
+        shadow = jax.tree.map(
+            partial(_for_points, ndim=apex.ndim), capsule_shadow(apex, start, end, radius)
+        )
         ball = nearest_ball(points[:, None], shadow)
         length = root(ball.along * ball.along + ball.away * ball.away + ball.across * ball.across)
         share = (1 - ball.radius / shadow.radius) / jnp.where(length > 0, length, 1.0)
@@ -163,8 +193,12 @@ class HiddenBeams(SoftBeams):
         slopes = tuple(share * sum(way * axis[..., i] for way, axis in ways) for i in range(3))
         depth, out = self._depth(apex, start, end, radius)
         within = (depth > 0)[..., None]
-        value = jnp.where(within, jnp.maximum(_OUT * depth[..., None], ball.radius - length), ball.radius - length)
-        return value, tuple(jnp.where(within, -_OUT * out[..., None, i], s) for i, s in enumerate(slopes))
+        value = jnp.where(
+            within, jnp.maximum(_OUT * depth[..., None], ball.radius - length), ball.radius - length
+        )
+        return value, tuple(
+            jnp.where(within, -_OUT * out[..., None, i], s) for i, s in enumerate(slopes)
+        )
 
     @staticmethod
     def _depth(apex: Any, start: Any, end: Any, radius: Any) -> tuple[Any, Any]:
@@ -174,33 +208,45 @@ class HiddenBeams(SoftBeams):
         return radius - length, v / jnp.where(length > 0, length, 1.0)[..., None]
 
     def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
-        """As of ``SoftBeams``, and where something hides a point, and the slopes of that by the apex."""
+        """As of ``SoftBeams``, and where something hides a point, and the slopes of that by the
+        apex.
+        """
         t, *geometry = self.free.pairs(points, some, width)
         most, *slopes = some[-4:] if self.shadows else self._past(points, some)
         if self.shadows and self.stops:
             past, *others = self._past(points, some)
-            slopes = [jnp.where(past > most, new, old) for new, old in zip(others, slopes, strict=True)]
+            slopes = [
+                jnp.where(past > most, new, old) for new, old in zip(others, slopes, strict=True)
+            ]
             most = jnp.maximum(past, most)
         most = most * (1 / width)
         return jnp.maximum(t, most), *geometry, most > t, *slopes
 
     def _past(self, points: Any, some: Any) -> tuple[Any, ...]:
-        """How far points lie past where beams are stopped (g, c, B) m, and the slopes of that by the apex."""
+        """How far points lie past where beams are stopped (g, c, B) m, and the slopes of that by
+        the apex.
+        """
         v = points[:, None] - some[0][:, :, None]
         length = root(dot(v, v))
         by = (-v[..., i] / jnp.where(length > 0, length, 1.0) for i in range(3))
         return length - some[len(self.free.parts)][..., None], *by
 
     def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
-        """See ``SoftBeams``; where beams are stopped the last column is the slope by the distance where they end."""
+        """See ``SoftBeams``; where beams are stopped the last column is the slope by the distance
+        where they end.
+        """
         *of_beam, hidden, x, y, z = geometry
         found = self.free.slopes(points, some, jnp.where(hidden, 0, pull), *of_beam)
         pull = jnp.where(hidden, pull, 0)
         found = found + by_apex(pull, (x, y, z), found.shape[2])
-        return jnp.concatenate([found, -pull.sum(axis=2)[..., None]], axis=2) if self.stops else found
+        return (
+            jnp.concatenate([found, -pull.sum(axis=2)[..., None]], axis=2) if self.stops else found
+        )
 
     def pulled_back(self, slope: Any) -> tuple[Any, ...]:
-        """See ``SoftBeams``. Where a beam is not stopped, its distance is a constant, which passes nothing on."""
+        """See ``SoftBeams``. Where a beam is not stopped, its distance is a constant, which passes
+        nothing on.
+        """
         apex, axis, *rest = self.free.pulled_back(slope)
         if not self.stops:
             return apex, axis, *rest

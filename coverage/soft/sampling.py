@@ -1,4 +1,6 @@
-"""Quasi-random points, uniform in a solid, and compact blocks of points, each judged against a cone at once."""
+"""Quasi-random points, uniform in a solid, and compact blocks of points, each judged against a cone
+at once.
+"""
 
 from dataclasses import dataclass
 
@@ -20,7 +22,9 @@ class EmptySolidError(ValueError):
 
 
 def _inside(solid: Solid, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
-    """Which points lie inside, but for those on a surface: NumPy is done before a compiler would have begun."""
+    """Which points lie inside, but for those on a surface: NumPy is done before a compiler would
+    have begun.
+    """
 
     def verdicts(parts: Parts) -> Float[np.ndarray, " N"]:
         return np.where(parts.holds(points), -1.0, 1.0)
@@ -29,7 +33,8 @@ def _inside(solid: Solid, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, 
 
 
 def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
-    """The first ``count`` points of a scrambled Sobol sequence over the solid's box that lie inside it.
+    """The first ``count`` points of a scrambled Sobol sequence over the solid's box that lie inside
+    it.
 
     Args:
         solid: where the points shall lie.
@@ -53,7 +58,9 @@ def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
         total, tried = total + len(hits), tried + _BATCH
         if total >= count:
             return np.concatenate(found)[:count]
-    raise EmptySolidError(f"only {total} of {tried} points tried lie inside the target: it is empty or too thin")
+    raise EmptySolidError(
+        f"only {total} of {tried} points tried lie inside the target: it is empty or too thin"
+    )
 
 
 BLOCK = 64  # points a block
@@ -62,9 +69,9 @@ BLOCK = 64  # points a block
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Cloud:
-    """Points in n blocks of B: points (n, B, 3) m, weight (n, B): 1 for a point and 0 for padding; centre (n, 3) m and
-    radius (n,) m of a ball around each block. The blocks that hold points come first. Clouds of one shape stack along
-    leading axes."""
+    """Points in n blocks of B: points (n, B, 3) m, weight (n, B): 1 for a point and 0 for padding;
+    centre (n, 3) m and radius (n,) m of a ball around each block. The blocks that hold points come
+    first. Clouds of one shape stack along leading axes."""
 
     points: Float[Array, "*batch n B 3"]
     weight: Float[Array, "*batch n B"]
@@ -72,8 +79,12 @@ class Cloud:
     radius: Float[Array, "*batch n"]
 
 
-def _halves(points: Float[np.ndarray, "N 3"], index: np.ndarray, blocks: int, block: int) -> list[np.ndarray]:
-    """Split ``index`` at the median of its widest side again and again, whole blocks to the left."""
+def _halves(
+    points: Float[np.ndarray, "N 3"], index: np.ndarray, blocks: int, block: int
+) -> list[np.ndarray]:
+    """Split ``index`` at the median of its widest side again and again, whole blocks to the
+    left.
+    """
     if blocks <= 1:
         return [index]
     left = blocks // 2
@@ -83,11 +94,13 @@ def _halves(points: Float[np.ndarray, "N 3"], index: np.ndarray, blocks: int, bl
     return _halves(points, a, left, block) + _halves(points, b, blocks - left, block)
 
 
-def cloud(points: Float[np.ndarray, "N 3"], block: int = BLOCK, dtype: type = np.float32, blocks: int = 0) -> Cloud:
+def cloud(
+    points: Float[np.ndarray, "N 3"], block: int = BLOCK, dtype: type = np.float32, blocks: int = 0
+) -> Cloud:
     """Group ``points`` (N, 3) m, N at least 1, into blocks of neighbours.
 
-    The last block is filled up with weight 0, and empty blocks follow up to ``blocks``: clouds of many sizes have one
-    shape then, and what is compiled for one serves all.
+    The last block is filled up with weight 0, and empty blocks follow up to ``blocks``: clouds of
+    many sizes have one shape then, and what is compiled for one serves all.
     """
     n = len(points)
     groups = _halves(points, np.arange(n), -(-n // block), block)

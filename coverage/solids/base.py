@@ -1,7 +1,8 @@
 """Solids as implicit functions: negative inside, positive outside, 1-Lipschitz, in metres.
 
-A leaf of the tree is a union of many *parts* of one kind (``Cones``, ``Spheres``, a ``Tube``), so that the octree can
-hand each cell only the parts that still matter to it. Inner nodes combine: union is min, intersection is max,
+A leaf of the tree is a union of many *parts* of one kind (``Cones``, ``Spheres``, a ``Tube``), so
+that the octree can hand each cell only the parts that still matter to it. Inner nodes combine:
+union is min, intersection is max,
 ``A minus B`` is ``max(a, -b)``; each of these keeps the Lipschitz constant 1.
 """
 
@@ -38,13 +39,17 @@ class Parts(ABC):
 
     @abstractmethod
     def part(self, points: Any, index: Any) -> Any:
-        """Implicit function of part ``index[k]`` at ``points[k]``: (P, 3), (P,) -> (P,); shapes broadcast."""
+        """Implicit function of part ``index[k]`` at ``points[k]``: (P, 3), (P,) -> (P,); shapes
+        broadcast.
+        """
 
     @abstractmethod
     def bounds(self) -> Float[np.ndarray, "2 3"]: ...
 
     def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
-        """The least over the parts. NumPy takes one part at a time, so that memory stays (N,); JAX fuses them all."""
+        """The least over the parts. NumPy takes one part at a time, so that memory stays (N,); JAX
+        fuses them all.
+        """
         xp = namespace(points)
         if len(self) == 0:
             return xp.full(points.shape[:1], float("inf"), dtype=points.dtype)
@@ -63,12 +68,14 @@ class Parts(ABC):
         index: Int[np.ndarray, " P"],
         reach: float,
     ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
-        """For pairs of a ball and a part: does the part matter to the ball, and is the ball wholly inside the union?
+        """For pairs of a ball and a part: does the part matter to the ball, and is the ball wholly
+        inside the union?
 
         Args:
             points: centre of each pair's ball, m.
             cell: number of the ball, ascending.
-            index: part of each pair, ascending within a ball; parts known not to matter may be absent.
+            index: part of each pair, ascending within a ball; parts known not to matter may be
+                absent.
             reach: radius of every ball, m.
         """
         value = self.part(points, index)
@@ -84,7 +91,8 @@ class Parts(ABC):
         side: float,
         slack: float,
     ) -> VolumeFraction:
-        """Bounds of the share of each of ``cubes`` cubes in the union, second order where one smooth surface cuts a cube.
+        """Bounds of the share of each of ``cubes`` cubes in the union, second order where one
+        smooth surface cuts a cube.
 
         Args:
             points: centre of each pair's cube, m.
@@ -141,7 +149,9 @@ class Intersection(_Combination):
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Difference(_Combination):
-    """Points in ``a`` and not inside ``b``: max(a, -b). The surface of ``b`` belongs to the difference."""
+    """Points in ``a`` and not inside ``b``: max(a, -b). The surface of ``b`` belongs to the
+    difference.
+    """
 
     def combine(self, a: Any, b: Any) -> Any:
         return namespace(a).maximum(a, -b)
@@ -153,10 +163,13 @@ class Difference(_Combination):
 def fold(solid: Solid, leaf: Callable[[Parts], Any]) -> Any:
     """Combine ``leaf(parts)`` over the tree of ``solid`` by its own rules of min and max.
 
-    ``leaf`` may return implicit values or verdicts (-1 inside, 0 undecided, 1 outside): both obey the same algebra.
+    ``leaf`` may return implicit values or verdicts (-1 inside, 0 undecided, 1 outside): both obey
+    the same algebra.
     """
     if isinstance(solid, _Combination):
         return solid.combine(fold(solid.a, leaf), fold(solid.b, leaf))
     if isinstance(solid, Parts):
         return leaf(solid)
-    raise TypeError(f"{type(solid).__name__} is neither a union of parts nor a combination of solids")
+    raise TypeError(
+        f"{type(solid).__name__} is neither a union of parts nor a combination of solids"
+    )

@@ -15,8 +15,9 @@ from .volume_fraction import VolumeFraction, distance_tangent, union_bounds
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Rods(Parts):
-    """Capsules: start and end (K, 3) m of their axes, radius (K,) m. The distance from a segment less a radius is a signed
-    distance, hence 1-Lipschitz; the distance from a convex body has a curvature of at most its reciprocal."""
+    """Capsules: start and end (K, 3) m of their axes, radius (K,) m. The distance from a segment
+    less a radius is a signed distance, hence 1-Lipschitz; the distance from a convex body has a
+    curvature of at most its reciprocal."""
 
     start: Float[Array, "K 3"]
     end: Float[Array, "K 3"]
@@ -38,12 +39,18 @@ class Rods(Parts):
         v = self._away(points, index)
         return root(dot(v, v)) - self.radius[index]
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
+    def shares(
+        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+    ) -> VolumeFraction:
         """See ``Parts.shares``."""
         t = distance_tangent(self._away(points, index), self.radius[index], side)
         return union_bounds(cell, cubes, t.share(side, slack), t.value, t.normal, side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        start, end, radius = np.asarray(self.start), np.asarray(self.end), np.asarray(self.radius)[:, None]
+        start, end, radius = (
+            np.asarray(self.start),
+            np.asarray(self.end),
+            np.asarray(self.radius)[:, None],
+        )
         lower, upper = np.minimum(start, end) - radius, np.maximum(start, end) + radius
         return np.stack([lower.min(axis=0), upper.max(axis=0)])

@@ -15,9 +15,10 @@ from .volume_fraction import Tangent, VolumeFraction, away, curvature, union_bou
 def cone(points: Any, apex: Any, axis: Any, cosine: Any, sine: Any, range_m: Any) -> Any:
     """Implicit function of a right circular cone with a flat base; all arguments broadcast.
 
-    The region {0 <= d <= range, rho <= d tan a} with d along the unit axis, rho the distance from it and a the half angle
-    is the intersection of an infinite cone, ``rho cos a - d sin a``, and a half-space, ``d - range``. Each has a gradient
-    of length 1 in the (d, rho) half-plane, so their maximum is 1-Lipschitz. On the axis the gradient of rho is taken as 0.
+    The region {0 <= d <= range, rho <= d tan a} with d along the unit axis, rho the distance from
+    it and a the half angle is the intersection of an infinite cone, ``rho cos a - d sin a``, and a
+    half-space, ``d - range``. Each has a gradient of length 1 in the (d, rho) half-plane, so their
+    maximum is 1-Lipschitz. On the axis the gradient of rho is taken as 0.
 
     Args:
         points: (..., 3) m.
@@ -66,11 +67,21 @@ class Cones(Parts):
     def part(self, points: Any, index: Any) -> Any:
         xp = namespace(self.half_angle)
         cosine, sine = xp.cos(self.half_angle)[index], xp.sin(self.half_angle)[index]
-        return cone(points, rows(self.apex, index), rows(self.axis, index), cosine, sine, self.range_m[index])
+        return cone(
+            points,
+            rows(self.apex, index),
+            rows(self.axis, index),
+            cosine,
+            sine,
+            self.range_m[index],
+        )
 
-    def each_share(self, points: Any, index: Any, side: float, slack: float) -> tuple[VolumeFraction, Any, Any]:
-        """Bounds of the share of each pair's cube in its cone, and a plane below the cone's side: value and normal at the
-        cube's centre. The side, rho cos a - d sin a, is convex and curves in one direction only, around the axis,
+    def each_share(
+        self, points: Any, index: Any, side: float, slack: float
+    ) -> tuple[VolumeFraction, Any, Any]:
+        """Bounds of the share of each pair's cube in its cone, and a plane below the cone's side:
+        value and normal at the cube's centre. The side, rho cos a - d sin a, is convex and curves
+        in one direction only, around the axis,
         by at most cos a / rho: with xi the step away from the axis and eta the one around it,
         hypot(rho + xi, eta) <= rho + xi + eta^2 / (2 (rho + xi)). The base is a plane."""
         axis, v = rows(self.axis, index), points - rows(self.apex, index)
@@ -85,7 +96,9 @@ class Cones(Parts):
         depth = d - self.range_m[index]
         cut = depth > -np.abs(axis).sum(axis=1) * side / 2 - slack
         if cut.any():
-            base = Tangent(depth[cut], axis[cut], np.zeros(np.count_nonzero(cut))).share(side, slack)
+            base = Tangent(depth[cut], axis[cut], np.zeros(np.count_nonzero(cut))).share(
+                side, slack
+            )
             both = share.only(cut) & base
             share.low[cut], share.high[cut] = both.low, both.high
         return share, mantle.value, normal
@@ -94,12 +107,16 @@ class Cones(Parts):
         """Cones that hold each part: themselves."""
         return self
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
+    def shares(
+        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+    ) -> VolumeFraction:
         """See ``Parts.shares``."""
         return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        """Box of each cone: its apex and the disc of its base, whose extent along e is radius * sqrt(1 - axis_e^2)."""
+        """Box of each cone: its apex and the disc of its base, whose extent along e is radius *
+        sqrt(1 - axis_e^2).
+        """
         apex, axis = np.asarray(self.apex), np.asarray(self.axis)
         base = apex + axis * np.asarray(self.range_m)[:, None]
         radius = np.asarray(self.range_m * np.tan(self.half_angle))[:, None]

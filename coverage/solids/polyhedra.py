@@ -1,9 +1,9 @@
 """Convex polyhedra: the obstacles of a cell, and the shadows behind them.
 
-A convex polyhedron is the intersection of half-spaces, the largest of plane functions with unit normals: 1-Lipschitz, convex
-and without curvature. Its shadow from an apex outside (see ``shadows``) is such a thing again: the half-spaces of the
-faces that look at the apex, and those of the planes through the apex and an edge between a face that looks at it and one
-that does not.
+A convex polyhedron is the intersection of half-spaces, the largest of plane functions with unit
+normals: 1-Lipschitz, convex and without curvature. Its shadow from an apex outside (see
+``shadows``) is such a thing again: the half-spaces of the faces that look at the apex, and those of
+the planes through the apex and an edge between a face that looks at it and one that does not.
 """
 
 from dataclasses import dataclass
@@ -25,8 +25,9 @@ NOWHERE = 1e9  # m, offset that makes a plane function of normal 0 never count
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Polyhedron:
-    """Points p with ``normal . p <= offset`` for all F faces, normal (F, 3) unit, offset (F,) m. edges: of E edges the ends
-    (E, 2, 3) m, and the two faces (E, 2) that meet there. A half-space has one face and no edge."""
+    """Points p with ``normal . p <= offset`` for all F faces, normal (F, 3) unit, offset (F,) m.
+    edges: of E edges the ends (E, 2, 3) m, and the two faces (E, 2) that meet there. A half-space
+    has one face and no edge."""
 
     normal: Float[Array, "F 3"]
     offset: Float[Array, " F"]
@@ -42,7 +43,9 @@ class Polyhedron:
 def half_space(height: float) -> Polyhedron:
     """All that lies at z <= ``height`` m: the floor."""
     none = np.zeros((0, 2))
-    return Polyhedron(np.array([[0.0, 0, 1]]), np.array([height]), np.zeros((0, 2, 3)), none.astype(int))
+    return Polyhedron(
+        np.array([[0.0, 0, 1]]), np.array([height]), np.zeros((0, 2, 3)), none.astype(int)
+    )
 
 
 def box(centre: Any, size: Any, rotation: Any = None) -> Polyhedron:
@@ -66,7 +69,12 @@ def box(centre: Any, size: Any, rotation: Any = None) -> Polyhedron:
             ends = [side.copy(), side.copy()]
             ends[0][axis], ends[1][axis] = -half[axis], half[axis]
             edges.append([centre + rotation @ end for end in ends])
-            faces.append([o + (0 if sign > 0 else 3) for o, sign in zip(others, (second, third), strict=True)])
+            faces.append(
+                [
+                    o + (0 if sign > 0 else 3)
+                    for o, sign in zip(others, (second, third), strict=True)
+                ]
+            )
     return Polyhedron(normal, offset, np.array(edges), np.array(faces))
 
 
@@ -88,18 +96,27 @@ def hull(points: Float[np.ndarray, "N 3"]) -> Polyhedron:
     meet: dict[tuple[int, int], list[int]] = {}
     for triangle, of in zip(found.simplices, face.reshape(-1), strict=True):
         for a, b in ((0, 1), (1, 2), (2, 0)):
-            meet.setdefault((min(triangle[a], triangle[b]), max(triangle[a], triangle[b])), []).append(int(of))
+            meet.setdefault(
+                (min(triangle[a], triangle[b]), max(triangle[a], triangle[b])), []
+            ).append(int(of))
     edges = [(pair, of) for pair, of in meet.items() if of[0] != of[1]]
     return Polyhedron(
-        normal, offset, points[[pair for pair, _ in edges]].reshape(-1, 2, 3), np.array([of for _, of in edges])
+        normal,
+        offset,
+        points[[pair for pair, _ in edges]].reshape(-1, 2, 3),
+        np.array([of for _, of in edges]),
     )
 
 
-def polyhedron_shadow(apex: Float[Array, "K 3"], body: Polyhedron) -> tuple[Float[Array, "K M 3"], Float[Array, "K M"]]:
-    """The shadow of ``body`` from each of K apexes (K, 3) m outside of it: normals (K, M, 3) and offsets (K, M) m of planes,
-    as in ``Polyhedron``; those of faces and edges that do not count have the normal 0 and never are the largest.
+def polyhedron_shadow(
+    apex: Float[Array, "K 3"], body: Polyhedron
+) -> tuple[Float[Array, "K M 3"], Float[Array, "K M"]]:
+    """The shadow of ``body`` from each of K apexes (K, 3) m outside of it: normals (K, M, 3) and
+    offsets (K, M) m of planes, as in ``Polyhedron``; those of faces and edges that do not count
+    have the normal 0 and never are the largest.
 
-    M is the number of faces and edges: an edge's plane counts where just one of its faces looks at the apex.
+    M is the number of faces and edges: an edge's plane counts where just one of its faces looks at
+    the apex.
     """
     xp = namespace(apex)
     looks = dot(apex[:, None], body.normal[None]) > body.offset[None]
@@ -114,9 +131,14 @@ def polyhedron_shadow(apex: Float[Array, "K 3"], body: Polyhedron) -> tuple[Floa
     length = xp.sqrt(xp.where(rim, dot(n, n), 1.0))
     rim = rim & (length > 0)
     n = xp.where(rim[..., None], n, 0.0) / xp.where(rim, length, 1.0)[..., None]
-    # Outward is away from the body: the hidden face's own normal looks that way across the edge, or the lit one's does.
-    lit = xp.where(first[..., None], body.normal[body.faces[:, 0]][None], body.normal[body.faces[:, 1]][None])
-    dark = xp.where(first[..., None], body.normal[body.faces[:, 1]][None], body.normal[body.faces[:, 0]][None])
+    # Outward is away from the body: the hidden face's own normal looks that way across the edge, or
+    # the lit one's does.
+    lit = xp.where(
+        first[..., None], body.normal[body.faces[:, 0]][None], body.normal[body.faces[:, 1]][None]
+    )
+    dark = xp.where(
+        first[..., None], body.normal[body.faces[:, 1]][None], body.normal[body.faces[:, 0]][None]
+    )
     n = n * xp.where(dot(n, lit) + dot(n, dark) >= 0, 1.0, -1.0)[..., None]
     return (
         xp.concatenate([normal, n], axis=1),
@@ -125,7 +147,9 @@ def polyhedron_shadow(apex: Float[Array, "K 3"], body: Polyhedron) -> tuple[Floa
 
 
 def largest(points: Any, normal: Any, offset: Any) -> Any:
-    """The largest plane function (...) m at ``points`` (..., 3) m of planes (..., M, 3) and (..., M); shapes broadcast."""
+    """The largest plane function (...) m at ``points`` (..., 3) m of planes (..., M, 3) and (...,
+    M); shapes broadcast.
+    """
     xp = namespace(points)
     value = dot(points, normal[..., 0, :]) - offset[..., 0]
     for i in range(1, normal.shape[-2]):
@@ -134,8 +158,8 @@ def largest(points: Any, normal: Any, offset: Any) -> Any:
 
 
 def crossed(a: Any, b: Any, normal: Any, offset: Any) -> Any:
-    """Do segments ``a``-``b`` (..., 3) m meet polyhedra of planes (..., M, 3) and (..., M)? Clipped plane by plane; shapes
-    broadcast."""
+    """Do segments ``a``-``b`` (..., 3) m meet polyhedra of planes (..., M, 3) and (..., M)? Clipped
+    plane by plane; shapes broadcast."""
     xp = namespace(a)
     first, last = (dot(p[..., None, :], normal) - offset for p in (a, b))
     fall = first - last
@@ -171,8 +195,8 @@ def planes_share(
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Polyhedra(Parts):
-    """A union of convex polyhedra. normal (K, M, 3), offset (K, M): planes, filled up with normals 0 that never count; box
-    (2, 3) m: what is asked about lies in it, as a floor has no end."""
+    """A union of convex polyhedra. normal (K, M, 3), offset (K, M): planes, filled up with normals
+    0 that never count; box (2, 3) m: what is asked about lies in it, as a floor has no end."""
 
     normal: Float[Array, "K M 3"]
     offset: Float[Array, "K M"]
@@ -184,7 +208,9 @@ class Polyhedra(Parts):
     def part(self, points: Any, index: Any) -> Any:
         return largest(points, self.normal[index], self.offset[index])
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
+    def shares(
+        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+    ) -> VolumeFraction:
         """See ``Parts.shares``: each face is a plane."""
         normal, offset = np.asarray(self.normal)[index], np.asarray(self.offset)[index]
         value = dot(points[:, None], normal) - offset

@@ -12,12 +12,15 @@ from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, union_bounds
 
 
-def pyramid(points: Any, apex: Any, axis: Any, up: Any, half: Any, half_up: Any, range_m: Any) -> Any:
+def pyramid(
+    points: Any, apex: Any, axis: Any, up: Any, half: Any, half_up: Any, range_m: Any
+) -> Any:
     """Implicit function of a pyramid with a flat base; all arguments broadcast.
 
-    With d along the unit axis, y along ``up`` and x along up x axis, the region {0 <= d <= range, |x| <= d tan a,
-    |y| <= d tan b} is the intersection of five half-spaces: |x| cos a - d sin a, |y| cos b - d sin b, d - range. Each has a
-    gradient of length 1, so their maximum is 1-Lipschitz.
+    With d along the unit axis, y along ``up`` and x along up x axis, the region {0 <= d <= range,
+    |x| <= d tan a, |y| <= d tan b} is the intersection of five half-spaces: |x| cos a - d sin a,
+    |y| cos b - d sin b, d - range. Each has a gradient of length 1, so their maximum is
+    1-Lipschitz.
 
     Args:
         points, apex: (..., 3) m.
@@ -38,8 +41,9 @@ def pyramid(points: Any, apex: Any, axis: Any, up: Any, half: Any, half_up: Any,
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Pyramids(Parts):
-    """A union of pyramids with flat bases: apex (K, 3) m, axis and up (K, 3) unit and across each other, half_angle (K,) rad
-    across ``up`` and half_up (K,) rad along it, both in (0, pi/2), range_m (K,) m."""
+    """A union of pyramids with flat bases: apex (K, 3) m, axis and up (K, 3) unit and across each
+    other, half_angle (K,) rad across ``up`` and half_up (K,) rad along it, both in (0, pi/2),
+    range_m (K,) m."""
 
     apex: Float[Array, "K 3"]
     axis: Float[Array, "K 3"]
@@ -53,10 +57,14 @@ class Pyramids(Parts):
 
     def part(self, points: Any, index: Any) -> Any:
         apex, axis, up = (rows(a, index) for a in (self.apex, self.axis, self.up))
-        return pyramid(points, apex, axis, up, self.half_angle[index], self.half_up[index], self.range_m[index])
+        return pyramid(
+            points, apex, axis, up, self.half_angle[index], self.half_up[index], self.range_m[index]
+        )
 
     def planes(self, points: Any, index: Any) -> tuple[Any, Any]:
-        """Values (5, P) m at ``points`` (P, 3) and normals (5, P, 3) of the five planes of pyramid ``index`` (P,)."""
+        """Values (5, P) m at ``points`` (P, 3) and normals (5, P, 3) of the five planes of pyramid
+        ``index`` (P,).
+        """
         axis, up, v = rows(self.axis, index), rows(self.up, index), points - rows(self.apex, index)
         side, d = cross(up, axis), dot(v, axis)
         values, normals = [d - self.range_m[index]], [axis]
@@ -67,37 +75,52 @@ class Pyramids(Parts):
                 normals.append(sign * c[:, None] * across - s[:, None] * axis)
         return np.stack(values), np.stack(normals)
 
-    def each_share(self, points: Any, index: Any, side: float, slack: float) -> tuple[VolumeFraction, Any, Any]:
-        """Bounds of the share of each pair's cube in its pyramid, and the furthest of its planes: value and normal at the
-        cube's centre. All five surfaces are planes: nothing curves. Most cubes meet one of them; a cube that several cut
-        lies in the pyramid by what all of them leave of it at least."""
+    def each_share(
+        self, points: Any, index: Any, side: float, slack: float
+    ) -> tuple[VolumeFraction, Any, Any]:
+        """Bounds of the share of each pair's cube in its pyramid, and the furthest of its planes:
+        value and normal at the cube's centre. All five surfaces are planes: nothing curves. Most
+        cubes meet one of them; a cube that several cut lies in the pyramid by what all of them
+        leave of it at least."""
         values, normals = self.planes(points, index)
         share = VolumeFraction(np.ones(len(index)), np.ones(len(index)))
         for value, normal in zip(values, normals, strict=True):
             cut = value > -np.abs(normal).sum(axis=1) * side / 2 - slack
             if cut.any():
-                plane = Tangent(value[cut], normal[cut], np.zeros(np.count_nonzero(cut))).share(side, slack)
+                plane = Tangent(value[cut], normal[cut], np.zeros(np.count_nonzero(cut))).share(
+                    side, slack
+                )
                 both = share.only(cut) & plane
                 share.low[cut], share.high[cut] = both.low, both.high
         furthest = values.argmax(axis=0)
         at = np.arange(len(index))
         return share, values[furthest, at], normals[furthest, at]
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
+    def shares(
+        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+    ) -> VolumeFraction:
         """See ``Parts.shares``."""
         return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """The box of all apexes and all corners of bases."""
-        corners = np.concatenate([np.asarray(self.apex)[:, None], self.corners()], axis=1).reshape(-1, 3)
+        corners = np.concatenate([np.asarray(self.apex)[:, None], self.corners()], axis=1).reshape(
+            -1, 3
+        )
         return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
     def corners(self) -> Float[np.ndarray, "K 4 3"]:
         """The corners of the bases (K, 4, 3) m, in their order around each."""
-        axis, up, height = np.asarray(self.axis), np.asarray(self.up), np.asarray(self.range_m)[:, None]
+        axis, up, height = (
+            np.asarray(self.axis),
+            np.asarray(self.up),
+            np.asarray(self.range_m)[:, None],
+        )
         x, y = (
             height * np.tan(np.asarray(half))[:, None] * e
             for half, e in ((self.half_angle, cross(up, axis)), (self.half_up, up))
         )
         base = np.asarray(self.apex) + height * axis
-        return np.stack([base + a * x + b * y for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))], axis=1)
+        return np.stack(
+            [base + a * x + b * y for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))], axis=1
+        )

@@ -15,7 +15,9 @@ from .volume_fraction import VolumeFraction, distance_tangent, union_bounds
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Spheres(Parts):
-    """A union of balls: centre (K, 3) m, radius (K,) m. ``|p - c| - r`` is a signed distance, hence 1-Lipschitz."""
+    """A union of balls: centre (K, 3) m, radius (K,) m. ``|p - c| - r`` is a signed distance, hence
+    1-Lipschitz.
+    """
 
     centre: Float[Array, "K 3"]
     radius: Float[Array, " K"]
@@ -27,7 +29,9 @@ class Spheres(Parts):
         v = points - rows(self.centre, index)
         return root(dot(v, v)) - self.radius[index]
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
+    def shares(
+        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+    ) -> VolumeFraction:
         """See ``Parts.shares``."""
         t = distance_tangent(points - rows(self.centre, index), self.radius[index], side)
         return union_bounds(cell, cubes, t.share(side, slack), t.value, t.normal, side, slack)

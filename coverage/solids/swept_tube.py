@@ -9,21 +9,29 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, dot, namespace, root, rows
 from .base import Parts
-from .volume_fraction import Tangent, VolumeFraction, distance_tangent, first_of, share_under, union_bounds
+from .volume_fraction import (
+    Tangent,
+    VolumeFraction,
+    distance_tangent,
+    first_of,
+    share_under,
+    union_bounds,
+)
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Tube(Parts):
-    """Slabs between neighbouring discs: the points where the two plane functions differ in sign, within ``radius`` of
-    the segment between the discs' centres.
+    """Slabs between neighbouring discs: the points where the two plane functions differ in sign,
+    within ``radius`` of the segment between the discs' centres.
 
-    Where the discs of a tight bend cross, both sides of the crossing belong to the tube. Each plane function
-    ``s = (p - centre) . normal`` has a gradient of length 1, the distance from a segment too, and the rest is min and
-    max: a slab is 1-Lipschitz.
+    Where the discs of a tight bend cross, both sides of the crossing belong to the tube. Each plane
+    function
+    ``s = (p - centre) . normal`` has a gradient of length 1, the distance from a segment too, and
+    the rest is min and max: a slab is 1-Lipschitz.
 
-    centre (D, 3) m, normal (D, 3) unit (the curve's tangent), radius m, first (S,): slab k lies between the discs
-    first[k] and first[k] + 1.
+    centre (D, 3) m, normal (D, 3) unit (the curve's tangent), radius m, first (S,): slab k lies
+    between the discs first[k] and first[k] + 1.
     """
 
     centre: Float[Array, "D 3"]
@@ -35,8 +43,9 @@ class Tube(Parts):
         return len(self.first)
 
     def _slab(self, points: Any, index: Any) -> tuple[Any, Any, Any]:
-        """Signed distances of ``points`` from the first and second disc's plane of slab ``index``, m, and the way (..., 3)
-        from the nearest point of the segment between the discs' centres, m."""
+        """Signed distances of ``points`` from the first and second disc's plane of slab ``index``,
+        m, and the way (..., 3) from the nearest point of the segment between the discs' centres, m.
+        """
         xp = namespace(points)
         i = self.first[index]
         start, end = rows(self.centre, i), rows(self.centre, i + 1)
@@ -54,7 +63,9 @@ class Tube(Parts):
         return xp.maximum(crossing, distance - self.radius)
 
     def holds(self, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
-        """See ``Parts.holds``: distances are measured only where the signs of a slab's two planes differ, which few do."""
+        """See ``Parts.holds``: distances are measured only where the signs of a slab's two planes
+        differ, which few do.
+        """
         height = self.normal @ points.T - dot(self.centre, self.normal)[:, None]
         positive, negative, i = height >= 0, height <= 0, self.first
         differ = np.flatnonzero((positive[i] & negative[i + 1]) | (negative[i] & positive[i + 1]))
@@ -76,11 +87,13 @@ class Tube(Parts):
     ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
         """See ``Parts.decide``; a ball may be wholly inside the tube though in no single slab.
 
-        On the face between two neighbouring slabs the least over slabs is 0, deep inside the tube. So look along a run of
-        consecutive slabs whose segments are all nearer than ``radius - reach`` to the centre: if one disc of the run has
-        the whole ball on its positive side and another has it on its negative side, then along the run every point of the
-        ball changes sign between some two neighbours, and is within ``radius`` of the segment between them. A slab that is
-        absent has both discs on the same side of the ball, or lies too far: neither can complete a run.
+        On the face between two neighbouring slabs the least over slabs is 0, deep inside the tube.
+        So look along a run of consecutive slabs whose segments are all nearer than ``radius -
+        reach`` to the centre: if one disc of the run has the whole ball on its positive side and
+        another has it on its negative side, then along the run every point of the ball changes sign
+        between some two neighbours, and is within ``radius`` of the segment between them. A slab
+        that is absent has both discs on the same side of the ball, or lies too far: neither can
+        complete a run.
         """
         before, after, across = self._slab(points, index)
         distance = root(dot(across, across))
@@ -100,13 +113,16 @@ class Tube(Parts):
         joined[1:] = (cell[1:] == cell[:-1]) & (disc[1:] == disc[:-1] + 1) & near[1:] & near[:-1]
         return np.cumsum(~joined)
 
-    def shares(self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float) -> VolumeFraction:
-        """See ``Parts.shares``. A slab is what lies between two planes, on the positive side of one and the negative of
-        the other, and near the segment.
+    def shares(
+        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+    ) -> VolumeFraction:
+        """See ``Parts.shares``. A slab is what lies between two planes, on the positive side of one
+        and the negative of the other, and near the segment.
 
-        A cube that the plane between two slabs crosses has a share in both. Where along a run of consecutive slabs one disc
-        has the whole cube on its positive side and another on its negative side (see ``decide``), each point of the cube
-        lies between the planes of some slab of the run: those near all its segments are inside.
+        A cube that the plane between two slabs crosses has a share in both. Where along a run of
+        consecutive slabs one disc has the whole cube on its positive side and another on its
+        negative side (see ``decide``), each point of the cube lies between the planes of some slab
+        of the run: those near all its segments are inside.
         """
         before, after, across = self._slab(points, index)
         round_ = distance_tangent(across, self.radius, side)
@@ -126,9 +142,17 @@ class Tube(Parts):
         held = (positive & negative)[run]
         if held.any():
             first = first_of(run[held])
-            value, normal, where = round_.value[held], rows(round_.normal, np.flatnonzero(held)), cell[held][first]
+            value, normal, where = (
+                round_.value[held],
+                rows(round_.normal, np.flatnonzero(held)),
+                cell[held][first],
+            )
             head = np.repeat(first, np.diff(first, append=len(value)))
-            depth = value + round_.rise(side)[held] + np.abs(normal - normal[head]).sum(axis=1) * side / 2
+            depth = (
+                value
+                + round_.rise(side)[held]
+                + np.abs(normal - normal[head]).sum(axis=1) * side / 2
+            )
             depth = (np.maximum.reduceat(depth, first) + 2 * slack) / side
             inside = share_under(depth, depth, normal[first])
             np.maximum.at(union.low, where, inside.low)

@@ -1,11 +1,14 @@
 """Guaranteed bounds of the share of a cube that lies in a solid.
 
-A smooth convex surface f = 0 stays between its tangent plane at the cube's centre, g <= f, and a parabola above it,
-f <= g + bend t^2 / 2, where t is measured across the surface's normal. The share of a cube under a plane has a closed
-form; what lies between plane and parabola is bounded by the curvature and falls with the square of the cube's side.
+A smooth convex surface f = 0 stays between its tangent plane at the cube's centre, g <= f, and a
+parabola above it,
+f <= g + bend t^2 / 2, where t is measured across the surface's normal. The share of a cube under a
+plane has a closed form; what lies between plane and parabola is bounded by the curvature and falls
+with the square of the cube's side.
 
-Shares of several solids combine by the bounds that hold however they overlap: ``a or b`` holds at least the larger and at
-most the sum, ``a and b`` at least what exceeds the cube and at most the smaller.
+Shares of several solids combine by the bounds that hold however they overlap: ``a or b`` holds at
+least the larger and at most the sum, ``a and b`` at least what exceeds the cube and at most the
+smaller.
 """
 
 from dataclasses import dataclass
@@ -16,7 +19,8 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import dot
 
-TILT = 2.0**-14  # least component of a normal: smaller ones are raised to it and the plane moved by what that can do
+# least component of a normal: smaller ones are raised to it and the plane moved by what that can do
+TILT = 2.0**-14
 ROUNDING = 1e-14  # of the closed form, times the reciprocal product of the normal's components
 
 
@@ -59,11 +63,13 @@ class VolumeFraction:
 def share_under(
     above: Float[np.ndarray, " N"], below: Float[np.ndarray, " N"], normal: Float[np.ndarray, "N 3"]
 ) -> VolumeFraction:
-    """Bounds of the share of the unit cube about the origin where ``value + normal . x <= 0``, ``below <= value <= above``.
+    """Bounds of the share of the unit cube about the origin where ``value + normal . x <= 0``,
+    ``below <= value <= above``.
 
-    With components a >= b >= c > 0 of the normal and t the way from the lowest corner to the plane, at most half of the
-    way through the cube, the share is (t^3 - (t - a)^3 - (t - b)^3 - (t - c)^3 + (t - b - c)^3) / (6 a b c) over the
-    positive brackets: the distribution of a sum of three uniform variables. Beyond the middle the other side is computed.
+    With components a >= b >= c > 0 of the normal and t the way from the lowest corner to the plane,
+    at most half of the way through the cube, the share is (t^3 - (t - a)^3 - (t - b)^3 - (t - c)^3
+    + (t - b - c)^3) / (6 a b c) over the positive brackets: the distribution of a sum of three
+    uniform variables. Beyond the middle the other side is computed.
 
     Args:
         above, below: (N,), in sides of the cube.
@@ -84,7 +90,9 @@ def share_under(
     total /= 6 * product
     total = np.where(offset > 0, total, 1 - total)
     rounding = ROUNDING / product
-    return VolumeFraction(np.maximum(total[0] - rounding, 0.0), np.minimum(total[1] + rounding, 1.0))
+    return VolumeFraction(
+        np.maximum(total[0] - rounding, 0.0), np.minimum(total[1] + rounding, 1.0)
+    )
 
 
 def _cube(x: Float[np.ndarray, "2 N"]) -> Float[np.ndarray, "2 N"]:
@@ -97,9 +105,10 @@ def _cube(x: Float[np.ndarray, "2 N"]) -> Float[np.ndarray, "2 N"]:
 
 @dataclass(frozen=True)
 class Tangent:
-    """Convex functions at the centres of P cubes: value (P,) m, gradient ``normal`` (P, 3) of length 1 or less, and a bound
-    ``bend`` (P,) 1/m of the curvature inside the cube; ``along`` (P, 3), the one unit direction in which it curves, or
-    None where it may curve in every direction across the normal."""
+    """Convex functions at the centres of P cubes: value (P,) m, gradient ``normal`` (P, 3) of
+    length 1 or less, and a bound ``bend`` (P,) 1/m of the curvature inside the cube; ``along`` (P,
+    3), the one unit direction in which it curves, or None where it may curve in every direction
+    across the normal."""
 
     value: Float[np.ndarray, " P"]
     normal: Float[np.ndarray, "P 3"]
@@ -114,9 +123,11 @@ class Tangent:
     def between(self, side: float) -> Float[np.ndarray, " P"]:
         """Bound of the share of a cube between tangent plane and surface.
 
-        On a line along the axis e nearest to the normal, that piece is at most max(bend t^2 / 2) / |n_e| long. With
-        t = p . y + q z, y in the cube's face and z along the line, the mean over the face of max t^2 is at most
-        (sqrt(|p|^2 / 12) + |q| / 2)^2 side^2: |p . y| has the mean square |p|^2 side^2 / 12.
+        On a line along the axis e nearest to the normal, that piece is at most max(bend t^2 / 2) /
+        |n_e| long. With
+        t = p . y + q z, y in the cube's face and z along the line, the mean over the face of max
+        t^2 is at most (sqrt(|p|^2 / 12) + |q| / 2)^2 side^2: |p . y| has the mean square |p|^2
+        side^2 / 12.
         """
         steep = np.maximum(np.abs(self.normal).max(axis=1), TILT)
         if self.along is None:
@@ -129,9 +140,13 @@ class Tangent:
         return self.bend / 2 * mean * side / steep
 
     def share(self, side: float, slack: float) -> VolumeFraction:
-        """Bounds of the share of each cube where the function is at most 0; ``slack`` m, rounding of its value."""
+        """Bounds of the share of each cube where the function is at most 0; ``slack`` m, rounding
+        of its value.
+        """
         plane = share_under((self.value + slack) / side, (self.value - slack) / side, self.normal)
-        return VolumeFraction(np.maximum(plane.low - self.between(side) * (1 + 1e-9), 0.0), plane.high)
+        return VolumeFraction(
+            np.maximum(plane.low - self.between(side) * (1 + 1e-9), 0.0), plane.high
+        )
 
 
 def first_of(cell: Int[np.ndarray, " P"]) -> Int[np.ndarray, " M"]:
@@ -140,12 +155,19 @@ def first_of(cell: Int[np.ndarray, " P"]) -> Int[np.ndarray, " M"]:
 
 
 def union_bounds(
-    cell: Int[np.ndarray, " P"], cells: int, each: VolumeFraction, value: Any, normal: Any, side: float, slack: float
+    cell: Int[np.ndarray, " P"],
+    cells: int,
+    each: VolumeFraction,
+    value: Any,
+    normal: Any,
+    side: float,
+    slack: float,
 ) -> VolumeFraction:
     """Bounds of the share of each of ``cells`` cubes in the union of its parts.
 
-    The sum over the parts is a poor bound where parts nearly coincide. All parts of a cube lie under their tangent planes,
-    ``value + normal . x <= 0``, so all lie under the plane of the first one, moved by as much as the others differ from it.
+    The sum over the parts is a poor bound where parts nearly coincide. All parts of a cube lie
+    under their tangent planes, ``value + normal . x <= 0``, so all lie under the plane of the first
+    one, moved by as much as the others differ from it.
 
     Args:
         cell: cube of each pair, ascending.
@@ -180,12 +202,17 @@ def curvature(distance: Float[np.ndarray, " P"]) -> Float[np.ndarray, " P"]:
     return np.where(distance > 0, 1 / np.where(distance > 0, distance, 1.0), SHARP)
 
 
-AXIS = 1e-4  # of a cube's side: nearer to an axis, the direction away from it is lost to rounding, even along the axis
+# of a cube's side: nearer to an axis, the direction away from it is lost to rounding, even along
+# the axis
+AXIS = 1e-4
 
 
-def away(v: Float[np.ndarray, "P 3"], side: float) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, "P 3"]]:
-    """Length (P,) m of ``v`` (P, 3) m and its direction (P, 3), for a convex distance and its gradient; both 0 where ``v``
-    is next to nothing in a cube of ``side`` m. The plane of value and gradient 0 lies below every distance."""
+def away(
+    v: Float[np.ndarray, "P 3"], side: float
+) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, "P 3"]]:
+    """Length (P,) m of ``v`` (P, 3) m and its direction (P, 3), for a convex distance and its
+    gradient; both 0 where ``v`` is next to nothing in a cube of ``side`` m. The plane of value and
+    gradient 0 lies below every distance."""
     length = np.sqrt(dot(v, v))
     length = np.where(length > AXIS * side, length, 0.0)
     known = (length > 0)[:, None]
@@ -193,10 +220,13 @@ def away(v: Float[np.ndarray, "P 3"], side: float) -> tuple[Float[np.ndarray, " 
 
 
 def distance_tangent(v: Float[np.ndarray, "P 3"], radius: Any, side: float) -> Tangent:
-    """Tangent of ``distance from a convex body - radius``, where ``v`` (P, 3) m leads from the nearest point of the body
-    to the cube's centre.
+    """Tangent of ``distance from a convex body - radius``, where ``v`` (P, 3) m leads from the
+    nearest point of the body to the cube's centre.
 
-    The distance from the body is at most that from this one point, whose curvature is at most 1 / distance.
+    The distance from the body is at most that from this one point, whose curvature is at most 1 /
+    distance.
     """
     distance, normal = away(v, side)
-    return Tangent(distance - radius, normal, curvature(distance - np.abs(normal).sum(axis=1) * side / 2))
+    return Tangent(
+        distance - radius, normal, curvature(distance - np.abs(normal).sum(axis=1) * side / 2)
+    )

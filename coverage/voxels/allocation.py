@@ -1,7 +1,8 @@
-"""Large arrays that come and go: keep their memory instead of asking the system for it page by page each time.
+"""Large arrays that come and go: keep their memory instead of asking the system for it page by page
+each time.
 
-The C library of Linux hands blocks above 128 KB back to the system when they are freed; the next array of that size then
-costs a page fault for every 4 KB, which is as much as the arithmetic on it.
+The C library of Linux hands blocks above 128 KB back to the system when they are freed; the next
+array of that size then costs a page fault for every 4 KB, which is as much as the arithmetic on it.
 """
 
 import ctypes
@@ -15,7 +16,9 @@ _SHARED = 1 << 25  # bytes, the largest block that the C library lets come from 
 
 @cache
 def keep_freed_memory() -> bool:
-    """Let this process keep up to 256 MB of freed memory; False where the C library has no such setting."""
+    """Let this process keep up to 256 MB of freed memory; False where the C library has no such
+    setting.
+    """
     if not sys.platform.startswith("linux"):
         return False
     try:

@@ -1,4 +1,6 @@
-"""What a cell of an octree has to know of a solid: its values at points, and whether a whole ball lies inside or outside."""
+"""What a cell of an octree has to know of a solid: its values at points, and whether a whole ball
+lies inside or outside.
+"""
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -11,12 +13,20 @@ SLACK = 1e-9  # rounding of an implicit function, relative to the scale of its s
 
 
 def scale(solid: Solid) -> float:
-    """What rounding is relative to: 1 m, or the furthest coordinate of the solid's parts if larger."""
-    return max([1.0, *(float(np.abs(parts.bounds()).max()) for parts in leaves(solid) if len(parts))])
+    """What rounding is relative to: 1 m, or the furthest coordinate of the solid's parts if
+    larger.
+    """
+    return max(
+        [1.0, *(float(np.abs(parts.bounds()).max()) for parts in leaves(solid) if len(parts))]
+    )
 
 
-def values(solid: Solid, points: Float[np.ndarray, "*batch M 3"], pairs: tuple[Pairs, ...]) -> Float[np.ndarray, "*batch M"]:
-    """Implicit function at points of each cell, one or a batch of them; parts that do not matter are left out."""
+def values(
+    solid: Solid, points: Float[np.ndarray, "*batch M 3"], pairs: tuple[Pairs, ...]
+) -> Float[np.ndarray, "*batch M"]:
+    """Implicit function at points of each cell, one or a batch of them; parts that do not matter
+    are left out.
+    """
     turn = iter(pairs)
 
     def least(parts: Parts) -> Float[np.ndarray, "*batch M"]:
@@ -34,8 +44,8 @@ def values(solid: Solid, points: Float[np.ndarray, "*batch M 3"], pairs: tuple[P
 def verdicts(
     solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], reach: float
 ) -> tuple[Int[np.ndarray, " M"], tuple[Pairs, ...]]:
-    """-1 where the ball of radius ``reach`` m about a point lies inside the solid, 1 outside, 0 undecided; and the pairs
-    that still matter."""
+    """-1 where the ball of radius ``reach`` m about a point lies inside the solid, 1 outside, 0
+    undecided; and the pairs that still matter."""
     turn = iter(pairs)
     left: list[Pairs] = []
 

@@ -1,9 +1,10 @@
 """A guaranteed interval for zeta, as narrow as asked.
 
-Cells wholly inside or outside are settled at once. Of a cell that surfaces cut, the covered and the uncovered volume are
-bounded from below and above (``volume_fraction``); a cell whose bounds still leave more open than a threshold is split. The
-threshold falls from pass to pass until the interval is narrow enough. Passes go depth first and keep no cells, so that
-memory stays bounded however narrow the interval, and each pass leaves a valid interval.
+Cells wholly inside or outside are settled at once. Of a cell that surfaces cut, the covered and the
+uncovered volume are bounded from below and above (``volume_fraction``); a cell whose bounds still
+leave more open than a threshold is split. The threshold falls from pass to pass until the interval
+is narrow enough. Passes go depth first and keep no cells, so that memory stays bounded however
+narrow the interval, and each pass leaves a valid interval.
 """
 
 import itertools
@@ -27,21 +28,24 @@ from .voxel_set import centre
 
 _IN_TARGET, _SEEN = 1, 2  # bits of a cell's mark
 _LEVELS = 19  # of halving a cell, from the scene's box down to the smallest
-_PAIRS = 1 << 17  # of cell and part worked on at once: enough that arithmetic outweighs calls, some 100 MB
-_SHARES = (
-    4,
-    64,
-)  # that the first cells are dealt into, at least and at most: for machines of any number of processors alike
+# of cell and part worked on at once: enough that arithmetic outweighs calls, some 100 MB
+_PAIRS = 1 << 17
+# that the first cells are dealt into, at least and at most: for machines of any number of
+# processors alike
+_SHARES = (4, 64)
 _SHARE = 1 << 18  # cells of a pass, from where on another share pays
 _WORTH = 2000  # a cell this many times the threshold is split without a look at its shares
-_EMPTY = 0.05  # of its box: a target that may be this large at most, and of which nothing is certain, counts as empty
+# of its box: a target that may be this large at most, and of which nothing is certain, counts as
+# empty
+_EMPTY = 0.05
 _SUM = 1e-12  # rounding of a sum of volumes, relative; adding up such sums adds to it
 
 
 @dataclass(frozen=True)
 class Bracket:
-    """Guaranteed bounds of zeta, in [0, 1], and of the target's volume, m^3; and how they were reached: passes, cells
-    settled in the last pass, side of the smallest of them, m, and whether the interval is as narrow as was asked."""
+    """Guaranteed bounds of zeta, in [0, 1], and of the target's volume, m^3; and how they were
+    reached: passes, cells settled in the last pass, side of the smallest of them, m, and whether
+    the interval is as narrow as was asked."""
 
     low: float
     high: float
@@ -60,7 +64,9 @@ class Bracket:
 
 @dataclass
 class _Tally:
-    """Bounds of the covered and the uncovered volume of the target, m^3, their cells, smallest level and number of sums."""
+    """Bounds of the covered and the uncovered volume of the target, m^3, their cells, smallest
+    level and number of sums.
+    """
 
     covered_low: float = 0.0
     covered_high: float = 0.0
@@ -70,9 +76,14 @@ class _Tally:
     level: int = _LEVELS + 2
     sums: int = 0
 
-    def add(self, covered: VolumeFraction, uncovered: VolumeFraction, volume: float, level: int) -> None:
+    def add(
+        self, covered: VolumeFraction, uncovered: VolumeFraction, volume: float, level: int
+    ) -> None:
         """Settle cells of one ``volume``."""
-        sums = [volume * float(v.sum()) for v in (covered.low, covered.high, uncovered.low, uncovered.high)]
+        sums = [
+            volume * float(v.sum())
+            for v in (covered.low, covered.high, uncovered.low, uncovered.high)
+        ]
         cells = len(covered.low)
         covered_low, covered_high, uncovered_low, uncovered_high = sums
         level = level if cells else self.level
@@ -95,7 +106,16 @@ class _Tally:
         more_c, more_u = self.covered_high * (1 + rounding), self.uncovered_high * (1 + rounding)
         low = c / (c + more_u) * (1 - _SUM) if c > 0 else 0.0
         high = min(more_c / (more_c + u) * (1 + _SUM), 1.0) if more_c > 0 else 0.0
-        return Bracket(low, high, c + u, more_c + more_u, passes, self.cells, unit * 2.0**self.level, high - low <= width)
+        return Bracket(
+            low,
+            high,
+            c + u,
+            more_c + more_u,
+            passes,
+            self.cells,
+            unit * 2.0**self.level,
+            high - low <= width,
+        )
 
 
 class StoppedError(Exception):
@@ -104,8 +124,9 @@ class StoppedError(Exception):
 
 @dataclass(frozen=True)
 class _Pass:
-    """One descent: cells that leave more than ``threshold`` m^3 open are split, down to level 0; a covered volume counts
-    1 - zeta, an uncovered one zeta, as that is what they move the share by."""
+    """One descent: cells that leave more than ``threshold`` m^3 open are split, down to level 0; a
+    covered volume counts 1 - zeta, an uncovered one zeta, as that is what they move the share by.
+    """
 
     target: Solid
     seen: Solid
@@ -131,7 +152,9 @@ class _Pass:
         return tally
 
     def _decide(self, cells: Cells, unions: int, tally: _Tally) -> Cells:
-        """Settle the cells wholly in or out of both solids; the rest, with what is known of them as marks."""
+        """Settle the cells wholly in or out of both solids; the rest, with what is known of them as
+        marks.
+        """
         points = centre(cells.numbers, cells.level, self.unit)
         reach = math.sqrt(3) / 2 * self.unit * (1 << cells.level) + self.slack
         t, pairs_t = verdicts(self.target, points, cells.pairs[:unions], reach)
@@ -157,17 +180,26 @@ class _Pass:
         if volume > _WORTH * self.threshold and cells.level > 0:
             return cells
         points = centre(cells.numbers, cells.level, self.unit)
-        t = self._shares(self.target, points, cells.pairs[:unions], side, (cells.mark & _IN_TARGET) > 0)
+        t = self._shares(
+            self.target, points, cells.pairs[:unions], side, (cells.mark & _IN_TARGET) > 0
+        )
         v = self._shares(self.seen, points, cells.pairs[unions:], side, (cells.mark & _SEEN) > 0)
         covered, uncovered = t & v, t & -v
-        open_ = (1 - self.zeta) * (covered.high - covered.low) + self.zeta * (uncovered.high - uncovered.low)
+        open_ = (1 - self.zeta) * (covered.high - covered.low) + self.zeta * (
+            uncovered.high - uncovered.low
+        )
         split = (volume * open_ > self.threshold) & (cells.level > 0)
         done = ~split
         tally.add(covered.only(done), uncovered.only(done), volume, cells.level)
         return cells.only(split)
 
     def _shares(
-        self, solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple, side: float, inside: np.ndarray
+        self,
+        solid: Solid,
+        points: Float[np.ndarray, "M 3"],
+        pairs: tuple,
+        side: float,
+        inside: np.ndarray,
     ) -> VolumeFraction:
         turn = iter(pairs)
 
@@ -181,14 +213,18 @@ class _Pass:
         return VolumeFraction(np.where(inside, 1.0, share.low), np.where(inside, 1.0, share.high))
 
 
-def _unless(known: Bool[np.ndarray, " M"], pairs: tuple[Int[np.ndarray, " P"], Int[np.ndarray, " P"]]) -> tuple:
+def _unless(
+    known: Bool[np.ndarray, " M"], pairs: tuple[Int[np.ndarray, " P"], Int[np.ndarray, " P"]]
+) -> tuple:
     """The pairs of cells of which it is not known."""
     keep = ~known[pairs[0]]
     return pairs[0][keep], pairs[1][keep]
 
 
 def _run(work: _Pass, start: Cells, cells: int) -> _Tally:
-    """One pass after one of so many cells, in shares that are the same on every machine, so that sums round alike."""
+    """One pass after one of so many cells, in shares that are the same on every machine, so that
+    sums round alike.
+    """
     shares = min(max(cells // _SHARE, _SHARES[0]), _SHARES[1])
     share = np.arange(len(start)) % shares
     with ThreadPoolExecutor(processors()) as pool:
@@ -205,8 +241,8 @@ def _run(work: _Pass, start: Cells, cells: int) -> _Tally:
 
 
 def _step(width: float, wanted: float) -> float:
-    """Factor on the threshold: the interval falls about with its square root; aim a little below, and go no more than a
-    hundredth at once."""
+    """Factor on the threshold: the interval falls about with its square root; aim a little below,
+    and go no more than a hundredth at once."""
     return min(max((0.8 * wanted / width) ** 2, 0.01), 0.5)
 
 
@@ -223,7 +259,8 @@ def bracket(
         target, seen: solids.
         width: of the interval asked for, in [0, 1]; 0 asks for every cell of side ``voxel``.
         voxel: side below which no cell is split, m; None: a millionth of the scene.
-        tell: is given the interval after each pass. Ctrl-C ends the work with the last interval, ``reached`` False.
+        tell: is given the interval after each pass. Ctrl-C ends the work with the last interval,
+            ``reached`` False.
 
     Raises:
         ValueError: if the target is empty, or neither width nor voxel bounds the work.
@@ -248,7 +285,9 @@ def bracket(
             tally = _run(work, start, found.cells if found else 0)
             before, found = found, tally.bracket(passes, unit, width)
             if found.volume_low == 0 and found.volume_high < _EMPTY * volume:
-                raise ValueError("the target is empty or too thin to tell: nothing is certain to lie in it")
+                raise ValueError(
+                    "the target is empty or too thin to tell: nothing is certain to lie in it"
+                )
             tell(found)
         except KeyboardInterrupt:
             if found is None:

@@ -1,7 +1,8 @@
 """Connected pieces of a set of voxels: voxels that share a face belong together.
 
-The set's intervals are cut into octree cells as large as they go. Of two cells that share a face the smaller one meets the
-other where its neighbour of its own size would be; so each cell looks across its six faces, and no voxel is looked at alone.
+The set's intervals are cut into octree cells as large as they go. Of two cells that share a face
+the smaller one meets the other where its neighbour of its own size would be; so each cell looks
+across its six faces, and no voxel is looked at alone.
 """
 
 from dataclasses import dataclass
@@ -18,9 +19,10 @@ from .voxel_set import OFFSET, VoxelSet, decode, encode
 class Pieces:
     """The P connected pieces of a set, the one of most voxels first.
 
-    voxel: side, m. voxels (P,): how many. centre (P, 3) m: centroid. low, high (P, 3) m: corners of the box around it.
-    key, size (C,): first key of each of the cells that make them up, and its voxels; side (C,): of a cell, voxels;
-    middle (C, 3) m: its centre; piece (C,): the number of its piece.
+    voxel: side, m. voxels (P,): how many. centre (P, 3) m: centroid. low, high (P, 3) m: corners of
+    the box around it. key, size (C,): first key of each of the cells that make them up, and its
+    voxels; side (C,): of a cell, voxels; middle (C, 3) m: its centre; piece (C,): the number of its
+    piece.
     """
 
     voxel: float
@@ -44,7 +46,9 @@ class Pieces:
 
 
 def pieces(voxels: VoxelSet) -> Pieces:
-    """The connected pieces of a set of voxels; pieces of as many voxels in the order of their keys."""
+    """The connected pieces of a set of voxels; pieces of as many voxels in the order of their
+    keys.
+    """
     key, level = _cells(voxels)
     side, size = 1 << level, 1 << 3 * level
     lowest = decode(key)
@@ -95,7 +99,10 @@ def ranges(start: Int[np.ndarray, " R"], stop: Int[np.ndarray, " R"]) -> Int[np.
 
 
 def _across_faces(
-    key: Int[np.ndarray, " C"], size: Int[np.ndarray, " C"], side: Int[np.ndarray, " C"], lowest: Int[np.ndarray, "C 3"]
+    key: Int[np.ndarray, " C"],
+    size: Int[np.ndarray, " C"],
+    side: Int[np.ndarray, " C"],
+    lowest: Int[np.ndarray, "C 3"],
 ) -> tuple[Int[np.ndarray, " E"], Int[np.ndarray, " E"]]:
     """Pairs of cells that share a face, the smaller one first."""
     found = []

@@ -1,9 +1,12 @@
-"""How many cones hold each voxel, and what is lost without one: counted in one descent of the octree.
+"""How many cones hold each voxel, and what is lost without one: counted in one descent of the
+octree.
 
-A cell inherits only the cones whose surface may cross it; of those that hold all of it, it keeps how many they are, the
-first and the last. Cones are numbered group by group (the sensors of a ring), so one cone alone holds a cell where first and
-last are equal, and one group alone where these are of one group. In a block of 64 voxels each cone left is one word, and a
-voxel's number of cones grows by bit arithmetic: "at least k so far" becomes "at least k - 1 before, and this one, too".
+A cell inherits only the cones whose surface may cross it; of those that hold all of it, it keeps
+how many they are, the first and the last. Cones are numbered group by group (the sensors of a
+ring), so one cone alone holds a cell where first and last are equal, and one group alone where
+these are of one group. In a block of 64 voxels each cone left is one word, and a voxel's number of
+cones grows by bit arithmetic: "at least k so far" becomes "at least k - 1 before, and this one,
+too".
 """
 
 import math
@@ -28,20 +31,24 @@ _ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 @dataclass(frozen=True)
 class CoverageCounts:
-    """at_least (N,): wanted voxels that at least 1 ... N cones hold. alone (K,): those that one cone holds and no other.
-    alone_group (G,): those that only cones of one group hold."""
+    """at_least (N,): wanted voxels that at least 1 ... N cones hold. alone (K,): those that one
+    cone holds and no other. alone_group (G,): those that only cones of one group hold."""
 
     at_least: Int[np.ndarray, " N"]
     alone: Int[np.ndarray, " K"]
     alone_group: Int[np.ndarray, " G"]
 
     def __add__(self, other: "CoverageCounts") -> "CoverageCounts":
-        return CoverageCounts(*(a + b for a, b in zip(vars(self).values(), vars(other).values(), strict=True)))
+        return CoverageCounts(
+            *(a + b for a, b in zip(vars(self).values(), vars(other).values(), strict=True))
+        )
 
 
 @dataclass(frozen=True)
 class Held:
-    """Of cells (M,): are all their voxels wanted, how many cones hold the whole cell, and the first and last of these."""
+    """Of cells (M,): are all their voxels wanted, how many cones hold the whole cell, and the first
+    and last of these.
+    """
 
     full: Bool[np.ndarray, " M"]
     count: Int[np.ndarray, " M"]
@@ -50,7 +57,9 @@ class Held:
 
     @staticmethod
     def nothing(cells: int, cones: int) -> "Held":
-        """``cells`` of which nothing is known; the first of no cones is one beyond all, the last one before all."""
+        """``cells`` of which nothing is known; the first of no cones is one beyond all, the last
+        one before all.
+        """
         zero = np.zeros(cells, np.int64)
         return Held(np.zeros(cells, bool), zero, zero + cones, zero - 1)
 
@@ -59,7 +68,9 @@ class Held:
         return Held(*(a[index] for a in vars(self).values()))
 
     def with_cones(self, cell: Int[np.ndarray, " P"], cone: Int[np.ndarray, " P"]) -> "Held":
-        """The same cells with further pairs of a cell (ascending) and a cone (ascending in a cell) that holds it."""
+        """The same cells with further pairs of a cell (ascending) and a cone (ascending in a cell)
+        that holds it.
+        """
         if len(cell) == 0:
             return self
         begins = np.flatnonzero(np.diff(cell, prepend=-1))
@@ -73,10 +84,15 @@ class Held:
 
 
 def _at_least(
-    most: int, count: Int[np.ndarray, " M"], wanted: UInt64[np.ndarray, " M"], cell: np.ndarray, word: np.ndarray
+    most: int,
+    count: Int[np.ndarray, " M"],
+    wanted: UInt64[np.ndarray, " M"],
+    cell: np.ndarray,
+    word: np.ndarray,
 ) -> UInt64[np.ndarray, "N M"]:
-    """Words of the wanted voxels of M blocks that lie in at least 1 ... ``most`` things: ``count`` of them hold the whole
-    block, the others what the words of pairs of a block (ascending) and a thing say."""
+    """Words of the wanted voxels of M blocks that lie in at least 1 ... ``most`` things: ``count``
+    of them hold the whole block, the others what the words of pairs of a block (ascending) and a
+    thing say."""
     reached = np.where(np.arange(1, most + 1)[:, None] <= count, wanted, np.uint64(0))
     load = np.bincount(cell, minlength=len(count))
     order = np.argsort(-load, kind="stable")
@@ -94,8 +110,8 @@ def _at_least(
 
 @dataclass(frozen=True)
 class _Descent:
-    """What stays the same all the way down. A number of cones below ``least`` or from ``most`` on is not told from others;
-    group (K,) ascending, or None where nobody asks what is held alone."""
+    """What stays the same all the way down. A number of cones below ``least`` or from ``most`` on
+    is not told from others; group (K,) ascending, or None where nobody asks what is held alone."""
 
     cones: Parts
     wanted: VoxelSet
@@ -140,7 +156,9 @@ class _Descent:
         return (undecided > 0) & counts
 
     def _group_of(self, held: Held) -> Int[np.ndarray, " M"]:
-        """The group of the cones that hold a cell; -1 where there are none, -2 where they are of several."""
+        """The group of the cones that hold a cell; -1 where there are none, -2 where they are of
+        several.
+        """
         group = np.append(self.group, -1) if self.group is not None else np.array([-1])
         first, last = group[held.first], group[held.last]
         return np.where(first == last, first, -2)
@@ -163,7 +181,9 @@ class _Descent:
             np.add.at(tally.alone_group, group[group >= 0], wanted[group >= 0])
         return tally
 
-    def _in_blocks(self, cells: Cells, held: Held, points: Float[np.ndarray, "M 3"]) -> CoverageCounts:
+    def _in_blocks(
+        self, cells: Cells, held: Held, points: Float[np.ndarray, "M 3"]
+    ) -> CoverageCounts:
         """Of cells that are blocks, voxel by voxel."""
         wanted = np.full(len(cells), _ALL)
         wanted[~held.full] = self.wanted.words(cells.key[~held.full])
@@ -177,7 +197,9 @@ class _Descent:
             return tally
         _add_alone(tally.alone, reached, cell, cone, word, held.first, held.count)
 
-        begins = np.flatnonzero((np.diff(cell, prepend=-1) != 0) | (np.diff(self.group[cone], prepend=-1) != 0))
+        begins = np.flatnonzero(
+            (np.diff(cell, prepend=-1) != 0) | (np.diff(self.group[cone], prepend=-1) != 0)
+        )
         mine = self._group_of(held)
         each = np.bitwise_or.reduceat(word, begins) if len(begins) else word
         cell, group = cell[begins], self.group[cone[begins]]
@@ -191,20 +213,33 @@ class _Descent:
     def _words(self, cells: Cells, points: Float[np.ndarray, "M 3"]) -> UInt64[np.ndarray, " P"]:
         """The voxels of each pair's block whose centre its cone holds."""
         cell, cone = cells.pairs[0]
-        found = words(self.cones, BlockGrid(self.wanted.voxel, self.slack * scale(self.cones)), rows(points, cell), cone)
+        found = words(
+            self.cones,
+            BlockGrid(self.wanted.voxel, self.slack * scale(self.cones)),
+            rows(points, cell),
+            cone,
+        )
         word, open_ = found.sure, np.flatnonzero(found.sure != found.maybe)
         for some in np.array_split(open_, len(open_) * VOXELS // self.chunk + 1):
             numbers = (cells.numbers[cell[some]].T[:, None, :] << LEVEL) + CORNER.T[:, :, None]
-            value = self.cones.part(centre(numbers.transpose(1, 2, 0), 0, self.wanted.voxel), cone[some])
+            value = self.cones.part(
+                centre(numbers.transpose(1, 2, 0), 0, self.wanted.voxel), cone[some]
+            )
             word[some] = packed((value <= 0).T)
         return word
 
 
 def _add_alone(
-    alone: np.ndarray, reached: np.ndarray, cell: np.ndarray, thing: np.ndarray, word: np.ndarray, whole: Any, held: Any
+    alone: np.ndarray,
+    reached: np.ndarray,
+    cell: np.ndarray,
+    thing: np.ndarray,
+    word: np.ndarray,
+    whole: Any,
+    held: Any,
 ) -> None:
-    """Add to ``alone`` the voxels of blocks that one thing holds: by its word, or where it alone (``held`` is 1) holds the
-    block, ``whole``."""
+    """Add to ``alone`` the voxels of blocks that one thing holds: by its word, or where it alone
+    (``held`` is 1) holds the block, ``whole``."""
     once = reached[0] & ~reached[1]
     np.add.at(alone, thing, np.bitwise_count(word & once[cell]).astype(np.int64))
     np.add.at(alone, whole[held == 1], np.bitwise_count(once[held == 1]).astype(np.int64))
@@ -224,16 +259,23 @@ def _all(descent: _Descent, region: Region | None) -> CoverageCounts:
     return total
 
 
-def _descent(cones: Parts, wanted: VoxelSet, group: np.ndarray | None, least: int, most: int) -> _Descent:
+def _descent(
+    cones: Parts, wanted: VoxelSet, group: np.ndarray | None, least: int, most: int
+) -> _Descent:
     if most < 1:
         raise ValueError(f"found at least {most} cones, allowed: 1 and more")
     return _Descent(cones, wanted, group, least, most, _CHUNK, SLACK * scale(cones))
 
 
 def tally(
-    cones: Parts, group: Int[np.ndarray, " K"], wanted: VoxelSet, most: int, region: Region | None = None
+    cones: Parts,
+    group: Int[np.ndarray, " K"],
+    wanted: VoxelSet,
+    most: int,
+    region: Region | None = None,
 ) -> CoverageCounts:
-    """Count the voxels of ``wanted`` by how many cones hold their centre, and those that hang on one cone or one group.
+    """Count the voxels of ``wanted`` by how many cones hold their centre, and those that hang on
+    one cone or one group.
 
     Args:
         cones: K cones, numbered group by group.
@@ -243,12 +285,15 @@ def tally(
         region: only voxels of this octree cell are counted; None: all.
 
     Raises:
-        ValueError: if ``most`` is below 1, or the voxels so small that the cones reach beyond half of the lattice.
+        ValueError: if ``most`` is below 1, or the voxels so small that the cones reach beyond half
+            of the lattice.
     """
     return _all(_descent(cones, wanted, group, 1, most), region)
 
 
-def count_k_covered(cones: Parts, wanted: VoxelSet, least: int, region: Region | None = None) -> int:
-    """Number of voxels of ``wanted`` whose centre at least ``least`` cones hold; sooner than a ``tally``. For what it takes
-    and raises see there."""
+def count_k_covered(
+    cones: Parts, wanted: VoxelSet, least: int, region: Region | None = None
+) -> int:
+    """Number of voxels of ``wanted`` whose centre at least ``least`` cones hold; sooner than a
+    ``tally``. For what it takes and raises see there."""
     return int(_all(_descent(cones, wanted, None, least, least), region).at_least[-1])

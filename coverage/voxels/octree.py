@@ -1,8 +1,10 @@
-"""The octree: which voxels a solid holds, found by splitting only the cells that its surface may cross.
+"""The octree: which voxels a solid holds, found by splitting only the cells that its surface may
+cross.
 
-A cell with centre c and half-diagonal h lies wholly inside a solid when f(c) < -h and wholly outside when f(c) > h, as
-f is 1-Lipschitz. Each cell carries, for every union of parts in the solid's tree, the parts that still matter to it: a
-part outside the cell is outside all its children.
+A cell with centre c and half-diagonal h lies wholly inside a solid when f(c) < -h and wholly
+outside when f(c) > h, as f is 1-Lipschitz. Each cell carries, for every union of parts in the
+solid's tree, the parts that still matter to it: a part outside the cell is outside all its
+children.
 """
 
 import itertools
@@ -26,8 +28,11 @@ from .voxel_bitmask import CORNER, LEVEL, VOXELS, Bitmask, BlockGrid, packed, wo
 from .voxel_set import VoxelSet, centre, runs
 
 Rule = Literal["centre", "touch"]
-PROBES = 4  # `touch` probes a voxel at every quarter of its side, faces included: 5^3 points, its centre among them
-CHUNK = 1 << 17  # pairs of cell and part worked on at once: enough that arithmetic outweighs the calls
+# `touch` probes a voxel at every quarter of its side, faces included: 5^3 points, its centre among
+# them
+PROBES = 4
+# pairs of cell and part worked on at once: enough that arithmetic outweighs the calls
+CHUNK = 1 << 17
 _LEAST_CHUNK = 1 << 10
 _SHARED_CHUNK = 1 << 14  # below that, processors wait for each other's calls
 _PAIR_BYTES = 1200  # at work for each pair of a chunk, what waits at the levels above it included
@@ -38,8 +43,9 @@ _MUCH = 500_000  # voxels on three sides of the box, from where on a second proc
 def _touched(
     solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], voxel: float
 ) -> Bool[np.ndarray, " M"]:
-    """Voxels of which a probed point is inside the solid. Probes near the centre go first, as they decide most; they go in
-    batches, and each batch is for the voxels that none before it decided."""
+    """Voxels of which a probed point is inside the solid. Probes near the centre go first, as they
+    decide most; they go in batches, and each batch is for the voxels that none before it decided.
+    """
     steps = np.arange(PROBES + 1) / PROBES - 0.5
     offsets = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3)
     offsets = offsets[np.argsort(np.abs(offsets).max(axis=1), kind="stable")]
@@ -55,8 +61,9 @@ def _touched(
 
 @dataclass(frozen=True)
 class OctreeCount:
-    """Octree cells inside a solid: first keys (C,), the keys of each, and whether all their voxels are wanted (C,). Of
-    blocks inside in part only, ``word`` (C,) has the bits of the voxels inside."""
+    """Octree cells inside a solid: first keys (C,), the keys of each, and whether all their voxels
+    are wanted (C,). Of blocks inside in part only, ``word`` (C,) has the bits of the voxels inside.
+    """
 
     key: Int[np.ndarray, " C"]
     size: int
@@ -86,8 +93,8 @@ class OctreeCount:
 
 @dataclass(frozen=True)
 class Descent:
-    """What stays the same all the way down: ``scale`` is what rounding is relative to, m; ``chunk`` how many pairs are
-    worked on at once."""
+    """What stays the same all the way down: ``scale`` is what rounding is relative to, m; ``chunk``
+    how many pairs are worked on at once."""
 
     solid: Solid
     voxel: float
@@ -97,8 +104,8 @@ class Descent:
     chunk: int
 
     def below(self, start: Cells) -> Iterator[OctreeCount]:
-        """Octree cells that the solid holds, as they are found below the cells ``start``; depth first, so that of each
-        level no more waits than the children of one chunk."""
+        """Octree cells that the solid holds, as they are found below the cells ``start``; depth
+        first, so that of each level no more waits than the children of one chunk."""
         for cells in start.slices(self.chunk):
             if self.within is not None:
                 cells = _wanted(cells, self.within)
@@ -113,7 +120,9 @@ class Descent:
             if len(rest) == 0:
                 continue
             if self.rule == "centre" and cells.level == LEVEL:
-                yield OctreeCount(rest.key, VOXELS, rest.mark == _FULL, self._words(rest, points[undecided]))
+                yield OctreeCount(
+                    rest.key, VOXELS, rest.mark == _FULL, self._words(rest, points[undecided])
+                )
             elif cells.level > 0:
                 yield from self.below(rest.children())
             else:
@@ -131,7 +140,9 @@ class Descent:
         found = fold(self.solid, union)
         word, open_ = found.sure, found.sure != found.maybe
         if open_.any():
-            word[open_] = np.concatenate([self._exact(run) for run in cells.only(open_).slices(self.chunk // VOXELS)])
+            word[open_] = np.concatenate(
+                [self._exact(run) for run in cells.only(open_).slices(self.chunk // VOXELS)]
+            )
         return word
 
     def _exact(self, cells: Cells) -> UInt64[np.ndarray, " M"]:
@@ -153,8 +164,8 @@ def _each(
     memory: float | None,
     gather: Callable[[Iterator[OctreeCount]], T],
 ) -> list[T]:
-    """``gather`` over what is found: at once where it is little, else once for each processor, as NumPy lets go of the
-    interpreter while it computes."""
+    """``gather`` over what is found: at once where it is little, else once for each processor, as
+    NumPy lets go of the interpreter while it computes."""
     if within is not None and within.voxel != voxel:
         raise ValueError(f"voxels of {voxel} m and of {within.voxel} m do not lie on one lattice")
     if not any(len(parts) for parts in leaves(solid)):
@@ -187,14 +198,18 @@ def _each(
 
 
 def regions(solid: Solid, voxel: float, most: int) -> Iterator[Region]:
-    """Octree cells of at most about ``most`` voxels a side that together cover the solid, as they are found."""
+    """Octree cells of at most about ``most`` voxels a side that together cover the solid, as they
+    are found.
+    """
     level = max(int(math.log2(max(most, 1))), LEVEL)
     slack = SLACK * scale(solid)
 
     def below(start: Cells) -> Iterator[Region]:
         for cells in start.slices(_LEAST_CHUNK):
             reach = math.sqrt(3) / 2 * voxel * (1 << cells.level) + slack
-            state, pairs = verdicts(solid, centre(cells.numbers, cells.level, voxel), cells.pairs, reach)
+            state, pairs = verdicts(
+                solid, centre(cells.numbers, cells.level, voxel), cells.pairs, reach
+            )
             rest = cells.left(pairs, cells.mark).only(state <= 0)
             if cells.level > level:
                 yield from below(rest.children())
@@ -213,7 +228,11 @@ def _wanted(cells: Cells, within: VoxelSet) -> Cells:
     wanted = np.full(len(cells), size)
     wanted[partial] = within.count_in(cells.key[partial], size)
     return Cells(
-        cells.level, cells.numbers, cells.key, np.where(wanted == size, _FULL, 0).astype(np.int8), cells.pairs
+        cells.level,
+        cells.numbers,
+        cells.key,
+        np.where(wanted == size, _FULL, 0).astype(np.int8),
+        cells.pairs,
     ).only(wanted > 0)
 
 
@@ -230,15 +249,18 @@ def voxels(
     Args:
         solid: what is counted.
         voxel: side l of a voxel, m.
-        rule: ``centre``: a voxel counts when f(centre) <= 0. ``touch``: when f <= 0 at any point of a grid of a quarter
+        rule: ``centre``: a voxel counts when f(centre) <= 0. ``touch``: when f <= 0 at any point of
+            a grid of a quarter
             of the side, its corners included.
         within: only voxels of this set are wanted; None: all.
         region: only voxels of this octree cell are wanted; None: all.
-        memory: bytes that the work may take, 2 MB or more, besides what is found; None: as much as is fast, at most some
+        memory: bytes that the work may take, 2 MB or more, besides what is found; None: as much as
+            is fast, at most some
             100 MB a processor.
 
     Raises:
-        ValueError: if the voxels are so small that the solid reaches beyond half of the lattice, 2^19 voxels.
+        ValueError: if the voxels are so small that the solid reaches beyond half of the lattice,
+            2^19 voxels.
     """
     found = [f for part in _each(solid, voxel, rule, within, region, memory, list) for f in part]
     if not found:
@@ -256,7 +278,9 @@ def count(
     region: Region | None = None,
     memory: float | None = None,
 ) -> int:
-    """Number of voxels of Omega(solid), or of those that also lie in ``within``, without storing them. See ``voxels``."""
+    """Number of voxels of Omega(solid), or of those that also lie in ``within``, without storing
+    them. See ``voxels``.
+    """
 
     def total(found: Iterator[OctreeCount]) -> int:
         return sum(f.wanted(within) for f in found)

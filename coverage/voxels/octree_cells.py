@@ -10,15 +10,21 @@ from ..solids.base import Parts, Solid, fold
 from .voxel_set import FURTHEST, OFFSET, encode
 
 _FIRST_CELLS = 200  # aim for the first level
-CHILD = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1).reshape(-1, 3)[:, ::-1].astype(np.int64)
+CHILD = (
+    np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1)
+    .reshape(-1, 3)[:, ::-1]
+    .astype(np.int64)
+)
 
-Pairs = tuple[Int[np.ndarray, " _"], Int[np.ndarray, " _"]]  # cell and part of each pair, ascending by cell, then part
+# cell and part of each pair, ascending by cell, then part
+Pairs = tuple[Int[np.ndarray, " _"], Int[np.ndarray, " _"]]
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells of one level that await a verdict: numbers (M, 3) at that level, first keys (M,), a mark (M,) that children
-    inherit, and for each union of parts in the solid's tree the pairs that matter."""
+    """Cells of one level that await a verdict: numbers (M, 3) at that level, first keys (M,), a
+    mark (M,) that children inherit, and for each union of parts in the solid's tree the pairs that
+    matter."""
 
     level: int
     numbers: Int[np.ndarray, "M 3"]
@@ -31,13 +37,20 @@ class Cells:
 
     def slices(self, chunk: int) -> Iterator["Cells"]:
         """The same cells in runs of at most about ``chunk`` pairs."""
-        load = sum(np.bincount(cell, minlength=len(self)) for cell, _ in self.pairs) + np.ones(len(self), int)
+        load = sum(np.bincount(cell, minlength=len(self)) for cell, _ in self.pairs) + np.ones(
+            len(self), int
+        )
         bin_of = np.cumsum(load) // chunk
         edges = np.flatnonzero(np.diff(bin_of)) + 1
         for low, high in zip([0, *edges], [*edges, len(self)], strict=True):
             cut = [np.searchsorted(cell, [low, high]) for cell, _ in self.pairs]
-            pairs = tuple((cell[a:b] - low, part[a:b]) for (cell, part), (a, b) in zip(self.pairs, cut, strict=True))
-            yield Cells(self.level, self.numbers[low:high], self.key[low:high], self.mark[low:high], pairs)
+            pairs = tuple(
+                (cell[a:b] - low, part[a:b])
+                for (cell, part), (a, b) in zip(self.pairs, cut, strict=True)
+            )
+            yield Cells(
+                self.level, self.numbers[low:high], self.key[low:high], self.mark[low:high], pairs
+            )
 
     def left(self, pairs: tuple[Pairs, ...], mark: Int[np.ndarray, " M"]) -> "Cells":
         """The same cells with the pairs and marks that a look at them left."""
@@ -48,7 +61,9 @@ class Cells:
         if keep.all():
             return self
         new = np.cumsum(keep) - 1
-        pairs = tuple((new[cell[kept]], part[kept]) for cell, part in self.pairs for kept in [keep[cell]])
+        pairs = tuple(
+            (new[cell[kept]], part[kept]) for cell, part in self.pairs for kept in [keep[cell]]
+        )
         return Cells(self.level, self.numbers[keep], self.key[keep], self.mark[keep], pairs)
 
     def children(self) -> "Cells":
@@ -60,7 +75,9 @@ class Cells:
 
 
 def _pass_on(cell: np.ndarray, part: np.ndarray, cells: int) -> Pairs:
-    """Pairs of the children: every cell's list of parts eight times over, in the children's order."""
+    """Pairs of the children: every cell's list of parts eight times over, in the children's
+    order.
+    """
     count = np.bincount(cell, minlength=cells)
     start = np.repeat(np.cumsum(count) - count, 8)
     count = np.repeat(count, 8)
@@ -81,19 +98,25 @@ def leaves(solid: Solid) -> list[Parts]:
     return found
 
 
-def first_cells(unions: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float, mark: int, level: int = 0) -> Cells:
+def first_cells(
+    unions: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float, mark: int, level: int = 0
+) -> Cells:
     """Aligned cells of ``level`` or above that cover ``box``, each paired with all parts.
 
     Raises:
-        ValueError: if the box reaches beyond half of the lattice, outside of which keys could overflow.
+        ValueError: if the box reaches beyond half of the lattice, outside of which keys could
+            overflow.
     """
     furthest = float(np.abs(box).max())
     if not furthest < FURTHEST * voxel:
         raise ValueError(
-            f"voxels of {voxel:g} m are too small for a solid that reaches {furthest:.3g} m from the origin:"
-            f" at most {FURTHEST:,} voxels"
+            f"voxels of {voxel:g} m are too small for a solid that reaches {furthest:.3g} m from"
+            f" the origin: at most {FURTHEST:,} voxels"
         )
-    low, high = np.floor(box[0] / voxel).astype(int) + OFFSET - 1, np.floor(box[1] / voxel).astype(int) + OFFSET + 1
+    low, high = (
+        np.floor(box[0] / voxel).astype(int) + OFFSET - 1,
+        np.floor(box[1] / voxel).astype(int) + OFFSET + 1,
+    )
     while np.prod((high >> level) - (low >> level) + 1) > _FIRST_CELLS:
         level += 1
     axes = [np.arange(a >> level, (b >> level) + 1) for a, b in zip(low, high, strict=True)]
@@ -111,10 +134,14 @@ class Region:
     number: Int[np.ndarray, " 3"]
 
     def start(self, unions: list[Parts], mark: int, level: int) -> Cells:
-        """The cell, divided twice as long as that stays at ``level`` or above, each piece paired with all parts."""
+        """The cell, divided twice as long as that stays at ``level`` or above, each piece paired
+        with all parts.
+        """
         pairs = tuple((np.zeros(len(p), np.int64), np.arange(len(p))) for p in unions)
         numbers = self.number[None]
-        cells = Cells(self.level, numbers, encode(numbers << self.level), np.full(1, mark, np.int8), pairs)
+        cells = Cells(
+            self.level, numbers, encode(numbers << self.level), np.full(1, mark, np.int8), pairs
+        )
         for _ in range(min(self.level - level, 2)):
             cells = cells.children()
         return cells

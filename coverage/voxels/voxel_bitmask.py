@@ -1,9 +1,11 @@
-"""Blocks of 4 x 4 x 4 voxels: which of their centres a union of parts holds, 64 at once, as the bits of one word.
+"""Blocks of 4 x 4 x 4 voxels: which of their centres a union of parts holds, 64 at once, as the
+bits of one word.
 
-Cones, balls and slabs are bounded by quadrics, polynomials of degree 2. Over a block a quadric's values are the product of
-its ten coefficients there and ten monomials that are the same for every block, so one matrix product gives all. Only the
-sign is wanted, and a polynomial further from 0 than its rounding has the sign of the implicit function; a voxel nearer to
-0 is left undecided, for the implicit function itself to say.
+Cones, balls and slabs are bounded by quadrics, polynomials of degree 2. Over a block a quadric's
+values are the product of its ten coefficients there and ten monomials that are the same for every
+block, so one matrix product gives all. Only the sign is wanted, and a polynomial further from 0
+than its rounding has the sign of the implicit function; a voxel nearer to 0 is left undecided, for
+the implicit function itself to say.
 """
 
 from dataclasses import dataclass
@@ -24,9 +26,12 @@ from ..solids.swept_tube import Tube
 
 LEVEL = 2  # of the octree cells that are blocks
 VOXELS = 1 << 3 * LEVEL
-_GEMM = 400  # pairs multiplied at once: values stay in cache, and below the size that OpenBLAS shares among threads
+# pairs multiplied at once: values stay in cache, and below the size that OpenBLAS shares among
+# threads
+_GEMM = 400
 _BITS = np.arange(VOXELS)
-CORNER = np.stack([(_BITS >> i & 1) + 2 * (_BITS >> i + 3 & 1) for i in range(3)], -1)  # (64, 3), voxel of each bit
+# (64, 3), voxel of each bit
+CORNER = np.stack([(_BITS >> i & 1) + 2 * (_BITS >> i + 3 & 1) for i in range(3)], -1)
 
 
 class _Algebra:
@@ -45,7 +50,9 @@ class _Algebra:
 
 @dataclass(frozen=True)
 class Bitmask:
-    """For each block the voxels surely and those perhaps inside, by the bits of a word: bit k is the voxel k keys on."""
+    """For each block the voxels surely and those perhaps inside, by the bits of a word: bit k is
+    the voxel k keys on.
+    """
 
     sure: UInt64[np.ndarray, " N"]
     maybe: UInt64[np.ndarray, " N"]
@@ -80,7 +87,9 @@ def packed(inside: Any) -> UInt64[np.ndarray, " N"]:
 
 @dataclass(frozen=True)
 class BlockGrid:
-    """voxel: side, m. rounding: of a quadric on the blocks, m^2; what is nearer to 0 stays undecided."""
+    """voxel: side, m. rounding: of a quadric on the blocks, m^2; what is nearer to 0 stays
+    undecided.
+    """
 
     voxel: float
     rounding: float
@@ -107,8 +116,8 @@ class BlockGrid:
 
 
 def product(a: Any, along_a: Any, b: Any, along_b: Any) -> Float[np.ndarray, "10 P"]:
-    """Quadric (a + along_a . o)(b + along_b . o) of the offset o from a centre, by the coefficients of 1, x, y, z, x^2, y^2,
-    z^2, xy, xz, yz; a, b (P,) and along_a, along_b (P, 3)."""
+    """Quadric (a + along_a . o)(b + along_b . o) of the offset o from a centre, by the coefficients
+    of 1, x, y, z, x^2, y^2, z^2, xy, xz, yz; a, b (P,) and along_a, along_b (P, 3)."""
     m, n = along_a.T, along_b.T
     q = np.empty((10, m.shape[1]))
     q[0] = a * b
@@ -120,7 +129,9 @@ def product(a: Any, along_a: Any, b: Any, along_b: Any) -> Float[np.ndarray, "10
 
 
 def within(radius: Any, v: Any, share: Any = 1.0) -> Float[np.ndarray, "10 P"]:
-    """Quadric radius^2 - share |v + o|^2 of the offset o from a centre; radius, share (P,) or scalar and v (P, 3)."""
+    """Quadric radius^2 - share |v + o|^2 of the offset o from a centre; radius, share (P,) or
+    scalar and v (P, 3).
+    """
     q = np.zeros((10, len(v)))
     q[0] = radius * radius - share * dot(v, v)
     q[1:4] = -2 * share * v.T
@@ -130,7 +141,8 @@ def within(radius: Any, v: Any, share: Any = 1.0) -> Float[np.ndarray, "10 P"]:
 
 @singledispatch
 def words(parts: Parts, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
-    """Voxels of blocks about ``points`` (P, 3) m that lie in part ``index`` (P,), whose surface may cross the block.
+    """Voxels of blocks about ``points`` (P, 3) m that lie in part ``index`` (P,), whose surface may
+    cross the block.
 
     A kind of parts without quadrics leaves all to its implicit function.
     """
@@ -140,10 +152,18 @@ def words(parts: Parts, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
 
 @words.register
 def _(parts: Cones, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
-    """With d along the axis: d^2 >= cos^2 a |v|^2, and d (range - d) >= 0 where base or apex are near."""
-    axis, v, range_m = rows(parts.axis, index), points - rows(parts.apex, index), parts.range_m[index]
+    """With d along the axis: d^2 >= cos^2 a |v|^2, and d (range - d) >= 0 where base or apex are
+    near.
+    """
+    axis, v, range_m = (
+        rows(parts.axis, index),
+        points - rows(parts.apex, index),
+        parts.range_m[index],
+    )
     d = dot(v, axis)
-    inside = grid.words(product(d, axis, d, axis) + within(0.0, v, (np.cos(parts.half_angle) ** 2)[index]))
+    inside = grid.words(
+        product(d, axis, d, axis) + within(0.0, v, (np.cos(parts.half_angle) ** 2)[index])
+    )
     ends = np.flatnonzero((d < grid.reach) | (d > range_m - grid.reach))
     if len(ends):
         d, axis = d[ends], rows(axis, ends)
@@ -155,13 +175,17 @@ def _(parts: Cones, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
 
 @words.register
 def _(parts: Pyramids, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
-    """d^2 sin^2 a >= x^2 cos^2 a, the same for y, and d (range - d) >= 0: d >= 0, as the others hold behind the apex too."""
+    """d^2 sin^2 a >= x^2 cos^2 a, the same for y, and d (range - d) >= 0: d >= 0, as the others
+    hold behind the apex too.
+    """
     axis, up, v = rows(parts.axis, index), rows(parts.up, index), points - rows(parts.apex, index)
     d, range_m = dot(v, axis), parts.range_m[index]
     inside = grid.words(product(d, axis, range_m - d, -axis))
     for across, half in ((cross(up, axis), parts.half_angle[index]), (up, parts.half_up[index])):
         c, s, x = np.cos(half), np.sin(half), dot(v, across)
-        planes = (((d * s - e * x * c), s[:, None] * axis - e * c[:, None] * across) for e in (1.0, -1.0))
+        planes = (
+            ((d * s - e * x * c), s[:, None] * axis - e * c[:, None] * across) for e in (1.0, -1.0)
+        )
         (a, along_a), (b, along_b) = planes
         inside = inside & grid.words(product(a, along_a, b, along_b))
     return inside
@@ -194,7 +218,9 @@ def _(parts: Rods, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
 
 
 def _beside(grid: BlockGrid, points: Any, start: Any, end: Any, radius: Any) -> Bitmask:
-    """Near the segments ``start``-``end`` (P, 3): in the ball about either end, or in the cylinder between them."""
+    """Near the segments ``start``-``end`` (P, 3): in the ball about either end, or in the cylinder
+    between them.
+    """
     v, w = points - start, points - end
     length = np.sqrt(dot(end - start, end - start))
     along = (end - start) / np.where(length > 0, length, 1.0)[:, None]
@@ -202,12 +228,18 @@ def _beside(grid: BlockGrid, points: Any, start: Any, end: Any, radius: Any) -> 
     between = product(t, along, length - t, -along)
     between[0, length == 0] = -np.inf  # no cylinder about a point
     round_ = product(t, along, t, along) + within(radius, v)
-    return grid.words(within(radius, v)) | grid.words(within(radius, w)) | (grid.words(round_) & grid.words(between))
+    return (
+        grid.words(within(radius, v))
+        | grid.words(within(radius, w))
+        | (grid.words(round_) & grid.words(between))
+    )
 
 
 @words.register
 def _(parts: Tube, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
-    """Between the two planes, and near the segment: in the ball about either end, or in the cylinder between them."""
+    """Between the two planes, and near the segment: in the ball about either end, or in the
+    cylinder between them.
+    """
     i, radius = parts.first[index], float(parts.radius)
     start, end = rows(parts.centre, i), rows(parts.centre, i + 1)
     first, second = rows(parts.normal, i), rows(parts.normal, i + 1)

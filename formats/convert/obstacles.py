@@ -36,17 +36,22 @@ def obstacles_of(models: list[ObstacleModel]) -> tuple[Obstacle, ...]:
         elif model.size is not None:
             found.append(Obstacle(name, box(model.centre, model.size, T[:3, :3]), keys))
         elif model.points is not None:
-            found.append(Obstacle(name, hull(np.array(model.points) @ T[:3, :3].T + T[:3, 3]), keys))
+            found.append(
+                Obstacle(name, hull(np.array(model.points) @ T[:3, :3].T + T[:3, 3]), keys)
+            )
     return tuple(found)
 
 
 def obstacle_models(obstacles: tuple[Obstacle, ...]) -> list[ObstacleModel]:
-    """The obstacles as a file lists them; a mesh's parts by their corners, so that the file stands alone."""
+    """The obstacles as a file lists them; a mesh's parts by their corners, so that the file stands
+    alone.
+    """
     return [ObstacleModel(**o.keys) for o in obstacles]
 
 
 def with_meshes(scene: Scene, models: list[ObstacleModel], where: str, read: Any) -> Scene:
-    """``scene`` with the meshes of its file, part by part; a part that is not convex is stood for by its convex hull.
+    """``scene`` with the meshes of its file, part by part; a part that is not convex is stood for
+    by its convex hull.
 
     Args:
         scene: with the obstacles that need no file.
@@ -70,14 +75,19 @@ def with_meshes(scene: Scene, models: list[ObstacleModel], where: str, read: Any
 def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obstacle]:
     kind = path.suffix.lower().lstrip(".")
     if kind not in MESHES:
-        raise UserError(f"{key}: found {shown(model.file)}, allowed: a mesh, {', '.join('.' + m for m in MESHES)}")
+        raise UserError(
+            f"{key}: found {shown(model.file)}, allowed: a mesh,"
+            f" {', '.join('.' + m for m in MESHES)}"
+        )
     import trimesh  # takes a while
 
     try:
         mesh: Any = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=True)
         pieces = list(mesh.split(only_watertight=False))
     except Exception as error:  # whatever a parser of foreign files raises
-        raise UserError(f"{key}: {shown(model.file)} cannot be read as a mesh: {type(error).__name__}") from error
+        raise UserError(
+            f"{key}: {shown(model.file)} cannot be read as a mesh: {type(error).__name__}"
+        ) from error
     if not 0 < len(pieces) <= _PIECES:
         raise UserError(f"{key}: found {len(pieces)} separate parts, allowed: 1 to {_PIECES}")
     T, found = _pose(model), []
@@ -88,13 +98,21 @@ def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obst
                 raise ValueError(f"corners lie beyond {FARTHEST:g} m; see scale")
             body = hull(corners)
         except ValueError as error:
-            raise UserError(f"{key}: part {n} of {shown(model.file)}: {error}; allowed: solid parts") from error
+            raise UserError(
+                f"{key}: part {n} of {shown(model.file)}: {error}; allowed: solid parts"
+            ) from error
         if len(body.offset) > _FACES:
-            raise UserError(f"{key}: part {n} has {len(body.offset)} faces, allowed: {_FACES}; simplify the mesh")
+            raise UserError(
+                f"{key}: part {n} has {len(body.offset)} faces, allowed: {_FACES}; simplify the"
+                " mesh"
+            )
         corners = np.unique(body.edges.reshape(-1, 3), axis=0) @ T[:3, :3].T + T[:3, 3]
         corners = np.round(corners, _DIGITS)
         if np.abs(corners).max() > FARTHEST:
-            raise UserError(f"{key}: part {n} of {shown(model.file)} lies beyond {FARTHEST:g} m; allowed: nearer")
+            raise UserError(
+                f"{key}: part {n} of {shown(model.file)} lies beyond {FARTHEST:g} m; allowed:"
+                " nearer"
+            )
         part = f" part {n}" if len(pieces) > 1 else ""
         name = (model.name or path.stem)[: LONGEST_NAME - len(part)] + part
         keys = {"name": name, "points": corners.tolist()}

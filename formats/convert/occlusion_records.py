@@ -1,4 +1,6 @@
-"""Records of what occlusion takes: zeta under all models side by side, and the sensors that see nothing."""
+"""Records of what occlusion takes: zeta under all models side by side, and the sensors that see
+nothing.
+"""
 
 from ...coverage.occlusion.model import Occlusion
 from ...objectives.occlusion import Unseeing
@@ -7,9 +9,14 @@ from ..schema.result_models import UnseeingModel, VerifyResult
 
 
 def with_sight(
-    result: VerifyResult, scene: Scene, zetas: dict[Occlusion, float], blocked: list[Unseeing] | None = None
+    result: VerifyResult,
+    scene: Scene,
+    zetas: dict[Occlusion, float],
+    blocked: list[Unseeing] | None = None,
 ) -> VerifyResult:
-    """``result`` with the model that the scene names, zeta in [0, 1] under each, and the sensors that see nothing."""
+    """``result`` with the model that the scene names, zeta in [0, 1] under each, and the sensors
+    that see nothing.
+    """
     percents = {name: min(max(100 * zeta, 0.0), 100.0) for name, zeta in zetas.items()}
     return result.model_copy(
         update={
@@ -22,5 +29,9 @@ def with_sight(
 
 def _model(one: Unseeing) -> UnseeingModel:
     return UnseeingModel(
-        ring=one.ring, sensor=one.sensor, poses=len(one.poses), within=one.within, depth_mm=round(1000 * one.depth, 3)
+        ring=one.ring,
+        sensor=one.sensor,
+        poses=len(one.poses),
+        within=one.within,
+        depth_mm=round(1000 * one.depth, 3),
     )

@@ -15,7 +15,8 @@ _DIGITS_MM = 3  # decimals of a length in millimetres
 def change_model(change: Change, mounted: int, sensor: Sensor) -> ChangeModel:
     """The record of a change to one of so many mounted rings; ``sensor`` is the scene's."""
     before, after = (
-        None if ring is None else ring_models(Setup((ring,)), sensor)[0] for ring in (change.before, change.after)
+        None if ring is None else ring_models(Setup((ring,)), sensor)[0]
+        for ring in (change.before, change.after)
     )
     return ChangeModel(
         ring=change.place if change.place < mounted else None,

@@ -30,12 +30,14 @@ from ..schema.result_models import (
 
 
 def verify_result(name: str, verified: Verified, scene: Scene | None = None) -> VerifyResult:
-    """The record of a verified zeta, in percent, of the setup called ``name``; the ``scene`` tells more of the worst of its
-    poses, and of the distances that V_P is made of."""
+    """The record of a verified zeta, in percent, of the setup called ``name``; the ``scene`` tells
+    more of the worst of its poses, and of the distances that V_P is made of."""
     poses: Sequence[Pose] = () if scene is None else scene.poses
 
     def percents(z: Verified | PoseZeta) -> dict[str, Any]:
-        return {f"{key}_percent": min(100.0, 100 * getattr(z, key)) for key in ("zeta", "low", "high")}
+        return {
+            f"{key}_percent": min(100.0, 100 * getattr(z, key)) for key in ("zeta", "low", "high")
+        }
 
     return VerifyResult(
         setup=name,
@@ -57,7 +59,12 @@ def verify_result(name: str, verified: Verified, scene: Scene | None = None) -> 
         if len(poses) > 1
         else None,
         poses=[
-            PoseZetaModel(weight=p.weight, **percents(p), target_voxels=p.target_voxels, covered_voxels=p.covered_voxels)
+            PoseZetaModel(
+                weight=p.weight,
+                **percents(p),
+                target_voxels=p.target_voxels,
+                covered_voxels=p.covered_voxels,
+            )
             for p in verified.poses
         ],
         seconds=verified.seconds,
@@ -69,7 +76,9 @@ def _separation(scene: Scene | None, target: Target) -> SeparationModel | None:
     if found is None or scene is None:
         return None
     known = all(p.rate is not None for p in scene.poses)
-    return separation_model(found.least, found.mean, found.largest, found.fastest, known, scene.safety)
+    return separation_model(
+        found.least, found.mean, found.largest, found.fastest, known, scene.safety
+    )
 
 
 def separation_model(
@@ -123,12 +132,16 @@ def tolerant_model(aim: Criterion) -> ErrorsModel | None:
     return errors_model(aim.errors, aim.draws, aim.seed) if aim.errors else None
 
 
-def robustness_result(name: str, setup: Setup, sure: Redundancy, astray: Tolerance) -> RobustnessResult:
+def robustness_result(
+    name: str, setup: Setup, sure: Redundancy, astray: Tolerance
+) -> RobustnessResult:
     """The record of redundancy and tolerance, in percent, of the setup called ``name``."""
     ring_of, first = setup.ring_of_sensor, np.cumsum([0, *(r.count for r in setup.rings)])
 
     def loss(ring: int, found: Loss, sensor: int | None = None) -> LossModel:
-        return LossModel(ring=ring, link=setup.rings[ring].link, sensor=sensor, zeta_percent=_percent(found.zeta))
+        return LossModel(
+            ring=ring, link=setup.rings[ring].link, sensor=sensor, zeta_percent=_percent(found.zeta)
+        )
 
     sensor, ring = sure.worst_sensor, sure.worst_ring
     at = int(ring_of[sensor.index])

@@ -16,7 +16,14 @@ from ...coverage.sensors.sensor import Sensor
 from ...coverage.targets import Shape, Target
 from ...objectives.scene import Goal, Limits, Motion, Pose, Recorded, Rules, Scene
 from ...objectives.trajectory import Thinning
-from ..schema.mount_models import BoardModel, MountModel, PrintingModel, RingModel, RulesModel, SensorModel
+from ..schema.mount_models import (
+    BoardModel,
+    MountModel,
+    PrintingModel,
+    RingModel,
+    RulesModel,
+    SensorModel,
+)
 from ..schema.robot_convert import robot_model, robot_of
 from ..schema.scene_models import (
     CurveModel,
@@ -45,7 +52,16 @@ def board_of(model: BoardModel) -> Board:
     """The board that a file describes."""
     holes = tuple((x, y) for x, y in model.holes)
     lens = (model.lens[0], model.lens[1])
-    return Board(model.width, model.height, model.thickness, lens, model.lens_height, holes, model.hole, model.source)
+    return Board(
+        model.width,
+        model.height,
+        model.thickness,
+        lens,
+        model.lens_height,
+        holes,
+        model.hole,
+        model.source,
+    )
 
 
 def board_model(board: Board) -> BoardModel:
@@ -56,17 +72,24 @@ def board_model(board: Board) -> BoardModel:
 
 def printing_of(model: PrintingModel) -> Printing:
     """How rings are printed."""
-    return Printing(**(model.model_dump() | {"bolt": int(model.bolt[1:]) / 1000, "nut": model.nut == "trap"}))
+    return Printing(
+        **(model.model_dump() | {"bolt": int(model.bolt[1:]) / 1000, "nut": model.nut == "trap"})
+    )
 
 
 def printing_model(printing: Printing) -> PrintingModel:
     """The same as a file holds it."""
-    words: dict[str, Any] = {"bolt": f"M{1000 * printing.bolt:.0f}", "nut": "trap" if printing.nut else "through"}
+    words: dict[str, Any] = {
+        "bolt": f"M{1000 * printing.bolt:.0f}",
+        "nut": "trap" if printing.nut else "through",
+    }
     return PrintingModel(**(vars(printing) | words))
 
 
 def sensor_model(sensor: Sensor) -> SensorModel:
-    """A sensor as a file holds it: of a model of the catalogue both the use and the beam that follows."""
+    """A sensor as a file holds it: of a model of the catalogue both the use and the beam that
+    follows.
+    """
     beam: dict[str, Any] = {"fov_deg": degrees(sensor.fov), "range_m": sensor.range_m}
     if sensor.fov_up is not None:
         beam |= {"fov_up_deg": degrees(sensor.fov_up), "zones": sensor.zones}
@@ -76,7 +99,9 @@ def sensor_model(sensor: Sensor) -> SensorModel:
     if u is None:
         return SensorModel(**beam)
     size = None if u.size is None else list(u.size)
-    return SensorModel(model=u.model, ambient=u.ambient, reflectance=u.reflectance, target_size=size, **beam)
+    return SensorModel(
+        model=u.model, ambient=u.ambient, reflectance=u.reflectance, target_size=size, **beam
+    )
 
 
 def scene_of(model: SceneFile) -> Scene:
@@ -84,7 +109,9 @@ def scene_of(model: SceneFile) -> Scene:
     return Scene(
         robot=robot_of(model.robot),
         poses=tuple(Pose(np.radians(p.q_deg), p.weight, p.time_s, _rate(p)) for p in model.poses),
-        goals=tuple(Goal(Target(t.name, t.radius), t.weight, t.at_least / 100) for t in model.targets),
+        goals=tuple(
+            Goal(Target(t.name, t.radius), t.weight, t.at_least / 100) for t in model.targets
+        ),
         sensor=sensor_of(model.sensor),
         ring_radius=model.ring_radius or RING_RADIUS,
         radius_stated=model.ring_radius is not None,
@@ -170,7 +197,9 @@ def safety_model(safety: Safety) -> SafetyModel:
 def _recorded(model: RecordedModel | None) -> Recorded | None:
     if model is None:
         return None
-    return Recorded(model.file, model.rows, model.seconds, math.radians(model.within_deg), model.speed_weight)
+    return Recorded(
+        model.file, model.rows, model.seconds, math.radians(model.within_deg), model.speed_weight
+    )
 
 
 def recorded_model(found: Recorded | None) -> RecordedModel | None:
@@ -179,7 +208,11 @@ def recorded_model(found: Recorded | None) -> RecordedModel | None:
         return None
     within = degrees(found.within)
     return RecordedModel(
-        file=found.file, rows=found.rows, seconds=found.seconds, within_deg=within, speed_weight=found.speed_weight
+        file=found.file,
+        rows=found.rows,
+        seconds=found.seconds,
+        within_deg=within,
+        speed_weight=found.speed_weight,
     )
 
 
@@ -192,7 +225,9 @@ def scene_model(scene: Scene) -> SceneFile:
     """The file that describes a scene."""
     return SceneFile(
         robot=robot_model(scene.robot),
-        ring_radius=scene.ring_radius if scene.radius_stated or scene.ring_radius != RING_RADIUS else None,
+        ring_radius=scene.ring_radius
+        if scene.radius_stated or scene.ring_radius != RING_RADIUS
+        else None,
         sensor=sensor_model(scene.sensor),
         curve=CurveModel(**vars(scene.shape)),
         mounts={
@@ -239,11 +274,18 @@ def scene_model(scene: Scene) -> SceneFile:
 
 def _target_model(goal: Goal) -> TargetModel:
     name: Any = goal.target.name
-    return TargetModel(name=name, radius=goal.target.radius, weight=goal.weight, at_least=round(100 * goal.at_least, 9))
+    return TargetModel(
+        name=name,
+        radius=goal.target.radius,
+        weight=goal.weight,
+        at_least=round(100 * goal.at_least, 9),
+    )
 
 
 def setup_of(rings: list[RingModel], sensor: Sensor, radius: float = RING_RADIUS) -> Setup:
-    """The setup that a proposal's rings make; a ring that names no sensor or radius has the scene's."""
+    """The setup that a proposal's rings make; a ring that names no sensor or radius has the
+    scene's.
+    """
     return Setup(
         tuple(
             Ring(
@@ -261,7 +303,9 @@ def setup_of(rings: list[RingModel], sensor: Sensor, radius: float = RING_RADIUS
 
 
 def ring_models(setup: Setup, sensor: Sensor) -> list[RingModel]:
-    """The rings of a setup as a proposal lists them, rounded as files are; ``sensor`` is the scene's."""
+    """The rings of a setup as a proposal lists them, rounded as files are; ``sensor`` is the
+    scene's.
+    """
     return [
         RingModel(
             link=r.link,

@@ -10,8 +10,14 @@ from ..schema.result_models import RuleModel, SensorRecord
 
 
 def used(setup: Setup) -> list[Effective]:
-    """The sensors of the catalogue that a setup's rings have, each kind and use once, in the order of the rings."""
-    return [effective(use) for use in dict.fromkeys(r.sensor.use for r in setup.rings) if use is not None]
+    """The sensors of the catalogue that a setup's rings have, each kind and use once, in the order
+    of the rings.
+    """
+    return [
+        effective(use)
+        for use in dict.fromkeys(r.sensor.use for r in setup.rings)
+        if use is not None
+    ]
 
 
 def title(sensor: Sensor) -> str:
@@ -33,7 +39,10 @@ def sensor_record(found: Effective) -> SensorRecord:
         target_size=None if use.size is None else list(use.size),
         fov_deg=math.degrees(found.sensor.fov),
         range_m=found.range_m,
-        rules=[RuleModel(rule=s.rule, found=s.found, range_m=s.range_m, measured=s.measured) for s in found.steps],
+        rules=[
+            RuleModel(rule=s.rule, found=s.found, range_m=s.range_m, measured=s.measured)
+            for s in found.steps
+        ],
         least_m=m.least_m,
         rate_hz=m.rate_hz,
         source=m.source,

@@ -1,4 +1,6 @@
-"""CoppeliaSim: a script in Lua that makes a proximity sensor for each sensor, which looks along its z."""
+"""CoppeliaSim: a script in Lua that makes a proximity sensor for each sensor, which looks along its
+z.
+"""
 
 import math
 from collections.abc import Iterable
@@ -11,8 +13,10 @@ from ..robots.urdf_robot import plain_names
 from ..sensors.sensor_poses import place, quaternion
 from .placed import PlacedSetup
 
-_HEAD = """-- Proximity sensors of {robot}, for CoppeliaSim 4.3 and later: paste this into the Lua commander, or say there
--- loadfile('FOLDER/sensors.lua')(). A link that the scene has no object for, called like it, becomes a dummy where it is
+_HEAD = """-- Proximity sensors of {robot}, for CoppeliaSim 4.3 and later: paste this into the Lua \
+commander, or say there
+-- loadfile('FOLDER/sensors.lua')(). A link that the scene has no object for, called like it, \
+becomes a dummy where it is
 -- at the exported pose. Sensors hang on these and look along their z.
 local sim = sim or require('sim')
 local CONE = sim.proximitysensor_cone or sim.proximitysensor_cone_subtype
@@ -47,24 +51,51 @@ end
 
 
 def coppeliasim(placed: PlacedSetup) -> dict[str, bytes]:
-    """``sensors.lua``. A cone there ends in a ball's cap at the range, not in a flat base; a pyramid ends flat."""
+    """``sensors.lua``. A cone there ends in a ball's cap at the range, not in a flat base; a
+    pyramid ends flat.
+    """
     names, used = plain_names(placed.links), sorted({placed.on_link(s)[0] for s in placed.sensors})
     text = _HEAD.format(robot=placed.robot_name)
     for j in used:
         text += f"    {{'{names[j]}', {_pose(placed.T_base_frame[j])}}},\n"
-    text += "}\n\n-- Name, link, kind, sizes, pose {x, y, z, qx, qy, qz, qw} in the link.\nlocal sensors = {\n"
+    text += (
+        "}\n\n-- Name, link, kind, sizes, pose {x, y, z, qx, qy, qz, qw} in the link.\nlocal"
+        " sensors = {\n"
+    )
     for s in placed.sensors:
         joint, T = placed.on_link(s)
         kind = "CONE" if s.unit.fov_up is None else "PYRAMID"
-        text += f"    {{'{s.name}', '{names[joint]}', {kind}, {_table(_sizes(s.unit))}, {_pose(T)}}},\n"
+        text += (
+            f"    {{'{s.name}', '{names[joint]}', {kind}, {_table(_sizes(s.unit))}, {_pose(T)}}},\n"
+        )
     return {"sensors.lua": (text + _MAKE).encode()}
 
 
 def _sizes(sensor: Sensor) -> list[float]:
-    """The fifteen sizes of ``sim.createProximitySensor``: offset, range, sides near (x, y) and far (x, y), gap, radius near
-    and far, angle, largest angle of surfaces, least distance, size of the point shown, and two unused."""
-    across, up = (2 * sensor.range_m * math.tan(a / 2) if sensor.fov_up else 0.0 for a in (sensor.fov, sensor.fov_up or 0.0))
-    return [0, sensor.range_m, 0, 0, across, up, 0, 0, 0, 0 if sensor.fov_up else sensor.fov, 0, 0, 0.01, 0, 0]
+    """The fifteen sizes of ``sim.createProximitySensor``: offset, range, sides near (x, y) and far
+    (x, y), gap, radius near and far, angle, largest angle of surfaces, least distance, size of the
+    point shown, and two unused."""
+    across, up = (
+        2 * sensor.range_m * math.tan(a / 2) if sensor.fov_up else 0.0
+        for a in (sensor.fov, sensor.fov_up or 0.0)
+    )
+    return [
+        0,
+        sensor.range_m,
+        0,
+        0,
+        across,
+        up,
+        0,
+        0,
+        0,
+        0 if sensor.fov_up else sensor.fov,
+        0,
+        0,
+        0.01,
+        0,
+        0,
+    ]
 
 
 def _pose(T: Float[np.ndarray, "4 4"]) -> str:

@@ -1,4 +1,6 @@
-"""GLB: a scene to look at, with robot, obstacles, rings, sensors, what they see, and points of the targets."""
+"""GLB: a scene to look at, with robot, obstacles, rings, sensors, what they see, and points of the
+targets.
+"""
 
 from typing import Any
 
@@ -18,7 +20,14 @@ from .placed import BASE_LINK, PlacedSetup
 
 _ROBOT, _SENSOR, _OBSTACLE = (0.72, 0.73, 0.75, 1.0), (0.1, 0.1, 0.12, 1.0), (0.79, 0.71, 0.55, 1.0)
 # Okabe and Ito (2008), which colour-blind eyes tell apart.
-_RINGS = ((0.0, 0.45, 0.7), (0.9, 0.62, 0.0), (0.0, 0.62, 0.45), (0.8, 0.47, 0.65), (0.34, 0.71, 0.91), (0.84, 0.37, 0.0))
+_RINGS = (
+    (0.0, 0.45, 0.7),
+    (0.9, 0.62, 0.0),
+    (0.0, 0.62, 0.45),
+    (0.8, 0.47, 0.65),
+    (0.34, 0.71, 0.91),
+    (0.84, 0.37, 0.0),
+)
 _SEEN, _UNSEEN = (0.0, 0.62, 0.45, 1.0), (0.84, 0.1, 0.1, 1.0)
 _CLEAR = 0.13  # opacity of what a sensor sees
 _BAND = 0.004  # m, of a ring's tube
@@ -28,7 +37,9 @@ _Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  #
 
 
 def glb(placed: PlacedSetup) -> dict[str, bytes]:
-    """``scene.glb``: the node ``base_link`` is the base frame; nodes of the sensors' names look along their z."""
+    """``scene.glb``: the node ``base_link`` is the base frame; nodes of the sensors' names look
+    along their z.
+    """
     scene = trimesh.Scene(base_frame="world")
     scene.graph.update(frame_to=BASE_LINK, matrix=_Y_UP)
     for name, mesh in _robot(placed):
@@ -41,13 +52,20 @@ def glb(placed: PlacedSetup) -> dict[str, bytes]:
     unit.visual = trimesh.visual.TextureVisuals(material=_material(_SENSOR))
     for s in placed.sensors:
         T = placed.T_base_frame[s.frame] @ s.T_frame_sensor
-        scene.add_geometry(unit, node_name=s.name, geom_name="sensor", parent_node_name=BASE_LINK, transform=T)
+        scene.add_geometry(
+            unit, node_name=s.name, geom_name="sensor", parent_node_name=BASE_LINK, transform=T
+        )
     cones = sensor_cones(placed.scene.robot, placed.setup, placed.scene.poses[placed.pose].q)
     for i in range(len(placed.setup.rings)):
         colour = _RINGS[i % len(_RINGS)]
         _add(scene, f"ring_{i}", _band(placed, i), (*colour, 1.0))
         some = np.flatnonzero(placed.setup.ring_of_sensor == i)
-        _add(scene, f"ring_{i}_sees", trimesh.util.concatenate([_beam(cones, k) for k in some.tolist()]), (*colour, _CLEAR))
+        _add(
+            scene,
+            f"ring_{i}_sees",
+            trimesh.util.concatenate([_beam(cones, k) for k in some.tolist()]),
+            (*colour, _CLEAR),
+        )
     _add_points(scene, placed)
     return {"scene.glb": scene.export(file_type="glb")}
 
@@ -72,12 +90,19 @@ def _add(scene: Any, name: str, mesh: Any, colour: tuple[float, ...]) -> None:
 def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
     """Meshes at the pose: those of the user's URDF where there is one, else the bodies."""
     if placed.urdf is not None:
-        meshes, picked = Meshes(placed.urdf.path, placed.packages), find_robot(placed.urdf, placed.scene.robot)
+        meshes, picked = (
+            Meshes(placed.urdf.path, placed.packages),
+            find_robot(placed.urdf, placed.scene.robot),
+        )
         names = plain_names(c.link.name for c in picked.carried)
         found = []
         for carried, name in zip(picked.carried, names, strict=True):
             triangles = meshes.surface(carried, "visual")
-            T = placed.T_base_frame[carried.frame] if carried.frame != BASE else _base(placed, picked.chain.origin[0])
+            T = (
+                placed.T_base_frame[carried.frame]
+                if carried.frame != BASE
+                else _base(placed, picked.chain.origin[0])
+            )
             if len(triangles):
                 mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=True)
                 found.append((f"body_{name}", mesh.apply_transform(T)))
@@ -90,7 +115,9 @@ def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
 
 
 def _base(placed: PlacedSetup, origin: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4 4"]:
-    """T_base_link of the link that holds the first joint, which a URDF may have elsewhere than the scene's base."""
+    """T_base_link of the link that holds the first joint, which a URDF may have elsewhere than the
+    scene's base.
+    """
     return placed.scene.robot.chain.origin[0] @ np.linalg.inv(origin)
 
 
@@ -98,7 +125,11 @@ def _capsule(start: Any, end: Any, radius: float) -> Any:
     length = float(np.linalg.norm(end - start))
     made = trimesh.creation.capsule(length, radius, count=[24, 24])
     made.apply_translation([0, 0, length / 2 - float(made.bounds.mean(axis=0)[2])])
-    T = trimesh.geometry.align_vectors([0, 0, 1], (end - start) / length) if length > 0 else np.eye(4)
+    T = (
+        trimesh.geometry.align_vectors([0, 0, 1], (end - start) / length)
+        if length > 0
+        else np.eye(4)
+    )
     T[:3, 3] = start
     return made.apply_transform(T)
 
@@ -125,18 +156,26 @@ def _beam(cones: Any, k: int) -> Any:
         x = x / np.linalg.norm(x)
         turn = np.linspace(0, 2 * np.pi, _SIDES, endpoint=False)[:, None]
         rim = height * np.tan(half) * (np.cos(turn) * x + np.sin(turn) * np.cross(axis, x))
-    return trimesh.convex.convex_hull(cones.apex[k] + np.vstack([np.zeros((1, 3)), height * axis + rim]))
+    return trimesh.convex.convex_hull(
+        cones.apex[k] + np.vstack([np.zeros((1, 3)), height * axis + rim])
+    )
 
 
 def _add_points(scene: Any, placed: PlacedSetup) -> None:
-    """Points of each target, those that a sensor sees past what stands in the way in one colour, the others in another."""
+    """Points of each target, those that a sensor sees past what stands in the way in one colour,
+    the others in another.
+    """
     q = placed.scene.poses[placed.pose].q
     for n, goal in enumerate(placed.scene.goals if placed.points else ()):
         points = sample(placed.scene.solid(goal.target, placed.pose), placed.points, 0)
         seen = np.asarray(setup_sight(placed.scene, placed.setup, q).holds(points))
         for name, some, colour in (("seen", seen, _SEEN), ("unseen", ~seen, _UNSEEN)):
             if some.any():
-                colours = np.tile(np.round(255 * np.array(colour)).astype(np.uint8), (int(some.sum()), 1))
+                colours = np.tile(
+                    np.round(255 * np.array(colour)).astype(np.uint8), (int(some.sum()), 1)
+                )
                 cloud = trimesh.PointCloud(points[some], colors=colours)
                 node = f"target_{n}_{name}"
-                scene.add_geometry(cloud, node_name=node, geom_name=node, parent_node_name=BASE_LINK)
+                scene.add_geometry(
+                    cloud, node_name=node, geom_name=node, parent_node_name=BASE_LINK
+                )

@@ -1,7 +1,8 @@
-"""MJCF: the robot's capsules, the cell's obstacles, and a rangefinder for each sensor, which looks along its site's z.
+"""MJCF: the robot's capsules, the cell's obstacles, and a rangefinder for each sensor, which looks
+along its site's z.
 
-A rangefinder of MuJoCo does not see the body that carries its site. So each sensor is a body of its own, welded to its link,
-and the link is seen as all else is.
+A rangefinder of MuJoCo does not see the body that carries its site. So each sensor is a body of its
+own, welded to its link, and the link is seen as all else is.
 """
 
 import xml.etree.ElementTree as ET
@@ -16,11 +17,14 @@ from .markup import document, words
 from .placed import BASE_LINK, PlacedSetup
 
 _SIZE = "0.004"  # m, of a site as it is shown
-_MASS = {"pos": "0 0 0", "mass": "0.001", "diaginertia": "1e-6 1e-6 1e-6"}  # of a link without a body
+# of a link without a body
+_MASS = {"pos": "0 0 0", "mass": "0.001", "diaginertia": "1e-6 1e-6 1e-6"}
 
 
 def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
-    """``scene.xml``: nothing falls and nothing touches, as masses are not known; its keyframe is the pose."""
+    """``scene.xml``: nothing falls and nothing touches, as masses are not known; its keyframe is
+    the pose.
+    """
     robot, q = placed.scene.robot, placed.scene.poses[placed.pose].q
     root = ET.Element("mujoco", model=placed.robot_name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
@@ -41,13 +45,19 @@ def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
     for body, name in zip(robot.bodies, plain_names(b.name for b in robot.bodies), strict=True):
         geom = ET.SubElement(bodies[0 if body.frame == BASE else body.frame + 1], "geom", name=name)
         ball = not np.any(body.end - body.start)
-        shape = {"type": "sphere", "pos": words(body.start)} if ball else {"fromto": words([*body.start, *body.end])}
+        shape = (
+            {"type": "sphere", "pos": words(body.start)}
+            if ball
+            else {"fromto": words([*body.start, *body.end])}
+        )
         geom.attrib.update({"type": "capsule", **shape, "size": words([body.radius])})
     for s in placed.sensors:
         joint_of, T = placed.on_link(s)
         held = ET.SubElement(bodies[joint_of + 1], "body", _place(T), name=s.name)
         ET.SubElement(held, "site", name=s.name, size=_SIZE)
-        ET.SubElement(sensor, "rangefinder", name=s.name, site=s.name, cutoff=words([s.unit.range_m]))
+        ET.SubElement(
+            sensor, "rangefinder", name=s.name, site=s.name, cutoff=words([s.unit.range_m])
+        )
     ET.SubElement(ET.SubElement(root, "keyframe"), "key", name="pose", qpos=words(q))
     return {"scene.xml": document(root)}
 
@@ -60,11 +70,15 @@ def _place(T: Float[np.ndarray, "4 4"]) -> dict[str, str]:
 def _obstacles(placed: PlacedSetup, asset: ET.Element, world: ET.Element) -> None:
     """Convex things of the cell as hulls of their corners; the floor as a plane."""
     things = placed.scene.obstacles
-    for thing, name in zip(things, plain_names(f"obstacle_{i}_{o.name}" for i, o in enumerate(things)), strict=True):
+    for thing, name in zip(
+        things, plain_names(f"obstacle_{i}_{o.name}" for i, o in enumerate(things)), strict=True
+    ):
         corners = np.unique(np.asarray(thing.body.edges).reshape(-1, 3), axis=0)
         if len(corners):
             ET.SubElement(asset, "mesh", name=name, vertex=words(corners.ravel()))
             ET.SubElement(world, "geom", name=name, type="mesh", mesh=name)
         else:
             height = np.asarray(thing.body.offset)[0]
-            ET.SubElement(world, "geom", name=name, type="plane", size="0 0 1", pos=words((0, 0, height)))
+            ET.SubElement(
+                world, "geom", name=name, type="plane", size="0 0 1", pos=words((0, 0, height))
+            )

@@ -22,8 +22,8 @@ BASE_LINK, TCP_LINK = "base_link", "tcp"
 class PlacedSetup:
     """A setup on the robot of a scene at its pose ``pose``.
 
-    folder: where files will be written. urdf: the user's own, where the robot is from one, and the folders ``packages`` that
-    may hold its meshes. points: of the targets to be shown.
+    folder: where files will be written. urdf: the user's own, where the robot is from one, and the
+    folders ``packages`` that may hold its meshes. points: of the targets to be shown.
     """
 
     scene: Scene
@@ -47,10 +47,14 @@ class PlacedSetup:
     @cached_property
     def bodies(self) -> Capsules | None:
         """The robot's bodies at the pose, base frame; None where it has none."""
-        return robot_capsules(self.scene.robot, self.T_base_frame) if self.scene.robot.bodies else None
+        return (
+            robot_capsules(self.scene.robot, self.T_base_frame) if self.scene.robot.bodies else None
+        )
 
     def on_link(self, sensor: SensorFrame) -> tuple[int, Float[np.ndarray, "4 4"]]:
-        """The joint whose link carries the sensor (of the TCP's frame: the last), and T_link_sensor (4, 4) there."""
+        """The joint whose link carries the sensor (of the TCP's frame: the last), and T_link_sensor
+        (4, 4) there.
+        """
         chain = self.scene.robot.chain
         if sensor.frame < len(chain):
             return sensor.frame, sensor.T_frame_sensor
@@ -58,8 +62,14 @@ class PlacedSetup:
 
     @cached_property
     def links(self) -> tuple[str, ...]:
-        """The links that the joints move: those of the user's URDF, or plain ones; UserError if that has another robot."""
-        return self.link_names if self.urdf is None else moved_links(find_robot(self.urdf, self.scene.robot))[1:]
+        """The links that the joints move: those of the user's URDF, or plain ones; UserError if
+        that has another robot.
+        """
+        return (
+            self.link_names
+            if self.urdf is None
+            else moved_links(find_robot(self.urdf, self.scene.robot))[1:]
+        )
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -1,4 +1,6 @@
-"""ROS 2: static transforms from links to sensors, which look along their x, and a launch file that publishes them."""
+"""ROS 2: static transforms from links to sensors, which look along their x, and a launch file that
+publishes them.
+"""
 
 from collections.abc import Iterable
 
@@ -27,7 +29,8 @@ _NODE = """    - pkg: tf2_ros
 
 
 def ros2(placed: PlacedSetup) -> dict[str, bytes]:
-    """``static_transforms.yaml``, and ``static_transforms.launch.yaml``, which says the same to ROS.
+    """``static_transforms.yaml``, and ``static_transforms.launch.yaml``, which says the same to
+    ROS.
 
     Raises:
         UserError: if the user's URDF has not the robot's chain, or a link's name is none in ROS.
@@ -42,14 +45,20 @@ def ros2(placed: PlacedSetup) -> dict[str, bytes]:
         joint, T = placed.on_link(s)
         T = looking_along(T, "x")
         xyz, xyzw = place(T), quaternion(T)
-        data += f"- parent: '{links[joint]}'\n  child: {s.name}\n  xyz: {_listed(xyz)}\n  xyzw: {_listed(xyzw)}\n"
+        data += (
+            f"- parent: '{links[joint]}'\n  child: {s.name}\n  xyz: {_listed(xyz)}\n  xyzw:"
+            f" {_listed(xyzw)}\n"
+        )
         launch += _NODE.format(parent=links[joint], child=s.name)
         for key, value in (
             *zip(_keys("translation", "xyz"), xyz, strict=True),
             *zip(_keys("rotation", "xyzw"), xyzw, strict=True),
         ):
             launch += f"      - {{name: {key}, value: {value:.12f}}}\n"
-    return {"static_transforms.yaml": data.encode(), "static_transforms.launch.yaml": launch.encode()}
+    return {
+        "static_transforms.yaml": data.encode(),
+        "static_transforms.launch.yaml": launch.encode(),
+    }
 
 
 def _keys(name: str, parts: str) -> list[str]:

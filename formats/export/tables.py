@@ -1,4 +1,6 @@
-"""Tables of sensor poses: CSV as ``place-rings cones`` prints it, and JSON; both are read back into a setup."""
+"""Tables of sensor poses: CSV as ``place-rings cones`` prints it, and JSON; both are read back into
+a setup.
+"""
 
 from ..sensors.sensor_lists import sensor_list
 from ..sensors.sensor_poses import poses_file
@@ -11,6 +13,8 @@ def csv(placed: PlacedSetup) -> dict[str, bytes]:
 
 
 def json(placed: PlacedSetup) -> dict[str, bytes]:
-    """``sensors.json``: every sensor in the frame of its link, and in the base frame at the pose; it looks along z."""
+    """``sensors.json``: every sensor in the frame of its link, and in the base frame at the pose;
+    it looks along z.
+    """
     file = poses_file(placed.scene, placed.setup, placed.pose)
     return {"sensors.json": (file.model_dump_json(indent=1, exclude_none=True) + "\n").encode()}

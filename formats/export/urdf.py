@@ -1,4 +1,6 @@
-"""URDF: the robot with one link, and the fixed joint that carries it, for each sensor, which looks along its x."""
+"""URDF: the robot with one link, and the fixed joint that carries it, for each sensor, which looks
+along its x.
+"""
 
 import os
 import xml.etree.ElementTree as ET
@@ -26,10 +28,14 @@ def urdf(placed: PlacedSetup) -> dict[str, bytes]:
     else:
         root = _own(placed.urdf, placed.folder)
         for s in placed.sensors:
-            for kind, name, there in (("link", s.name, placed.urdf.links), ("joint", _joint(s), placed.urdf.joints)):
+            for kind, name, there in (
+                ("link", s.name, placed.urdf.links),
+                ("joint", _joint(s), placed.urdf.joints),
+            ):
                 if name in there:
                     raise UserError(
-                        f"{placed.urdf.path}: {kind}: found {shown(name)}, allowed: a URDF without these sensors"
+                        f"{placed.urdf.path}: {kind}: found {shown(name)}, allowed: a URDF without"
+                        " these sensors"
                     )
     for s in placed.sensors:
         joint, T = placed.on_link(s)
@@ -42,7 +48,9 @@ def _joint(sensor: SensorFrame) -> str:
     return f"{sensor.name}_joint"
 
 
-def _fixed(root: ET.Element, name: str, parent: str, child: str, T: Float[np.ndarray, "4 4"]) -> ET.Element:
+def _fixed(
+    root: ET.Element, name: str, parent: str, child: str, T: Float[np.ndarray, "4 4"]
+) -> ET.Element:
     joint = ET.SubElement(root, "joint", name=name, type="fixed")
     ET.SubElement(joint, "parent", link=parent)
     ET.SubElement(joint, "child", link=child)
@@ -51,31 +59,55 @@ def _fixed(root: ET.Element, name: str, parent: str, child: str, T: Float[np.nda
 
 
 def _own(urdf: Urdf, folder: Path) -> ET.Element:
-    """The user's file as it stands, with the names of meshes beside it as they are called from ``folder``."""
+    """The user's file as it stands, with the names of meshes beside it as they are called from
+    ``folder``.
+    """
     data = bounded_bytes(urdf.path, LARGEST)
     plain_xml(data, str(urdf.path))
     root = ET.fromstring(data, ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
     for element in root.iter():
         name = element.get("filename")
-        if element.tag in ("mesh", "texture") and name and "://" not in name and not Path(name).is_absolute():
-            element.set("filename", Path(os.path.relpath(urdf.path.resolve().parent / name, folder.resolve())).as_posix())
+        if (
+            element.tag in ("mesh", "texture")
+            and name
+            and "://" not in name
+            and not Path(name).is_absolute()
+        ):
+            element.set(
+                "filename",
+                Path(
+                    os.path.relpath(urdf.path.resolve().parent / name, folder.resolve())
+                ).as_posix(),
+            )
     return root
 
 
 def _robot(placed: PlacedSetup) -> ET.Element:
-    """The robot of the scene: a link for the base, each joint and the TCP, with the bodies that each carries."""
+    """The robot of the scene: a link for the base, each joint and the TCP, with the bodies that
+    each carries.
+    """
     robot, joints, links = placed.scene.robot, placed.joint_names, placed.link_names
     root = ET.Element("robot", name=placed.robot_name)
     _link(root, BASE_LINK, robot, BASE)
-    for j, (name, parent, child) in enumerate(zip(joints, (BASE_LINK, *links), links, strict=False)):
+    for j, (name, parent, child) in enumerate(
+        zip(joints, (BASE_LINK, *links), links, strict=False)
+    ):
         _link(root, child, robot, j)
         joint = _fixed(root, name, parent, child, robot.chain.origin[j])
         ET.SubElement(joint, "axis", xyz=words(robot.chain.axis[j]))
         limits = None if robot.limits is None else robot.limits[j]
         limited = limits is not None and np.isfinite(limits).all()
         joint.set("type", "revolute" if limited else "continuous")
-        if limits is not None and limited:  # neither effort nor velocity is known, and both must be there
-            ET.SubElement(joint, "limit", lower=words([limits[0]]), upper=words([limits[1]]), effort="0", velocity="0")
+        # neither effort nor velocity is known, and both must be there
+        if limits is not None and limited:
+            ET.SubElement(
+                joint,
+                "limit",
+                lower=words([limits[0]]),
+                upper=words([limits[1]]),
+                effort="0",
+                velocity="0",
+            )
     ET.SubElement(root, "link", name=TCP_LINK)
     _fixed(root, f"{TCP_LINK}_joint", links[-1], TCP_LINK, robot.chain.origin[-1])
     return root
@@ -102,7 +134,9 @@ def _capsule(link: ET.Element, use: str, body: Body) -> None:
         part = ET.SubElement(link, use)
         T[:3, 3] = centre
         ET.SubElement(part, "origin", origin(T))
-        ET.SubElement(ET.SubElement(part, "geometry"), kind, {"radius": words([body.radius]), **size})
+        ET.SubElement(
+            ET.SubElement(part, "geometry"), kind, {"radius": words([body.radius]), **size}
+        )
 
 
 def _turn_to(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:

@@ -1,4 +1,6 @@
-"""Xacro: a macro that adds the sensors' frames to any robot, each link that carries rings named by a parameter."""
+"""Xacro: a macro that adds the sensors' frames to any robot, each link that carries rings named by
+a parameter.
+"""
 
 import xml.etree.ElementTree as ET
 
@@ -13,7 +15,8 @@ ET.register_namespace("xacro", _NAMESPACE)
 
 
 def xacro(placed: PlacedSetup) -> dict[str, bytes]:
-    """``sensors.xacro``. The link that joint J moves is the parameter ``link_of_J``; links have the frames of their joints.
+    """``sensors.xacro``. The link that joint J moves is the parameter ``link_of_J``; links have the
+    frames of their joints.
 
     Raises:
         UserError: if the user's URDF has not the robot's chain.
@@ -21,9 +24,13 @@ def xacro(placed: PlacedSetup) -> dict[str, bytes]:
     links = placed.links
     carrying = sorted({placed.on_link(s)[0] for s in placed.sensors})
     names = {j: f"link_of_{placed.joint_names[j]}" for j in carrying}
-    params = [f"{name}:={links[j]}" if ROS_NAME.fullmatch(links[j]) else name for j, name in names.items()]
+    params = [
+        f"{name}:={links[j]}" if ROS_NAME.fullmatch(links[j]) else name for j, name in names.items()
+    ]
     root = ET.Element("robot")
-    macro = ET.SubElement(root, f"{{{_NAMESPACE}}}macro", name=_MACRO, params=" ".join(["prefix:=''", *params]))
+    macro = ET.SubElement(
+        root, f"{{{_NAMESPACE}}}macro", name=_MACRO, params=" ".join(["prefix:=''", *params])
+    )
     for s in placed.sensors:
         j, T = placed.on_link(s)
         ET.SubElement(macro, "link", name=f"${{prefix}}{s.name}")

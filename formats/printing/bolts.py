@@ -1,4 +1,6 @@
-"""The bolts that draw a ring's halves together, the ears that carry them, and their holes. Millimetres, print frame."""
+"""The bolts that draw a ring's halves together, the ears that carry them, and their holes.
+Millimetres, print frame.
+"""
 
 import math
 
@@ -27,7 +29,11 @@ def lugs(plan: PrintPlan) -> Manifold:
             (plan.bore, low - (end - foot)),
         ]
         outline = CrossSection.hull_points(np.array(ends))
-        ear = outline.extrude(2 * plan.reach).rotate((90.0, 0.0, 0.0)).translate((0.0, plan.reach, 0.0))
+        ear = (
+            outline.extrude(2 * plan.reach)
+            .rotate((90.0, 0.0, 0.0))
+            .translate((0.0, plan.reach, 0.0))
+        )
         ear = ear if sign > 0 else ear.mirror((1.0, 0.0, 0.0))
         some.append(ear.translate((float(plan.centre[0]), float(plan.centre[1]), 0.0)))
     return union(some)
@@ -38,11 +44,19 @@ def bolt_holes(plan: PrintPlan) -> Manifold:
     r = plan.bolt.hole / 2
     circle = CrossSection.circle(r, SMALL)
     tip = CrossSection.hull_points(
-        np.array([(0.0, -r * math.sqrt(2)), (r / math.sqrt(2), -r / math.sqrt(2)), (-r / math.sqrt(2), -r / math.sqrt(2))])
+        np.array(
+            [
+                (0.0, -r * math.sqrt(2)),
+                (r / math.sqrt(2), -r / math.sqrt(2)),
+                (-r / math.sqrt(2), -r / math.sqrt(2)),
+            ]
+        )
     )
     holes = (circle + tip).extrude(4 * plan.reach).translate((0.0, 0.0, -2 * plan.reach))
     if plan.printing.nut:
-        holes += _nut(plan, NUT_CLEARANCE).translate((0.0, 0.0, -plan.reach - 10.0 + plan.bolt.nut_height + 0.3))
+        holes += _nut(plan, NUT_CLEARANCE).translate(
+            (0.0, 0.0, -plan.reach - 10.0 + plan.bolt.nut_height + 0.3)
+        )
     return _across(plan, holes)
 
 
@@ -61,9 +75,14 @@ def _across(plan: PrintPlan, solid: Manifold) -> Manifold:
     z = sum(plan.lug) / 2
     laid = solid.rotate((-90.0, 0.0, 0.0))
     return union(
-        [laid.translate((float(plan.centre[0]) + sign * plan.across, float(plan.centre[1]), z)) for sign in (-1, 1)]
+        [
+            laid.translate((float(plan.centre[0]) + sign * plan.across, float(plan.centre[1]), z))
+            for sign in (-1, 1)
+        ]
     )
 
 
 def _nut(plan: PrintPlan, clear: float, height: float = 10.0) -> Manifold:
-    return Manifold.cylinder(height, (plan.bolt.nut / 2 + clear) / math.cos(math.pi / 6), -1.0, 6).rotate((0.0, 0.0, 30.0))
+    return Manifold.cylinder(
+        height, (plan.bolt.nut / 2 + clear) / math.cos(math.pi / 6), -1.0, 6
+    ).rotate((0.0, 0.0, 30.0))

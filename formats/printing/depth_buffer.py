@@ -1,4 +1,6 @@
-"""A shaded picture of solids by a depth buffer, in parallel projection: what is in front hides what is behind, exactly."""
+"""A shaded picture of solids by a depth buffer, in parallel projection: what is in front hides what
+is behind, exactly.
+"""
 
 from collections.abc import Sequence
 
@@ -13,7 +15,9 @@ _EDGE = 1.2  # mm of depth between neighbouring pixels, from which on there is a
 
 
 def looking(elevation_deg: float, azimuth_deg: float) -> Float[np.ndarray, "3 3"]:
-    """Rows: to the right, up, and towards the viewer, of a view from above the horizon and about the vertical."""
+    """Rows: to the right, up, and towards the viewer, of a view from above the horizon and about
+    the vertical.
+    """
     e, a = np.radians([elevation_deg, azimuth_deg])
     towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     right = np.array([-np.sin(a), np.cos(a), 0.0])
@@ -26,8 +30,8 @@ def render(
     window: tuple[float, float, float, float],
     width: int,
 ) -> Float[np.ndarray, "H W 4"]:
-    """The picture (H, W, 4) of solids in their colours, in a window (left, right, bottom, top) mm of the view, ``width``
-    pixels wide, row 0 at the top; where nothing is, it is transparent."""
+    """The picture (H, W, 4) of solids in their colours, in a window (left, right, bottom, top) mm
+    of the view, ``width`` pixels wide, row 0 at the top; where nothing is, it is transparent."""
     left, right, bottom, top = window
     scale = 2 * width / (right - left)  # of twice the pixels, which are joined by fours
     shape = 2 * round((top - bottom) * scale / 2), 2 * width
@@ -48,7 +52,9 @@ def render(
     for axis in (0, 1):
         drop |= np.abs(depth - np.roll(depth, 1, axis)) > _EDGE + 2.0 / scale
     colour[drop] *= 0.35
-    image = np.concatenate([colour, ((depth > _BEHIND) | drop)[..., None].astype(float)], axis=2)[::-1]
+    image = np.concatenate([colour, ((depth > _BEHIND) | drop)[..., None].astype(float)], axis=2)[
+        ::-1
+    ]
     fours = image.reshape(shape[0] // 2, 2, width, 2, 4)
     alpha = fours[..., 3:].sum(axis=(1, 3))
     mean = (fours[..., :3] * fours[..., 3:]).sum(axis=(1, 3)) / np.maximum(alpha, 1.0)
@@ -89,9 +95,13 @@ def _span(low: float, high: float, size: int) -> slice:
 
 
 def frame_of(
-    parts: Sequence[tuple[Manifold, tuple[float, float, float]]], view: Float[np.ndarray, "3 3"], margin: float
+    parts: Sequence[tuple[Manifold, tuple[float, float, float]]],
+    view: Float[np.ndarray, "3 3"],
+    margin: float,
 ) -> tuple[float, float, float, float]:
     """The window (left, right, bottom, top) mm that shows all of some solids, and a margin."""
-    flat: Int[np.ndarray, "N 2"] = np.concatenate([s.to_mesh().vert_properties[:, :3] @ view[:2].T for s, _ in parts])
+    flat: Int[np.ndarray, "N 2"] = np.concatenate(
+        [s.to_mesh().vert_properties[:, :3] @ view[:2].T for s, _ in parts]
+    )
     (left, bottom), (right, top) = flat.min(axis=0) - margin, flat.max(axis=0) + margin
     return float(left), float(right), float(bottom), float(top)

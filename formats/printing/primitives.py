@@ -19,6 +19,10 @@ def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Ma
     return Manifold.cube((size[0], size[1], size[2])).translate(low)
 
 
-def tube(radius: float, low: float, high: float, centre: Float[np.ndarray, " 2"], facets: int = FACETS) -> Manifold:
+def tube(
+    radius: float, low: float, high: float, centre: Float[np.ndarray, " 2"], facets: int = FACETS
+) -> Manifold:
     """The upright cylinder between two heights."""
-    return Manifold.cylinder(high - low, radius, radius, facets).translate((float(centre[0]), float(centre[1]), low))
+    return Manifold.cylinder(high - low, radius, radius, facets).translate(
+        (float(centre[0]), float(centre[1]), low)
+    )

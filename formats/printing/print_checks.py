@@ -1,4 +1,6 @@
-"""What is measured on a printed ring, and what is allowed: on the files themselves where they can tell."""
+"""What is measured on a printed ring, and what is allowed: on the files themselves where they can
+tell.
+"""
 
 import io
 import math
@@ -24,10 +26,14 @@ _NEAR = 5.0  # mm, further than which no gap is
 
 
 def stl(solid: Manifold) -> bytes:
-    """A solid as a binary STL file, as it lies on the printer's bed: its lowest point at z = 0, about the origin."""
+    """A solid as a binary STL file, as it lies on the printer's bed: its lowest point at z = 0,
+    about the origin.
+    """
     low_x, low_y, low_z, high_x, high_y, _ = solid.bounding_box()
     mesh = solid.translate((-(low_x + high_x) / 2, -(low_y + high_y) / 2, -low_z)).to_mesh()
-    data: Any = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False).export(file_type="stl")
+    data: Any = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False).export(
+        file_type="stl"
+    )
     return bytes(data)
 
 
@@ -46,14 +52,18 @@ def open_edges(mesh: trimesh.Trimesh) -> int:
 
 
 def overhang(mesh: trimesh.Trimesh) -> float:
-    """The share of a mesh's area, on its bed z = 0, that faces down by more than 45 degrees and does not lie on the bed."""
+    """The share of a mesh's area, on its bed z = 0, that faces down by more than 45 degrees and
+    does not lie on the bed.
+    """
     down = mesh.face_normals[:, 2] < -_STEEP
     raised = mesh.triangles[:, :, 2].max(axis=1) > 0.05
     return float(mesh.area_faces[down & raised].sum() / mesh.area)
 
 
 def least_wall(solid: Manifold, seed: int = 0) -> float:
-    """The least distance, mm, found by rays between faces of a solid that lie back to back, within 20 degrees."""
+    """The least distance, mm, found by rays between faces of a solid that lie back to back, within
+    20 degrees.
+    """
     mesh = solid.to_mesh()
     surface = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
     points, faces = _sample(surface, seed)
@@ -65,13 +75,17 @@ def least_wall(solid: Manifold, seed: int = 0) -> float:
     return least
 
 
-def _sample(surface: trimesh.Trimesh, seed: int) -> tuple[Float[np.ndarray, "N 3"], Int[np.ndarray, " N"]]:
+def _sample(
+    surface: trimesh.Trimesh, seed: int
+) -> tuple[Float[np.ndarray, "N 3"], Int[np.ndarray, " N"]]:
     points, faces = trimesh.sample.sample_surface(surface, _RAYS, seed=seed)
     return np.asarray(points), np.asarray(faces)
 
 
 def lens_of(board: Manifold, plan: PrintPlan, k: int) -> float:
-    """How far the middle of the front of a board's sensor lies from the apex of its beam, mm: measured on the solid."""
+    """How far the middle of the front of a board's sensor lies from the apex of its beam, mm:
+    measured on the solid.
+    """
     frame = plan.frame(k)
     corners = board.to_mesh().vert_properties[:, :3]
     ahead = (corners - frame[:, 3]) @ frame[:, 2]
@@ -80,7 +94,9 @@ def lens_of(board: Manifold, plan: PrintPlan, k: int) -> float:
 
 
 def neighbours(boards: list[Manifold]) -> float:
-    """The least distance of a board from any other, mm: of the first, as all stand alike about the axis."""
+    """The least distance of a board from any other, mm: of the first, as all stand alike about the
+    axis.
+    """
     return float(boards[0].min_gap(union(boards[1:]), _NEAR)) if len(boards) > 1 else _NEAR
 
 
@@ -92,22 +108,59 @@ def check_ring(plan: PrintPlan, made: Assembly, files: tuple[bytes, bytes]) -> l
     volume = float(sum(mesh.volume for mesh in meshes))
     found = [
         _check("open edges of the files", float(sum(open_edges(m) for m in meshes)), "", most=0.0),
-        _check("pieces of a half", float(max(len(h.decompose()) for h in made.halves)), "", most=1.0),
+        _check(
+            "pieces of a half", float(max(len(h.decompose()) for h in made.halves)), "", most=1.0
+        ),
         _check("volume of both halves", volume / 1000, "cm³", least=1e-3, most=hull / 1000),
-        _check("files against solids", abs(volume - sum(h.volume() for h in made.halves)) / volume * 100, "%", most=0.1),
-        _check("overhang beyond 45°", 100 * max(overhang(m) for m in meshes), "%", most=100 * p.overhang),
-        _check("least wall", min(least_wall(h) for h in made.halves), "mm", least=MM * p.least_wall),
-        _check("boards from each other", neighbours(made.boards), "mm", least=MM * min(p.clearance, p.wall)),
-        _check("boards from bolts", boards.min_gap(made.bolts, _NEAR), "mm", least=MM * p.clearance),
+        _check(
+            "files against solids",
+            abs(volume - sum(h.volume() for h in made.halves)) / volume * 100,
+            "%",
+            most=0.1,
+        ),
+        _check(
+            "overhang beyond 45°",
+            100 * max(overhang(m) for m in meshes),
+            "%",
+            most=100 * p.overhang,
+        ),
+        _check(
+            "least wall", min(least_wall(h) for h in made.halves), "mm", least=MM * p.least_wall
+        ),
+        _check(
+            "boards from each other",
+            neighbours(made.boards),
+            "mm",
+            least=MM * min(p.clearance, p.wall),
+        ),
+        _check(
+            "boards from bolts", boards.min_gap(made.bolts, _NEAR), "mm", least=MM * p.clearance
+        ),
         _check("boards from the link", boards.min_gap(made.link, _NEAR), "mm", least=MM * p.slack),
         _check("boards in the ring's body", (boards ^ solid).volume(), "mm³", most=_NOTHING),
         _check("link in the ring's body", (made.link ^ solid).volume(), "mm³", most=_NOTHING),
-        _check("beams cut by ring, bolts and boards", (made.beams ^ (solid + boards)).volume(), "mm³", most=_NOTHING),
-        _check("lenses from the apexes", max(lens_of(b, plan, k) for k, b in enumerate(made.boards)), "mm", most=1e-3),
+        _check(
+            "beams cut by ring, bolts and boards",
+            (made.beams ^ (solid + boards)).volume(),
+            "mm³",
+            most=_NOTHING,
+        ),
+        _check(
+            "lenses from the apexes",
+            max(lens_of(b, plan, k) for k, b in enumerate(made.boards)),
+            "mm",
+            most=1e-3,
+        ),
     ]
     return found
 
 
-def _check(name: str, measured: float, unit: str, least: float | None = None, most: float | None = None) -> PrintCheck:
-    holds = (least is None or measured >= least - 1e-6) and (most is None or measured <= most + 1e-6)
-    return PrintCheck(name=name, measured=round(measured, 9) + 0.0, least=least, most=most, unit=unit, holds=holds)
+def _check(
+    name: str, measured: float, unit: str, least: float | None = None, most: float | None = None
+) -> PrintCheck:
+    holds = (least is None or measured >= least - 1e-6) and (
+        most is None or measured <= most + 1e-6
+    )
+    return PrintCheck(
+        name=name, measured=round(measured, 9) + 0.0, least=least, most=most, unit=unit, holds=holds
+    )

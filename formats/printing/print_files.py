@@ -27,8 +27,14 @@ def print_ring(
     checks = check_ring(plan, made, files)
     for check in checks:
         if not check.holds:
-            allowed = f"at least {check.least:.4g}" if check.least is not None else f"at most {check.most:.4g}"
-            raise UnbuildableError(f"{check.name}: found {check.measured:.4g} {check.unit}, allowed: {allowed}")
+            allowed = (
+                f"at least {check.least:.4g}"
+                if check.least is not None
+                else f"at most {check.most:.4g}"
+            )
+            raise UnbuildableError(
+                f"{check.name}: found {check.measured:.4g} {check.unit}, allowed: {allowed}"
+            )
     name, board, bolt = f"ring{number}_{_plain(ring.link)}", plan.pocket.board, plan.bolt
     deep = min((thread(plan, MM * (y - board.lens[1])) for _, y in board.holes), default=0.0)
     low, high = made.halves[0].bounding_box()[:3], made.halves[0].bounding_box()[3:]
@@ -44,7 +50,9 @@ def print_ring(
         size_mm=[b - a for a, b in zip(low, high, strict=True)],
         flipped=ring.tilt < 0,
         board=board.source,
-        screws=f"{count} × M{_screw(MM * board.hole):g}, {deep:.1f} mm of thread" if count else "none: glue",
+        screws=f"{count} × M{_screw(MM * board.hole):g}, {deep:.1f} mm of thread"
+        if count
+        else "none: glue",
         bolts=f"2 × M{bolt.size:.0f}, {2 * plan.reach + bolt.nut_height:.0f} mm and more",
         files=[f"{name}_a.stl", f"{name}_b.stl", f"{name}.png"],
         checks=checks,
@@ -53,8 +61,12 @@ def print_ring(
 
 
 def _screw(hole: float) -> float:
-    """The thickest screw, mm, that goes through a hole of a board; the hole itself where that is finer than all."""
-    return max((size for size in (1.6, 2.0, 2.5, 3.0, 4.0, 5.0) if size <= hole + 1e-9), default=hole)
+    """The thickest screw, mm, that goes through a hole of a board; the hole itself where that is
+    finer than all.
+    """
+    return max(
+        (size for size in (1.6, 2.0, 2.5, 3.0, 4.0, 5.0) if size <= hole + 1e-9), default=hole
+    )
 
 
 def _plain(link: str) -> str:
@@ -62,12 +74,16 @@ def _plain(link: str) -> str:
     return "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "_" for c in link)[:60]
 
 
-def ring_files(setup: Setup, scene: Scene, printing: Printing | None = None) -> tuple[PrintResult, dict[str, bytes]]:
-    """The rings of ``setup`` as they are printed, ``printing`` in place of the scene's: their records, and the files by
-    name, two STL files and a picture of each ring, ``assembled.png`` of the first, and ``printing.json``.
+def ring_files(
+    setup: Setup, scene: Scene, printing: Printing | None = None
+) -> tuple[PrintResult, dict[str, bytes]]:
+    """The rings of ``setup`` as they are printed, ``printing`` in place of the scene's: their
+    records, and the files by name, two STL files and a picture of each ring, ``assembled.png`` of
+    the first, and ``printing.json``.
 
     Raises:
-        UserError: if a ring cannot be built; it names the ring, the reason and the largest count that fits.
+        UserError: if a ring cannot be built; it names the ring, the reason and the largest count
+            that fits.
     """
     records, data = list[PrintedRing](), dict[str, bytes]()
     for number, ring in enumerate(setup.rings):

@@ -1,4 +1,6 @@
-"""Solids of a printed ring, by manifold3d: exact Booleans whose results are closed. Millimetres, print frame."""
+"""Solids of a printed ring, by manifold3d: exact Booleans whose results are closed. Millimetres,
+print frame.
+"""
 
 import math
 from dataclasses import dataclass
@@ -20,7 +22,9 @@ _PACKAGE = (4.9, 2.5)  # along the ring and up the board, of a sensor's package
 
 @dataclass(frozen=True)
 class Assembly:
-    """A ring as it is mounted: its halves (with +y and with -y), the boards, the bolts, the link, and the beams' union."""
+    """A ring as it is mounted: its halves (with +y and with -y), the boards, the bolts, the link,
+    and the beams' union.
+    """
 
     halves: tuple[Manifold, Manifold]
     boards: list[Manifold]
@@ -52,7 +56,9 @@ def _upright(plan: PrintPlan, k: int, solid: Manifold) -> Manifold:
 
 
 def _block(plan: PrintPlan, k: int) -> Manifold:
-    """What carries the board of sensor ``k``: from the middle outwards to the front of its pocket."""
+    """What carries the board of sensor ``k``: from the middle outwards to the front of its
+    pocket.
+    """
     c, s, low = math.cos(plan.tilt), math.sin(plan.tilt), MM * plan.pocket.low
     outermost = plan.radius - plan.rim * c - low * s + plan.wall
     solid = _upright(plan, k, box((0.0, -plan.half, plan.low), (outermost, plan.half, plan.top)))
@@ -80,7 +86,9 @@ def _pocket(plan: PrintPlan, k: int) -> Manifold:
     high += _OVER
     room = box((x - half - clear, low, seat), (x + half + clear, high, FRONT))
     ledge = 1.0
-    relief = box((x - half + ledge, low + ledge, -MM * p.deep), (x + half - ledge, high, seat + 0.1))
+    relief = box(
+        (x - half + ledge, low + ledge, -MM * p.deep), (x + half - ledge, high, seat + 0.1)
+    )
     return (room + relief).transform(plan.frame(k))
 
 
@@ -91,7 +99,9 @@ def _at(plan: PrintPlan, x: float, y: float) -> tuple[float, float]:
 
 
 def thread(plan: PrintPlan, y: float) -> float:
-    """How deep a screw may go behind a board's back at height ``y`` up the board, mm from the lens."""
+    """How deep a screw may go behind a board's back at height ``y`` up the board, mm from the
+    lens.
+    """
     c, s = math.cos(plan.tilt), math.sin(plan.tilt)
     inwards = plan.radius - plan.seat * c - y * s - plan.inner + plan.wall - _LEFT
     down = y * c - plan.seat * s - plan.low - _LEFT - _BORED * MM * plan.pocket.board.hole * c
@@ -104,20 +114,37 @@ def _screws(plan: PrintPlan, k: int) -> tuple[Manifold, Manifold]:
     for at in board.holes:
         x, y = _at(plan, *at)
         deep, hole = thread(plan, y), MM * board.hole
-        post = Manifold.cylinder(deep + _LEFT, hole / 2 + _LEFT, -1.0, SMALL).translate((x, y, -plan.seat - deep - _LEFT))
+        post = Manifold.cylinder(deep + _LEFT, hole / 2 + _LEFT, -1.0, SMALL).translate(
+            (x, y, -plan.seat - deep - _LEFT)
+        )
         posts.append(post.transform(plan.frame(k)))
-        bored = Manifold.cylinder(deep + 1.0, _BORED * hole, -1.0, SMALL).translate((x, y, -plan.seat - deep))
+        bored = Manifold.cylinder(deep + 1.0, _BORED * hole, -1.0, SMALL).translate(
+            (x, y, -plan.seat - deep)
+        )
         holes.append(bored.transform(plan.frame(k)))
     return union(posts), union(holes)
 
 
 def _channel(plan: PrintPlan) -> Manifold:
-    """The groove for cables: around behind the boards, and up to the back of each, so that no thin edge is left."""
+    """The groove for cables: around behind the boards, and up to the back of each, so that no thin
+    edge is left.
+    """
     wide, c, s = MM * plan.printing.channel, math.cos(plan.tilt), math.sin(plan.tilt)
-    low, high, half = plan.top - wide * c, plan.top + _OVER, MM * (plan.pocket.board.width / 2 + plan.printing.clearance)
-    middle, back = -MM * plan.pocket.board.lens[0], plan.radius - plan.seat * c - MM * plan.pocket.high * s
-    around = tube(plan.groove[1], low, high, np.zeros(2)) - tube(plan.groove[0], low - 1, high + 1, np.zeros(2))
-    behind = box((plan.groove[0], middle - half, low), (back + wide * s + _OVER, middle + half, high))
+    low, high, half = (
+        plan.top - wide * c,
+        plan.top + _OVER,
+        MM * (plan.pocket.board.width / 2 + plan.printing.clearance),
+    )
+    middle, back = (
+        -MM * plan.pocket.board.lens[0],
+        plan.radius - plan.seat * c - MM * plan.pocket.high * s,
+    )
+    around = tube(plan.groove[1], low, high, np.zeros(2)) - tube(
+        plan.groove[0], low - 1, high + 1, np.zeros(2)
+    )
+    behind = box(
+        (plan.groove[0], middle - half, low), (back + wide * s + _OVER, middle + half, high)
+    )
     held = union([_upright(plan, k, behind) for k in range(len(plan.angles))])
     return around + held - tube(plan.groove[0], low - 1, high + 1, np.zeros(2))
 
@@ -130,9 +157,14 @@ def board(plan: PrintPlan, k: int) -> Manifold:
     plate = box((x - w, y - h, -plan.seat), (x + w, y + h, front))
     for at in b.holes:
         u, v = _at(plan, *at)
-        plate -= Manifold.cylinder(FRONT + plan.seat, MM * b.hole / 2, -1.0, SMALL).translate((u, v, -plan.seat - 1.0))
+        plate -= Manifold.cylinder(FRONT + plan.seat, MM * b.hole / 2, -1.0, SMALL).translate(
+            (u, v, -plan.seat - 1.0)
+        )
     if front < 0:
-        plate += box((-_PACKAGE[0] / 2, -_PACKAGE[1] / 2, front - 0.1), (_PACKAGE[0] / 2, _PACKAGE[1] / 2, 0.0))
+        plate += box(
+            (-_PACKAGE[0] / 2, -_PACKAGE[1] / 2, front - 0.1),
+            (_PACKAGE[0] / 2, _PACKAGE[1] / 2, 0.0),
+        )
     return plate.transform(plan.frame(k))
 
 
@@ -153,13 +185,21 @@ def _roof(plan: PrintPlan, shift: float) -> Manifold:
     """What lies below the split between the sensors, shifted by ``shift`` towards +y."""
     slope, far = math.tan(plan.lean), _FAR
     drop = shift / math.cos(plan.lean)
-    roof = [(-far, -far * slope + drop), (-far, -2 * far), (far, -2 * far), (far, -far * slope + drop), (0.0, drop)]
-    return Manifold.hull_points(np.array([(*at, z) for at in roof for z in (plan.low - 1, plan.top)]))
+    roof = [
+        (-far, -far * slope + drop),
+        (-far, -2 * far),
+        (far, -2 * far),
+        (far, -far * slope + drop),
+        (0.0, drop),
+    ]
+    return Manifold.hull_points(
+        np.array([(*at, z) for at in roof for z in (plan.low - 1, plan.top)])
+    )
 
 
 def _below(plan: PrintPlan, shift: float) -> Manifold:
-    """What belongs to the half with -y, shifted by ``shift`` towards +y: parted by a plane where the bolts are, midway
-    between sensors where these are."""
+    """What belongs to the half with -y, shifted by ``shift`` towards +y: parted by a plane where
+    the bolts are, midway between sensors where these are."""
     level = float(plan.centre[1]) + shift
     return _roof(plan, shift) + box((-_FAR, -2 * _FAR, plan.top), (_FAR, level, plan.lug[1] + 1))
 
@@ -175,12 +215,16 @@ def _arms(plan: PrintPlan) -> Manifold:
 
 
 def _ears(plan: PrintPlan) -> Manifold:
-    """The ears of the bolts, without what carries one from below where the split between sensors leaves too little of it."""
+    """The ears of the bolts, without what carries one from below where the split between sensors
+    leaves too little of it.
+    """
     ears, (x, y), far = lugs(plan), (float(v) for v in plan.centre), _FAR
     below, least = _roof(plan, 0.0), plan.wall + MM * plan.printing.gap / 2
     for sign in (-1.0, 1.0):
         split = [-abs(x + sign * r) * math.tan(plan.lean) for r in (plan.bore, plan.ear)]
-        side = box((min(x, x + sign * far), -far, plan.low - 1), (max(x, x + sign * far), far, plan.top))
+        side = box(
+            (min(x, x + sign * far), -far, plan.low - 1), (max(x, x + sign * far), far, plan.top)
+        )
         if min(split) - (y - plan.reach) < least:
             ears -= side ^ below
         if y + plan.reach - max(split) < least:
@@ -195,19 +239,24 @@ def halves(plan: PrintPlan) -> tuple[Manifold, Manifold]:
     whole = union([band, *(_block(plan, k) for k in range(n))])
     hole = tube(plan.bore, plan.low - 1, plan.lug[1] + 1, plan.centre)
     rooms = union([_pocket(plan, k) for k in range(n)])
-    posts, threads = (union(list(each)) for each in zip(*(_screws(plan, k) for k in range(n)), strict=True))
+    posts, threads = (
+        union(list(each)) for each in zip(*(_screws(plan, k) for k in range(n)), strict=True)
+    )
     cut = whole - union([_window(plan, k) for k in range(n)]) + _ears(plan) - rooms - _channel(plan)
     body = cut + (posts ^ whole) + (_arms(plan) - rooms) - hole - threads - bolt_holes(plan)
     gap = MM * plan.printing.gap / 2
     x, y = (float(v) for v in plan.centre)
     low, high = plan.low - 1, plan.lug[1] + 1
-    down = box((x - plan.bore, y - _FAR, low), (x + plan.bore, y, high))  # the ways of the link into the halves
+    # the ways of the link into the halves
+    down = box((x - plan.bore, y - _FAR, low), (x + plan.bore, y, high))
     up = box((x - plan.bore, y, low), (x + plan.bore, y + _FAR, high))
     return _dusted(body - _below(plan, gap) - down), _dusted((body ^ _below(plan, -gap)) - up)
 
 
 def _dusted(solid: Manifold) -> Manifold:
-    """A solid without crumbs of less than a cubic millimetre, which Booleans of faces that touch may leave."""
+    """A solid without crumbs of less than a cubic millimetre, which Booleans of faces that touch
+    may leave.
+    """
     return union([piece for piece in solid.decompose() if piece.volume() > 1.0])
 
 
@@ -216,5 +265,9 @@ def assemble(plan: PrintPlan) -> Assembly:
     n, length = len(plan.angles), 2 * (plan.lug[1] - plan.low)
     link = tube(plan.link, plan.low - length / 2, plan.lug[1] + length / 2, plan.centre)
     return Assembly(
-        halves(plan), [board(plan, k) for k in range(n)], bolts(plan), link, union([beam(plan, k) for k in range(n)])
+        halves(plan),
+        [board(plan, k) for k in range(n)],
+        bolts(plan),
+        link,
+        union([beam(plan, k) for k in range(n)]),
     )

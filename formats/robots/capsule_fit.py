@@ -1,8 +1,8 @@
 """Capsules that contain a link's surface: cut along an axis into slabs, each in a small capsule.
 
-A capsule is convex. So one that contains the corners of a triangle contains the triangle; and where triangles are cut by the
-planes between slabs, and each slab's capsule contains the corners of what is cut, the capsules together contain the whole
-surface, not its vertices alone.
+A capsule is convex. So one that contains the corners of a triangle contains the triangle; and where
+triangles are cut by the planes between slabs, and each slab's capsule contains the corners of what
+is cut, the capsules together contain the whole surface, not its vertices alone.
 """
 
 import itertools
@@ -34,7 +34,11 @@ class Capsule:
     @property
     def volume(self) -> float:
         """m^3."""
-        return math.pi * self.radius**2 * (float(np.linalg.norm(self.end - self.start)) + 4 / 3 * self.radius)
+        return (
+            math.pi
+            * self.radius**2
+            * (float(np.linalg.norm(self.end - self.start)) + 4 / 3 * self.radius)
+        )
 
     def depth(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
         """Signed distance (N,) m of points from the surface, positive inside."""
@@ -56,7 +60,8 @@ def _corners(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "M 3"]:
 def _on_line(
     along: Float[np.ndarray, " N"], away: Float[np.ndarray, " N"], longer: float = 0.0
 ) -> tuple[float, float, float]:
-    """The least capsule on a line that contains points: where it starts and ends, m, and its radius, m.
+    """The least capsule on a line that contains points: where it starts and ends, m, and its
+    radius, m.
 
     Args:
         along: places (N,) m of the points along the line. away: distances (N,) m from it.
@@ -72,8 +77,12 @@ def _volume(low: float, high: float, radius: float) -> float:
     return math.pi * radius**2 * (high - low + 4 / 3 * radius)
 
 
-def _start(points: Float[np.ndarray, "N 3"], axis: Float[np.ndarray, " 3"]) -> tuple[float, Float[np.ndarray, " 5"]]:
-    """Volume and variables (offset across, tilt across, growth) of a capsule about ``axis`` that contains the points."""
+def _start(
+    points: Float[np.ndarray, "N 3"], axis: Float[np.ndarray, " 3"]
+) -> tuple[float, Float[np.ndarray, " 5"]]:
+    """Volume and variables (offset across, tilt across, growth) of a capsule about ``axis`` that
+    contains the points.
+    """
     frame = across(axis)
     xy = points @ frame.T
     centre = circle_centre(xy)
@@ -83,16 +92,21 @@ def _start(points: Float[np.ndarray, "N 3"], axis: Float[np.ndarray, " 3"]) -> t
 
 def _axes(points: Float[np.ndarray, "N 3"]) -> list[Float[np.ndarray, " 3"]]:
     centred = points - points.mean(axis=0)
-    return list(np.linalg.svd(centred, full_matrices=False)[2]) if len(points) > 2 else list(np.eye(3))
+    return (
+        list(np.linalg.svd(centred, full_matrices=False)[2]) if len(points) > 2 else list(np.eye(3))
+    )
 
 
 def enclosing(
-    points: Float[np.ndarray, "N 3"], axes: Sequence[Float[np.ndarray, " 3"]] = (), polish: bool = True
+    points: Float[np.ndarray, "N 3"],
+    axes: Sequence[Float[np.ndarray, " 3"]] = (),
+    polish: bool = True,
 ) -> Capsule:
     """A small capsule that contains all points.
 
-    Over lines (a direction and a place across it) and radii, the least capsule on each line is known in closed form; its
-    volume is made small by Nelder and Mead's simplex from the best of the given axes and the principal ones.
+    Over lines (a direction and a place across it) and radii, the least capsule on each line is
+    known in closed form; its volume is made small by Nelder and Mead's simplex from the best of the
+    given axes and the principal ones.
 
     Args:
         points: (N, 3) m, N at least 1.
@@ -106,7 +120,9 @@ def enclosing(
     seen = seen / scale
     begun = [(*_start(seen, axis), axis) for axis in [*axes, *_axes(seen)]]
 
-    def line(x: Float[np.ndarray, " 5"], axis: Float[np.ndarray, " 3"]) -> tuple[np.ndarray, np.ndarray, tuple]:
+    def line(
+        x: Float[np.ndarray, " 5"], axis: Float[np.ndarray, " 3"]
+    ) -> tuple[np.ndarray, np.ndarray, tuple]:
         frame = across(axis)
         through = x[:2] @ frame
         direction = axis + x[2:4] @ frame
@@ -139,8 +155,8 @@ def enclosing(
 def _cells(
     triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"], count: int
 ) -> list[Float[np.ndarray, "N 3"]]:
-    """Corners (N, 3) m of what lies in each of ``count`` even slabs across an axis: the triangles' own corners within, and
-    the points where their edges meet the slab's two planes."""
+    """Corners (N, 3) m of what lies in each of ``count`` even slabs across an axis: the triangles'
+    own corners within, and the points where their edges meet the slab's two planes."""
     along = triangles @ axis
     levels = np.linspace(along.min(), along.max(), count + 1)
     low, high = along.min(axis=1), along.max(axis=1)
@@ -160,13 +176,15 @@ def _cells(
 
 
 def fit_capsules(
-    triangles: Float[np.ndarray, "T 3 3"], axes: Sequence[Float[np.ndarray, " 3"]] = (), most: int = 3
+    triangles: Float[np.ndarray, "T 3 3"],
+    axes: Sequence[Float[np.ndarray, " 3"]] = (),
+    most: int = 3,
 ) -> list[Capsule]:
     """A few capsules that together contain a surface.
 
-    Along each candidate axis the surface is cut at ``SLABS - 1`` even places; a dynamic programme finds, for each number of
-    capsules, where to cut so that the sum of volumes is least. One capsule more must save ``WORTH`` of the volume. Those
-    that win are then polished one by one.
+    Along each candidate axis the surface is cut at ``SLABS - 1`` even places; a dynamic programme
+    finds, for each number of capsules, where to cut so that the sum of volumes is least. One
+    capsule more must save ``WORTH`` of the volume. Those that win are then polished one by one.
 
     Args:
         triangles: (T, 3, 3) m, corners of the surface's triangles, T at least 1.
@@ -191,11 +209,15 @@ def fit_capsules(
         for i, j in itertools.combinations(range(SLABS + 1), 2):
             part = np.concatenate(cells[i:j])
             parts[i, j] = _corners(part) if len(part) else part
-            cost[i, j] = enclosing(parts[i, j], candidates, polish=False).volume if len(part) else 0.0
+            cost[i, j] = (
+                enclosing(parts[i, j], candidates, polish=False).volume if len(part) else 0.0
+            )
         path: dict[tuple[int, int], tuple[float, list[tuple[int, int]]]] = {(0, 0): (0.0, [])}
         for k in range(1, most + 1):
             for j in range(k, SLABS + 1):
-                options = [(path[k - 1, i][0] + cost[i, j], i) for i in range(j) if (k - 1, i) in path]
+                options = [
+                    (path[k - 1, i][0] + cost[i, j], i) for i in range(j) if (k - 1, i) in path
+                ]
                 if options:
                     value, i = min(options)
                     path[k, j] = (value, [*path[k - 1, i][1], (i, j)])
@@ -207,11 +229,19 @@ def fit_capsules(
 
 
 def union_volume(capsules: Sequence[Capsule], points: int = 200_000) -> float:
-    """Volume of the capsules' union, m^3, by points of a lattice in their box: good to about a percent."""
-    reach = np.array([[c.start - c.radius, c.end - c.radius, c.start + c.radius, c.end + c.radius] for c in capsules])
+    """Volume of the capsules' union, m^3, by points of a lattice in their box: good to about a
+    percent.
+    """
+    reach = np.array(
+        [
+            [c.start - c.radius, c.end - c.radius, c.start + c.radius, c.end + c.radius]
+            for c in capsules
+        ]
+    )
     low, high = reach.reshape(-1, 3).min(axis=0), reach.reshape(-1, 3).max(axis=0)
     i = np.arange(points)[:, None] + 0.5
-    g = 1.22074408460575947536  # the plastic ratio's analogue in three dimensions: an even spread of points
+    # the plastic ratio's analogue in three dimensions: an even spread of points
+    g = 1.22074408460575947536
     p = low + np.mod(i * g ** -np.arange(1.0, 4.0), 1.0) * (high - low)
     inside = np.zeros(points, bool)
     for c in capsules:

@@ -1,4 +1,6 @@
-"""The surfaces of a URDF's links as triangles: meshes from files that lie where the user allowed, and plain shapes."""
+"""The surfaces of a URDF's links as triangles: meshes from files that lie where the user allowed,
+and plain shapes.
+"""
 
 import io
 from collections.abc import Sequence
@@ -25,7 +27,8 @@ class Meshes:
     """Reads the meshes of one URDF.
 
     Args:
-        path: of the URDF. packages: folders, given by the user, that hold packages or are packages. A file is read only if
+        path: of the URDF. packages: folders, given by the user, that hold packages or are packages.
+            A file is read only if
             it lies, links followed, in one of these or in the URDF's folder.
     """
 
@@ -38,10 +41,14 @@ class Meshes:
         self._read: dict[Path, Float[np.ndarray, "T 3 3"]] = {}
 
     def _fail(self, link: str, found: str, allowed: str) -> UserError:
-        return UserError(f"{self.path}: link {shown(link)}: mesh: found {shown(found)}, allowed: {allowed}")
+        return UserError(
+            f"{self.path}: link {shown(link)}: mesh: found {shown(found)}, allowed: {allowed}"
+        )
 
     def find(self, name: str, link: str) -> Path:
-        """The file that a mesh's name means; UserError where there is none, or only outside the folders."""
+        """The file that a mesh's name means; UserError where there is none, or only outside the
+        folders.
+        """
         scheme, colon, rest = name.partition("://")
         given = ", ".join(f.name or "/" for f in self.folders)
         if colon and scheme not in ("package", "file", "model"):
@@ -55,9 +62,15 @@ class Meshes:
             package, *inside = wanted.parts or ("",)
             for folder in self.folders:
                 options.append(folder / wanted)
-                options += [up.joinpath(*inside) for up in (folder, *folder.parents) if up.name == package]
+                options += [
+                    up.joinpath(*inside) for up in (folder, *folder.parents) if up.name == package
+                ]
         else:
-            options += [Path(wanted)] if wanted.is_absolute() else [folder / wanted for folder in self.folders]
+            options += (
+                [Path(wanted)]
+                if wanted.is_absolute()
+                else [folder / wanted for folder in self.folders]
+            )
         outside = False
         for option in options:
             try:
@@ -76,33 +89,49 @@ class Meshes:
             return self._read[file]
         kind = file.suffix.lower()
         if kind not in FORMATS:
-            raise self._fail(link, name, f"a mesh of the format {', '.join(f[1:] for f in FORMATS)}")
+            raise self._fail(
+                link, name, f"a mesh of the format {', '.join(f[1:] for f in FORMATS)}"
+            )
         data = bounded_bytes(file, LARGEST, f"{self.path}: link {shown(link)}: mesh {shown(name)}")
         if kind == ".dae":
             plain_xml(data, f"{self.path}: link {shown(link)}: mesh {shown(name)}")
         try:
             # Without a resolver no other file (material, texture) is opened.
-            found: Any = trimesh.load(io.BytesIO(data), file_type=kind[1:], resolver=None, process=False, force="mesh")
+            found: Any = trimesh.load(
+                io.BytesIO(data), file_type=kind[1:], resolver=None, process=False, force="mesh"
+            )
             triangles = np.array(found.triangles, np.float64).reshape(-1, 3, 3)
         except Exception as error:  # whatever a parser of a broken file raises
-            raise self._fail(link, name, f"a mesh that can be read ({type(error).__name__})") from error
+            raise self._fail(
+                link, name, f"a mesh that can be read ({type(error).__name__})"
+            ) from error
         if not 0 < len(triangles) <= MOST_TRIANGLES or not np.isfinite(triangles).all():
-            raise self._fail(link, name, f"1 to {MOST_TRIANGLES} triangles of finite numbers (it has {len(triangles)})")
+            raise self._fail(
+                link,
+                name,
+                f"1 to {MOST_TRIANGLES} triangles of finite numbers (it has {len(triangles)})",
+            )
         self._read[file] = triangles
         return triangles
 
     def shape(self, shape: UrdfShape, link: str) -> Float[np.ndarray, "T 3 3"]:
-        """Triangles (T, 3, 3) m of a shape in its link's frame; a round one is laid around by a polyhedron of 64 sides."""
+        """Triangles (T, 3, 3) m of a shape in its link's frame; a round one is laid around by a
+        polyhedron of 64 sides.
+        """
         if shape.kind == "mesh":
             with np.errstate(over="ignore"):
-                points = self._triangles(self.find(shape.file, link), shape.file, link) * np.array(shape.size)
+                points = self._triangles(self.find(shape.file, link), shape.file, link) * np.array(
+                    shape.size
+                )
         elif shape.kind == "box":
             points = np.asarray(trimesh.creation.box(extents=shape.size).triangles)
         elif shape.kind == "sphere":
             points = np.asarray(trimesh.creation.icosphere(3, shape.size[0] / 0.985).triangles)
         elif shape.kind == "cylinder":
             around = shape.size[0] / np.cos(np.pi / 64)
-            points = np.asarray(trimesh.creation.cylinder(around, shape.size[1], sections=64).triangles)
+            points = np.asarray(
+                trimesh.creation.cylinder(around, shape.size[1], sections=64).triangles
+            )
         else:
             around = shape.size[0] / np.cos(np.pi / 64)
             made = trimesh.creation.capsule(shape.size[1], around, count=[64, 64])
@@ -113,13 +142,21 @@ class Meshes:
         far = float(np.nan_to_num(np.abs(points), nan=np.inf).max())
         if far > FAR:
             found = f"{shape.file or shape.kind}, {far:.3g} m from the link's frame"
-            raise self._fail(link, found, f"{FAR:g} m and less (a mesh in millimetres has scale 0.001)")
+            raise self._fail(
+                link, found, f"{FAR:g} m and less (a mesh in millimetres has scale 0.001)"
+            )
         return points
 
     def surface(self, carried: Carried, which: Which) -> Float[np.ndarray, "T 3 3"]:
-        """Triangles (T, 3, 3) m of a link's shapes of that kind, or else of the other, in the frame that it rides on."""
+        """Triangles (T, 3, 3) m of a link's shapes of that kind, or else of the other, in the frame
+        that it rides on.
+        """
         link = carried.link
-        shapes = (link.collision or link.visual) if which == "collision" else (link.visual or link.collision)
+        shapes = (
+            (link.collision or link.visual)
+            if which == "collision"
+            else (link.visual or link.collision)
+        )
         if not shapes:
             return np.zeros((0, 3, 3))
         found = np.concatenate([self.shape(shape, link.name) for shape in shapes])

@@ -1,4 +1,6 @@
-"""A robot from a URDF's chain and meshes: capsules around every link, and mount axes where a ring can be closed."""
+"""A robot from a URDF's chain and meshes: capsules around every link, and mount axes where a ring
+can be closed.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -25,8 +27,9 @@ _ALIKE = 0.95  # cosine of two directions that are one
 
 @dataclass(frozen=True)
 class FittedLink:
-    """What stands for a link: triangles (T, 3, 3) m of its surface in its frame, the capsules that contain them, the volume
-    of the capsules' union and of what they contain (of its convex hull where it is open), m^3."""
+    """What stands for a link: triangles (T, 3, 3) m of its surface in its frame, the capsules that
+    contain them, the volume of the capsules' union and of what they contain (of its convex hull
+    where it is open), m^3."""
 
     name: str
     frame: int
@@ -61,8 +64,8 @@ def _volume(triangles: Float[np.ndarray, "T 3 3"]) -> float:
 
 
 def directions(chain: Chain, frame: int) -> list[Float[np.ndarray, " 3"]]:
-    """Unit vectors (3,) in a frame of the chain along which its link may be drawn out: towards the next joint, the axes of
-    its own and the next joint, and the frame's axes."""
+    """Unit vectors (3,) in a frame of the chain along which its link may be drawn out: towards the
+    next joint, the axes of its own and the next joint, and the frame's axes."""
     found: list[Float[np.ndarray, " 3"]] = []
     options = [chain.origin[frame + 1][:3, 3]] if frame + 1 < len(chain.origin) else []
     if 0 <= frame < len(chain):
@@ -77,17 +80,22 @@ def directions(chain: Chain, frame: int) -> list[Float[np.ndarray, " 3"]]:
 
 
 def _zero(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"]:
-    """Across the axis, as near as can be to the frame's x, or to its y where the axis is along x."""
+    """Across the axis, as near as can be to the frame's x, or to its y where the axis is along
+    x.
+    """
     x, y, _ = np.eye(3)
     v = y if abs(float(axis @ x)) > 0.9 else x
     v = v - (v @ axis) * axis
     return v / np.linalg.norm(v)
 
 
-def _mount(name: str, chain: Chain, frame: int, triangles: Float[np.ndarray, "T 3 3"]) -> Mount | None:
+def _mount(
+    name: str, chain: Chain, frame: int, triangles: Float[np.ndarray, "T 3 3"]
+) -> Mount | None:
     """The mount about the tube of a link, from proximal to distal, if it has one."""
     towards = chain.origin[frame + 1][:3, 3]
-    if np.linalg.norm(towards) < 1e-6:  # the next joint is at this one: then away from the one before, along this axis
+    # the next joint is at this one: then away from the one before, along this axis
+    if np.linalg.norm(towards) < 1e-6:
         before, axis = np.linalg.inv(chain.origin[frame])[:3, 3], chain.axis[frame]
         towards = -(before @ axis) * axis
     spread = triangles.reshape(-1, 3)
@@ -103,15 +111,26 @@ def _mount(name: str, chain: Chain, frame: int, triangles: Float[np.ndarray, "T 
 
 
 def _tool(chain: Chain, triangles: Float[np.ndarray, "T 3 3"]) -> Mount:
-    """The mount at the tip, outward about the last joint's axis where the tip lies along that, or else about the line to the
-    tip; its place is fixed."""
+    """The mount at the tip, outward about the last joint's axis where the tip lies along that, or
+    else about the line to the tip; its place is fixed."""
     T, out, axis = np.linalg.inv(chain.origin[-1]), chain.origin[-1][:3, 3], chain.axis[-1]
     along, far = float(out @ axis), float(np.linalg.norm(out))
-    axis = T[:3, :3] @ (np.copysign(1.0, along + 1e-9) * axis if abs(along) >= 0.5 * far else out / far)
+    axis = T[:3, :3] @ (
+        np.copysign(1.0, along + 1e-9) * axis if abs(along) >= 0.5 * far else out / far
+    )
     points = triangles.reshape(-1, 3) @ T[:3, :3].T + T[:3, 3]
     points = points[np.abs(points @ axis) < _FLANGE]
     away = np.linalg.norm(points - (points @ axis)[:, None] * axis, axis=1)
-    return Mount(TOOL, len(chain), np.zeros(3), axis, _zero(axis), 0.0, (0.0, 1.0), float(away.max(initial=0.0)))
+    return Mount(
+        TOOL,
+        len(chain),
+        np.zeros(3),
+        axis,
+        _zero(axis),
+        0.0,
+        (0.0, 1.0),
+        float(away.max(initial=0.0)),
+    )
 
 
 def fit_robot(
@@ -125,7 +144,8 @@ def fit_robot(
     """Fit capsules to every link's surface, and look for mount axes on its surface to be seen.
 
     Args:
-        picked: the chain. meshes: where its meshes are. name: the robot's. most: capsules of a link.
+        picked: the chain. meshes: where its meshes are. name: the robot's. most: capsules of a
+            link.
         which: the surface that the capsules contain.
         tell: called with each link's name before it is fitted.
 
@@ -144,7 +164,14 @@ def fit_robot(
             tell(carried.link.name)
         capsules = fit_capsules(surface, directions(chain, carried.frame), most)
         links.append(
-            FittedLink(carried.link.name, carried.frame, surface, tuple(capsules), union_volume(capsules), _volume(surface))
+            FittedLink(
+                carried.link.name,
+                carried.frame,
+                surface,
+                tuple(capsules),
+                union_volume(capsules),
+                _volume(surface),
+            )
         )
         for i, c in enumerate(capsules):
             label = carried.link.name + (f"_{i}" if len(capsules) > 1 else "")
@@ -164,18 +191,25 @@ def fit_robot(
 
 
 def _drawn(limits: Float[np.ndarray, "J 2"]) -> Float[np.ndarray, "P J"]:
-    """Poses within the limits, of which some joints are at 0, in steps of 5 degrees where the limits allow."""
+    """Poses within the limits, of which some joints are at 0, in steps of 5 degrees where the
+    limits allow.
+    """
     rng, shape, step = np.random.default_rng(0), (_POSES, len(limits)), np.radians(5)
     moved = rng.uniform(size=shape) < rng.uniform(0.1, 1, (_POSES, 1))
-    return np.clip(moved * step * np.round(rng.uniform(-np.pi, np.pi, shape) / step), limits[:, 0], limits[:, 1])
+    return np.clip(
+        moved * step * np.round(rng.uniform(-np.pi, np.pi, shape) / step),
+        limits[:, 0],
+        limits[:, 1],
+    )
 
 
 def _rest(chain: Chain, limits: Float[np.ndarray, "J 2"]) -> tuple[float, Float[np.ndarray, " J"]]:
     """An estimate of the reach, m, and a pose (J,) rad.
 
-    Reach: how far from the base's axis the last joint comes in drawn poses, up to the next centimetre. The pose: of the
-    drawn ones that which best holds the tip in front of the robot, at two thirds of its reach and below the elbow, the whole
-    arm above the ground, with few joints turned, and little.
+    Reach: how far from the base's axis the last joint comes in drawn poses, up to the next
+    centimetre. The pose: of the drawn ones that which best holds the tip in front of the robot, at
+    two thirds of its reach and below the elbow, the whole arm above the ground, with few joints
+    turned, and little.
     """
     q = _drawn(limits)
     points = np.asarray(forward(chain, q))[..., :3, 3]
@@ -193,5 +227,7 @@ def outlines(links: Sequence[FittedLink]) -> str:
     """One line on how tight the capsules are."""
     volume, contained = sum(link.volume for link in links), sum(link.contained for link in links)
     capsules = sum(len(link.capsules) for link in links)
-    times = f", {volume / contained:.2f} times their volume" if contained > 0 else ", which are flat"
+    times = (
+        f", {volume / contained:.2f} times their volume" if contained > 0 else ", which are flat"
+    )
     return f"{capsules} capsules around {len(links)} links{times}"

@@ -10,7 +10,8 @@ from .lines import across, circle_centre
 
 STATIONS = 100  # cross sections along an axis
 SHORTEST = 0.03  # m, of a stretch that is worth a ring
-_THICKER = 1.06  # how much a tube's sections may differ, in their radii and by lying beside the axis
+# how much a tube's sections may differ, in their radii and by lying beside the axis
+_THICKER = 1.06
 _LONGER = 1.25  # of a tube, in radii, at least
 _ROUNDS = 4  # of fitting the axis to the sections
 _STRAIGHT = 1 - 1e-8  # cosine of the turn at which an axis has settled
@@ -19,8 +20,8 @@ _DIRECTIONS = np.stack([f(np.linspace(0, 2 * np.pi, 64, endpoint=False)) for f i
 
 @dataclass(frozen=True)
 class MountTube:
-    """A stretch of a link whose sections lie about one axis: from ``start`` to ``end`` (3,) m on the axis, all within
-    ``radius`` m of it."""
+    """A stretch of a link whose sections lie about one axis: from ``start`` to ``end`` (3,) m on
+    the axis, all within ``radius`` m of it."""
 
     start: Float[np.ndarray, " 3"]
     end: Float[np.ndarray, " 3"]
@@ -39,15 +40,19 @@ class MountTube:
 
 @dataclass(frozen=True)
 class Sections:
-    """Outermost points (N, 3) m of a surface's cross sections, the number (N,) of each point's section, and the sections'
-    places (S,) m along the axis."""
+    """Outermost points (N, 3) m of a surface's cross sections, the number (N,) of each point's
+    section, and the sections' places (S,) m along the axis."""
 
     points: Float[np.ndarray, "N 3"]
     station: Int[np.ndarray, " N"]
     level: Float[np.ndarray, " S"]
 
-    def envelope(self, through: Float[np.ndarray, " 3"], axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " S"]:
-        """Largest distance (S,) m of each section's points from the line ``through`` (3,) m along ``axis`` (3,)."""
+    def envelope(
+        self, through: Float[np.ndarray, " 3"], axis: Float[np.ndarray, " 3"]
+    ) -> Float[np.ndarray, " S"]:
+        """Largest distance (S,) m of each section's points from the line ``through`` (3,) m along
+        ``axis`` (3,).
+        """
         v = self.points - through
         away = np.sqrt(np.maximum((v * v).sum(axis=1) - (v @ axis) ** 2, 0.0))
         found = np.full(len(self.level), np.inf)
@@ -56,8 +61,12 @@ class Sections:
         return found
 
 
-def cut_across(triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"], stations: int) -> Sections:
-    """Cut a surface across ``axis`` at so many even places, and keep what is outermost in 64 directions."""
+def cut_across(
+    triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"], stations: int
+) -> Sections:
+    """Cut a surface across ``axis`` at so many even places, and keep what is outermost in 64
+    directions.
+    """
     along, frame = triangles @ axis, across(axis)
     low, step = float(along.min()), float(np.ptp(along)) / stations
     level = low + step * (np.arange(stations) + 0.5)
@@ -86,7 +95,9 @@ def _run(fits: np.ndarray, k: int) -> tuple[int, int]:
     return int(max(no[no < k], default=-1)) + 1, int(min(no[no > k], default=len(fits))) - 1
 
 
-def _along(triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"], stations: int) -> MountTube | None:
+def _along(
+    triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"], stations: int
+) -> MountTube | None:
     """The best tube roughly along a direction, if there is any."""
     best: MountTube | None = None
     for _ in range(_ROUNDS):
@@ -101,7 +112,9 @@ def _along(triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"],
             thick[k] = np.linalg.norm(p - centre[k], axis=1).max()
         found: tuple[float, int, int] | None = None
         for k in np.flatnonzero(np.isfinite(thick)):
-            like = (cut.envelope(centre[k], axis) <= _THICKER * thick[k]) & (thick * _THICKER >= thick[k])
+            like = (cut.envelope(centre[k], axis) <= _THICKER * thick[k]) & (
+                thick * _THICKER >= thick[k]
+            )
             a, b = _run(like, int(k))
             length = float(cut.level[b] - cut.level[a])
             long = length >= max(SHORTEST, _LONGER * float(thick[k]))
@@ -124,13 +137,16 @@ def _along(triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"],
 
 
 def find_tube(
-    triangles: Float[np.ndarray, "T 3 3"], axes: Sequence[Float[np.ndarray, " 3"]], stations: int = STATIONS
+    triangles: Float[np.ndarray, "T 3 3"],
+    axes: Sequence[Float[np.ndarray, " 3"]],
+    stations: int = STATIONS,
 ) -> MountTube | None:
     """The stretch of a link that is most like a tube: longest for its thickness.
 
-    Across each direction the link is cut at even places, and a circle is laid about each section. About the line through
-    each circle's centre, a stretch is a run of sections that come hardly farther from the line than that circle, and are
-    hardly smaller. The line is then fitted to the stretch's centres, and the link cut across it anew.
+    Across each direction the link is cut at even places, and a circle is laid about each section.
+    About the line through each circle's centre, a stretch is a run of sections that come hardly
+    farther from the line than that circle, and are hardly smaller. The line is then fitted to the
+    stretch's centres, and the link cut across it anew.
 
     Args:
         triangles: (T, 3, 3) m, corners of the surface's triangles.
@@ -138,7 +154,8 @@ def find_tube(
         stations: sections along each.
 
     Returns:
-        The tube, from low to high along the axis that it was found on; None where no stretch is ``SHORTEST`` long.
+        The tube, from low to high along the axis that it was found on; None where no stretch is
+            ``SHORTEST`` long.
     """
     found = [tube for axis in axes if (tube := _along(triangles, axis, stations)) is not None]
     return max(found, key=lambda tube: tube.length / tube.radius, default=None)

@@ -1,7 +1,8 @@
 """A URDF as it is written, read strictly: what is not understood is refused, never left out.
 
-Only the standard library's parser is used, and only after a document type is ruled out: so no entity can be expanded. One
-line of a ``UserError`` names file, element, what was found and what is allowed.
+Only the standard library's parser is used, and only after a document type is ruled out: so no
+entity can be expanded. One line of a ``UserError`` names file, element, what was found and what is
+allowed.
 """
 
 import math
@@ -21,13 +22,19 @@ MOST_LINKS = 2000
 _FAR = 1e3  # m, beyond which no place is believed
 _MOVING = ("revolute", "continuous", "prismatic", "planar", "floating")
 JOINT_KINDS = (*_MOVING, "fixed")
-_SIZES = {"box": ("size", 3), "sphere": ("radius", 1), "cylinder": ("radius length", 2), "capsule": ("radius length", 2)}
+_SIZES = {
+    "box": ("size", 3),
+    "sphere": ("radius", 1),
+    "cylinder": ("radius length", 2),
+    "capsule": ("radius length", 2),
+}
 
 
 @dataclass(frozen=True)
 class UrdfShape:
-    """A shape of a link. kind: box, sphere, cylinder, capsule or mesh. T_link_shape (4, 4). size: m; edges of a box, radius,
-    or radius and length along z. A mesh has the file's name as it is written, and its scale as size."""
+    """A shape of a link. kind: box, sphere, cylinder, capsule or mesh. T_link_shape (4, 4). size:
+    m; edges of a box, radius, or radius and length along z. A mesh has the file's name as it is
+    written, and its scale as size."""
 
     kind: str
     T_link_shape: Float[np.ndarray, "4 4"]
@@ -46,8 +53,8 @@ class UrdfLink:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint from ``parent`` to ``child``: its kind, T_parent_joint (4, 4) at 0, unit axis (3,), limits rad (or m), and the
-    joint it mimics, if any."""
+    """A joint from ``parent`` to ``child``: its kind, T_parent_joint (4, 4) at 0, unit axis (3,),
+    limits rad (or m), and the joint it mimics, if any."""
 
     name: str
     kind: str
@@ -74,11 +81,16 @@ class Urdf:
 
 
 def plain_xml(text: bytes, name: str) -> ET.Element:
-    """The root of an XML text without a document type, and so without entities of its own; UserError names the file."""
+    """The root of an XML text without a document type, and so without entities of its own;
+    UserError names the file.
+    """
     parser = expat.ParserCreate()
 
     def refuse(*_: object) -> None:
-        raise UserError(f"{name}: line {parser.CurrentLineNumber}: found a document type, allowed: XML without one")
+        raise UserError(
+            f"{name}: line {parser.CurrentLineNumber}: found a document type, allowed: XML"
+            " without one"
+        )
 
     parser.StartDoctypeDeclHandler = refuse
     parser.EntityDeclHandler = refuse
@@ -96,11 +108,15 @@ def bounded_bytes(path: Path, most: int, name: str = "") -> bytes:
     name = name or str(path)
     try:
         if not path.is_file():
-            raise UserError(f"{name}: found {'no file' if path.exists() else 'nothing'}, allowed: a file")
+            raise UserError(
+                f"{name}: found {'no file' if path.exists() else 'nothing'}, allowed: a file"
+            )
         with path.open("rb") as file:
             data = file.read(most + 1)
     except (OSError, ValueError) as error:
-        raise UserError(f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}") from error
+        raise UserError(
+            f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}"
+        ) from error
     if len(data) > most:
         raise UserError(f"{name}: found more than {most // 2**20} MB, allowed: less")
     return data
@@ -135,7 +151,10 @@ class _Reader:
         found = element.find("origin")
         if found is None:
             return np.eye(4)
-        xyz, rpy = (self.numbers(found.get(key, "0 0 0"), 3, f"{where}: origin {key}") for key in ("xyz", "rpy"))
+        xyz, rpy = (
+            self.numbers(found.get(key, "0 0 0"), 3, f"{where}: origin {key}")
+            for key in ("xyz", "rpy")
+        )
         return transform(xyz, rpy)
 
     def shape(self, element: ET.Element, where: str) -> UrdfShape:
@@ -148,15 +167,22 @@ class _Reader:
         if one.tag == "mesh":
             scale = self.numbers(one.get("scale", "1 1 1"), 3, f"{where}: mesh scale")
             if 0 in scale:
-                raise self.fail(f"{where}: mesh scale", one.get("scale"), "three numbers other than 0")
+                raise self.fail(
+                    f"{where}: mesh scale", one.get("scale"), "three numbers other than 0"
+                )
             return UrdfShape("mesh", T, scale, self.text(one, "filename", f"{where}: mesh"))
         keys, count = _SIZES[one.tag]
         if one.tag == "box":
             size = self.numbers(one.get(keys), count, f"{where}: box size")
         else:
-            size = tuple(self.numbers(one.get(key), 1, f"{where}: {one.tag} {key}")[0] for key in keys.split())
+            size = tuple(
+                self.numbers(one.get(key), 1, f"{where}: {one.tag} {key}")[0]
+                for key in keys.split()
+            )
         if min(size) <= 0:
-            raise self.fail(f"{where}: {one.tag}", " ".join(f"{v:g}" for v in size), "sizes above 0")
+            raise self.fail(
+                f"{where}: {one.tag}", " ".join(f"{v:g}" for v in size), "sizes above 0"
+            )
         return UrdfShape(one.tag, T, size)
 
     def link(self, element: ET.Element) -> UrdfLink:
@@ -178,7 +204,11 @@ class _Reader:
             if found is None:
                 raise self.fail(f"{where}: {key}", None, "a link")
             ends.append(self.text(found, "link", f"{where}: {key}"))
-        axis, limits, mimic = np.array([1.0, 0.0, 0.0]), (-math.inf, math.inf), element.find("mimic")
+        axis, limits, mimic = (
+            np.array([1.0, 0.0, 0.0]),
+            (-math.inf, math.inf),
+            element.find("mimic"),
+        )
         if kind in ("revolute", "continuous", "prismatic", "planar"):
             found = element.find("axis")
             text = "1 0 0" if found is None else found.get("xyz")
@@ -190,12 +220,17 @@ class _Reader:
             found = element.find("limit")
             if found is None:
                 raise self.fail(f"{where}: limit", None, "lower and upper")
-            low, high = (self.numbers(found.get(key, "0"), 1, f"{where}: limit {key}")[0] for key in ("lower", "upper"))
+            low, high = (
+                self.numbers(found.get(key, "0"), 1, f"{where}: limit {key}")[0]
+                for key in ("lower", "upper")
+            )
             if low >= high:
                 raise self.fail(f"{where}: limit", f"{low:g} to {high:g}", "the lower value first")
             limits = (low, high)
         target = "" if mimic is None else self.text(mimic, "joint", f"{where}: mimic")
-        return Joint(name, kind, ends[0], ends[1], self.origin(element, where), axis, limits, target)
+        return Joint(
+            name, kind, ends[0], ends[1], self.origin(element, where), axis, limits, target
+        )
 
 
 def read_urdf(path: Path) -> Urdf:
@@ -226,5 +261,7 @@ def read_urdf(path: Path) -> Urdf:
             if end not in links:
                 raise reader.fail(f"joint {shown(joint.name)}: {key}", end, "a link of the file")
         if joint.mimic and joint.mimic not in joints:
-            raise reader.fail(f"joint {shown(joint.name)}: mimic", joint.mimic, "a joint of the file")
+            raise reader.fail(
+                f"joint {shown(joint.name)}: mimic", joint.mimic, "a joint of the file"
+            )
     return Urdf(path, (root.get("name") or path.stem)[:100], links, joints)

@@ -1,4 +1,6 @@
-"""The serial chain in a URDF: from a base link to a tip, fixed joints folded, and what rides on each of its frames."""
+"""The serial chain in a URDF: from a base link to a tip, fixed joints folded, and what rides on
+each of its frames.
+"""
 
 from dataclasses import dataclass
 
@@ -26,8 +28,8 @@ class Carried:
 
 @dataclass(frozen=True)
 class Picked:
-    """A chain taken from a URDF: its base and tip, joint limits (J, 2) rad, all links that ride on it, and the names of
-    links left out because joints beside the chain move them."""
+    """A chain taken from a URDF: its base and tip, joint limits (J, 2) rad, all links that ride on
+    it, and the names of links left out because joints beside the chain move them."""
 
     urdf: Urdf
     base: str
@@ -48,8 +50,9 @@ def _tree(urdf: Urdf) -> tuple[dict[str, Joint], list[str]]:
     for joint in urdf.joints.values():
         if joint.child in above:
             raise UserError(
-                f"{urdf.path}: joint {shown(joint.name)}: child: found {shown(joint.child)}, which joint"
-                f" {shown(above[joint.child].name)} carries already: a loop; allowed: one joint above each link"
+                f"{urdf.path}: joint {shown(joint.name)}: child: found {shown(joint.child)}, which"
+                f" joint {shown(above[joint.child].name)} carries already: a loop; allowed: one"
+                " joint above each link"
             )
         above[joint.child] = joint
     for name in urdf.links:
@@ -57,7 +60,10 @@ def _tree(urdf: Urdf) -> tuple[dict[str, Joint], list[str]]:
         while at in above:
             at = above[at].parent
             if at in seen:
-                raise UserError(f"{urdf.path}: link {shown(at)}: found a loop of joints through it, allowed: a tree")
+                raise UserError(
+                    f"{urdf.path}: link {shown(at)}: found a loop of joints through it, allowed: a"
+                    " tree"
+                )
             seen.add(at)
     return above, [name for name in urdf.links if name not in above]
 
@@ -67,7 +73,10 @@ def _path(urdf: Urdf, above: dict[str, Joint], base: str, tip: str) -> list[Join
     path, at = [], tip
     while at != base:
         if at not in above:
-            raise UserError(f"{urdf.path}: --tip: found {shown(tip)}, allowed: a link that joints carry from {base}")
+            raise UserError(
+                f"{urdf.path}: --tip: found {shown(tip)}, allowed: a link that joints carry from"
+                f" {base}"
+            )
         path.append(above[at])
         at = above[at].parent
     return path[::-1]
@@ -84,39 +93,60 @@ def _tip(urdf: Urdf, above: dict[str, Joint], base: str) -> str:
         if at == base and name not in parents and name != base:
             found[name] = (moving, joints)
     if not found:
-        raise UserError(f"{urdf.path}: --base: found {shown(base)}, allowed: a link with joints behind it")
+        raise UserError(
+            f"{urdf.path}: --base: found {shown(base)}, allowed: a link with joints behind it"
+        )
     longest = [name for name, length in found.items() if length == max(found.values())]
     if len(longest) > 1:
-        raise UserError(f"{urdf.path}: --tip: found nothing, allowed: one of {_some(longest)}, ends of equally long chains")
+        raise UserError(
+            f"{urdf.path}: --tip: found nothing, allowed: one of {_some(longest)}, ends of equally"
+            " long chains"
+        )
     return longest[0]
 
 
 def pick_chain(urdf: Urdf, base: str | None = None, tip: str | None = None) -> Picked:
-    """The chain from ``base`` (by default the root) to ``tip`` (by default the end of the longest chain).
+    """The chain from ``base`` (by default the root) to ``tip`` (by default the end of the longest
+    chain).
 
     Raises:
-        UserError: if links make a loop, a name is unknown or ambiguous, or the chain holds a joint that is neither revolute
+        UserError: if links make a loop, a name is unknown or ambiguous, or the chain holds a joint
+            that is neither revolute
             nor continuous nor fixed, or mimics another, or has no length.
     """
     above, roots = _tree(urdf)
     for key, name in (("--base", base), ("--tip", tip)):
         if name is not None and name not in urdf.links:
-            raise UserError(f"{urdf.path}: {key}: found {shown(name)}, allowed: a link, such as {_some(list(urdf.links))}")
+            raise UserError(
+                f"{urdf.path}: {key}: found {shown(name)}, allowed: a link, such as"
+                f" {_some(list(urdf.links))}"
+            )
     if base is None:
         if len(roots) > 1:
-            raise UserError(f"{urdf.path}: --base: found nothing, allowed: one of {_some(roots)}, links without a parent")
+            raise UserError(
+                f"{urdf.path}: --base: found nothing, allowed: one of {_some(roots)}, links without"
+                " a parent"
+            )
         base = roots[0]
     tip = tip or _tip(urdf, above, base)
     path = _path(urdf, above, base, tip)
     for joint in path:
         where = f"{urdf.path}: joint {shown(joint.name)}"
         if joint.kind not in ("revolute", "continuous", "fixed"):
-            raise UserError(f"{where}: type: found {shown(joint.kind)} in the chain, allowed: revolute, continuous, fixed")
+            raise UserError(
+                f"{where}: type: found {shown(joint.kind)} in the chain, allowed: revolute,"
+                " continuous, fixed"
+            )
         if joint.mimic:
-            raise UserError(f"{where}: mimic: found {shown(joint.mimic)}, allowed: no mimic in the chain")
+            raise UserError(
+                f"{where}: mimic: found {shown(joint.mimic)}, allowed: no mimic in the chain"
+            )
     moving = [joint for joint in path if joint.moves]
     if not 1 <= len(moving) <= MOST_JOINTS:
-        raise UserError(f"{urdf.path}: found {len(moving)} moving joints from {base} to {tip}, allowed: 1 to {MOST_JOINTS}")
+        raise UserError(
+            f"{urdf.path}: found {len(moving)} moving joints from {base} to {tip}, allowed: 1 to"
+            f" {MOST_JOINTS}"
+        )
 
     frame, T, origin = BASE, np.eye(4), []
     rides: dict[str, tuple[int, Float[np.ndarray, "4 4"]]] = {base: (frame, T)}
@@ -128,7 +158,10 @@ def pick_chain(urdf: Urdf, base: str | None = None, tip: str | None = None) -> P
         rides[joint.child] = (frame, T)
     origin.append(T)
     if sum(float(np.linalg.norm(M[:3, 3])) for M in origin) < _SHORTEST:
-        raise UserError(f"{urdf.path}: found a chain without length from {base} to {tip}, allowed: {_SHORTEST:g} m and more")
+        raise UserError(
+            f"{urdf.path}: found a chain without length from {base} to {tip}, allowed:"
+            f" {_SHORTEST:g} m and more"
+        )
 
     below: dict[str, list[Joint]] = {}
     for joint in urdf.joints.values():

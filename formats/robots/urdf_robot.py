@@ -1,4 +1,6 @@
-"""A robot found again in a URDF: the same joints in the same places, and the links that they move."""
+"""A robot found again in a URDF: the same joints in the same places, and the links that they
+move.
+"""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -10,12 +12,15 @@ from ..errors import UserError, shown
 from .urdf import Urdf
 from .urdf_chain import Picked, pick_chain
 
-ROS_NAME = re.compile(r"[A-Za-z0-9_./-]+")  # of frames; nothing that YAML in quotes, xacro or a launch file takes for more
+# of frames; nothing that YAML in quotes, xacro or a launch file takes for more
+ROS_NAME = re.compile(r"[A-Za-z0-9_./-]+")
 _CLOSE = 1e-5  # m, and of parts of unit vectors, by which a URDF may be off the robot's chain
 
 
 def plain_names(names: Iterable[str], taken: Sequence[str] = ()) -> tuple[str, ...]:
-    """Names of ASCII letters, digits and underscores, which no program takes for more; none twice, none ``taken``."""
+    """Names of ASCII letters, digits and underscores, which no program takes for more; none twice,
+    none ``taken``.
+    """
     found: list[str] = []
     for name in names:
         base = re.sub(r"[^A-Za-z0-9_]", "_", name)
@@ -27,8 +32,8 @@ def plain_names(names: Iterable[str], taken: Sequence[str] = ()) -> tuple[str, .
 
 
 def find_robot(urdf: Urdf, robot: Robot) -> Picked:
-    """The chain of ``robot`` in ``urdf``, where joints have their names there, or these as plain ones; what stands before
-    its first joint and after its last may differ.
+    """The chain of ``robot`` in ``urdf``, where joints have their names there, or these as plain
+    ones; what stands before its first joint and after its last may differ.
 
     Raises:
         UserError: if a joint is not there, or elsewhere.
@@ -38,19 +43,24 @@ def find_robot(urdf: Urdf, robot: Robot) -> Picked:
     for name in names:
         if name not in urdf.joints:
             allowed = f"a URDF of robot {robot.name}, with joints {', '.join(names)}"
-            raise UserError(f"{urdf.path}: joint: found none called {shown(name)}, allowed: {allowed}")
+            raise UserError(
+                f"{urdf.path}: joint: found none called {shown(name)}, allowed: {allowed}"
+            )
     picked = pick_chain(urdf, urdf.joints[names[0]].parent, urdf.joints[names[-1]].child)
     if picked.chain.joints != tuple(names):
         found = ", ".join(picked.chain.joints)
-        raise UserError(f"{urdf.path}: joints: found {shown(found)}, allowed: {', '.join(names)}, as robot {robot.name} has")
+        raise UserError(
+            f"{urdf.path}: joints: found {shown(found)}, allowed: {', '.join(names)}, as robot"
+            f" {robot.name} has"
+        )
     for j, name in enumerate(names):
         off = float(np.abs(picked.chain.axis[j] - robot.chain.axis[j]).max())
         if j:
             off = max(off, float(np.abs(picked.chain.origin[j] - robot.chain.origin[j]).max()))
         if off > _CLOSE:
             raise UserError(
-                f"{urdf.path}: joint {shown(name)}: found {off:.3g} off its place or axis in robot {robot.name},"
-                f" allowed: {_CLOSE:g}"
+                f"{urdf.path}: joint {shown(name)}: found {off:.3g} off its place or axis in robot"
+                f" {robot.name}, allowed: {_CLOSE:g}"
             )
     return picked
 

@@ -1,4 +1,6 @@
-"""What every file's model has in common: no key unknown, no value bent into shape, faults that say what is allowed."""
+"""What every file's model has in common: no key unknown, no value bent into shape, faults that say
+what is allowed.
+"""
 
 from collections.abc import Iterable
 from typing import Any
@@ -17,11 +19,18 @@ class StrictModel(BaseModel):
 
 def fault(found: Any, allowed: str) -> PydanticCustomError:
     """What was found and what is allowed, as an error of a validator."""
-    return PydanticCustomError("rule", "found {found}, allowed: {allowed}", {"found": shown(found), "allowed": allowed})
+    return PydanticCustomError(
+        "rule", "found {found}, allowed: {allowed}", {"found": shown(found), "allowed": allowed}
+    )
 
 
 def refuse(faults: Iterable[tuple[tuple[int | str, ...], Any, str]]) -> None:
-    """Raise one error with all faults (key, what was found there, what is allowed), if there are any."""
-    details = [InitErrorDetails(type=fault(found, allowed), loc=loc, input=None) for loc, found, allowed in faults]
+    """Raise one error with all faults (key, what was found there, what is allowed), if there are
+    any.
+    """
+    details = [
+        InitErrorDetails(type=fault(found, allowed), loc=loc, input=None)
+        for loc, found, allowed in faults
+    ]
     if details:
         raise ValidationError.from_exception_data("file", details)

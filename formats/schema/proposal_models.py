@@ -7,7 +7,14 @@ from pydantic import Field, model_validator
 from .base_model import StrictModel, refuse
 from .field_types import Percent
 from .mount_models import RingModel
-from .result_models import ErrorsModel, PrintResult, RobustnessResult, SafetyResult, SensorRecord, VerifyResult
+from .result_models import (
+    ErrorsModel,
+    PrintResult,
+    RobustnessResult,
+    SafetyResult,
+    SensorRecord,
+    VerifyResult,
+)
 from .robot_convert import robot_of
 from .robot_models import RobotFile
 from .scene_models import SceneFile
@@ -15,12 +22,14 @@ from .sensor_pose_models import SensorPosesFile
 
 
 class FoundModel(StrictModel):
-    """How a proposal was found: for which number of sensors that see a point, which loss, and which errors of
-    mounting."""
+    """How a proposal was found: for which number of sensors that see a point, which loss, and which
+    errors of mounting."""
 
     outcome: str = Field(description="how the search ended")
     seed: int
-    soft_percent: float = Field(description="percent, the search's own estimate of what was asked for")
+    soft_percent: float = Field(
+        description="percent, the search's own estimate of what was asked for"
+    )
     exact_percent: Percent = Field(description="percent, the same counted")
     width: float = Field(description="metres, of the sigmoid of soft_percent")
     starts: int = Field(description="that were tried")
@@ -35,7 +44,9 @@ class FoundModel(StrictModel):
 
 
 class ProposalFile(StrictModel):
-    """A proposal (TOML): the setup first, then the scene it is for, its verified zeta, and how it was found."""
+    """A proposal (TOML): the setup first, then the scene it is for, its verified zeta, and how it
+    was found.
+    """
 
     rings: list[RingModel] = Field(min_length=1, max_length=1000)
     scene: SceneFile = SceneFile()
@@ -68,8 +79,8 @@ class ReachModel(StrictModel):
 
 
 class SearchFile(StrictModel):
-    """``result.json`` of a search: the proposal, and its zeta beside the paper's setups by the same verifier; the same of
-    what was asked for, where that was not zeta itself."""
+    """``result.json`` of a search: the proposal, and its zeta beside the paper's setups by the same
+    verifier; the same of what was asked for, where that was not zeta itself."""
 
     proposal: ProposalFile
     soft_minus_exact_percent: float
@@ -82,8 +93,9 @@ class SearchFile(StrictModel):
 
 
 class ChangeModel(StrictModel):
-    """A ring touched: its number as mounted (none: it is new), what was done, and the ring before and after (none where it
-    is new, and where it is taken away). Millimetres along its link, degrees that its sensors tilt and that it turns."""
+    """A ring touched: its number as mounted (none: it is new), what was done, and the ring before
+    and after (none where it is new, and where it is taken away). Millimetres along its link,
+    degrees that its sensors tilt and that it turns."""
 
     ring: int | None = None
     done: str
@@ -96,7 +108,9 @@ class ChangeModel(StrictModel):
 
 
 class WorkModel(StrictModel):
-    """What changes cost: the sums over them. A ring that is carried to another link counts no millimetres."""
+    """What changes cost: the sums over them. A ring that is carried to another link counts no
+    millimetres.
+    """
 
     rings_touched: int
     rings_carried: int
@@ -107,8 +121,9 @@ class WorkModel(StrictModel):
 
 
 class StepModel(StrictModel):
-    """The best with so many changes: points gained on the weighted mean against what is mounted, and points by which floors
-    are missed; the work, the changes, and all rings with their verified zeta."""
+    """The best with so many changes: points gained on the weighted mean against what is mounted,
+    and points by which floors are missed; the work, the changes, and all rings with their verified
+    zeta."""
 
     exact_percent: Percent
     gain_percent: float
@@ -120,8 +135,9 @@ class StepModel(StrictModel):
 
 
 class ImproveResult(StrictModel):
-    """What ``improve --json`` prints: the setup as mounted, the scene's rules that it breaks, and step by step the best with
-    ever more changes; a number of changes that gains nothing more has no step."""
+    """What ``improve --json`` prints: the setup as mounted, the scene's rules that it breaks, and
+    step by step the best with ever more changes; a number of changes that gains nothing more has no
+    step."""
 
     setup: str
     scene: SceneFile

@@ -10,9 +10,9 @@ from .field_types import Metres, Percent
 
 
 class ProofModel(StrictModel):
-    """How a certified interval was reached: the width asked for, in points (0: none, cells of one side), whether it was
-    reached, passes, cells of the last pass, and the side of the smallest, m. Over several poses: the most, the sum, the
-    least."""
+    """How a certified interval was reached: the width asked for, in points (0: none, cells of one
+    side), whether it was reached, passes, cells of the last pass, and the side of the smallest, m.
+    Over several poses: the most, the sum, the least."""
 
     width_percent: Percent
     reached: bool
@@ -31,7 +31,9 @@ class PoseZetaModel(StrictModel):
 
 
 class WorstModel(StrictModel):
-    """The pose with the least zeta: which (from 0), when the record was there, and its joint angles."""
+    """The pose with the least zeta: which (from 0), when the record was there, and its joint
+    angles.
+    """
 
     pose: int = Field(ge=0)
     time_s: float | None = None
@@ -42,8 +44,8 @@ class WorstModel(StrictModel):
 
 
 class UnseeingModel(StrictModel):
-    """A sensor that sees less than 1 % of its cone, or nothing as it stands within something: at how many poses, within
-    what, and how deep at most."""
+    """A sensor that sees less than 1 % of its cone, or nothing as it stands within something: at
+    how many poses, within what, and how deep at most."""
 
     ring: int
     sensor: int
@@ -53,7 +55,9 @@ class UnseeingModel(StrictModel):
 
 
 class RuleModel(StrictModel):
-    """A rule that limits a range: what was found for it, metres left after it, and whether that was measured or is a law."""
+    """A rule that limits a range: what was found for it, metres left after it, and whether that was
+    measured or is a law.
+    """
 
     rule: str
     found: str
@@ -62,8 +66,8 @@ class RuleModel(StrictModel):
 
 
 class SensorRecord(StrictModel):
-    """A sensor of the catalogue: what it is used for, how its range came about rule by rule, and where its figures are
-    from."""
+    """A sensor of the catalogue: what it is used for, how its range came about rule by rule, and
+    where its figures are from."""
 
     model: str
     title: str
@@ -80,9 +84,10 @@ class SensorRecord(StrictModel):
 
 
 class SeparationModel(StrictModel):
-    """The separation distances, m, of the robot's parts over a scene's poses: the least, the mean over the parts and, by
-    weight, the poses, and the largest with its terms; the speed of the part that is fastest, m/s, and whether it follows
-    from the joints' speeds or is the one given for all. No safety rating follows from them."""
+    """The separation distances, m, of the robot's parts over a scene's poses: the least, the mean
+    over the parts and, by weight, the poses, and the largest with its terms; the speed of the part
+    that is fastest, m/s, and whether it follows from the joints' speeds or is the one given for
+    all. No safety rating follows from them."""
 
     least_m: float
     mean_m: float
@@ -105,15 +110,17 @@ _HIGH = Field(description="percent, likewise")
 
 
 class VerifyResult(StrictModel):
-    """What ``verify --json`` prints for each target: the mean over the poses, the worst of several, each, and the sensors
-    of the catalogue that the setup has. A proposal of many poses leaves each out."""
+    """What ``verify --json`` prints for each target: the mean over the poses, the worst of several,
+    each, and the sensors of the catalogue that the setup has. A proposal of many poses leaves each
+    out."""
 
     setup: str = Field(description="name or file")
     target: str
     radius: float | None = Field(default=None, description="metres, of V_S")
     rule: Literal["centre", "touch", "certified"]
     voxel: Metres | None = Field(
-        default=None, description="metres, side of a voxel; certified: of the smallest cell asked for"
+        default=None,
+        description="metres, side of a voxel; certified: of the smallest cell asked for",
     )
     zeta_percent: Percent = Field(description="percent, mean over the poses")
     low_percent: Percent = _LOW
@@ -122,10 +129,16 @@ class VerifyResult(StrictModel):
     covered_voxels: int | None = Field(default=None, description="of these, seen")
     proof: ProofModel | None = Field(default=None, description="when certified")
     worst: WorstModel | None = Field(default=None, description="of several poses")
-    occlusion: Occlusion = Field(default="ignore", description="the model under which it was counted")
+    occlusion: Occlusion = Field(
+        default="ignore", description="the model under which it was counted"
+    )
     mounting: list[str] = Field(default=[], description="what a real mount would not allow")
-    by_occlusion_percent: dict[Occlusion, Percent] = Field(default={}, description="zeta under each model")
-    unseeing: list[UnseeingModel] = Field(default=[], description="sensors that see next to nothing")
+    by_occlusion_percent: dict[Occlusion, Percent] = Field(
+        default={}, description="zeta under each model"
+    )
+    unseeing: list[UnseeingModel] = Field(
+        default=[], description="sensors that see next to nothing"
+    )
     poses: list[PoseZetaModel] = Field(default=[], description="each by itself")
     sensors: list[SensorRecord] = Field(default=[], description="of the catalogue")
     separation: SeparationModel | None = Field(default=None, description="of V_P")
@@ -133,8 +146,9 @@ class VerifyResult(StrictModel):
 
 
 class ErrorsModel(StrictModel):
-    """Errors of mounting: limits (uniform) or twice the standard deviations (normal) of each ring's place along its link and
-    of each ring's and each sensor's direction; how many mountings were drawn, by which seed."""
+    """Errors of mounting: limits (uniform) or twice the standard deviations (normal) of each ring's
+    place along its link and of each ring's and each sensor's direction; how many mountings were
+    drawn, by which seed."""
 
     position_mm: float = Field(default=5.0, ge=0, le=1000, description="millimetres along the link")
     direction_deg: float = Field(default=2.0, ge=0, le=45, description="degrees")
@@ -160,8 +174,9 @@ class DirectionModel(ShareModel):
 
 
 class SafetyResult(StrictModel):
-    """What ``safety --json`` prints: the share of approaches reported in time, by direction, and if the sensors saw as far
-    as is asked; what was asked, with each term; what the sensors see, and how late they say so. No safety rating follows."""
+    """What ``safety --json`` prints: the share of approaches reported in time, by direction, and if
+    the sensors saw as far as is asked; what was asked, with each term; what the sensors see, and
+    how late they say so. No safety rating follows."""
 
     setup: str
     approaches: int
@@ -190,7 +205,9 @@ class SafetyResult(StrictModel):
 
 
 class LossModel(StrictModel):
-    """What a failure leaves: the ring (and the sensor of it, counted from 0), and zeta without it."""
+    """What a failure leaves: the ring (and the sensor of it, counted from 0), and zeta without
+    it.
+    """
 
     ring: int
     link: str
@@ -199,9 +216,10 @@ class LossModel(StrictModel):
 
 
 class RobustnessResult(StrictModel):
-    """What ``robustness --json`` prints for each target: zeta, the shares that at least 1, 2, ... sensors see, zeta without
-    the sensor and without the ring that is missed most, and zeta under errors of mounting: mean, its standard error, 5th
-    percentile, the least, and each draw. All are exact counts by the rule ``centre``, but for the luck of the draws."""
+    """What ``robustness --json`` prints for each target: zeta, the shares that at least 1, 2, ...
+    sensors see, zeta without the sensor and without the ring that is missed most, and zeta under
+    errors of mounting: mean, its standard error, 5th percentile, the least, and each draw. All are
+    exact counts by the rule ``centre``, but for the luck of the draws."""
 
     setup: str
     target: str
@@ -215,7 +233,9 @@ class RobustnessResult(StrictModel):
     without_ring_percent: list[Percent]
     errors: ErrorsModel
     mean_percent: Percent
-    mean_error_percent: float | None = Field(default=None, ge=0, description="none for a single draw")
+    mean_error_percent: float | None = Field(
+        default=None, ge=0, description="none for a single draw"
+    )
     fifth_percentile_percent: Percent
     worst_percent: Percent
     drawn_percent: list[Percent]
@@ -238,7 +258,9 @@ class PrintedRing(StrictModel):
 
     ring: int = Field(ge=0, description="counted from 0")
     link: str
-    position_mm: float = Field(description="of its lenses from the mount's proximal end, along the link")
+    position_mm: float = Field(
+        description="of its lenses from the mount's proximal end, along the link"
+    )
     count: int
     tilt_deg: float
     radius_mm: float

@@ -8,7 +8,15 @@ from jaxtyping import Float
 from ...coverage.robots.built_in import ROBOTS, built_in
 from ...coverage.robots.kinematics import Chain, transform
 from ...coverage.robots.robot import BASE, Body, Mount, Robot
-from .robot_models import BASE_FRAME, TCP_FRAME, BodyModel, JointModel, MountAxisModel, RobotFile, TcpModel
+from .robot_models import (
+    BASE_FRAME,
+    TCP_FRAME,
+    BodyModel,
+    JointModel,
+    MountAxisModel,
+    RobotFile,
+    TcpModel,
+)
 
 _DIGITS = 12  # decimals of metres and of unit vectors in a file
 _DIGITS_DEG = 11
@@ -19,7 +27,9 @@ def _origin(place: JointModel | TcpModel) -> Float[np.ndarray, "4 4"]:
 
 
 def robot_of(model: str | RobotFile) -> Robot:
-    """The robot that a scene's ``robot`` means: a built-in one by its name (KeyError if there is none), or one in-line."""
+    """The robot that a scene's ``robot`` means: a built-in one by its name (KeyError if there is
+    none), or one in-line.
+    """
     if isinstance(model, str):
         return ROBOTS[model]
     names = [j.name for j in model.joints]
@@ -49,7 +59,10 @@ def robot_of(model: str | RobotFile) -> Robot:
         ),
         reach=model.reach,
         bodies=tuple(
-            Body(b.name, frames[b.frame], np.array(b.start, float), np.array(b.end, float), b.radius) for b in model.bodies
+            Body(
+                b.name, frames[b.frame], np.array(b.start, float), np.array(b.end, float), b.radius
+            )
+            for b in model.bodies
         ),
         limits=np.radians(np.array(limits, float)),
         home=None if model.home_deg is None else np.radians(np.array(model.home_deg, float)),
@@ -62,7 +75,9 @@ def _numbers(values: Float[np.ndarray, " N"], digits: int = _DIGITS) -> list[flo
 
 
 def rpy_of(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, " 3"]:
-    """URDF's angles of a rotation, rad; where pitch is a quarter turn, only one of the others is of use, and yaw is 0."""
+    """URDF's angles of a rotation, rad; where pitch is a quarter turn, only one of the others is of
+    use, and yaw is 0.
+    """
     pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
     if math.hypot(R[0, 0], R[1, 0]) < 1e-9:
         return np.array([math.atan2(-R[1, 2], R[1, 1]), pitch, 0.0])
@@ -76,7 +91,10 @@ def robot_file(robot: Robot) -> RobotFile:
     limits = [None] * len(names) if robot.limits is None else list(np.degrees(robot.limits))
 
     def place(T: Float[np.ndarray, "4 4"]) -> dict[str, list[float]]:
-        return {"xyz": _numbers(T[:3, 3]), "rpy_deg": _numbers(np.degrees(rpy_of(T[:3, :3])), _DIGITS_DEG)}
+        return {
+            "xyz": _numbers(T[:3, 3]),
+            "rpy_deg": _numbers(np.degrees(rpy_of(T[:3, :3])), _DIGITS_DEG),
+        }
 
     return RobotFile(
         name=robot.name,
@@ -89,9 +107,13 @@ def robot_file(robot: Robot) -> RobotFile:
                 name=name,
                 **place(T),
                 axis=_numbers(axis),
-                limits_deg=None if limit is None or not np.isfinite(limit).all() else _numbers(limit, _DIGITS_DEG),
+                limits_deg=None
+                if limit is None or not np.isfinite(limit).all()
+                else _numbers(limit, _DIGITS_DEG),
             )
-            for name, T, axis, limit in zip(names, robot.chain.origin[:-1], robot.chain.axis, limits, strict=True)
+            for name, T, axis, limit in zip(
+                names, robot.chain.origin[:-1], robot.chain.axis, limits, strict=True
+            )
         ],
         mounts=[
             MountAxisModel(

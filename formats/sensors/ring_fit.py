@@ -1,4 +1,5 @@
-"""Rings from sensors: the rings of a robot whose sensors have given apexes and axes, by least squares.
+"""Rings from sensors: the rings of a robot whose sensors have given apexes and axes, by least
+squares.
 
 A ring is fitted to each link of the robot; the link that fits best has it.
 """
@@ -24,12 +25,15 @@ TOLERANCE_MM, TOLERANCE_DEG = 2.0, 1.0  # by which a sensor may be off its ring
 _UNIT = 1e-3  # by which an axis may be longer or shorter than 1
 _DIGITS = 9  # decimals of lengths
 _TURN = 1e-6  # rad, by which a phase may be short of a turn that it is read as none
-_TIE = 3  # decimals of a misfit, in tolerances: links that fit alike are told apart by the ring's radius
+# decimals of a misfit, in tolerances: links that fit alike are told apart by the ring's radius
+_TIE = 3
 
 
 @dataclass(frozen=True)
 class SetupFit:
-    """A ring on a link, and by how much its sensors are off at most: apexes in mm, axes in degrees."""
+    """A ring on a link, and by how much its sensors are off at most: apexes in mm, axes in
+    degrees.
+    """
 
     ring: Ring
     mm: float
@@ -65,13 +69,23 @@ def fitted_setup(
         by_ring[row.ring][row.pose].append(row)
     missing = sorted(set(range(max(by_ring) + 1)) - set(by_ring))
     if missing:
-        raise UserError(f"{name}: ring {missing[0]}: found no sensor, allowed: rings counted from 0 without a gap")
+        raise UserError(
+            f"{name}: ring {missing[0]}: found no sensor, allowed: rings counted from 0 without"
+            " a gap"
+        )
     known = links or {}
-    return Setup(tuple(_ring(name, n, by_ring[n], frames, scene, known.get(n)) for n in sorted(by_ring)))
+    return Setup(
+        tuple(_ring(name, n, by_ring[n], frames, scene, known.get(n)) for n in sorted(by_ring))
+    )
 
 
 def _ring(
-    name: str, number: int, poses: dict[int, list[ConeRow]], frames: Sequence[Any], scene: Scene, link: str | None
+    name: str,
+    number: int,
+    poses: dict[int, list[ConeRow]],
+    frames: Sequence[Any],
+    scene: Scene,
+    link: str | None,
 ) -> Ring:
     """Ring ``number`` from its rows at each pose, on ``link`` if that is known."""
     some = [sorted(rows, key=lambda row: row.sensor) for rows in poses.values()]
@@ -80,44 +94,62 @@ def _ring(
         times = Counter(row.sensor for row in rows)
         for k in range(count):
             if times[k] != 1:
-                raise UserError(f"{name}: ring {number}: sensor {k}: found {times[k]} rows at pose {pose}, allowed: 1")
+                raise UserError(
+                    f"{name}: ring {number}: sensor {k}: found {times[k]} rows at pose {pose},"
+                    " allowed: 1"
+                )
     kinds = {(row.fov_deg, row.range_m, _fov_up_deg(row)) for rows in some for row in rows}
     if len(kinds) > 1:
         allowed = "one fov_deg, range_m and fov_up_deg a ring"
-        raise UserError(f"{name}: ring {number}: found {len(kinds)} kinds of sensors, allowed: {allowed}")
+        raise UserError(
+            f"{name}: ring {number}: found {len(kinds)} kinds of sensors, allowed: {allowed}"
+        )
     ((fov_deg, range_m, up_deg),) = kinds
-    sensor = Sensor(math.radians(fov_deg), range_m, None, math.radians(up_deg) if up_deg > 0 else None)
+    sensor = Sensor(
+        math.radians(fov_deg), range_m, None, math.radians(up_deg) if up_deg > 0 else None
+    )
 
     def part(key: str) -> Any:
-        return np.array([[[getattr(row, f"{key}_{x}") for x in "xyz"] for row in rows] for rows in some])
+        return np.array(
+            [[[getattr(row, f"{key}_{x}") for x in "xyz"] for row in rows] for rows in some]
+        )
 
     def unit(key: str) -> Any:
         found = part(key)
         length = np.linalg.norm(found, axis=-1, keepdims=True)
         if np.any(np.abs(length - 1) > _UNIT):
             worst = f"{float(length.ravel()[np.argmax(np.abs(length - 1))]):g}"
-            raise UserError(f"{name}: ring {number}: found a vector {key} of length {worst}, allowed: 1")
+            raise UserError(
+                f"{name}: ring {number}: found a vector {key} of length {worst}, allowed: 1"
+            )
         return found / length
 
     T, up = np.array([frames[pose] for pose in poses]), unit("up") if up_deg > 0 else None
     mounts = scene.robot.mounts if link is None else (scene.robot.mount(link),)
-    fits = [_fit(mount, T[:, mount.frame], part("apex"), unit("axis"), up, sensor) for mount in mounts]
+    fits = [
+        _fit(mount, T[:, mount.frame], part("apex"), unit("axis"), up, sensor) for mount in mounts
+    ]
     good = [f for f in fits if f.misfit <= 1 and f.ring.radius > 0]
     if not good:
         f = min(fits, key=lambda f: f.misfit)
         raise UserError(
-            f"{name}: ring {number}: its {count} sensors form no ring on a link of {scene.robot.name}: on {f.ring.link},"
-            f" which fits best, they are up to {f.mm:.3g} mm and {f.deg:.3g}° off; allowed: {TOLERANCE_MM:g} mm and"
-            f" {TOLERANCE_DEG:g}° (evenly spaced, right-handed from proximal to distal, one tilt, at the scene's pose)"
+            f"{name}: ring {number}: its {count} sensors form no ring on a link of"
+            f" {scene.robot.name}: on {f.ring.link}, which fits best, they are up to {f.mm:.3g} mm"
+            f" and {f.deg:.3g}° off; allowed: {TOLERANCE_MM:g} mm and {TOLERANCE_DEG:g}° (evenly"
+            " spaced, right-handed from proximal to distal, one tilt, at the scene's pose)"
         )
-    return min(good, key=lambda f: (round(f.misfit, _TIE), abs(f.ring.radius - scene.ring_radius))).ring
+    return min(
+        good, key=lambda f: (round(f.misfit, _TIE), abs(f.ring.radius - scene.ring_radius))
+    ).ring
 
 
 def _fov_up_deg(row: ConeRow) -> float:
     return row.fov_up_deg if isinstance(row, SquareConeRow) else 0.0
 
 
-def _turned(T: Float[np.ndarray, "P 4 4"], v: Float[np.ndarray, "P K 3"]) -> Float[np.ndarray, "P K 3"]:
+def _turned(
+    T: Float[np.ndarray, "P 4 4"], v: Float[np.ndarray, "P K 3"]
+) -> Float[np.ndarray, "P K 3"]:
     """Vectors from the base frame to the frames T_base_frame."""
     return np.einsum("pji,pkj->pki", T[:, :3, :3], v)
 
@@ -130,11 +162,13 @@ def _fit(
     up: Float[np.ndarray, "P K 3"] | None,
     sensor: Sensor,
 ) -> SetupFit:
-    """The ring on a mount that is nearest to K sensors seen at P poses, where the mount's frame is T_base_frame.
+    """The ring on a mount that is nearest to K sensors seen at P poses, where the mount's frame is
+    T_base_frame.
 
-    In the frame (zero, side, axis) of the mount, sensor k turned back by its share of the circle lies at radius and phase,
-    as one complex number: their mean is the least-squares fit. So are the mean place along the axis, and for the tilt the
-    mean of the axes' parts along the radius and along the mount. ``up`` of square beams follows from these, up to its sign.
+    In the frame (zero, side, axis) of the mount, sensor k turned back by its share of the circle
+    lies at radius and phase, as one complex number: their mean is the least-squares fit. So are the
+    mean place along the axis, and for the tilt the mean of the axes' parts along the radius and
+    along the mount. ``up`` of square beams follows from these, up to its sign.
     """
     basis = np.stack([mount.zero, mount.side, mount.axis])
     at = (_turned(T, apex - T[:, None, :3, 3]) - mount.start) @ basis.T
@@ -149,11 +183,15 @@ def _fit(
     place = float(np.clip(at[..., 2].mean() / mount.length, 0.0, 1.0)) if mount.length > 0 else 0.0
     off = np.linalg.norm(at - (radius * radial + place * mount.length * along), axis=-1).max()
     wanted = math.cos(tilt) * radial + math.sin(tilt) * along
-    angle = np.arctan2(np.linalg.norm(np.cross(look, wanted), axis=-1), (look * wanted).sum(axis=-1)).max()
+    angle = np.arctan2(
+        np.linalg.norm(np.cross(look, wanted), axis=-1), (look * wanted).sum(axis=-1)
+    ).max()
     if up is not None:
         seen, across = _turned(T, up) @ basis.T, up_of(wanted, along, radial)
         cosine = np.abs((seen * across).sum(axis=-1))
-        angle = max(angle, np.arctan2(np.linalg.norm(np.cross(seen, across), axis=-1), cosine).max())
+        angle = max(
+            angle, np.arctan2(np.linalg.norm(np.cross(seen, across), axis=-1), cosine).max()
+        )
     if abs(tilt) >= math.pi / 2:
         angle = max(angle, math.pi / 2)  # looking inward is no ring
     ring = Ring(mount.link, place, count, tilt, (phase + _TURN) % math.tau - _TURN, radius, sensor)

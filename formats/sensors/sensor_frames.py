@@ -1,7 +1,9 @@
-"""Named frames of sensors, each fixed in the frame that carries its ring: what exports write and imports read.
+"""Named frames of sensors, each fixed in the frame that carries its ring: what exports write and
+imports read.
 
-In code a sensor looks along its frame's z, and y is the ``up`` of its beam: the ring's axis, tilted with the sensor. Other
-programs look along x or y: such a frame has the same three axes, turned round (x to y, y to z, z to x).
+In code a sensor looks along its frame's z, and y is the ``up`` of its beam: the ring's axis, tilted
+with the sensor. Other programs look along x or y: such a frame has the same three axes, turned
+round (x to y, y to z, z to x).
 """
 
 from collections.abc import Sequence
@@ -26,8 +28,8 @@ _POSES = 3  # any ones: sensors of a link form a ring on that link in all of the
 
 @dataclass(frozen=True)
 class SensorFrame:
-    """Sensor ``sensor`` of ring ``ring`` and its pose T_frame_sensor (4, 4) in frame ``frame`` of ``forward``'s; its beam
-    goes along z."""
+    """Sensor ``sensor`` of ring ``ring`` and its pose T_frame_sensor (4, 4) in frame ``frame`` of
+    ``forward``'s; its beam goes along z."""
 
     ring: int
     sensor: int
@@ -60,12 +62,18 @@ def sensor_frames(robot: Robot, setup: Setup) -> tuple[SensorFrame, ...]:
     )
 
 
-def looking_along(T: Float[np.ndarray, "*batch 4 4"], axis: Along) -> Float[np.ndarray, "*batch 4 4"]:
-    """Frames whose beam goes along z, with their axes turned round so that it goes along ``axis``."""
+def looking_along(
+    T: Float[np.ndarray, "*batch 4 4"], axis: Along
+) -> Float[np.ndarray, "*batch 4 4"]:
+    """Frames whose beam goes along z, with their axes turned round so that it goes along
+    ``axis``.
+    """
     return _turned(T, _TURNS[axis])
 
 
-def looking_along_z(T: Float[np.ndarray, "*batch 4 4"], axis: Along) -> Float[np.ndarray, "*batch 4 4"]:
+def looking_along_z(
+    T: Float[np.ndarray, "*batch 4 4"], axis: Along
+) -> Float[np.ndarray, "*batch 4 4"]:
     """Frames whose beam goes along ``axis``, turned back."""
     return _turned(T, -_TURNS[axis])
 
@@ -76,7 +84,9 @@ def _turned(T: Float[np.ndarray, "*batch 4 4"], turns: int) -> Float[np.ndarray,
     return found
 
 
-def rows_of(found: Sequence[SensorFrame], chain: Chain) -> tuple[list[ConeRow], list[Float[np.ndarray, "F 4 4"]]]:
+def rows_of(
+    found: Sequence[SensorFrame], chain: Chain
+) -> tuple[list[ConeRow], list[Float[np.ndarray, "F 4 4"]]]:
     """The sensors as rows of a list at a few poses of the chain, and the frames of those poses."""
     q = np.random.default_rng(0).uniform(-2.5, 2.5, (_POSES, len(chain)))
     poses = list(np.asarray(forward(chain, q)))
@@ -87,9 +97,15 @@ def rows_of(found: Sequence[SensorFrame], chain: Chain) -> tuple[list[ConeRow], 
             values: dict[str, Any] = {"pose": p, "ring": s.ring, "sensor": s.sensor}
             values |= {"fov_deg": float(np.degrees(s.unit.fov)), "range_m": s.unit.range_m}
             for key, column in (("apex", 3), ("axis", 2), ("up", 1)):
-                values |= {f"{key}_{x}": float(v) for x, v in zip("xyz", T[:3, column], strict=True)}
+                values |= {
+                    f"{key}_{x}": float(v) for x, v in zip("xyz", T[:3, column], strict=True)
+                }
             if s.unit.fov_up is None:
                 rows.append(ConeRow.model_construct(**values))
             else:
-                rows.append(SquareConeRow.model_construct(fov_up_deg=float(np.degrees(s.unit.fov_up)), **values))
+                rows.append(
+                    SquareConeRow.model_construct(
+                        fov_up_deg=float(np.degrees(s.unit.fov_up)), **values
+                    )
+                )
     return rows, poses

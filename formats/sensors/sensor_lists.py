@@ -1,4 +1,5 @@
-"""A list of sensors as CSV: written, and read back into the rings whose sensors have these apexes and axes.
+"""A list of sensors as CSV: written, and read back into the rings whose sensors have these apexes
+and axes.
 
 The list is what ``place-rings cones`` prints, in the base frame at the scene's poses.
 """
@@ -24,8 +25,9 @@ _DIGITS = 9  # decimals of metres and of unit vectors
 
 
 def sensor_list(setup: Setup, scene: Scene, poses: Sequence[int] | None = None) -> str:
-    """The beams of all sensors at some poses of the scene, by default all, as CSV, base frame; where some are square, with
-    four columns more: the full angle along ``up`` (0: a cone) and ``up`` itself."""
+    """The beams of all sensors at some poses of the scene, by default all, as CSV, base frame;
+    where some are square, with four columns more: the full angle along ``up`` (0: a cone) and
+    ``up`` itself."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(SQUARE_COLUMNS if any_square(setup.rings) else COLUMNS)
@@ -44,14 +46,16 @@ def mounted_setup(name: str, text: str, scene: Scene) -> Setup:
     """The setup whose sensors the CSV ``text`` lists; ``name`` is its file's, for messages.
 
     Raises:
-        UserError: if the text is not such a list, or sensors of a ring form none on any link of the scene's robot.
+        UserError: if the text is not such a list, or sensors of a ring form none on any link of the
+            scene's robot.
     """
     rows = _rows(name, text)
     frames = [np.asarray(forward(scene.robot.chain, pose.q)) for pose in scene.poses]
     for line, row in rows:
         if row.pose >= len(frames):
             raise UserError(
-                f"{name}: line {line}: pose: found {row.pose}, allowed: 0 to {len(frames) - 1}, the scene's poses"
+                f"{name}: line {line}: pose: found {row.pose}, allowed: 0 to {len(frames) - 1}, the"
+                " scene's poses"
             )
     return fitted_setup(name, [row for _, row in rows], frames, scene)
 
@@ -63,14 +67,18 @@ def _rows(name: str, text: str) -> list[tuple[int, ConeRow]]:
         kinds = {tuple(sorted(kind.model_fields)): kind for kind in (ConeRow, SquareConeRow)}
         kind = kinds.get(tuple(sorted(reader.fieldnames or ())))
         if kind is None:
-            found, square = ",".join(reader.fieldnames or ()), ",".join(SQUARE_COLUMNS[len(COLUMNS) :])
+            found, square = (
+                ",".join(reader.fieldnames or ()),
+                ",".join(SQUARE_COLUMNS[len(COLUMNS) :]),
+            )
             allowed = f"the columns {','.join(COLUMNS)}, and for square beams {square}"
             raise UserError(f"{name}: line 1: found {shown(found)}, allowed: {allowed}")
         rows = []
         for fields in reader:
             if None in fields or None in fields.values():
                 raise UserError(
-                    f"{name}: line {reader.line_num}: found more or fewer fields, allowed: {len(kind.model_fields)}"
+                    f"{name}: line {reader.line_num}: found more or fewer fields, allowed:"
+                    f" {len(kind.model_fields)}"
                 )
             try:
                 rows.append((reader.line_num, kind.model_validate_strings(fields)))

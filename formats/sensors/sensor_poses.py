@@ -25,7 +25,10 @@ _DIGITS = 12
 
 def quaternion(T: Float[np.ndarray, "4 4"]) -> list[float]:
     """The rotation of a transform as x, y, z, w, with w at least 0."""
-    return [round(float(v), _DIGITS) + 0.0 for v in Rotation.from_matrix(T[:3, :3]).as_quat(canonical=True)]
+    return [
+        round(float(v), _DIGITS) + 0.0
+        for v in Rotation.from_matrix(T[:3, :3]).as_quat(canonical=True)
+    ]
 
 
 def place(T: Float[np.ndarray, "4 4"]) -> list[float]:
@@ -34,7 +37,9 @@ def place(T: Float[np.ndarray, "4 4"]) -> list[float]:
 
 
 def poses_file(scene: Scene, setup: Setup, pose: int) -> SensorPosesFile:
-    """The file that lists a setup's sensors in the frames of their links, and in the base frame at a pose of the scene."""
+    """The file that lists a setup's sensors in the frames of their links, and in the base frame at
+    a pose of the scene.
+    """
     q, names = scene.poses[pose].q, (*scene.robot.chain.joints, TCP_FRAME)
     frames, found = np.asarray(forward(scene.robot.chain, q)), sensor_frames(scene.robot, setup)
     rings = []
@@ -71,7 +76,8 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
     """The setup whose sensors the JSON ``text`` lists; ``name`` is its file's, for messages.
 
     Raises:
-        UserError: if the text is not such a file, names what the scene's robot has not, contradicts itself, or sensors of a
+        UserError: if the text is not such a file, names what the scene's robot has not, contradicts
+            itself, or sensors of a
             ring form none.
     """
     try:
@@ -84,23 +90,37 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
     robot, found = scene.robot, []
     names = (*robot.chain.joints, TCP_FRAME)
     if file.q_deg is not None and len(file.q_deg) != len(robot.chain):
-        raise UserError(f"{name}: q_deg: found {len(file.q_deg)} angles, allowed: {len(robot.chain)}, as {robot.name} has")
-    frames = None if file.q_deg is None else np.asarray(forward(robot.chain, np.radians(file.q_deg)))
+        raise UserError(
+            f"{name}: q_deg: found {len(file.q_deg)} angles, allowed: {len(robot.chain)}, as"
+            f" {robot.name} has"
+        )
+    frames = (
+        None if file.q_deg is None else np.asarray(forward(robot.chain, np.radians(file.q_deg)))
+    )
     for i, ring in enumerate(file.rings):
         for key, value, allowed in (("frame", ring.frame, names), ("link", ring.link, robot.links)):
             if value is not None and value not in allowed:
-                raise UserError(f"{name}: rings[{i}].{key}: found {shown(value)}, allowed: {', '.join(allowed)}")
+                raise UserError(
+                    f"{name}: rings[{i}].{key}: found {shown(value)}, allowed: {', '.join(allowed)}"
+                )
         frame, unit = names.index(ring.frame), sensor_of(ring.sensor)
         for k, sensor in enumerate(ring.sensors):
             T = _transform(sensor.xyz, sensor.xyzw)
             if frames is not None and sensor.base_xyz is not None and sensor.base_xyzw is not None:
                 _check_base(
-                    f"{name}: rings[{i}].sensors[{k}]", frames[frame] @ T, _transform(sensor.base_xyz, sensor.base_xyzw)
+                    f"{name}: rings[{i}].sensors[{k}]",
+                    frames[frame] @ T,
+                    _transform(sensor.base_xyz, sensor.base_xyzw),
                 )
             found.append(SensorFrame(i, k, frame, looking_along_z(T, file.beam), unit))
     links = {i: ring.link for i, ring in enumerate(file.rings) if ring.link is not None}
     setup = fitted_setup(name, *rows_of(found, robot.chain), scene, links)
-    return Setup(tuple(replace(r, sensor=sensor_of(ring.sensor)) for r, ring in zip(setup.rings, file.rings, strict=True)))
+    return Setup(
+        tuple(
+            replace(r, sensor=sensor_of(ring.sensor))
+            for r, ring in zip(setup.rings, file.rings, strict=True)
+        )
+    )
 
 
 def _check_base(where: str, T: Float[np.ndarray, "4 4"], stated: Float[np.ndarray, "4 4"]) -> None:
@@ -109,6 +129,6 @@ def _check_base(where: str, T: Float[np.ndarray, "4 4"], stated: Float[np.ndarra
     deg = math.degrees(Rotation.from_matrix(T[:3, :3].T @ stated[:3, :3]).magnitude())
     if mm > TOLERANCE_MM or deg > TOLERANCE_DEG:
         raise UserError(
-            f"{where}: base_xyz and base_xyzw: found {mm:.3g} mm and {deg:.3g}° off xyz and xyzw at q_deg, allowed:"
-            f" {TOLERANCE_MM:g} mm and {TOLERANCE_DEG:g}°"
+            f"{where}: base_xyz and base_xyzw: found {mm:.3g} mm and {deg:.3g}° off xyz and xyzw at"
+            f" q_deg, allowed: {TOLERANCE_MM:g} mm and {TOLERANCE_DEG:g}°"
         )

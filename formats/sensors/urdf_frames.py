@@ -22,8 +22,8 @@ _LONGEST = 200  # characters of a pattern
 
 @dataclass(frozen=True)
 class FramePattern:
-    """Which frames of a URDF are sensors, by a regular expression for their whole names, and along which of its axes each
-    looks."""
+    """Which frames of a URDF are sensors, by a regular expression for their whole names, and along
+    which of its axes each looks."""
 
     pattern: str = PATTERN
     beam: Along = "x"
@@ -31,8 +31,8 @@ class FramePattern:
 
 @dataclass(frozen=True)
 class Seat:
-    """Where a sensor is on a mount: T_frame_sensor (4, 4) in the mount's frame, m along its axis and from it, rad around it,
-    its tilt and by how much it looks aside, rad."""
+    """Where a sensor is on a mount: T_frame_sensor (4, 4) in the mount's frame, m along its axis
+    and from it, rad around it, its tilt and by how much it looks aside, rad."""
 
     mount: Mount
     T: Float[np.ndarray, "4 4"]
@@ -50,34 +50,48 @@ class Seat:
 
 
 def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
-    """The setup whose sensors are the frames of ``urdf`` whose names match; their beams are those of the scene's sensor.
+    """The setup whose sensors are the frames of ``urdf`` whose names match; their beams are those
+    of the scene's sensor.
 
-    Frames of one link in one place, at one distance and tilt, are a ring, which the first of them in the file begins.
+    Frames of one link in one place, at one distance and tilt, are a ring, which the first of them
+    in the file begins.
 
     Raises:
-        UserError: if none match, the scene's robot is not there, or they form no rings on its links.
+        UserError: if none match, the scene's robot is not there, or they form no rings on its
+            links.
     """
     try:
         if len(asked.pattern) > _LONGEST:
             raise re.error(f"it is longer than {_LONGEST}")
         pattern = re.compile(asked.pattern)
     except (re.error, OverflowError, RecursionError) as error:
-        raise UserError(f"--frames: found {shown(asked.pattern)}, allowed: a regular expression ({error})") from error
+        raise UserError(
+            f"--frames: found {shown(asked.pattern)}, allowed: a regular expression ({error})"
+        ) from error
     name = str(urdf.path)
     picked = find_robot(urdf, scene.robot)
     carried = {c.link.name: c for c in picked.carried}
     wanted = [link for link in urdf.links if pattern.fullmatch(link)]
     if not wanted:
-        raise UserError(f"{name}: found no frame called {shown(asked.pattern)}, allowed: a pattern of some (--frames)")
+        raise UserError(
+            f"{name}: found no frame called {shown(asked.pattern)}, allowed: a pattern of some"
+            " (--frames)"
+        )
     for link in wanted:
         if link not in carried:
             raise UserError(
-                f"{name}: frame {shown(link)}: found off the chain of {scene.robot.name}, allowed: on it (--frames)"
+                f"{name}: frame {shown(link)}: found off the chain of {scene.robot.name}, allowed:"
+                " on it (--frames)"
             )
     rings: list[list[Seat]] = []
     for link in wanted:
         c = carried[link]
-        seat = _seat(f"{name}: frame {shown(link)}", c.frame, looking_along_z(c.T_frame_link, asked.beam), scene)
+        seat = _seat(
+            f"{name}: frame {shown(link)}",
+            c.frame,
+            looking_along_z(c.T_frame_link, asked.beam),
+            scene,
+        )
         ring = next((r for r in rings if r[0].beside(seat)), None)
         if ring is None:
             rings.append(ring := [])
@@ -85,15 +99,19 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
     found = []
     for i, ring in enumerate(rings):
         first = ring[0].azimuth
-        for k, seat in enumerate(sorted(ring, key=lambda s, first=first: (s.azimuth - first) % (2 * math.pi))):
-            found.append(SensorFrame(i, k, seat.mount.frame, seat.T, scene.sensor_of(seat.mount.link)))
+        for k, seat in enumerate(
+            sorted(ring, key=lambda s, first=first: (s.azimuth - first) % (2 * math.pi))
+        ):
+            found.append(
+                SensorFrame(i, k, seat.mount.frame, seat.T, scene.sensor_of(seat.mount.link))
+            )
     setup = fitted_setup(name, *rows_of(found, scene.robot.chain), scene)
     return Setup(tuple(replace(r, sensor=scene.sensor_of(r.link)) for r in setup.rings))
 
 
 def _seat(where: str, frame: int, T: Float[np.ndarray, "4 4"], scene: Scene) -> Seat:
-    """The seat of a sensor at T_frame_sensor on the mount, of those that move with the frame, from whose axis it looks most
-    straight away."""
+    """The seat of a sensor at T_frame_sensor on the mount, of those that move with the frame, from
+    whose axis it looks most straight away."""
     robot = scene.robot
     last, T_last_tcp, found = len(robot.chain) - 1, robot.chain.origin[-1], []
     for mount in robot.mounts:
@@ -106,8 +124,14 @@ def _seat(where: str, frame: int, T: Float[np.ndarray, "4 4"], scene: Scene) -> 
         out = look[0] * math.cos(azimuth) + look[1] * math.sin(azimuth)
         around = look[1] * math.cos(azimuth) - look[0] * math.sin(azimuth)
         aside, tilt = math.asin(min(abs(around), 1.0)), math.atan2(look[2], out)
-        found.append(Seat(mount, here, float(at[2]), math.hypot(at[0], at[1]), azimuth, tilt, aside))
+        found.append(
+            Seat(mount, here, float(at[2]), math.hypot(at[0], at[1]), azimuth, tilt, aside)
+        )
     if not found:
         links = ", ".join(robot.links)
-        raise UserError(f"{where}: found on a part of {robot.name} that carries no ring, allowed: on {links}")
-    return min(found, key=lambda s: (round(s.aside, 3), abs(s.radius - scene.radius_of(s.mount.link))))
+        raise UserError(
+            f"{where}: found on a part of {robot.name} that carries no ring, allowed: on {links}"
+        )
+    return min(
+        found, key=lambda s: (round(s.aside, 3), abs(s.radius - scene.radius_of(s.mount.link)))
+    )

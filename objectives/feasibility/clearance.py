@@ -1,9 +1,11 @@
-"""Where on each link a real ring is clear: closed around the link, in no body and no obstacle at any pose of the scene.
+"""Where on each link a real ring is clear: closed around the link, in no body and no obstacle at
+any pose of the scene.
 
-A ring's body is a band about its circle: all points within half its thickness of the circle's copies along the axis, so that
-its width is kept. It is clear at a position where the circle is clear, by half the thickness, all along the band: one
-function of one place, which ``circle_clearance`` bounds from below. The sensors' apexes lie on the circle, and are clear
-with it.
+A ring's body is a band about its circle: all points within half its thickness of the circle's
+copies along the axis, so that its width is kept. It is clear at a position where the circle is
+clear, by half the thickness, all along the band: one function of one place, which
+``circle_clearance`` bounds from below. The sensors' apexes lie on the circle, and are clear with
+it.
 """
 
 from dataclasses import dataclass
@@ -19,7 +21,8 @@ from ...coverage.solids.polyhedra import NOWHERE
 from ..scene import Scene
 
 _SAME = 9  # decimals of a metre: bodies that lie alike at two poses are looked at once
-_MORE = tuple(0.005 * i for i in range(11))  # m, by which a radius that is not stated may be raised to be clear
+# m, by which a radius that is not stated may be raised to be clear
+_MORE = tuple(0.005 * i for i in range(11))
 _ENOUGH = 0.01  # m of a link
 _NAMED = 3  # things in the way, at most
 _EDGE = 1e-8  # of a link: a ring at the very end of what is clear is clear
@@ -29,8 +32,8 @@ Cuts = list[tuple[float, float, str]]
 
 @dataclass(frozen=True)
 class _Things:
-    """Capsules (start, end (C, 3), thick (C,)) and convex bodies (normal (P, M, 3), offset (P, M)) in a mount's axis
-    coordinates, m, and the names of all."""
+    """Capsules (start, end (C, 3), thick (C,)) and convex bodies (normal (P, M, 3), offset (P, M))
+    in a mount's axis coordinates, m, and the names of all."""
 
     start: Float[np.ndarray, "C 3"]
     end: Float[np.ndarray, "C 3"]
@@ -50,13 +53,14 @@ class MountClearance:
         self._found: dict[tuple[str, float], tuple[Stretches, Cuts]] = {}
 
     def stretches(self, link: str, radius: float) -> Stretches:
-        """Positions, low and high, between which a ring of ``radius`` m on ``link`` is clear; all of them, but for a
-        fraction of a millimetre at each end."""
+        """Positions, low and high, between which a ring of ``radius`` m on ``link`` is clear; all
+        of them, but for a fraction of a millimetre at each end."""
         return self._of(link, radius)[0]
 
     def radius(self, link: str, at_least: float = 0.0) -> float:
-        """The radius of a new ring on ``link``, m: the scene's, or ``at_least``. One that is not stated is the least that is
-        clear over a centimetre or, of radii up to 5 cm larger than needed, over the longest stretch."""
+        """The radius of a new ring on ``link``, m: the scene's, or ``at_least``. One that is not
+        stated is the least that is clear over a centimetre or, of radii up to 5 cm larger than
+        needed, over the longest stretch."""
         first = max(self.scene.radius_of(link), at_least)
         if self.scene.stated_radius(link) is not None:
             return first
@@ -64,7 +68,11 @@ class MountClearance:
         for more in _MORE:
             radius = round(first + more, 4)
             stretches = self.stretches(link, radius)
-            length = sum(b - a for a, b in stretches) * self.scene.robot.mount(link).length if stretches else -1.0
+            length = (
+                sum(b - a for a, b in stretches) * self.scene.robot.mount(link).length
+                if stretches
+                else -1.0
+            )
             if length > found[0]:
                 found = (length, radius)
             if length >= enough:
@@ -72,29 +80,43 @@ class MountClearance:
         return found[1]
 
     def why(self, link: str, radius: float) -> str:
-        """What leaves no place to a ring of ``radius`` m on ``link``, or less place, in words; none where nothing does."""
+        """What leaves no place to a ring of ``radius`` m on ``link``, or less place, in words; none
+        where nothing does.
+        """
         (low, high), cuts = self.closed(link), self._of(link, radius)[1]
         if low > high:
-            return f"no ring {1000 * self.scene.rules.band[1]:g} mm wide can be closed around {link}"
+            return (
+                f"no ring {1000 * self.scene.rules.band[1]:g} mm wide can be closed around {link}"
+            )
         length: dict[str, float] = {}
         for a, b, name in cuts:
             length[name] = length.get(name, 0.0) + max(min(b, high) - max(a, low), 0.0)
-        first = sorted((n for n in length if low == high or length[n] > 0), key=lambda name: -length[name])[:_NAMED]
-        return f"a ring of radius {radius:g} m on {link} lies in {', '.join(first)}" if first else ""
+        first = sorted(
+            (n for n in length if low == high or length[n] > 0), key=lambda name: -length[name]
+        )[:_NAMED]
+        return (
+            f"a ring of radius {radius:g} m on {link} lies in {', '.join(first)}" if first else ""
+        )
 
     def within(self, link: str, radius: float, position: float) -> list[str]:
-        """The names of what a ring at ``position`` lies in at some pose, or comes nearer to than is proven clear; where the
-        place along the axis is fixed, a position says nothing."""
+        """The names of what a ring at ``position`` lies in at some pose, or comes nearer to than is
+        proven clear; where the place along the axis is fixed, a position says nothing."""
         position = position if self.scene.robot.mount(link).length else 0.0
-        return list(dict.fromkeys(name for a, b, name in self._of(link, radius)[1] if a + _EDGE < position < b - _EDGE))
+        return list(
+            dict.fromkeys(
+                name for a, b, name in self._of(link, radius)[1] if a + _EDGE < position < b - _EDGE
+            )
+        )
 
     def closed(self, link: str) -> tuple[float, float]:
-        """The lowest and the highest position at which a ring can be closed around ``link`` with all of its width; the
-        lower is first unless there is none."""
+        """The lowest and the highest position at which a ring can be closed around ``link`` with
+        all of its width; the lower is first unless there is none."""
         mount, width = self.scene.robot.mount(link), self.scene.rules.band[1]
         if mount.length == 0:
             return 0.0, 0.0
-        return mount.usable[0] + width / 2 / mount.length, mount.usable[1] - width / 2 / mount.length
+        return mount.usable[0] + width / 2 / mount.length, mount.usable[
+            1
+        ] - width / 2 / mount.length
 
     def _of(self, link: str, radius: float) -> tuple[Stretches, Cuts]:
         key = (link, round(radius, _SAME))
@@ -104,11 +126,16 @@ class MountClearance:
 
     def _look(self, link: str, radius: float) -> tuple[Stretches, Cuts]:
         """Positions that are clear, and those that are not, with the names of what is there."""
-        length, half, arm = self.scene.robot.mount(link).length, self.scene.rules.band[0] / 2, self.scene.rules.arm
+        length, half, arm = (
+            self.scene.robot.mount(link).length,
+            self.scene.rules.band[0] / 2,
+            self.scene.rules.arm,
+        )
         t, span, share = self._near(link), (-arm, length + arm), length or 1.0
         found = blocked(capsule_gap(t.start, t.end, t.thick, radius), len(t.thick), span, half)
         found += [
-            (a, b, len(t.thick) + i) for a, b, i in blocked(plane_gap(t.normal, t.offset, radius), len(t.offset), span, half)
+            (a, b, len(t.thick) + i)
+            for a, b, i in blocked(plane_gap(t.normal, t.offset, radius), len(t.offset), span, half)
         ]
         cuts = [((a - arm) / share, (b + arm) / share, t.names[i]) for a, b, i in found]
         return _left(self.closed(link), cuts), cuts

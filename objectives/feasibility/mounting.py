@@ -1,4 +1,6 @@
-"""What a real mount does not allow: rings too narrow, where none can be closed, in a body, an obstacle or another ring."""
+"""What a real mount does not allow: rings too narrow, where none can be closed, in a body, an
+obstacle or another ring.
+"""
 
 import itertools
 from collections.abc import Sequence
@@ -21,7 +23,9 @@ _MANY = 256  # poses at once
 
 @dataclass(frozen=True)
 class Standing:
-    """Something that is not allowed: the rings concerned, the key of the rule in a scene's file, a line in words."""
+    """Something that is not allowed: the rings concerned, the key of the rule in a scene's file, a
+    line in words.
+    """
 
     rings: tuple[int, ...]
     rule: str
@@ -38,22 +42,32 @@ def alone(clear: MountClearance, i: int, ring: Ring) -> list[Standing]:
     """What ring number ``i`` breaks by itself."""
     name, least, found = f"ring {i} ({ring.link})", clear.scene.least_radius(ring.link), []
     if ring.radius < least - _ROUNDING:
-        text = f"{name} has a radius of {1000 * ring.radius:.1f} mm, allowed: {1000 * least:.1f} mm and more"
+        text = (
+            f"{name} has a radius of {1000 * ring.radius:.1f} mm, allowed: {1000 * least:.1f} mm"
+            " and more"
+        )
         found.append(Standing((i,), "standoff", text))
     low, high = clear.closed(ring.link)
     if low > high:
         found.append(Standing((i,), "mount", f"{name}: {clear.why(ring.link, ring.radius)}"))
-    elif not low - _PLACE <= ring.position <= high + _PLACE and clear.scene.robot.mount(ring.link).length > 0:
-        text = f"{name} sits at {ring.position:.3f}, a ring can be closed from {low:.3f} to {high:.3f}"
+    elif (
+        not low - _PLACE <= ring.position <= high + _PLACE
+        and clear.scene.robot.mount(ring.link).length > 0
+    ):
+        text = (
+            f"{name} sits at {ring.position:.3f}, a ring can be closed from {low:.3f} to {high:.3f}"
+        )
         found.append(Standing((i,), "mount", text))
     if within := clear.within(ring.link, ring.radius, ring.position):
-        found.append(Standing((i,), "mount", f"{name} at {ring.position:.3f} lies in {', '.join(within)}"))
+        found.append(
+            Standing((i,), "mount", f"{name} at {ring.position:.3f} lies in {', '.join(within)}")
+        )
     return found
 
 
 def meeting(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
-    """Rings of different links of which one lies in another at some pose, by points of the one: what is found is so;
-    rings that graze each other by a few millimetres may go unseen."""
+    """Rings of different links of which one lies in another at some pose, by points of the one:
+    what is found is so; rings that graze each other by a few millimetres may go unseen."""
     found = []
     for (i, a), (j, b) in itertools.combinations(enumerate(rings), 2):
         if a.link != b.link:
@@ -65,7 +79,9 @@ def meeting(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
 
 
 def _between(clear: MountClearance, one: Ring, other: Ring) -> Float[np.ndarray, " P"]:
-    """The distance of points of a ring's band from the other's, pose by pose, m, from what is midway in their thickness."""
+    """The distance of points of a ring's band from the other's, pose by pose, m, from what is
+    midway in their thickness.
+    """
     robot, arm = clear.scene.robot, clear.scene.rules.arm
     mount, against = robot.mount(one.link), robot.mount(other.link)
     places = one.position * mount.length + np.array([-arm, 0.0, arm])

@@ -1,4 +1,6 @@
-"""How many boards a ring of a scene takes: as many as go around it and, where rings have bodies, clear its link."""
+"""How many boards a ring of a scene takes: as many as go around it and, where rings have bodies,
+clear its link.
+"""
 
 import math
 
@@ -26,8 +28,8 @@ def innermost(scene: Scene, link: str) -> float:
 
 
 def fitting_tilts(scene: Scene, ring: Ring) -> Tilts | None:
-    """The tilts, lowest and highest, rad, that the scene's limits allow and at which all boards of a ring go around it;
-    None where there is none."""
+    """The tilts, lowest and highest, rad, that the scene's limits allow and at which all boards of
+    a ring go around it; None where there is none."""
     low, high = scene.limits_of(ring.link).tilt
     board = board_of(scene, ring.sensor)
     if board is None:
@@ -55,8 +57,12 @@ def unfit(scene: Scene, ring: Ring) -> str | None:
     if board is None or ring.count <= most:
         return None
     size = f"boards of {1000 * board.width:.4g} × {1000 * board.height:.4g} mm"
-    where = f"on a ring of radius {1000 * ring.radius:.1f} mm tilted by {math.degrees(ring.tilt):.1f}°"
+    where = (
+        f"on a ring of radius {1000 * ring.radius:.1f} mm tilted by {math.degrees(ring.tilt):.1f}°"
+    )
     if most > 0:
         return f"{ring.count} {size} do not fit {where}: at most {most:.0f} do"
     clear = f"{1000 * innermost(scene, ring.link):.1f} mm from the axis"
-    return f"{size} come nearer than {clear} {where}: none fits, it takes a larger radius or less tilt"
+    return (
+        f"{size} come nearer than {clear} {where}: none fits, it takes a larger radius or less tilt"
+    )

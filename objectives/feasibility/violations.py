@@ -12,14 +12,17 @@ from .clearance import MountClearance
 from .mounting import standing
 from .packing import unfit
 
-# Files hold positions to 1e-6 of a link, rounded to the safe side, and angles to 1e-4 degrees, rounded to the nearest.
+# Files hold positions to 1e-6 of a link, rounded to the safe side, and angles to 1e-4 degrees,
+# rounded to the nearest.
 _PLACE, _ANGLE = 1e-8, 1e-6
 _SAME_PLACE = 2e-6  # of a link: a ring of a file and the same ring of a scene
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A rule that is broken: the rings concerned, counted from 0; the rule's key in a scene's file; a line in words."""
+    """A rule that is broken: the rings concerned, counted from 0; the rule's key in a scene's file;
+    a line in words.
+    """
 
     rings: tuple[int, ...]
     rule: str
@@ -37,11 +40,15 @@ def _same(a: Ring, b: Ring) -> bool:
 
 
 def held(scene: Scene, rings: Sequence[Ring]) -> tuple[frozenset[int], tuple[Ring, ...]]:
-    """Which of ``rings`` are the scene's fixed rings, and the fixed rings that are not among them."""
+    """Which of ``rings`` are the scene's fixed rings, and the fixed rings that are not among
+    them.
+    """
     found: set[int] = set()
     missing = []
     for fixed in scene.rules.fixed:
-        match = next((i for i, ring in enumerate(rings) if i not in found and _same(ring, fixed)), None)
+        match = next(
+            (i for i, ring in enumerate(rings) if i not in found and _same(ring, fixed)), None
+        )
         if match is None:
             missing.append(fixed)
         else:
@@ -50,15 +57,17 @@ def held(scene: Scene, rings: Sequence[Ring]) -> tuple[frozenset[int], tuple[Rin
 
 
 def commonest_tilt(rings: Sequence[Ring]) -> float:
-    """The tilt, rad and without its sign, that most of ``rings`` (one at least) have; of several the first."""
+    """The tilt, rad and without its sign, that most of ``rings`` (one at least) have; of several
+    the first.
+    """
     rounded = Counter(round(abs(ring.tilt), 5) for ring in rings)
     most = max(rounded, key=lambda tilt: rounded[tilt])
     return next(abs(ring.tilt) for ring in rings if round(abs(ring.tilt), 5) == most)
 
 
 def faults(scene: Scene, rings: Sequence[Ring], clear: MountClearance | None = None) -> list[Fault]:
-    """All rules of ``scene`` that ``rings`` break. The scene's fixed rings may tilt and sit as they do. ``clear``: the
-    scene's, if there is one."""
+    """All rules of ``scene`` that ``rings`` break. The scene's fixed rings may tilt and sit as they
+    do. ``clear``: the scene's, if there is one."""
     fixed, missing = held(scene, rings)
     own = [i for i in range(len(rings)) if i not in fixed]
     found = [f for i in own for f in _alone(scene, i, rings[i])]
@@ -68,7 +77,11 @@ def faults(scene: Scene, rings: Sequence[Ring], clear: MountClearance | None = N
             apart = abs(rings[i].position - rings[j].position) * length
             if length == 0 or apart < scene.spacing - _PLACE:
                 found.append(
-                    Fault((i, j), "spacing", f"rings {i} and {j} ({rings[i].link}) {_spacing(scene, apart, length)}")
+                    Fault(
+                        (i, j),
+                        "spacing",
+                        f"rings {i} and {j} ({rings[i].link}) {_spacing(scene, apart, length)}",
+                    )
                 )
     if scene.real:
         real = standing(clear or MountClearance(scene), rings)
@@ -82,12 +95,18 @@ def faults(scene: Scene, rings: Sequence[Ring], clear: MountClearance | None = N
         tilt = commonest_tilt([rings[i] for i in own])
         found += [
             Fault(
-                (i,), "shared_tilt", f"ring {i} ({rings[i].link}) is tilted by {_deg(rings[i].tilt)}, most by {_deg(tilt)}"
+                (i,),
+                "shared_tilt",
+                f"ring {i} ({rings[i].link}) is tilted by {_deg(rings[i].tilt)}, most by"
+                f" {_deg(tilt)}",
             )
             for i in own
             if abs(abs(rings[i].tilt) - tilt) > 2 * _ANGLE
         ]
-    found += [Fault((), "fixed", f"the fixed ring at {r.position:.3f} of {r.link} is not mounted") for r in missing]
+    found += [
+        Fault((), "fixed", f"the fixed ring at {r.position:.3f} of {r.link} is not mounted")
+        for r in missing
+    ]
     return found
 
 
@@ -107,7 +126,9 @@ def _alone(scene: Scene, i: int, ring: Ring) -> list[Fault]:
     length, name, found = scene.robot.mount(ring.link).length, f"ring {i} ({ring.link})", []
     if not limits.tilt[0] - _ANGLE <= ring.tilt <= limits.tilt[1] + _ANGLE:
         allowed = f"{_deg(limits.tilt[0])} to {_deg(limits.tilt[1])}"
-        found.append(Fault((i,), "tilt_deg", f"{name} is tilted by {_deg(ring.tilt)}, allowed: {allowed}"))
+        found.append(
+            Fault((i,), "tilt_deg", f"{name} is tilted by {_deg(ring.tilt)}, allowed: {allowed}")
+        )
     if not least <= ring.count <= most:
         text = f"{name} has {ring.count} sensors, allowed: {least} to {most}"
         found.append(Fault((i,), "sensors_per_ring", text))
@@ -120,8 +141,20 @@ def _alone(scene: Scene, i: int, ring: Ring) -> list[Fault]:
     margin = scene.rules.from_joints / length
     low, high = max(limits.position[0], margin), min(limits.position[1], 1 - margin)
     if not low - _PLACE <= ring.position <= high + _PLACE:
-        found.append(Fault((i,), "position", f"{name} sits at {ring.position:.3f}, allowed: {low:.3f} to {high:.3f}"))
+        found.append(
+            Fault(
+                (i,),
+                "position",
+                f"{name} sits at {ring.position:.3f}, allowed: {low:.3f} to {high:.3f}",
+            )
+        )
     for a, b in limits.keep_out:
         if a + _PLACE < ring.position < b - _PLACE:
-            found.append(Fault((i,), "keep_out", f"{name} sits at {ring.position:.3f}, in the keep-out {a:g} to {b:g}"))
+            found.append(
+                Fault(
+                    (i,),
+                    "keep_out",
+                    f"{name} sits at {ring.position:.3f}, in the keep-out {a:g} to {b:g}",
+                )
+            )
     return found

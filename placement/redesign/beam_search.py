@@ -1,7 +1,8 @@
 """Setups with a change more than others: drawn, climbed, made simple, counted.
 
-Each ring not yet touched is drawn anew many times; the best of these climb the soft zeta with the values of all touched
-rings free and all other rings fixed; the best of those are counted exactly, as a file holds them.
+Each ring not yet touched is drawn anew many times; the best of these climb the soft zeta with the
+values of all touched rings free and all other rings fixed; the best of those are counted exactly,
+as a file holds them.
 """
 
 from collections.abc import Callable
@@ -24,27 +25,34 @@ from .changes import Change, Touched, Work, changes, work
 from .moves import as_it_is, touched
 from .problem import Placed, RedesignProblem
 
-WORTH = 5e-4  # of zeta: a change that gains less is not worth the work, and values that gain less stay as they were
+# of zeta: a change that gains less is not worth the work, and values that gain less stay as they
+# were
+WORTH = 5e-4
 _EACH = 2  # setups of one set of touched rings that go on
 
 
 @dataclass(frozen=True)
 class BeamPlan:
-    """How hard to look for the best with a change more: setups drawn, points on which they are scored and the width there,
-    climbs that start, stages of a climb (with how many go on), and setups that are simplified and counted."""
+    """How hard to look for the best with a change more: setups drawn, points on which they are
+    scored and the width there, climbs that start, stages of a climb (with how many go on), and
+    setups that are simplified and counted."""
 
     draws: int = 640
     points: int = 2048
     width: float = 0.05
     climbs: int = 16
-    stages: tuple[Stage, ...] = (Stage(0.05, 4096, 20, 10), Stage(0.02, 8192, 30, 6), Stage(0.008, 16384, 40, 5))
+    stages: tuple[Stage, ...] = (
+        Stage(0.05, 4096, 20, 10),
+        Stage(0.02, 8192, 30, 6),
+        Stage(0.008, 16384, 40, 5),
+    )
     counted: int = 3
 
 
 @dataclass(frozen=True)
 class Answer:
-    """The best with so many changes: the setup, its exact zeta (weighted mean in [0, 1]), by how much the goals' floors are
-    missed, the soft value, and what was changed."""
+    """The best with so many changes: the setup, its exact zeta (weighted mean in [0, 1]), by how
+    much the goals' floors are missed, the soft value, and what was changed."""
 
     touched: Touched
     exact: float
@@ -87,7 +95,10 @@ class BeamSearch:
 
     def __post_init__(self) -> None:
         terms = len(self.points.terms)
-        sizes = {s: max(256, s // terms) for s in (self.plan.points, *(stage.points for stage in self.plan.stages))}
+        sizes = {
+            s: max(256, s // terms)
+            for s in (self.plan.points, *(stage.points for stage in self.plan.stages))
+        }
         self.clouds = {asked: self.points.clouds(size) for asked, size in sizes.items()}
         self.finest = self.plan.stages[-1]
 
@@ -97,20 +108,25 @@ class BeamSearch:
 
         def part(i: int) -> np.ndarray:
             values = np.stack([p.values for p in some[i::n]])
-            return self.objective.zetas(stacked([p.arrays for p in some[i::n]]), values, self.clouds[points], width)
+            return self.objective.zetas(
+                stacked([p.arrays for p in some[i::n]]), values, self.clouds[points], width
+            )
 
         for i, job in enumerate([self.threads.submit(part, i) for i in range(n)]):
             found[i::n] = job.result()
         return found
 
     def drawn(self, beam: list[Touched], rng: np.random.Generator) -> list[Placed]:
-        """The starts of climbs with a change more than those of ``beam``: of many drawn ones the best, few of each set of
-        touched rings."""
+        """The starts of climbs with a change more than those of ``beam``: of many drawn ones the
+        best, few of each set of touched rings."""
         pairs = [(t, place) for t in beam for place in self.rework.may_touch(t)]
         some: list[Touched | None] = []
         for t, place in pairs:
             some += [as_it_is(t, place)] if self.rework.before[place] is not None else []
-            some += [touched(self.rework, t, place, rng) for _ in range(-(-self.plan.draws // len(pairs)))]
+            some += [
+                touched(self.rework, t, place, rng)
+                for _ in range(-(-self.plan.draws // len(pairs)))
+            ]
         placed = [p for t in some if t is not None and (p := self.rework.placed(t)) is not None]
         if not placed:
             return []
@@ -136,7 +152,9 @@ class BeamSearch:
     def _climb(self, p: Placed, stage: Stage, clouds: Cloud) -> tuple[Placed, float, int]:
         setup, box, spent = stacked([p.arrays]), (p.low, p.high), 0
         if p.loose:
-            found = climb(self.objective, setup, box, p.values, stage.width, stage.steps, clouds, self.brake)
+            found = climb(
+                self.objective, setup, box, p.values, stage.width, stage.steps, clouds, self.brake
+            )
             p, spent = replace(p, values=found.values), found.evaluations
         return p, float(self.objective.zetas(setup, p.values[None], clouds)[0]), spent
 
@@ -148,10 +166,13 @@ class BeamSearch:
         return [self.rework.read(p, p.values) for p in some]
 
     def simple(self, t: Touched) -> Touched:
-        """``t`` with what is mounted put back, numbers of sensors and then value by value, where that costs less than
-        ``WORTH`` all together."""
+        """``t`` with what is mounted put back, numbers of sensors and then value by value, where
+        that costs less than ``WORTH`` all together."""
         bound = self._share(t) - WORTH
-        for keys, some in [(("count",), t.free), *(((key,), (i,)) for i in t.free for key in ("phase", "position", "tilt"))]:
+        for keys, some in [
+            (("count",), t.free),
+            *(((key,), (i,)) for i in t.free for key in ("phase", "position", "tilt")),
+        ]:
             trial = self.rework.put_back(t, some, keys)
             if trial.rings == t.rings or self.brake.on():
                 continue
@@ -160,7 +181,9 @@ class BeamSearch:
         return t
 
     def _share(self, t: Touched, width: float = SHARP) -> float:
-        """Soft value of ``t``, by default the share of the points, with every ring exactly where it is."""
+        """Soft value of ``t``, by default the share of the points, with every ring exactly where it
+        is.
+        """
         p = self.rework.as_it_stands(t)
         clouds = self.clouds[self.finest.points]
         return float(self.objective.zetas(stacked([p.arrays]), p.values[None], clouds, width)[0])
@@ -173,7 +196,9 @@ class BeamSearch:
         if t.setup not in self.counted:
             short, exact = self.verifier.judge(t.setup)
             some = changes(self.rework.scene.robot, self.rework.before, t.rings)
-            self.counted[t.setup] = Answer(t, exact, short, self._share(t, self.finest.width), tuple(some))
+            self.counted[t.setup] = Answer(
+                t, exact, short, self._share(t, self.finest.width), tuple(some)
+            )
         return self.counted[t.setup]
 
     def look(self, some: list[Placed]) -> list[Touched]:
@@ -185,7 +210,9 @@ class BeamSearch:
         return ends
 
     def best(self, most: int) -> Answer:
-        """The best of all that was counted with so many changes at most; of equals the one with the fewest."""
+        """The best of all that was counted with so many changes at most; of equals the one with the
+        fewest.
+        """
         able = [a for a in self.counted.values() if len(a.changes) <= most]
         return min(able, key=lambda a: (*a.key, len(a.changes)))
 

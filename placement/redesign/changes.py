@@ -1,8 +1,8 @@
 """What was changed on a mounted setup, ring by ring, and the work that it is.
 
-One change is one ring touched: set anew on its link (place, tilt, phase, sensors, any of them together), carried to another
-link, added, or taken away. Work is told, not weighed: rings touched, sensors that must be bought, millimetres along links,
-degrees of tilt and of turning, rings carried.
+One change is one ring touched: set anew on its link (place, tilt, phase, sensors, any of them
+together), carried to another link, added, or taken away. Work is told, not weighed: rings touched,
+sensors that must be bought, millimetres along links, degrees of tilt and of turning, rings carried.
 """
 
 import math
@@ -26,9 +26,10 @@ class ChangeKind(Enum):
 
 @dataclass(frozen=True)
 class Change:
-    """One ring touched. place: its number on the mounted setup, or beyond, if it is new. before, after: None where it is
-    new, and where it is taken away. moved: m along its link, 0 where it is carried. tilted, turned: rad, of a ring that is
-    there before and after; a turn is the least that brings its sensors to their places."""
+    """One ring touched. place: its number on the mounted setup, or beyond, if it is new. before,
+    after: None where it is new, and where it is taken away. moved: m along its link, 0 where it is
+    carried. tilted, turned: rad, of a ring that is there before and after; a turn is the least that
+    brings its sensors to their places."""
 
     place: int
     before: Ring | None
@@ -54,8 +55,8 @@ class Change:
 
 @dataclass(frozen=True)
 class Work:
-    """The sums over changes: rings touched, rings carried to another link among them, sensors more than before, m along
-    links, rad of tilt, rad of turning."""
+    """The sums over changes: rings touched, rings carried to another link among them, sensors more
+    than before, m along links, rad of tilt, rad of turning."""
 
     rings: int
     carried: int
@@ -67,8 +68,9 @@ class Work:
 
 @dataclass(frozen=True)
 class Touched:
-    """A setup some of whose rings are touched. rings: of each place what is there now; the mounted rings' places first, then
-    those of added ones. free: the places that may differ from what is mounted."""
+    """A setup some of whose rings are touched. rings: of each place what is there now; the mounted
+    rings' places first, then those of added ones. free: the places that may differ from what is
+    mounted."""
 
     rings: Rings
     free: tuple[int, ...] = ()
@@ -85,7 +87,9 @@ class Touched:
 
 
 def turn(before: Ring, after: Ring) -> float:
-    """The least turn, rad and signed, that brings the first sensor of ``before`` to a place of one of ``after``."""
+    """The least turn, rad and signed, that brings the first sensor of ``before`` to a place of one
+    of ``after``.
+    """
     return math.remainder(after.phase - before.phase, 2 * math.pi / after.count)
 
 
@@ -94,7 +98,11 @@ def changes(robot: Robot, before: Rings, after: Rings) -> list[Change]:
     found = []
     for place, (a, b) in enumerate(zip(before, after, strict=True)):
         if a is not None and b is not None and a != b:
-            moved = abs(b.position - a.position) * robot.mount(a.link).length if a.link == b.link else 0.0
+            moved = (
+                abs(b.position - a.position) * robot.mount(a.link).length
+                if a.link == b.link
+                else 0.0
+            )
             found.append(Change(place, a, b, moved, abs(b.tilt - a.tilt), abs(turn(a, b))))
         elif a != b:
             found.append(Change(place, a, b, 0.0, 0.0, 0.0))

@@ -1,4 +1,6 @@
-"""How one ring more of a touched setup is drawn anew: where it sits, its tilt and phase, how many sensors it has."""
+"""How one ring more of a touched setup is drawn anew: where it sits, its tilt and phase, how many
+sensors it has.
+"""
 
 import math
 from dataclasses import replace
@@ -10,14 +12,15 @@ from ..search.feasible_set import Rng
 from .changes import Touched
 from .problem import RedesignProblem
 
-_WHERE = np.array([0.2, 0.2, 0.4, 0.2])  # odds: stays and tilts, moves and stays tilted, both, carried to another link
+# odds: stays and tilts, moves and stays tilted, both, carried to another link
+_WHERE = np.array([0.2, 0.2, 0.4, 0.2])
 _COUNT = 0.5  # odds that sensors change hands where they can
 _LEAST_LENGTH = 0.1  # m, that a link without length counts as where one is chosen
 
 
 def touched(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched | None:
-    """``t`` with one place more touched at random; None where that cannot be. The rules on place and tilt are left to
-    ``RedesignProblem.placed``; those on numbers are kept here."""
+    """``t`` with one place more touched at random; None where that cannot be. The rules on place
+    and tilt are left to ``RedesignProblem.placed``; those on numbers are kept here."""
     free, before = tuple(sorted((*t.free, place))), work.before[place]
     if before is None:
         return _added(work, replace(t, free=free), place, rng)
@@ -47,11 +50,18 @@ def _drawn(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rng) -
 def _somewhere(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rng) -> Ring:
     """A ring with place, tilt and phase drawn anew, on its link or, where it has none, on any."""
     found = [s for s in work.segments(free) if ring.link in ("", s.link)]
-    length = np.array([max((s.high - s.low) * work.scene.robot.mount(s.link).length, _LEAST_LENGTH) for s in found])
+    length = np.array(
+        [
+            max((s.high - s.low) * work.scene.robot.mount(s.link).length, _LEAST_LENGTH)
+            for s in found
+        ]
+    )
     s = found[int(rng.choice(len(found), p=length / length.sum()))]
     place, tilt = rng.uniform(s.low, s.high), rng.uniform(*work.scene.limits_of(s.link).tilt)
     phase = rng.uniform(0, 2 * math.pi / ring.count)
-    if work.clear is not None and (s.link != ring.link or ring.radius < work.scene.least_radius(s.link)):
+    if work.clear is not None and (
+        s.link != ring.link or ring.radius < work.scene.least_radius(s.link)
+    ):
         ring = replace(ring, radius=work.radii[s.link])
     return replace(ring, link=s.link, position=float(place), tilt=float(tilt), phase=float(phase))
 
@@ -61,7 +71,8 @@ def _added(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched |
     least, most = work.scene.rules.sensors
     spare = work.sensors - t.sensors
     counts = {i: ring.count for i in t.free if (ring := t.rings[i]) is not None}
-    gifts = [(i, max(1, least - spare, n - most), min(n - least, most)) for i, n in counts.items()]  # giver, fewest, most
+    # giver, fewest, most
+    gifts = [(i, max(1, least - spare, n - most), min(n - least, most)) for i, n in counts.items()]
     gifts = [gift for gift in gifts if gift[1] <= gift[2]]
     if gifts and (spare < least or rng.uniform() < _COUNT):
         giver, low, high = gifts[int(rng.choice(len(gifts)))]
@@ -88,16 +99,18 @@ def _with_counts(t: Touched, more: dict[int, int]) -> Touched:
 
 
 def _shifted(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched:
-    """Sensors of the spare ones or of another touched ring to the ring at ``place``, or from it to another, all of them if
-    that can be; ``t`` where nothing can change hands."""
+    """Sensors of the spare ones or of another touched ring to the ring at ``place``, or from it to
+    another, all of them if that can be; ``t`` where nothing can change hands."""
     least, most = work.scene.rules.sensors
     counts = {i: ring.count for i in t.free if (ring := t.rings[i]) is not None}
     here, others = counts[place], [i for i in counts if i != place]
-    gifts = [(-1, place, max(1, least - here), min(work.sensors - t.sensors, most - here))]  # giver, taker, fewest, most
+    # giver, taker, fewest, most
+    gifts = [(-1, place, max(1, least - here), min(work.sensors - t.sensors, most - here))]
     for giver, taker in [*((i, place) for i in others), *((place, i) for i in others)]:
         a, b = counts[giver], counts[taker]
         gifts.append((giver, taker, max(1, least - b, a - most), min(a - least, most - b)))
-        gifts.append((giver, taker, max(a, least - b), min(a, most - b)))  # all: the giver is taken away
+        # all: the giver is taken away
+        gifts.append((giver, taker, max(a, least - b), min(a, most - b)))
     gifts = [gift for gift in gifts if gift[2] <= gift[3]]
     if not gifts:
         return t

@@ -1,7 +1,8 @@
-"""The setups that a few touched rings of a mounted setup make: as arrays in a box for a climb, and back.
+"""The setups that a few touched rings of a mounted setup make: as arrays in a box for a climb, and
+back.
 
-The rings that stay are to the touched ones what a scene's fixed rings are to a search: they keep what they have, broken
-rules and all, and the touched rings keep every rule against them.
+The rings that stay are to the touched ones what a scene's fixed rings are to a search: they keep
+what they have, broken rules and all, and the touched rings keep every rule against them.
 """
 
 import math
@@ -25,8 +26,8 @@ Values = Float[np.ndarray, "3 R"]
 
 @dataclass(frozen=True)
 class Placed:
-    """A touched setup for the objective: its ``(RingArrays, Interval)``, its values (3, R) as ``decode`` reads them, and
-    their bounds, which are equal but for the touched rings."""
+    """A touched setup for the objective: its ``(RingArrays, Interval)``, its values (3, R) as
+    ``decode`` reads them, and their bounds, which are equal but for the touched rings."""
 
     touched: Touched
     arrays: tuple[Any, Interval]
@@ -41,10 +42,14 @@ class Placed:
 
 
 class RedesignProblem:
-    """A mounted setup in a scene, so many places more for rings that are added, and so many sensors more."""
+    """A mounted setup in a scene, so many places more for rings that are added, and so many sensors
+    more.
+    """
 
     def __init__(self, scene: Scene, mounted: Setup, places: int, add_sensors: int = 0) -> None:
-        """Take ``mounted`` as a file holds it: the rings that stay are then the same before and after."""
+        """Take ``mounted`` as a file holds it: the rings that stay are then the same before and
+        after.
+        """
         self.scene = scene
         self.mounted = rounded(mounted, scene.sensor)
         self.before: Rings = (*self.mounted.rings, *(None,) * places)
@@ -61,14 +66,18 @@ class RedesignProblem:
         return Touched(self.before)
 
     def may_touch(self, t: Touched) -> list[int]:
-        """Places beside the touched ones that may be touched: rings that are not fixed, and one for a ring more."""
-        mounted = [i for i in range(len(self.mounted.rings)) if i not in self.fixed and i not in t.free]
+        """Places beside the touched ones that may be touched: rings that are not fixed, and one for
+        a ring more.
+        """
+        mounted = [
+            i for i in range(len(self.mounted.rings)) if i not in self.fixed and i not in t.free
+        ]
         more = [i for i in range(len(self.mounted.rings), len(self.before)) if i not in t.free]
         return mounted + more[:1]
 
     def _radius(self, link: str) -> float:
-        """The radius of a ring that is new on ``link``, m: that of those that are there, or the scene's; a real one goes
-        around the link."""
+        """The radius of a ring that is new on ``link``, m: that of those that are there, or the
+        scene's; a real one goes around the link."""
         there = next((ring.radius for ring in self.mounted.rings if ring.link == link), None)
         if self.clear is None:
             return self.scene.radius_of(link) if there is None else there
@@ -92,14 +101,20 @@ class RedesignProblem:
         return self._segments[free]
 
     def _seats(self, t: Touched) -> np.ndarray | None:
-        """The segment (R,) nearest to each touched ring that has room for it, -1: no ring; None where there is no room."""
+        """The segment (R,) nearest to each touched ring that has room for it, -1: no ring; None
+        where there is no room.
+        """
         found, which = self.segments(t.free), np.full(len(t.rings), -1)
         links = [ring.link for ring in self.stays(t.free)]
         for i in t.free:
             ring = t.rings[i]
             if ring is None:
                 continue
-            room = [k for k, s in enumerate(found) if s.link == ring.link and np.count_nonzero(which == k) < s.room]
+            room = [
+                k
+                for k, s in enumerate(found)
+                if s.link == ring.link and np.count_nonzero(which == k) < s.room
+            ]
             if not room or links.count(ring.link) >= self.scene.rules.rings_per_link:
                 return None
             at = ring.position
@@ -107,19 +122,37 @@ class RedesignProblem:
             links.append(ring.link)
         return which
 
-    def _tilts(self, t: Touched, rings: list[int], where: Interval, low: Values, high: Values, values: Values) -> bool:
-        """Set the bounds of the touched rings' tilts; False where a shared tilt is beyond a link's limits."""
+    def _tilts(
+        self,
+        t: Touched,
+        rings: list[int],
+        where: Interval,
+        low: Values,
+        high: Values,
+        values: Values,
+    ) -> bool:
+        """Set the bounds of the touched rings' tilts; False where a shared tilt is beyond a link's
+        limits.
+        """
         limits = {i: self.scene.limits_of(t.rings[i].link).tilt for i in rings}  # type: ignore[union-attr]
         if not self.scene.rules.shared_tilt:
             for i in rings:
                 low[1, i], high[1, i] = limits[i]
             return True
-        own = [ring for i, ring in enumerate(self.before) if ring is not None and i not in (*t.free, *self.fixed)]
+        own = [
+            ring
+            for i, ring in enumerate(self.before)
+            if ring is not None and i not in (*t.free, *self.fixed)
+        ]
         signs = {i: math.copysign(1.0, t.rings[i].tilt) for i in rings}  # type: ignore[union-attr]
         if own:
             tilt = commonest_tilt(own)
             for i in rings:
-                both = [s * tilt for s in (signs[i], -signs[i]) if limits[i][0] <= s * tilt <= limits[i][1]]
+                both = [
+                    s * tilt
+                    for s in (signs[i], -signs[i])
+                    if limits[i][0] <= s * tilt <= limits[i][1]
+                ]
                 if not both:
                     return False
                 low[1, i] = high[1, i] = both[0]
@@ -131,8 +164,8 @@ class RedesignProblem:
         return bool(np.all(high[1] >= low[1]))
 
     def placed(self, t: Touched) -> Placed | None:
-        """A touched setup as arrays, its touched rings brought to where the rules allow them; None where they have no place
-        for one, or there are too many sensors."""
+        """A touched setup as arrays, its touched rings brought to where the rules allow them; None
+        where they have no place for one, or there are too many sensors."""
         which = self._seats(t)
         if which is None or t.sensors > self.sensors:
             return None
@@ -147,12 +180,18 @@ class RedesignProblem:
         low[0, staying] = high[0, staying] = values[0, staying] = 0.0
         for i in touched:
             turn = 2 * math.pi / rings[i].count
-            high[0, i], low[2, i], high[2, i] = float(where.free[i] > 0), rings[i].phase - turn, rings[i].phase + turn
+            high[0, i], low[2, i], high[2, i] = (
+                float(where.free[i] > 0),
+                rings[i].phase - turn,
+                rings[i].phase + turn,
+            )
         arrays = ring_arrays(self.scene.robot, tuple(rings), self.sensors, self.square), where
         return Placed(t, arrays, low, high, np.clip(values, low, high))
 
     def as_it_stands(self, t: Touched) -> Placed:
-        """A touched setup as arrays with every ring where it is, whether the rules allow it or not."""
+        """A touched setup as arrays with every ring where it is, whether the rules allow it or
+        not.
+        """
         rings, values = self._rings(t), _values(self._rings(t))
         values[0] = 0.0
         where = _where([], np.full(len(rings), -1), rings, list(range(len(rings))))
@@ -164,7 +203,9 @@ class RedesignProblem:
         return [nothing if ring is None else ring for ring in t.rings]
 
     def read(self, placed: Placed, values: Values) -> Touched:
-        """The touched setup that has ``values``: the rings that stay as they are, phases turned as little as may be."""
+        """The touched setup that has ``values``: the rings that stay as they are, phases turned as
+        little as may be.
+        """
         t = placed.touched
         position, tilt, phase = decode(placed.arrays[1], values)
         rings = list(t.rings)
@@ -173,26 +214,40 @@ class RedesignProblem:
             if ring is not None:
                 at = float(np.clip(position[i], 0, 1))
                 ring = replace(ring, position=at, tilt=float(tilt[i]), phase=float(phase[i]))
-                least = before.phase + turn(before, ring) if before else ring.phase % (2 * math.pi / ring.count)
+                least = (
+                    before.phase + turn(before, ring)
+                    if before
+                    else ring.phase % (2 * math.pi / ring.count)
+                )
                 rings[i] = replace(ring, phase=least)
         return replace(t, rings=tuple(rings))
 
     def put_back(self, t: Touched, places: tuple[int, ...], keys: tuple[str, ...]) -> Touched:
-        """``t`` with some values of the rings at ``places`` as mounted; but for its count, a carried ring's are its own."""
+        """``t`` with some values of the rings at ``places`` as mounted; but for its count, a
+        carried ring's are its own.
+        """
         rings = list(t.rings)
         for i in places:
             ring, before = rings[i], self.before[i]
-            if ring is not None and before is not None and (ring.link == before.link or keys == ("count",)):
+            if (
+                ring is not None
+                and before is not None
+                and (ring.link == before.link or keys == ("count",))
+            ):
                 rings[i] = replace(ring, **{key: getattr(before, key) for key in keys})
         return replace(t, rings=tuple(rings))
 
     def rounded(self, t: Touched) -> Touched:
         """The touched setup as a file holds it; what became as it was counts as touched no more."""
-        rings = tuple(None if r is None else rounded(Setup((r,)), self.scene.sensor).rings[0] for r in t.rings)
+        rings = tuple(
+            None if r is None else rounded(Setup((r,)), self.scene.sensor).rings[0] for r in t.rings
+        )
         return Touched(rings, tuple(i for i in t.free if rings[i] != self.before[i]))
 
     def keeps_rules(self, t: Touched) -> bool:
-        """Do the touched rings keep every rule against all? One whose number of sensors stays may have any."""
+        """Do the touched rings keep every rule against all? One whose number of sensors stays may
+        have any.
+        """
         places = [i for i, ring in enumerate(t.rings) if ring is not None]
         for fault in faults(self.scene, t.setup.rings, self.clear):
             concerned = {places[k] for k in fault.rings} & set(t.free)
@@ -203,7 +258,9 @@ class RedesignProblem:
         return t.sensors <= self.sensors
 
 
-def _where(found: list[Segment], which: np.ndarray, rings: list[Ring], staying: list[int]) -> Interval:
+def _where(
+    found: list[Segment], which: np.ndarray, rings: list[Ring], staying: list[int]
+) -> Interval:
     where = stretch(found, which)
     where.low[staying] = [rings[i].position for i in staying]
     return where

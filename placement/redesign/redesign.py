@@ -1,7 +1,8 @@
-"""What is mounted, bettered by few changes: for each number of changes the best that a beam search finds.
+"""What is mounted, bettered by few changes: for each number of changes the best that a beam search
+finds.
 
-Each level goes on from the best unlike setups of the one before. At the end each touched ring of an answer is once put back,
-for the answer with a change less. The exact count decides throughout.
+Each level goes on from the best unlike setups of the one before. At the end each touched ring of an
+answer is once put back, for the answer with a change less. The exact count decides throughout.
 """
 
 import time
@@ -26,8 +27,9 @@ from .problem import RedesignProblem
 
 @dataclass(frozen=True)
 class Improved:
-    """What is mounted, as a file holds it; the rules that it breaks; answers with ever more changes, each better than all
-    before by ``WORTH`` at least, and none where no change gains; how it ended and what it spent, its climbs as starts."""
+    """What is mounted, as a file holds it; the rules that it breaks; answers with ever more
+    changes, each better than all before by ``WORTH`` at least, and none where no change gains; how
+    it ended and what it spent, its climbs as starts."""
 
     mounted: Answer
     broken: tuple[Fault, ...]
@@ -47,10 +49,12 @@ def improve(
     voxel: float = 0.01,
     tell: Callable[[Progress], None] = lambda progress: None,
 ) -> Improved:
-    """The best single change to ``mounted``, the best two, and so on: each gains, and none breaks a rule of the scene.
+    """The best single change to ``mounted``, the best two, and so on: each gains, and none breaks a
+    rule of the scene.
 
-    A setup that breaks rules is taken as it is; the rings that are touched keep them all. The scene's fixed rings stay. The
-    same seed gives the same answer on the same machine; ``time_cap`` seconds or a KeyboardInterrupt only cut it short.
+    A setup that breaks rules is taken as it is; the rings that are touched keep them all. The
+    scene's fixed rings stay. The same seed gives the same answer on the same machine; ``time_cap``
+    seconds or a KeyboardInterrupt only cut it short.
 
     Args:
         scene: robot, poses, goals, rules.
@@ -69,11 +73,15 @@ def improve(
     began, plan = time.monotonic(), plan or BeamPlan()
     brake, rework = StopToken(began + time_cap), RedesignProblem(scene, mounted, most, add_sensors)
     terms = len(scene.goals) * len(scene.poses)
-    points = TargetPoints(scene, max(256, max(plan.points, *(s.points for s in plan.stages)) // terms), seed)
+    points = TargetPoints(
+        scene, max(256, max(plan.points, *(s.points for s in plan.stages)) // terms), seed
+    )
     rng, progress = np.random.default_rng((seed, 2)), Progress(stages=2 * most - 1)
     with ThreadPoolExecutor(processors()) as threads:
         objective, verifier = CoverageObjective(scene, points), Verifier(scene, voxel)
-        search = BeamSearch(rework, plan, points, objective, verifier, threads, brake, tell, progress)
+        search = BeamSearch(
+            rework, plan, points, objective, verifier, threads, brake, tell, progress
+        )
         start = search.count(rework.start)
         if start is None:
             raise ValueError("more sensors are mounted than there may be")
@@ -86,7 +94,8 @@ def improve(
                 progress.best = search.best(most).exact
                 if brake.on() or not beam:
                     break
-            for changed in range(len(levels), 1, -1):  # a change less: each touched ring put back once
+            # a change less: each touched ring put back once
+            for changed in range(len(levels), 1, -1):
                 progress.stage += 1
                 found = search.best(changed).touched
                 less = [_put_back(rework, found, i) for i in found.free] if not brake.on() else []
@@ -98,14 +107,24 @@ def improve(
         last, answer = (steps or [start])[-1], search.best(changed)
         if _worth(last, answer):
             steps.append(answer)
-    outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if brake.on() else Outcome.FINISHED
+    outcome = (
+        Outcome.INTERRUPTED
+        if brake.pulled.is_set()
+        else Outcome.TIME
+        if brake.on()
+        else Outcome.FINISHED
+    )
     broken = tuple(faults(scene, rework.mounted.rings))
-    spent = Statistics(search.climbs, search.evaluations, time.monotonic() - began, search.finest.width)
+    spent = Statistics(
+        search.climbs, search.evaluations, time.monotonic() - began, search.finest.width
+    )
     return Improved(start, broken, tuple(steps), outcome, spent)
 
 
 def _put_back(rework: RedesignProblem, t: Touched, place: int) -> Touched:
-    """``t`` with one place as it was mounted; what this gives or takes in sensors, others may not make up for."""
+    """``t`` with one place as it was mounted; what this gives or takes in sensors, others may not
+    make up for.
+    """
     rings = list(t.rings)
     rings[place] = rework.before[place]
     return Touched(tuple(rings), tuple(i for i in t.free if i != place))

@@ -1,5 +1,5 @@
-"""Rings of different links that would meet: no segment keeps these apart, so that the last candidates of a search are looked
-at, and moved apart where all of them have such rings."""
+"""Rings of different links that would meet: no segment keeps these apart, so that the last
+candidates of a search are looked at, and moved apart where all of them have such rings."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,8 +18,8 @@ _DRAWS = 100  # candidates drawn anew where no move was enough
 
 
 def apart(space: Space, some: Sequence[Candidate], rng: Rng) -> list[Candidate]:
-    """Those of ``some`` (one at least) whose rings do not meet at any pose. Where all do: each with its rings moved along
-    their links no further than it takes; or else others, drawn anew.
+    """Those of ``some`` (one at least) whose rings do not meet at any pose. Where all do: each with
+    its rings moved along their links no further than it takes; or else others, drawn anew.
 
     Raises:
         InfeasibleError: if none was found; the text names the rings that meet.
@@ -33,8 +33,13 @@ def apart(space: Space, some: Sequence[Candidate], rng: Rng) -> list[Candidate]:
         drawn = (fresh(space, rng) for _ in range(_DRAWS))
         kept = [c for c in drawn if not _meeting(clear, space, c)][: len(some)]
     if not kept:
-        text, allowed = _meeting(clear, space, some[0])[0].text, 'fewer rings, other limits, or mount = "free"'
-        raise InfeasibleError(f"{text}, and so do rings wherever they were tried; allowed: {allowed}")
+        text, allowed = (
+            _meeting(clear, space, some[0])[0].text,
+            'fewer rings, other limits, or mount = "free"',
+        )
+        raise InfeasibleError(
+            f"{text}, and so do rings wherever they were tried; allowed: {allowed}"
+        )
     return kept
 
 
@@ -46,7 +51,9 @@ def _meeting(clear: MountClearance, space: Space, c: Candidate) -> list[Standing
 
 
 def _moved(clear: MountClearance, space: Space, c: Candidate, rng: Rng) -> Candidate | None:
-    """The candidate with rings of the links that meet moved along them, the first that is clear of ever further moves."""
+    """The candidate with rings of the links that meet moved along them, the first that is clear of
+    ever further moves.
+    """
     rings = space.setup(c).rings
     links = {rings[i].link for found in _meeting(clear, space, c) for i in found.rings}
     which = [i for i in c.rings if space.segments[c.segment[i]].link in links]

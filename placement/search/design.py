@@ -1,4 +1,6 @@
-"""Candidates of a search: rings in the places there are for them, and the setups that they stand for."""
+"""Candidates of a search: rings in the places there are for them, and the setups that they stand
+for.
+"""
 
 import math
 from collections.abc import Sequence
@@ -17,8 +19,8 @@ from .feasible_set import FeasibleSet
 
 @dataclass(frozen=True)
 class Candidate:
-    """R places for rings: the segment of each (-1: no ring), its sensors, its values (3, R) as ``decode`` reads them, and
-    the sign of its tilt where all share one."""
+    """R places for rings: the segment of each (-1: no ring), its sensors, its values (3, R) as
+    ``decode`` reads them, and the sign of its tilt where all share one."""
 
     segment: Int[np.ndarray, " R"]
     count: Int[np.ndarray, " R"]
@@ -32,11 +34,16 @@ class Candidate:
 
 
 class Space(FeasibleSet):
-    """All setups that keep a scene's rules: with the links and counts of a layout, or with so many sensors in any rings."""
+    """All setups that keep a scene's rules: with the links and counts of a layout, or with so many
+    sensors in any rings.
+    """
 
     def holds(self, c: Candidate) -> bool:
         """Do the boards of all rings fit?"""
-        return all(self.tilts(self.segments[c.segment[i]].link, int(c.count[i])) is not None for i in c.rings)
+        return all(
+            self.tilts(self.segments[c.segment[i]].link, int(c.count[i])) is not None
+            for i in c.rings
+        )
 
     def box(self, c: Candidate) -> tuple[Float[np.ndarray, "3 R"], Float[np.ndarray, "3 R"]]:
         """Bounds of all values of a candidate, equal where there is nothing to choose."""
@@ -51,7 +58,11 @@ class Space(FeasibleSet):
 
     def stretch(self, c: Candidate) -> Interval:
         """Where a candidate's rings and the fixed ones may be."""
-        shared = np.concatenate([c.sign, np.ones(len(self.fixed))]) if self.scene.rules.shared_tilt else None
+        shared = (
+            np.concatenate([c.sign, np.ones(len(self.fixed))])
+            if self.scene.rules.shared_tilt
+            else None
+        )
         which = np.concatenate([c.segment, np.full(len(self.fixed), -1)])
         where = stretch(self.segments, which, shared)
         if self.fixed:  # they stay, and keep their own tilts
@@ -64,7 +75,9 @@ class Space(FeasibleSet):
         """A candidate for the objective; all candidates have one shape."""
         links = [self.segments[i].link if i >= 0 else self.scene.robot.links[0] for i in c.segment]
         rings = [self.ring(link, int(n)) for link, n in zip(links, c.count, strict=True)]
-        return ring_arrays(self.scene.robot, (*rings, *self.fixed), self.sensors, self.square), self.stretch(c)
+        return ring_arrays(
+            self.scene.robot, (*rings, *self.fixed), self.sensors, self.square
+        ), self.stretch(c)
 
     def values(self, c: Candidate) -> Float[np.ndarray, "3 R"]:
         """Values of a candidate's rings and of the fixed ones."""
@@ -72,8 +85,8 @@ class Space(FeasibleSet):
         return np.concatenate([c.values, held], axis=1)
 
     def setup(self, c: Candidate) -> Setup:
-        """The setup that a candidate stands for: each phase in [0, spacing), the rings of a link from proximal to distal,
-        the fixed ones as they are."""
+        """The setup that a candidate stands for: each phase in [0, spacing), the rings of a link
+        from proximal to distal, the fixed ones as they are."""
         position, tilt, phase = decode(self.stretch(c), self.values(c))
         rings = [
             replace(
@@ -85,11 +98,19 @@ class Space(FeasibleSet):
             for i in c.rings
         ]
         order = self.scene.robot.links
-        return Setup(tuple(sorted([*rings, *self.fixed], key=lambda r: (order.index(r.link), r.position))))
+        return Setup(
+            tuple(sorted([*rings, *self.fixed], key=lambda r: (order.index(r.link), r.position)))
+        )
 
     def candidate(self, setup: Setup) -> Candidate | None:
-        """The candidate nearest to a setup's free rings; None where the rules have no place for them."""
-        segment, count, values = np.full(self.places, -1), np.zeros(self.places, int), np.zeros((3, self.places))
+        """The candidate nearest to a setup's free rings; None where the rules have no place for
+        them.
+        """
+        segment, count, values = (
+            np.full(self.places, -1),
+            np.zeros(self.places, int),
+            np.zeros((3, self.places)),
+        )
         rings = [ring for ring in setup.rings if ring not in self.fixed]
         if len(rings) > self.places or sum(r.count for r in rings) > self.free:
             return None
@@ -103,7 +124,9 @@ class Space(FeasibleSet):
         if self.scene.rules.shared_tilt:
             values[1] = np.abs(values[1]).mean()
         c = Candidate(segment, count, values, sign)
-        along = encode(self.stretch(c), np.concatenate([values[0], [r.position for r in self.fixed]]))
+        along = encode(
+            self.stretch(c), np.concatenate([values[0], [r.position for r in self.fixed]])
+        )
         values[0] = along[: self.places]
         low, high = self.box(c)
         return replace(c, values=np.clip(values, low[:, : self.places], high[:, : self.places]))

@@ -13,13 +13,17 @@ _POSITIONS, _TILTS = 7, 13  # places of the grid on which candidates are compare
 
 
 def features(space: Space, c: Candidate) -> Float[np.ndarray, " F"]:
-    """Where a candidate's sensors sit: their shares on a grid of links, positions and tilts, spread over the four nearest
-    places. Half the sum of differences of two of them is the share of sensors that sit elsewhere."""
+    """Where a candidate's sensors sit: their shares on a grid of links, positions and tilts, spread
+    over the four nearest places. Half the sum of differences of two of them is the share of sensors
+    that sit elsewhere."""
     links = space.scene.robot.links
     grid = np.zeros((len(links), _POSITIONS + 1, _TILTS + 1))
     position, tilt, _ = decode(space.stretch(c), space.values(c))
     for i in c.rings:
-        x, y = np.clip(position[i], 0, 1) * (_POSITIONS - 1), (tilt[i] / math.pi + 0.5) * (_TILTS - 1)
+        x, y = (
+            np.clip(position[i], 0, 1) * (_POSITIONS - 1),
+            (tilt[i] / math.pi + 0.5) * (_TILTS - 1),
+        )
         a, b = int(x), int(y)
         share = c.count[i] / space.sensors
         link = links.index(space.segments[c.segment[i]].link)
@@ -29,9 +33,12 @@ def features(space: Space, c: Candidate) -> Float[np.ndarray, " F"]:
     return grid.ravel()
 
 
-def unlike_first(space: Space, some: Sequence[Candidate], apart: float, known: Sequence[Candidate] = ()) -> list[Candidate]:
-    """The candidates in an order in which the first of each kind come first: those unlike all ``known`` and all before
-    them. Two are unlike when more than a share ``apart`` of their sensors sit elsewhere."""
+def unlike_first(
+    space: Space, some: Sequence[Candidate], apart: float, known: Sequence[Candidate] = ()
+) -> list[Candidate]:
+    """The candidates in an order in which the first of each kind come first: those unlike all
+    ``known`` and all before them. Two are unlike when more than a share ``apart`` of their sensors
+    sit elsewhere."""
     if not some:
         return []
     kinds = np.stack([features(space, c) for c in some])

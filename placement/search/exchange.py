@@ -1,9 +1,10 @@
-"""The first part of a search: coordinate exchange, ring by ring, by the points that no other ring sees.
+"""The first part of a search: coordinate exchange, ring by ring, by the points that no other ring
+sees.
 
-Of a ring it takes one test to know whether it sees a point (ring_visibility), and what others see, it need not: so to
-try another place for one ring costs little, nothing is compiled, and thousands of places are tried in the time of one
-gradient. The exchange goes by the share of the points in a cone, not by a soft one. What stands in the way it looks up on a
-grid of places (visibility_table).
+Of a ring it takes one test to know whether it sees a point (ring_visibility), and what others see,
+it need not: so to try another place for one ring costs little, nothing is compiled, and thousands
+of places are tried in the time of one gradient. The exchange goes by the share of the points in a
+cone, not by a soft one. What stands in the way it looks up on a grid of places (visibility_table).
 """
 
 from collections.abc import Callable, Sequence
@@ -31,9 +32,9 @@ _AT_ONCE = 1 << 16  # tests: their arrays stay in cache
 
 @dataclass(frozen=True)
 class Round:
-    """One sharpening: points (of all goals and poses together); the best so many go on; sweeps over the rings of each;
-    places tried for a ring near its own, apart by about ``scale`` of its bounds, and anywhere; and moves tried in each
-    sweep: of sensors where counts are free, else of rings."""
+    """One sharpening: points (of all goals and poses together); the best so many go on; sweeps over
+    the rings of each; places tried for a ring near its own, apart by about ``scale`` of its bounds,
+    and anywhere; and moves tried in each sweep: of sensors where counts are free, else of rings."""
 
     points: int
     keep: int
@@ -49,7 +50,9 @@ _STREAM, _AHEAD = 3, 4  # of random numbers, beside those of the search
 
 
 class Exchange:
-    """A candidate whose rings are put elsewhere, one at a time, while the share of a field that some ring sees grows."""
+    """A candidate whose rings are put elsewhere, one at a time, while the share of a field that
+    some ring sees grows.
+    """
 
     def __init__(self, space: Space, c: Candidate, rng: Rng) -> None:
         self._space, self._rng, self.candidate, self.value = space, rng, c, -np.inf
@@ -66,7 +69,9 @@ class Exchange:
         self.value = -np.inf
         self._take(self.candidate)
 
-    def _see(self, ring: Ring, places: Float[np.ndarray, "3 K"], points: Around | None = None) -> Bool[np.ndarray, "K N"]:
+    def _see(
+        self, ring: Ring, places: Float[np.ndarray, "3 K"], points: Around | None = None
+    ) -> Bool[np.ndarray, "K N"]:
         position, tilt, phase = places
         points = points or self._field.around[ring.link]
         height = position * self._space.scene.robot.mount(ring.link).length
@@ -86,19 +91,34 @@ class Exchange:
 
     def _take(self, c: Candidate) -> bool:
         """Take another candidate if it is better."""
-        places = np.asarray(decode(self._stretch(c), self._space.values(c)))[:, : self._space.places]
+        places = np.asarray(decode(self._stretch(c), self._space.values(c)))[
+            :, : self._space.places
+        ]
         old = self.candidate
-        other = (places != self._places).any(axis=0) | (c.segment != old.segment) | (c.count != old.count)
+        other = (
+            (places != self._places).any(axis=0)
+            | (c.segment != old.segment)
+            | (c.count != old.count)
+        )
         seen = self._seen.copy()
         for i in np.flatnonzero(other).tolist():
-            seen[i] = self._see(self._ring(c, i), places[:, i : i + 1])[0] if c.segment[i] >= 0 else False
-        value = float(worth(self._field.part[seen.any(axis=0) | self._held].sum(axis=0, dtype=float), self._space.scene))
+            seen[i] = (
+                self._see(self._ring(c, i), places[:, i : i + 1])[0] if c.segment[i] >= 0 else False
+            )
+        value = float(
+            worth(
+                self._field.part[seen.any(axis=0) | self._held].sum(axis=0, dtype=float),
+                self._space.scene,
+            )
+        )
         if better := value > self.value:
             self.candidate, self.value, self._seen, self._places = c, value, seen, places
         return better
 
     def put(self, i: int, near: int, scale: float, anywhere: int) -> None:
-        """Put ring ``i`` where it adds most: of so many places near its own, and so many anywhere, its own among them."""
+        """Put ring ``i`` where it adds most: of so many places near its own, and so many anywhere,
+        its own among them.
+        """
         c, space, rng = self.candidate, self._space, self._rng
         link, count = space.segments[c.segment[i]].link if space.layout else None, int(c.count[i])
         free = space.room(np.delete(c.segment, i).tolist(), link, count)
@@ -109,7 +129,9 @@ class Exchange:
         low, high = (np.array([edges[s][k] for s in segment.tolist()]) for k in (0, 1))
         values, sign = rng.uniform(low, high), rng.choice([-1.0, 1.0], len(segment))
         spread = rng.choice(_SPREADS, (near, 1)) * rng.standard_normal((near, 3))
-        values[:near] = np.clip(c.values[:, i] + scale * spread * (high - low)[:near], low[:near], high[:near])
+        values[:near] = np.clip(
+            c.values[:, i] + scale * spread * (high - low)[:near], low[:near], high[:near]
+        )
         sign[:near] = c.sign[i]
         if space.scene.rules.shared_tilt:
             values[:, 1] = c.values[1, i]
@@ -123,7 +145,9 @@ class Exchange:
             places, ring = self._places_of(trial, i, values[mine], sign[mine]), self._ring(trial, i)
             points = self._field.around[ring.link].some(unseen)
             for k in range(0, len(mine), step):
-                then = worth(seen + self._see(ring, places[:, k : k + step], points) @ part, space.scene)
+                then = worth(
+                    seen + self._see(ring, places[:, k : k + step], points) @ part, space.scene
+                )
                 if then.max() > best:
                     best, j = float(then.max()), mine[k + int(then.argmax())]
                     answer = _with(c, i, s, values[j], sign[j])
@@ -131,25 +155,44 @@ class Exchange:
             self._take(answer)
 
     def _places_of(self, c: Candidate, i: int, values: Any, sign: Any) -> Float[np.ndarray, "3 K"]:
-        """Where ring ``i`` is with other values (K, 3) and signs (K,): as ``decode`` would say of each."""
+        """Where ring ``i`` is with other values (K, 3) and signs (K,): as ``decode`` would say of
+        each.
+        """
         where = self._stretch(c)
         beside = np.flatnonzero(np.delete(where.segment == where.segment[i], i))
         along = np.delete(self._space.values(c)[0], i)[beside]
         rank = ((along < values[:, :1]) | ((along == values[:, :1]) & (beside < i))).sum(axis=1)
-        tilt = sign * c.values[1, where.tilt_of[i]] if self._space.scene.rules.shared_tilt else values[:, 1]
-        return np.stack([where.low[i] + values[:, 0] * where.free[i] + rank * where.gap[i], tilt, values[:, 2]])
+        tilt = (
+            sign * c.values[1, where.tilt_of[i]]
+            if self._space.scene.rules.shared_tilt
+            else values[:, 1]
+        )
+        return np.stack(
+            [where.low[i] + values[:, 0] * where.free[i] + rank * where.gap[i], tilt, values[:, 2]]
+        )
 
     def move(self, near: int, scale: float, anywhere: int) -> None:
-        """Draw a ring anew, or move sensors to others; keep it if, with the rings it touched put well, it is better."""
+        """Draw a ring anew, or move sensors to others; keep it if, with the rings it touched put
+        well, it is better.
+        """
         other, c = copy(self), vary(self._space, self.candidate, self._rng)
         other.value = -np.inf
         other._take(c)
         was = self.candidate
         for i in c.rings:
-            if c.segment[i] != was.segment[i] or c.count[i] != was.count[i] or (c.values[:, i] != was.values[:, i]).any():
+            if (
+                c.segment[i] != was.segment[i]
+                or c.count[i] != was.count[i]
+                or (c.values[:, i] != was.values[:, i]).any()
+            ):
                 other.put(int(i), near, scale, anywhere)
         if other.value > self.value:
-            self.candidate, self.value, self._seen, self._places = other.candidate, other.value, other._seen, other._places
+            self.candidate, self.value, self._seen, self._places = (
+                other.candidate,
+                other.value,
+                other._seen,
+                other._places,
+            )
 
     def sweep(self, r: Round) -> None:
         """Put every ring once, in a drawn order, and try so many moves."""
@@ -160,7 +203,9 @@ class Exchange:
 
 
 def share_of(space: Space, fields: Fields, c: Candidate) -> float:
-    """What a candidate is worth on all points: the weighted share that it sees, less for floors that it misses."""
+    """What a candidate is worth on all points: the weighted share that it sees, less for floors
+    that it misses.
+    """
     here = Exchange(space, c, np.random.default_rng(0))
     here.look(fields.all)
     return here.value
@@ -192,21 +237,32 @@ def exchange(
         seed: of the starts and of all that is drawn.
         brake: ends the exchange after a sweep; Ctrl-C pulls it.
         threads: that share the climbs.
-        tell: is given the round, how much of it is over, and the best so far from time to time, in this thread.
+        tell: is given the round, how much of it is over, and the best so far from time to time, in
+            this thread.
         known: starts beside the drawn ones.
         rounds: how it goes.
-        ahead: rounds that the best of the first one go through by themselves, so that a good answer is there soon; nothing
+        ahead: rounds that the best of the first one go through by themselves, so that a good answer
+            is there soon; nothing
             comes of it but where the exchange ends early.
     """
-    drawn = [np.random.default_rng((seed, _STREAM, k)) for k in range(max(rounds[0].keep, len(known)))]
+    drawn = [
+        np.random.default_rng((seed, _STREAM, k)) for k in range(max(rounds[0].keep, len(known)))
+    ]
     starts = [*known, *(fresh(space, rng) for rng in drawn[len(known) :])]
-    pool, scouts = [Exchange(space, c, rng) for c, rng in zip(starts, drawn, strict=True)], list[Exchange]()
+    pool, scouts = (
+        [Exchange(space, c, rng) for c, rng in zip(starts, drawn, strict=True)],
+        list[Exchange](),
+    )
 
     def run(number: int, r: Round, some: list[Exchange]) -> None:
         list(threads.map(Exchange.look, some, repeat(fields.first(r.points))))
         for i in range(r.sweeps):
             list(threads.map(Exchange.sweep, some, repeat(r)))
-            tell(number, (i + 1) / r.sweeps if some is pool else 1.0, max(some, key=lambda e: e.value).candidate)
+            tell(
+                number,
+                (i + 1) / r.sweeps if some is pool else 1.0,
+                max(some, key=lambda e: e.value).candidate,
+            )
             if brake.on():
                 break
 
@@ -216,7 +272,10 @@ def exchange(
             run(number, r, pool)
             if number == 0 and ahead and not brake.on():
                 best = sorted(pool, key=lambda e: -e.value)[: ahead[0].keep]
-                scouts = [Exchange(space, e.candidate, np.random.default_rng((seed, _AHEAD, k))) for k, e in enumerate(best)]
+                scouts = [
+                    Exchange(space, e.candidate, np.random.default_rng((seed, _AHEAD, k)))
+                    for k, e in enumerate(best)
+                ]
                 for one in ahead:
                     scouts = sorted(scouts, key=lambda e: -e.value)[: one.keep]
                     run(number, one, scouts)

@@ -1,4 +1,6 @@
-"""The points that an exchange goes by: about every link's mount, with what stands in the way of its sensors."""
+"""The points that an exchange goes by: about every link's mount, with what stands in the way of its
+sensors.
+"""
 
 from dataclasses import dataclass
 from typing import Any
@@ -20,8 +22,8 @@ _BLINDED = 16  # poses up to which sensors are blinded, not shadowed
 
 @dataclass(frozen=True)
 class Field:
-    """Points of all goals at all poses: the part (N, G) each has in each goal's zeta, where they are about each link's
-    mount, and what stands in the way of each link's sensors."""
+    """Points of all goals at all poses: the part (N, G) each has in each goal's zeta, where they
+    are about each link's mount, and what stands in the way of each link's sensors."""
 
     part: Float[np.ndarray, "N G"]
     around: dict[str, Around]
@@ -35,7 +37,9 @@ class Fields:
         scene, each = space.scene, points.points[: len(points.points) // points.mountings]
         self._terms = points.terms[: len(each)]
         goal, pose = (np.array(column) for column in zip(*self._terms, strict=True))
-        self._parts = scene.pose_weights[pose][:, None] * (goal[:, None] == np.arange(len(scene.goals)))
+        self._parts = scene.pose_weights[pose][:, None] * (
+            goal[:, None] == np.arange(len(scene.goals))
+        )
         frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
         self._most, self._past = len(each[0]), dict[str, VisibilityTable]()
         if scene.occlusion != "ignore" or scene.obstacles:
@@ -53,17 +57,28 @@ class Fields:
         n = min(max(count // len(self._terms), _FEWEST), self._most)
         part = np.repeat(self._parts / n, n, axis=0).astype(np.float32)
         parts = {link: [each[link] for each in self._each] for link in self._each[0]}
-        found = {x: Around(*(np.concatenate([a[:n] for a in c]) for c in zip(*p, strict=True))) for x, p in parts.items()}
+        found = {
+            x: Around(*(np.concatenate([a[:n] for a in c]) for c in zip(*p, strict=True)))
+            for x, p in parts.items()
+        }
         number = (np.arange(len(self._terms))[:, None] * self._most + np.arange(n)).ravel()
-        return Field(part, {link: points._replace(number=number) for link, points in found.items()}, self._past)
+        return Field(
+            part,
+            {link: points._replace(number=number) for link, points in found.items()},
+            self._past,
+        )
 
 
-def _lookouts(space: Space, frames: Any, points: list[Any], pose: list[int]) -> dict[str, VisibilityTable]:
+def _lookouts(
+    space: Space, frames: Any, points: list[Any], pose: list[int]
+) -> dict[str, VisibilityTable]:
     """What stands in the way of each link's sensors."""
     scene, found = space.scene, {}
     way = [occluders(scene, p.q) for p in scene.poses]
     for link in {s.link for s in space.segments} | {r.link for r in space.fixed}:
         mount, sensor = scene.robot.mount(link), space.ring(link, 1).sensor
         blinded = scene.occlusion == "blind" and not sensor.zoned and len(way) <= _BLINDED
-        found[link] = lookout(mount, space.radii[link], sensor, frames[:, mount.frame], way, points, pose, blinded)
+        found[link] = lookout(
+            mount, space.radii[link], sensor, frames[:, mount.frame], way, points, pose, blinded
+        )
     return found

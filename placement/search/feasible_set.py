@@ -1,4 +1,6 @@
-"""Where there is room for rings: segments of links that rules leave free, and how many sensors fit."""
+"""Where there is room for rings: segments of links that rules leave free, and how many sensors
+fit.
+"""
 
 import math
 from collections.abc import Sequence
@@ -27,10 +29,15 @@ class InfeasibleError(ValueError):
 
 
 class FeasibleSet:
-    """Room for rings, by a scene's rules: for those of a layout, or for so many sensors in any rings."""
+    """Room for rings, by a scene's rules: for those of a layout, or for so many sensors in any
+    rings.
+    """
 
-    def __init__(self, scene: Scene, layout: Setup | None = None, sensors: int | None = None) -> None:
-        """Give one of ``layout`` and ``sensors``. The scene's fixed rings count among ``sensors``, not among the layout's.
+    def __init__(
+        self, scene: Scene, layout: Setup | None = None, sensors: int | None = None
+    ) -> None:
+        """Give one of ``layout`` and ``sensors``. The scene's fixed rings count among ``sensors``,
+        not among the layout's.
 
         Raises:
             InfeasibleError: if no setup keeps the rules.
@@ -47,7 +54,9 @@ class FeasibleSet:
         self.square = scene.square or any_square(layout.rings if layout else ())
         self.least, self.most = scene.rules.sensors
         if scene.rules.shared_tilt and self._shared_tilt()[1] < 0:
-            raise InfeasibleError("a shared tilt needs limits that allow a tilt and its opposite on every link")
+            raise InfeasibleError(
+                "a shared tilt needs limits that allow a tilt and its opposite on every link"
+            )
         if layout is None:
             largest = self.largest()
             self.places = min(len(largest), max(self.free, 0) // self.least)
@@ -58,8 +67,14 @@ class FeasibleSet:
             _check_layout(self, layout)
 
     def _radius(self, link: str) -> float:
-        """The radius of new rings on ``link``, m: the layout's, or the scene's; raised as ``MountClearance.radius`` says."""
-        like = next((r.radius for r in self.layout.rings if r.link == link), None) if self.layout else None
+        """The radius of new rings on ``link``, m: the layout's, or the scene's; raised as
+        ``MountClearance.radius`` says.
+        """
+        like = (
+            next((r.radius for r in self.layout.rings if r.link == link), None)
+            if self.layout
+            else None
+        )
         if self.clear is None:
             return self.scene.radius_of(link) if like is None else like
         stated = self.scene.stated_radius(link) is not None
@@ -69,43 +84,63 @@ class FeasibleSet:
         """Where real rings are clear, link by link.
 
         Raises:
-            InfeasibleError: for a radius with which no ring goes around a link on which there may be one.
+            InfeasibleError: for a radius with which no ring goes around a link on which there may
+                be one.
         """
         if self.clear is None:
             return None
-        links = {r.link for r in self.layout.rings} if self.layout else {s.link for s in segments(self.scene)}
+        links = (
+            {r.link for r in self.layout.rings}
+            if self.layout
+            else {s.link for s in segments(self.scene)}
+        )
         for link in self.scene.robot.links:
             least = self.scene.least_radius(link)
             if link in links and self.radii[link] < least - _ROUNDING:
-                key = "ring_radius" if self.scene.limits_of(link).radius is None else f"mounts.{link}.ring_radius"
+                key = (
+                    "ring_radius"
+                    if self.scene.limits_of(link).radius is None
+                    else f"mounts.{link}.ring_radius"
+                )
                 raise InfeasibleError(
-                    f"found {self.radii[link]:g}, allowed: {least:g} and more, as a real ring on {link} needs"
+                    f"found {self.radii[link]:g}, allowed: {least:g} and more, as a real ring on"
+                    f" {link} needs"
                     f' (standoff {self.scene.rules.standoff:g}), or mount = "free"',
                     key,
                 )
         return {link: self.clear.stretches(link, radius) for link, radius in self.radii.items()}
 
     def barred(self, link: str | None = None) -> str:
-        """Why there is no place for a real ring on ``link``, or on links that have none, as the end of a sentence."""
+        """Why there is no place for a real ring on ``link``, or on links that have none, as the end
+        of a sentence.
+        """
         if self.clear is None:
             return ""
-        links = [link] if link else [x for x, r in self.radii.items() if not self.clear.stretches(x, r)]
+        links = (
+            [link] if link else [x for x, r in self.radii.items() if not self.clear.stretches(x, r)]
+        )
         why = "; ".join(text for x in links if (text := self.clear.why(x, self.radii[x])))
         return f" (rules.mount is real: {why})" if why else ""
 
     def tilts(self, link: str, count: int) -> tuple[float, float] | None:
-        """Lowest and highest tilt, rad, of a ring of so many sensors on ``link``; None where their boards do not fit."""
+        """Lowest and highest tilt, rad, of a ring of so many sensors on ``link``; None where their
+        boards do not fit.
+        """
         key = (link, count)
         if key not in self._tilts:
             self._tilts[key] = fitting_tilts(self.scene, self.ring(link, int(count)))
         return self._tilts[key]
 
     def most_on(self, link: str) -> int:
-        """The most sensors of a ring on ``link``, by the rules and by what fits; 0 where no ring does."""
+        """The most sensors of a ring on ``link``, by the rules and by what fits; 0 where no ring
+        does.
+        """
         return next((n for n in range(self.most, 0, -1) if self.tilts(link, n) is not None), 0)
 
     def room(self, used: Sequence[int], link: str | None = None, count: int = 0) -> list[int]:
-        """Segments (of one link) that take one ring more, of ``count`` sensors, beside those at ``used``."""
+        """Segments (of one link) that take one ring more, of ``count`` sensors, beside those at
+        ``used``.
+        """
         rings = [self.segments[i].link for i in used if i >= 0]
         most = self.scene.rules.rings_per_link
         held = [ring.link for ring in self.fixed]
@@ -121,12 +156,19 @@ class FeasibleSet:
     def _rooms(self) -> dict[str, int]:
         """Rings that each link has room for beside the fixed ones."""
         most, held = self.scene.rules.rings_per_link, [ring.link for ring in self.fixed]
-        links = {s.link: sum(t.room for t in self.segments if t.link == s.link) for s in self.segments}
+        links = {
+            s.link: sum(t.room for t in self.segments if t.link == s.link) for s in self.segments
+        }
         return {link: min(room, max(most - held.count(link), 0)) for link, room in links.items()}
 
     def largest(self) -> list[int]:
         """The most sensors of each free ring that there is room for, descending."""
-        sizes = [n for link, room in self._rooms().items() for n in [self.most_on(link)] * room if n >= self.least]
+        sizes = [
+            n
+            for link, room in self._rooms().items()
+            for n in [self.most_on(link)] * room
+            if n >= self.least
+        ]
         return sorted(sizes, reverse=True)[:_MOST_RINGS]
 
     @property
@@ -149,11 +191,16 @@ class FeasibleSet:
     def _length(self, s: Segment) -> float:
         return max((s.high - s.low) * self.scene.robot.mount(s.link).length, 0.1)
 
-    def limits(self, segment: int | np.integer, count: int) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
-        """Bounds of a ring's values: place in what is free, tilt rad, phase rad. A phase may turn by one sensor's spacing
-        either way: what lies beyond repeats."""
+    def limits(
+        self, segment: int | np.integer, count: int
+    ) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
+        """Bounds of a ring's values: place in what is free, tilt rad, phase rad. A phase may turn
+        by one sensor's spacing either way: what lies beyond repeats."""
         s = self.segments[segment]
-        tilt, turn = self.tilts(s.link, count) or self.scene.limits_of(s.link).tilt, 2 * math.pi / count
+        tilt, turn = (
+            self.tilts(s.link, count) or self.scene.limits_of(s.link).tilt,
+            2 * math.pi / count,
+        )
         if self.scene.rules.shared_tilt:
             shared = self._shared_tilt()
             tilt = shared[0], min(shared[1], -tilt[0], tilt[1])
@@ -169,7 +216,9 @@ class FeasibleSet:
 def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
     least, most = space.least, space.most
     if space.free < 0:
-        raise InfeasibleError(f"{space.sensors} sensors are fewer than the {held} of the fixed rings")
+        raise InfeasibleError(
+            f"{space.sensors} sensors are fewer than the {held} of the fixed rings"
+        )
     if 0 < space.free < least:
         raise InfeasibleError(f"{space.free} sensors are fewer than the least of one ring, {least}")
     if space.free > sum(each):
@@ -181,10 +230,13 @@ def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
         sizes = sorted({*each, *([] if each else [most])})
         size = f"{sizes[0]}" if len(sizes) == 1 else f"{sizes[0]} to {sizes[-1]}, as boards fit"
         raise InfeasibleError(
-            f"{space.free} sensors do not fit: there is room for {len(each)} rings of at most {size}{space.barred()}"
+            f"{space.free} sensors do not fit: there is room for {len(each)} rings of at most"
+            f" {size}{space.barred()}"
         )
     if space.free and space.sensors not in space.totals:
-        size = f"{least} to {most}" if len(set(each)) < 2 else f"{least} to {each[0]}, as boards fit"
+        size = (
+            f"{least} to {most}" if len(set(each)) < 2 else f"{least} to {each[0]}, as boards fit"
+        )
         raise InfeasibleError(f"{space.free} sensors are no sum of rings of {size}")
 
 
@@ -207,4 +259,7 @@ def _too_many(space: FeasibleSet, ring: Ring) -> str:
     while most and space.tilts(ring.link, most) is None:
         most -= 1
     size = f"{1000 * board.width:.4g} × {1000 * board.height:.4g} mm" if board else ""
-    return f"{ring.count} boards of {size} do not fit around {ring.link} at radius {ring.radius:g} m: at most {most} do"
+    return (
+        f"{ring.count} boards of {size} do not fit around {ring.link} at radius {ring.radius:g} m:"
+        f" at most {most} do"
+    )

@@ -1,4 +1,6 @@
-"""Fewest sensors for a wanted zeta: searches at several numbers of sensors, each from what those before it found."""
+"""Fewest sensors for a wanted zeta: searches at several numbers of sensors, each from what those
+before it found.
+"""
 
 import math
 import time
@@ -22,8 +24,9 @@ _GROWTH = 1.6  # from one number to the next until one is enough
 
 @dataclass(frozen=True)
 class Reach:
-    """The answer with the fewest sensors that reaches the wanted zeta, or the best one where none does; and what each number
-    of sensors that was tried came to: its exact value in [0, 1] and whether that, and all floors, are reached."""
+    """The answer with the fewest sensors that reaches the wanted zeta, or the best one where none
+    does; and what each number of sensors that was tried came to: its exact value in [0, 1] and
+    whether that, and all floors, are reached."""
 
     result: SearchResult
     reached: bool
@@ -42,8 +45,9 @@ def fewest_sensors(
 ) -> Reach:
     """Find a setup with few sensors whose exact value is at least ``wanted``.
 
-    The number grows until one search reaches it, then falls by bisection until one sensor less is not enough for a search.
-    That is no proof that none could: searches find good setups, not bounds.
+    The number grows until one search reaches it, then falls by bisection until one sensor less is
+    not enough for a search. That is no proof that none could: searches find good setups, not
+    bounds.
 
     Args:
         scene: robot, poses, goals, rules; its fixed rings count too.
@@ -63,7 +67,12 @@ def fewest_sensors(
         raise ValueError(f"wanted {wanted} is not in (0, 1)")
     began, found, known = time.monotonic(), dict[int, SearchResult](), list[Setup]()
     allowed = _allowed(scene)
-    outcome, short, enough, at = Outcome.FINISHED, -1, len(allowed), min(bisect_left(allowed, _FIRST), len(allowed) - 1)
+    outcome, short, enough, at = (
+        Outcome.FINISHED,
+        -1,
+        len(allowed),
+        min(bisect_left(allowed, _FIRST), len(allowed) - 1),
+    )
 
     def good(result: SearchResult) -> bool:
         return result.short == 0 and result.exact >= wanted
@@ -78,7 +87,9 @@ def fewest_sensors(
             tell(count, progress)
 
         try:
-            result = search(scene, Space(scene, sensors=sensors), seed, left, schedule, voxel, told, known, aim)
+            result = search(
+                scene, Space(scene, sensors=sensors), seed, left, schedule, voxel, told, known, aim
+            )
         except InfeasibleError:  # rings that meet
             if not found:
                 raise
@@ -97,8 +108,16 @@ def fewest_sensors(
         if outcome is not Outcome.FINISHED:
             break
         at = _next(found, wanted, allowed, short, enough)
-    best = found[allowed[enough]] if enough < len(allowed) else max(found.values(), key=lambda r: (-r.short, r.exact))
-    return Reach(replace(best, outcome=outcome), good(best), {n: (r.exact, good(r)) for n, r in sorted(found.items())})
+    best = (
+        found[allowed[enough]]
+        if enough < len(allowed)
+        else max(found.values(), key=lambda r: (-r.short, r.exact))
+    )
+    return Reach(
+        replace(best, outcome=outcome),
+        good(best),
+        {n: (r.exact, good(r)) for n, r in sorted(found.items())},
+    )
 
 
 def _allowed(scene: Scene) -> Sequence[int]:
@@ -110,15 +129,23 @@ def _allowed(scene: Scene) -> Sequence[int]:
     return [n for n in totals if n <= _MOST] or totals[:1]
 
 
-def _next(found: dict[int, SearchResult], wanted: float, allowed: Sequence[int], short: int, enough: int) -> int:
-    """Which of the ``allowed`` numbers to try next: where a line through the logarithms of what stays uncovered meets the
-    wanted rest, kept inside the bracket of ``short`` and ``enough`` and off its ends."""
+def _next(
+    found: dict[int, SearchResult], wanted: float, allowed: Sequence[int], short: int, enough: int
+) -> int:
+    """Which of the ``allowed`` numbers to try next: where a line through the logarithms of what
+    stays uncovered meets the wanted rest, kept inside the bracket of ``short`` and ``enough`` and
+    off its ends."""
     if enough == len(allowed):
-        return min(max(bisect_left(allowed, math.ceil(allowed[short] * _GROWTH)), short + 1), enough - 1)
+        return min(
+            max(bisect_left(allowed, math.ceil(allowed[short] * _GROWTH)), short + 1), enough - 1
+        )
     low, high = allowed[short] if short >= 0 else allowed[0] - 1, allowed[enough]
     if enough - short <= 2 or low not in found:
         return (short + enough) // 2
     a, b = (math.log(max(1 - found[n].exact, 1e-6)) for n in (low, high))
     share = (a - math.log(1 - wanted)) / (a - b) if a > b else 0.5
     quarter = max((enough - short) // 4, 1)
-    return min(max(bisect_left(allowed, round(low + share * (high - low))), short + quarter), enough - quarter)
+    return min(
+        max(bisect_left(allowed, round(low + share * (high - low))), short + quarter),
+        enough - quarter,
+    )

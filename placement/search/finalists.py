@@ -1,4 +1,6 @@
-"""Which of the climbs that came furthest is best: the exact count chooses, and counts the chosen one as was asked."""
+"""Which of the climbs that came furthest is best: the exact count chooses, and counts the chosen
+one as was asked.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -12,14 +14,17 @@ from ...objectives.scene import Scene
 from ...objectives.verify import Verified, Verifier
 from .local_search import StopToken
 
-# Of more than ``MANY`` poses the finalists are compared roughly, and the chosen one is then counted as asked.
-COARSE, ROUGH = 0.03, 64  # m, side of the voxels, and poses that stand for all (all, where the worst one counts)
+# Of more than ``MANY`` poses the finalists are compared roughly, and the chosen one is then counted
+# as asked.
+# m, side of the voxels, and poses that stand for all (all, where the worst one counts)
+COARSE, ROUGH = 0.03, 64
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """Which of the finalists is best; by how much it falls short of floors, and its value, both in [0, 1]; the side of the
-    voxels counted, m; and, at many poses, zeta goal by goal where it is what is aimed at."""
+    """Which of the finalists is best; by how much it falls short of floors, and its value, both in
+    [0, 1]; the side of the voxels counted, m; and, at many poses, zeta goal by goal where it is
+    what is aimed at."""
 
     index: int
     short: float
@@ -36,7 +41,8 @@ def choose(
     luck: np.random.Generator,
     tell: Callable[[int, int], None] = lambda counted, to_count: None,
 ) -> Chosen:
-    """The best of the setups by the exact count; of many poses, compared on coarser voxels at some of them first.
+    """The best of the setups by the exact count; of many poses, compared on coarser voxels at some
+    of them first.
 
     Args:
         verifier: counts the answer; its ``at`` is taken for the progress.
@@ -81,12 +87,18 @@ def choose(
 def _some(scene: Scene, luck: np.random.Generator) -> Scene:
     """The scene with few poses that stand for all."""
     weights = representative(scene.pose_weights, ROUGH, luck)
-    poses = (replace(p, weight=float(w)) for p, w in zip(scene.poses, weights, strict=True) if w > 0)
+    poses = (
+        replace(p, weight=float(w)) for p, w in zip(scene.poses, weights, strict=True) if w > 0
+    )
     return replace(scene, poses=tuple(poses))
 
 
-def _judge(verifier: Verifier, setups: Sequence[Setup], aim: Criterion, brake: StopToken) -> list[tuple[float, float]]:
-    """The verifier's judgements of the first setups: of all, unless Ctrl-C comes; of one at least."""
+def _judge(
+    verifier: Verifier, setups: Sequence[Setup], aim: Criterion, brake: StopToken
+) -> list[tuple[float, float]]:
+    """The verifier's judgements of the first setups: of all, unless Ctrl-C comes; of one at
+    least.
+    """
     found: list[tuple[float, float]] = []
     for setup in setups:
         try:

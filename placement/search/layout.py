@@ -8,17 +8,27 @@ from ...objectives.scene import Scene
 
 
 def ring_layout(scene: Scene, rings_per_link: int, sensors_per_ring: int) -> Setup:
-    """Rings as evenly placed as the paper's, without tilt, on every link with a length; one ring on each other link. Where
-    rings have bodies, a link on which none is clear at all poses has none, as long as there is another."""
+    """Rings as evenly placed as the paper's, without tilt, on every link with a length; one ring on
+    each other link. Where rings have bodies, a link on which none is clear at all poses has none,
+    as long as there is another."""
     clear, rings = MountClearance(scene) if scene.real else None, []
-    radii = {link: clear.radius(link) if clear else scene.radius_of(link) for link in scene.robot.links}
-    free = {link for link, radius in radii.items() if clear is None or clear.stretches(link, radius)}
+    radii = {
+        link: clear.radius(link) if clear else scene.radius_of(link) for link in scene.robot.links
+    }
+    free = {
+        link for link, radius in radii.items() if clear is None or clear.stretches(link, radius)
+    }
     for mount in scene.robot.mounts:
         if free and mount.link not in free:
             continue
         n = rings_per_link if mount.length > 0 else 1
         low, high = scene.limits_of(mount.link).position
-        places = np.linspace(low, high, n) if n > 1 else [(low + high) / 2 if mount.length > 0 else 0.0]
+        places = (
+            np.linspace(low, high, n) if n > 1 else [(low + high) / 2 if mount.length > 0 else 0.0]
+        )
         sensor = scene.sensor_of(mount.link)
-        rings += [Ring(mount.link, float(p), sensors_per_ring, 0.0, 0.0, radii[mount.link], sensor) for p in places]
+        rings += [
+            Ring(mount.link, float(p), sensors_per_ring, 0.0, 0.0, radii[mount.link], sensor)
+            for p in places
+        ]
     return Setup(tuple(rings))

@@ -1,4 +1,6 @@
-"""One climb of the search: L-BFGS on the soft zeta at one width, until it is at a top, at its last step, or stopped."""
+"""One climb of the search: L-BFGS on the soft zeta at one width, until it is at a top, at its last
+step, or stopped.
+"""
 
 import threading
 import time
@@ -18,7 +20,9 @@ Values = Float[np.ndarray, "3 R"]
 
 @dataclass
 class StopToken:
-    """Asks all climbs to stop: when a clock, which counts seconds, is past the deadline, or by hand."""
+    """Asks all climbs to stop: when a clock, which counts seconds, is past the deadline, or by
+    hand.
+    """
 
     deadline: float
     pulled: threading.Event = field(default_factory=threading.Event)
@@ -49,8 +53,9 @@ def climb(
     brake: StopToken,
     poses: Any = None,
 ) -> Climb:
-    """L-BFGS from ``start`` within ``box`` at one ``width`` (m), ``steps`` evaluations at most, for the rings and sensors of
-    ``setup`` (its ``RingArrays`` and ``Interval`` with a first axis of 1) at poses of these weights.
+    """L-BFGS from ``start`` within ``box`` at one ``width`` (m), ``steps`` evaluations at most, for
+    the rings and sensors of ``setup`` (its ``RingArrays`` and ``Interval`` with a first axis of 1)
+    at poses of these weights.
 
     Returns:
         The best point met, not the last; ``start`` at least, even with the brake on.

@@ -1,4 +1,6 @@
-"""How a search draws candidates, and varies those it has: by one ring, or by where the sensors are spent."""
+"""How a search draws candidates, and varies those it has: by one ring, or by where the sensors are
+spent.
+"""
 
 import math
 from collections.abc import Sequence
@@ -13,11 +15,14 @@ from .layout import ring_layout
 
 PAPER_TILTS_DEG = (55.0, 25.0, 0.0)
 _TRIES = 200
-_ODDS = np.array([0.4, 0.2, 0.1, 0.1, 0.1, 0.1])  # of a ring drawn anew, and of the moves of sensors below
+# of a ring drawn anew, and of the moves of sensors below
+_ODDS = np.array([0.4, 0.2, 0.1, 0.1, 0.1, 0.1])
 
 
 def _numbers(rng: Rng, total: int, parts: int, least: int, most: int) -> list[int]:
-    """``total`` as a sum of ``parts`` whole numbers between ``least`` and ``most``, mostly of like size."""
+    """``total`` as a sum of ``parts`` whole numbers between ``least`` and ``most``, mostly of like
+    size.
+    """
     even = rng.uniform() < 0.5
     weights = np.ones(parts) if even else rng.dirichlet(np.full(parts, 4.0)) * parts
     numbers = np.clip(np.round(weights * total / parts).astype(int), least, most)
@@ -50,7 +55,9 @@ def fresh(space: Space, rng: Rng) -> Candidate:
 
 
 def _largest_first(space: Space) -> tuple[list[int], list[int]]:
-    """Segments and counts of the fewest rings that hold all sensors, where what fits differs from link to link."""
+    """Segments and counts of the fewest rings that hold all sensors, where what fits differs from
+    link to link.
+    """
     segment: list[int] = []
     most: list[int] = []
     while sum(most) < space.free and len(most) < space.places and (free := space.room(segment)):
@@ -88,7 +95,9 @@ def papers(space: Space) -> list[Candidate]:
         rings = []
         for ring in even.rings:
             low, high = space.scene.limits_of(ring.link).position
-            toward = np.sign(round((low + high) / 2 - ring.position, 9)) * (space.scene.robot.mount(ring.link).length > 0)
+            toward = np.sign(round((low + high) / 2 - ring.position, 9)) * (
+                space.scene.robot.mount(ring.link).length > 0
+            )
             rings.append(replace(ring, tilt=float(toward * math.radians(tilt_deg))))
         c = space.candidate(replace(even, rings=tuple(rings)))
         found += [c] if c is not None else []
@@ -96,15 +105,17 @@ def papers(space: Space) -> list[Candidate]:
 
 
 def fitted(space: Space, setup: Setup) -> Candidate | None:
-    """The candidate most like a setup that has another number of sensors: the largest rings give or take first. None where
-    the rules have no place for its rings."""
+    """The candidate most like a setup that has another number of sensors: the largest rings give or
+    take first. None where the rules have no place for its rings."""
     rings = [ring for ring in setup.rings if ring not in space.fixed]
     if space.layout is None:
         while rings and (len(rings) > space.places or len(rings) * space.least > space.free):
             rings.remove(min(rings, key=lambda ring: ring.count))
         counts = [min(max(ring.count, space.least), space.most) for ring in rings]
         while rings and (lack := space.free - sum(counts)) != 0:
-            can = [i for i, n in enumerate(counts) if (n < space.most if lack > 0 else n > space.least)]
+            can = [
+                i for i, n in enumerate(counts) if (n < space.most if lack > 0 else n > space.least)
+            ]
             if not can:
                 return None
             most = max(can, key=lambda i: counts[i] if lack < 0 else -counts[i])
@@ -118,7 +129,8 @@ def fitted(space: Space, setup: Setup) -> Candidate | None:
 def vary(space: Space, c: Candidate, rng: Rng) -> Candidate:
     """A candidate that differs from ``c`` in one ring, or in where a few sensors are spent.
 
-    Climbs settle into few combinations of rings, and from a good one to a better one it often takes one ring.
+    Climbs settle into few combinations of rings, and from a good one to a better one it often takes
+    one ring.
     """
     if not len(c.rings):
         return c

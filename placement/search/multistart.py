@@ -1,4 +1,6 @@
-"""The candidates of a search: found by exchange, drawn and varied, climbing on all processors while the sigmoid sharpens."""
+"""The candidates of a search: found by exchange, drawn and varied, climbing on all processors while
+the sigmoid sharpens.
+"""
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
@@ -24,14 +26,17 @@ from .moves import fresh, vary
 from .progress import Progress
 from .schedule import FINALISTS, Schedule, Stage, exchange_sees, exchange_sees_all
 
-UNLIKE = 0.12  # share of the sensors that sit elsewhere, from which on starts and variants are unlike
+# share of the sensors that sit elsewhere, from which on starts and variants are unlike
+UNLIKE = 0.12
 ALIKE = 0.03  # climbs that end this close count as one
 _LEAST = 256  # points of a goal at a pose
 _EACH = 8  # drawn candidates that are compared for each that is taken
 
 
 class Pool:
-    """The candidates that a search goes on with, the best first, and ``first``, the best of them before any climbed."""
+    """The candidates that a search goes on with, the best first, and ``first``, the best of them
+    before any climbed.
+    """
 
     def __init__(
         self,
@@ -54,11 +59,16 @@ class Pool:
         self.brake, self.threads, self.tell, self.some = brake, threads, tell, known
         self._known, self._aim = known, aim
         goals = len(scene.goals) * aim.mountings
-        self._at_once = [poses_at_once(stage.points, goals, len(scene.poses)) for stage in schedule.stages]
-        self._sizes = [
-            max(_LEAST, stage.points // (goals * n)) for stage, n in zip(schedule.stages, self._at_once, strict=True)
+        self._at_once = [
+            poses_at_once(stage.points, goals, len(scene.poses)) for stage in schedule.stages
         ]
-        most = max([*self._sizes, *(r.points // (goals * len(scene.poses)) for r in schedule.rounds)])
+        self._sizes = [
+            max(_LEAST, stage.points // (goals * n))
+            for stage, n in zip(schedule.stages, self._at_once, strict=True)
+        ]
+        most = max(
+            [*self._sizes, *(r.points // (goals * len(scene.poses)) for r in schedule.rounds)]
+        )
         self.points = TargetPoints(scene, max(most, _LEAST), seed, aim.mountings)
         self.objective = CoverageObjective(scene, self.points, aim)
         self.fields = Fields(space, self.points) if exchange_sees_all(scene, space, aim) else None
@@ -70,17 +80,23 @@ class Pool:
 
     @property
     def width(self) -> float:
-        """Of the sigmoid of the last stage that began, m; 0 where nothing climbed and ``soft`` is a share of points."""
+        """Of the sigmoid of the last stage that began, m; 0 where nothing climbed and ``soft`` is a
+        share of points.
+        """
         if self._quick and not self.evaluations:
             return 0.0
-        return self.schedule.stages[max(self.progress.stage - len(self.schedule.rounds), 1) - 1].width
+        return self.schedule.stages[
+            max(self.progress.stage - len(self.schedule.rounds), 1) - 1
+        ].width
 
     def soft(self, c: Candidate) -> float:
-        """The soft value of a candidate on all points; where nothing climbed, its share of the exchange's, for which nothing
-        is compiled."""
+        """The soft value of a candidate on all points; where nothing climbed, its share of the
+        exchange's, for which nothing is compiled."""
         if self._quick and not self.evaluations:
             return share_of(self.space, self._quick, c)
-        return float(self.objective.soft(*arrays_of(self.space, [c]), self.width, self.widest)[0][0])
+        return float(
+            self.objective.soft(*arrays_of(self.space, [c]), self.width, self.widest)[0][0]
+        )
 
     @cached_property
     def widest(self) -> Cloud:
@@ -88,11 +104,15 @@ class Pool:
         return self.points.clouds(max(self._sizes))
 
     def exchange(self) -> None:
-        """Go through the rounds of exchange: what comes out begins the pool, or replaces it where that went by all that
-        counts."""
+        """Go through the rounds of exchange: what comes out begins the pool, or replaces it where
+        that went by all that counts."""
 
         def tell(number: int, over: float, c: Candidate) -> None:
-            self.progress.stage, self.progress.done, self.progress.climbs = number + 1, round(100 * over), 100
+            self.progress.stage, self.progress.done, self.progress.climbs = (
+                number + 1,
+                round(100 * over),
+                100,
+            )
             if self.fields:
                 self._show(c)
             self.tell(self.progress)
@@ -101,7 +121,15 @@ class Pool:
             fields = self.fields or Fields(self.space, self.points)
             self._quick = fields if exchange_sees(self.scene, self.space, self._aim) else None
             found = exchange(
-                self.space, fields, self.seed, self.brake, self.threads, tell, self.some, rounds, self.schedule.ahead
+                self.space,
+                fields,
+                self.seed,
+                self.brake,
+                self.threads,
+                tell,
+                self.some,
+                rounds,
+                self.schedule.ahead,
             )
             most = self.schedule.starts
             self.some = found[:most] if self.fields else [*found[: most // 2], *self._known]
@@ -112,7 +140,9 @@ class Pool:
             return
         most, clouds = self.schedule.starts - len(self.some), self.points.clouds(self._sizes[0])
         if most > 0:
-            drawn = [fresh(self.space, self.rng) for _ in range(min(self.schedule.draws, _EACH * most))]
+            drawn = [
+                fresh(self.space, self.rng) for _ in range(min(self.schedule.draws, _EACH * most))
+            ]
             poses = self._looked_at(self._at_once[0], self.some or drawn[:1], clouds)
             self.some += self._best(drawn, most, SHARP, clouds, poses)
         self._judging = self._looked_at(max(self._at_once), self.some[:FINALISTS], self.widest)
@@ -139,19 +169,40 @@ class Pool:
         self.evaluations += sum(spent for *_, spent in climbs)
         self.some = unlike_first(self.space, [c for c, *_ in climbs], ALIKE)[: stage.keep]
 
-    def _climb(self, c: Candidate, stage: Stage, clouds: Cloud, poses: Any) -> tuple[Candidate, float, int]:
-        """Where a candidate climbs to, seen at poses of these weights, its share of points, and the evaluations spent."""
+    def _climb(
+        self, c: Candidate, stage: Stage, clouds: Cloud, poses: Any
+    ) -> tuple[Candidate, float, int]:
+        """Where a candidate climbs to, seen at poses of these weights, its share of points, and the
+        evaluations spent.
+        """
         space = self.space
         setup, box, values = stacked([space.arrays(c)]), space.box(c), space.values(c)
-        low, high = (np.concatenate([edge[:, : space.places], values[:, space.places :]], axis=1) for edge in box)
-        found = climb(self.objective, setup, (low, high), values, stage.width, stage.steps, clouds, self.brake, poses)
+        low, high = (
+            np.concatenate([edge[:, : space.places], values[:, space.places :]], axis=1)
+            for edge in box
+        )
+        found = climb(
+            self.objective,
+            setup,
+            (low, high),
+            values,
+            stage.width,
+            stage.steps,
+            clouds,
+            self.brake,
+            poses,
+        )
         there = replace(c, values=found.values[:, : space.places])
-        share = self._soft([there], SHARP, clouds, poses)[0] if self.fields is None else share_of(space, self.fields, there)
+        share = (
+            self._soft([there], SHARP, clouds, poses)[0]
+            if self.fields is None
+            else share_of(space, self.fields, there)
+        )
         return there, float(share), found.evaluations
 
     def _watch(self, jobs: Iterable[Future[tuple[Candidate, float, int]]]) -> None:
-        """Wait for all jobs, show those that came furthest so far, tell how far all are, and turn Ctrl-C into a request to
-        stop."""
+        """Wait for all jobs, show those that came furthest so far, tell how far all are, and turn
+        Ctrl-C into a request to stop."""
         waiting, furthest = set(jobs), 0.0
         while waiting:
             try:
@@ -184,7 +235,9 @@ class Pool:
         found = representative(weights, count - worst, self.luck)
         if worst == 0:
             return found
-        return with_worst(found, self.objective.by_pose(*arrays_of(self.space, some), clouds), worst)
+        return with_worst(
+            found, self.objective.by_pose(*arrays_of(self.space, some), clouds), worst
+        )
 
     def _soft(self, some: list[Candidate], width: float, clouds: Cloud, poses: Any) -> Any:
         return self.objective.zetas(*arrays_of(self.space, some), clouds, width, poses)
@@ -192,16 +245,25 @@ class Pool:
     def _scores(self, some: list[Candidate], width: float, clouds: Cloud, poses: Any) -> Any:
         """Soft values of candidates, on all processors."""
         n = processors()
-        jobs = [self.threads.submit(self._soft, some[i::n], width, clouds, poses) for i in range(min(n, len(some)))]
+        jobs = [
+            self.threads.submit(self._soft, some[i::n], width, clouds, poses)
+            for i in range(min(n, len(some)))
+        ]
         found = np.empty(len(some))
         for i, job in enumerate(jobs):
             found[i::n] = job.result()
         return found
 
-    def _best(self, some: list[Candidate], count: int, width: float, clouds: Cloud, poses: Any) -> list[Candidate]:
-        """The ``count`` best of ``some`` that are unlike each other and the pool, by their soft values."""
+    def _best(
+        self, some: list[Candidate], count: int, width: float, clouds: Cloud, poses: Any
+    ) -> list[Candidate]:
+        """The ``count`` best of ``some`` that are unlike each other and the pool, by their soft
+        values.
+        """
         order = np.argsort(-self._scores(some, width, clouds, poses), kind="stable")
-        return unlike_first(self.space, [some[i] for i in order[: _EACH * count]], UNLIKE, self.some)[:count]
+        return unlike_first(
+            self.space, [some[i] for i in order[: _EACH * count]], UNLIKE, self.some
+        )[:count]
 
 
 def arrays_of(space: Space, some: list[Candidate]) -> tuple[Any, Any]:

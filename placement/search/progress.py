@@ -16,7 +16,8 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class Statistics:
-    """What a search spent: starts, evaluations of value and gradient, seconds; and the width of its last stage, m
+    """What a search spent: starts, evaluations of value and gradient, seconds; and the width of its
+    last stage, m
     (0: nothing climbed, and the soft value is a share of points)."""
 
     starts: int
@@ -27,8 +28,9 @@ class Statistics:
 
 @dataclass
 class Progress:
-    """What a search tells while it runs: stage, of how many, climbs done, of how many, best share of points so far and the
-    setup that has it; then targets at poses counted, of how many (0: not yet counting)."""
+    """What a search tells while it runs: stage, of how many, climbs done, of how many, best share
+    of points so far and the setup that has it; then targets at poses counted, of how many (0: not
+    yet counting)."""
 
     stage: int = 0
     stages: int = 0

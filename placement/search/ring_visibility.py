@@ -1,12 +1,15 @@
-"""What rings see, in cylindrical coordinates about their mount's axis: of each ring hardly more than one sensor decides.
+"""What rings see, in cylindrical coordinates about their mount's axis: of each ring hardly more
+than one sensor decides.
 
-Take a point at radius r and height z above the ring's plane, and a sensor at radius R, tilted by t out of that plane, whose
-azimuth differs from the point's by d. With c = cos d, the way v from the sensor to the point has the part
-cos t (r c - R) + z sin t along the sensor's axis and the length |v|^2 = r^2 - 2 r R c + R^2 + z^2. The part grows with c, as
-cos t is never negative, and the length falls. So whatever c a cone of a half angle below 90 degrees holds, it holds greater
-ones too, as long as its range does: what no cone of the ring holds with the sensor nearest in azimuth, it does not hold at
-all, at one test a point instead of one a sensor. Only where that sensor's range ends before the point may the next ones,
-which look past it at an angle, still see it.
+Take a point at radius r and height z above the ring's plane, and a sensor at radius R, tilted by t
+out of that plane, whose azimuth differs from the point's by d. With c = cos d, the way v from the
+sensor to the point has the part
+cos t (r c - R) + z sin t along the sensor's axis and the length |v|^2 = r^2 - 2 r R c + R^2 + z^2.
+The part grows with c, as cos t is never negative, and the length falls. So whatever c a cone of a
+half angle below 90 degrees holds, it holds greater ones too, as long as its range does: what no
+cone of the ring holds with the sensor nearest in azimuth, it does not hold at all, at one test a
+point instead of one a sensor. Only where that sensor's range ends before the point may the next
+ones, which look past it at an angle, still see it.
 """
 
 import math
@@ -21,8 +24,8 @@ from .visibility_table import VisibilityTable
 
 
 class Around(NamedTuple):
-    """Points about a mount's axis: their distance from it (N,) m, height along it from its start (N,) m, azimuth (N,) rad
-    from the mount's zero, 32 bits; and their numbers (N,)."""
+    """Points about a mount's axis: their distance from it (N,) m, height along it from its start
+    (N,) m, azimuth (N,) rad from the mount's zero, 32 bits; and their numbers (N,)."""
 
     radius: Float[np.ndarray, " N"]
     height: Float[np.ndarray, " N"]
@@ -34,8 +37,12 @@ class Around(NamedTuple):
         return Around(*(a[index] for a in self))
 
 
-def around(mount: Mount, frame: Float[np.ndarray, "4 4"], points: Float[np.ndarray, "N 3"]) -> Around:
-    """Points (N, 3) m of the base frame about a mount whose link's frame is ``frame``, T_base_frame."""
+def around(
+    mount: Mount, frame: Float[np.ndarray, "4 4"], points: Float[np.ndarray, "N 3"]
+) -> Around:
+    """Points (N, 3) m of the base frame about a mount whose link's frame is ``frame``,
+    T_base_frame.
+    """
     there = (points - frame[:3, 3]) @ frame[:3, :3] - np.asarray(mount.start)
     x, y, z = (there @ np.asarray(a) for a in (mount.zero, mount.side, mount.axis))
     radius, height, azimuth = (a.astype(np.float32) for a in (np.hypot(x, y), z, np.arctan2(y, x)))
@@ -50,10 +57,12 @@ def rings_see(
     phase: Float[np.ndarray, " K"],
     past: VisibilityTable | None = None,
 ) -> Bool[np.ndarray, "K N"]:
-    """Which points lie in a cone of a ring, for K places of it: height m from the mount's start, tilt and phase rad.
+    """Which points lie in a cone of a ring, for K places of it: height m from the mount's start,
+    tilt and phase rad.
 
-    Sensors, count and radius are those of ``ring``; of a square beam it is the cone within it. What stands in the way is
-    what ``past`` says of the sensor nearest in azimuth: others may see around it.
+    Sensors, count and radius are those of ``ring``; of a square beam it is the cone within it. What
+    stands in the way is what ``past`` says of the sensor nearest in azimuth: others may see around
+    it.
     32 bits: a point within about 1e-6 m of a cone's surface may fall on either side of it.
     """
     height, tilt, phase = (np.asarray(a, np.float32)[:, None] for a in (height, tilt, phase))
@@ -74,9 +83,13 @@ def rings_see(
 
 
 def _in_cones(ring: Ring, radius: Any, above: Any, tilt: Any, turn: Any) -> tuple[Any, Any, Any]:
-    """Of points at a radius m and so far above the ring's plane, m, and sensors whose azimuth differs by ``turn`` rad: the
-    part of the way along the sensor's axis, m, its squared length, m^2, and is it in the endless cone?"""
-    half, R = min(ring.sensor.fov, ring.sensor.fov_up or ring.sensor.fov) / 2, np.float32(ring.radius)
+    """Of points at a radius m and so far above the ring's plane, m, and sensors whose azimuth
+    differs by ``turn`` rad: the part of the way along the sensor's axis, m, its squared length,
+    m^2, and is it in the endless cone?"""
+    half, R = (
+        min(ring.sensor.fov, ring.sensor.fov_up or ring.sensor.fov) / 2,
+        np.float32(ring.radius),
+    )
     part = np.cos(turn)
     part *= radius
     square = above * above
@@ -88,8 +101,12 @@ def _in_cones(ring: Ring, radius: Any, above: Any, tilt: Any, turn: Any) -> tupl
     return part, square, (part > 0) & (part * part >= square * np.float32(math.cos(half) ** 2))
 
 
-def _by_others(ring: Ring, points: Around, height: Any, tilt: Any, turns: Any, k: Any, n: Any) -> tuple[Any, ...]:
-    """Which of the points ``n`` (M,) beyond the range of the nearest sensor at places ``k`` (M,) the next ones see."""
+def _by_others(
+    ring: Ring, points: Around, height: Any, tilt: Any, turns: Any, k: Any, n: Any
+) -> tuple[Any, ...]:
+    """Which of the points ``n`` (M,) beyond the range of the nearest sensor at places ``k`` (M,)
+    the next ones see.
+    """
     spacing, found = np.float32(2 * math.pi / ring.count), [(k[:0], n[:0])]
     for j in range(1, ring.count):
         turn = (j + 1) // 2 * spacing + (1 if j % 2 == 0 else -1) * np.abs(turns[k, n])

@@ -12,8 +12,9 @@ FINALISTS = 3  # climbs that the exact count compares, beside the best start
 
 @dataclass(frozen=True)
 class Stage:
-    """One sharpening: sigmoid width m, points (of all goals and poses together), steps of a climb, climbs that go on; and
-    how many variants of those that came from the stage before climb beside them."""
+    """One sharpening: sigmoid width m, points (of all goals and poses together), steps of a climb,
+    climbs that go on; and how many variants of those that came from the stage before climb beside
+    them."""
 
     width: float
     points: int
@@ -42,10 +43,11 @@ AHEAD_FREE = (Round(8192, 2, 4, 16, 0.06, 8, 16),)
 
 @dataclass(frozen=True)
 class Schedule:
-    """How a search goes: so many starts, of which the ``rounds`` of an exchange give half; these stages; then the exact
-    count of the finalists. Variants are the best unlike ones among so many ``draws``, starts among that many at most. A good
-    answer is there soon: the best of the first round go through rounds of their own, ``ahead`` of the others, and the best
-    starts are sharpened before anything is varied."""
+    """How a search goes: so many starts, of which the ``rounds`` of an exchange give half; these
+    stages; then the exact count of the finalists. Variants are the best unlike ones among so many
+    ``draws``, starts among that many at most. A good answer is there soon: the best of the first
+    round go through rounds of their own, ``ahead`` of the others, and the best starts are sharpened
+    before anything is varied."""
 
     starts: int = 16
     stages: tuple[Stage, ...] = (
@@ -70,13 +72,18 @@ _FROM_GOOD_FREE = (
     Round(16384, 4, 6, 24, 0.06, 8, 8),
     Round(32768, 2, 4, 24, 0.02, 2, 4),
 )
-_CLIMB = (Stage(0.03, 4096, 30, 4, variants=6), Stage(0.02, 8192, 40, 3, variants=3), Stage(0.008, 32768, 80, 2))
+_CLIMB = (
+    Stage(0.03, 4096, 30, 4, variants=6),
+    Stage(0.02, 8192, 40, 3, variants=3),
+    Stage(0.008, 32768, 80, 2),
+)
 _REFINE = (Stage(0.01, 8192, 25, FINALISTS), Stage(0.008, 32768, 80, FINALISTS))
 
 
 def usual(scene: Scene, space: Space, aim: Criterion) -> Schedule:
-    """How a search goes unless told: an exchange, with moves of sensors where the space leaves counts free; and climbs,
-    which only refine what it finds where it goes by all that counts, or nearly so."""
+    """How a search goes unless told: an exchange, with moves of sensors where the space leaves
+    counts free; and climbs, which only refine what it finds where it goes by all that counts, or
+    nearly so."""
     rounds = FIXED if space.layout else FREE
     if exchange_sees(scene, space, aim):
         starts = FINALISTS if exchange_sees_all(scene, space, aim) else 2 * FINALISTS
@@ -85,14 +92,18 @@ def usual(scene: Scene, space: Space, aim: Criterion) -> Schedule:
 
 
 def short(scene: Scene, space: Space, aim: Criterion) -> Schedule:
-    """How a search goes that starts from good setups: where an exchange goes by all that counts, by that alone."""
+    """How a search goes that starts from good setups: where an exchange goes by all that counts, by
+    that alone.
+    """
     if exchange_sees_all(scene, space, aim):
         return Schedule(FINALISTS, (), rounds=_FROM_GOOD if space.layout else _FROM_GOOD_FREE)
     return Schedule(8, _CLIMB, draws=256)
 
 
 def exchange_sees_all(scene: Scene, space: Space, aim: Criterion) -> bool:
-    """Does an exchange go by all that counts: the mean of zeta, of cones that nothing stands in the way of?"""
+    """Does an exchange go by all that counts: the mean of zeta, of cones that nothing stands in the
+    way of?
+    """
     return exchange_sees(scene, space, aim) and scene.occlusion == "ignore" and not scene.obstacles
 
 

@@ -1,8 +1,9 @@
-"""The search: exchange ring by ring, then climbs on the soft zeta while it sharpens, from what came furthest and, where the
-exchange does not see all that counts, from unlike starts and variants; the exact count chooses at the end.
+"""The search: exchange ring by ring, then climbs on the soft zeta while it sharpens, from what came
+furthest and, where the exchange does not see all that counts, from unlike starts and variants; the
+exact count chooses at the end.
 
-The sigmoid is narrow from the start. A wide one counts what lies between many cones as seen, and so prefers other setups
-than the exact count does: at 0.1 m climbs leave the best ones of a far shell.
+The sigmoid is narrow from the start. A wide one counts what lies between many cones as seen, and so
+prefers other setups than the exact count does: at 0.1 m climbs leave the best ones of a far shell.
 """
 
 import time
@@ -28,10 +29,11 @@ from .schedule import FINALISTS, Schedule, usual
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The setup, soft and exact value of its aim (weighted means in [0, 1]; over the poses the mean or the worst, as the
-    scene asks), by how much the exact ones fall short of the goals' floors, how the search ended and what it spent; the
-    side of the voxels counted, m; and, where there are many poses, zeta goal by goal. Where Ctrl-C came before that, the
-    exact value is a rough one, of coarser voxels and some of the poses."""
+    """The setup, soft and exact value of its aim (weighted means in [0, 1]; over the poses the mean
+    or the worst, as the scene asks), by how much the exact ones fall short of the goals' floors,
+    how the search ended and what it spent; the side of the voxels counted, m; and, where there are
+    many poses, zeta goal by goal. Where Ctrl-C came before that, the exact value is a rough one, of
+    coarser voxels and some of the poses."""
 
     setup: Setup
     soft: float
@@ -56,13 +58,14 @@ def search(
     verifier: Verifier | None = None,
     clock: Callable[[], float] = time.monotonic,
 ) -> SearchResult:
-    """Find the setup of ``space`` that covers most of the scene's goals: positions, tilts and phases of its rings, and which
-    rings there are where that is free.
+    """Find the setup of ``space`` that covers most of the scene's goals: positions, tilts and
+    phases of its rings, and which rings there are where that is free.
 
-    The same seed gives the same answer on the same machine: the search ends by its schedule. ``time_cap`` seconds or a
-    KeyboardInterrupt only cut it short, and then the best so far is returned. The paper's tilts are among the starts and
-    the best of all starts among the finalists, so the answer is never worse than those. Of many poses, each stage looks at
-    few that stand for all, more as it sharpens; where the worst pose counts, half of them are the worst so far.
+    The same seed gives the same answer on the same machine: the search ends by its schedule.
+    ``time_cap`` seconds or a KeyboardInterrupt only cut it short, and then the best so far is
+    returned. The paper's tilts are among the starts and the best of all starts among the finalists,
+    so the answer is never worse than those. Of many poses, each stage looks at few that stand for
+    all, more as it sharpens; where the worst pose counts, half of them are the worst so far.
 
     Args:
         scene: robot, poses, goals, limits.
@@ -74,8 +77,8 @@ def search(
         tell: is given the progress from time to time, in this thread.
         known: setups to start from beside the drawn ones, fitted to the space.
         aim: what is made large; by default zeta itself.
-        verifier: counts the answer, and keeps the targets for who counts more; by default a new one of ``voxel``.
-        clock: by default that on the wall.
+        verifier: counts the answer, and keeps the targets for who counts more; by default a new one
+            of ``voxel``. clock: by default that on the wall.
 
     Raises:
         InfeasibleError: where rings of different links meet wherever they were tried.
@@ -84,7 +87,10 @@ def search(
     began, aim = time.monotonic(), aim or Criterion()
     schedule = schedule or usual(scene, space, aim)
     brake = StopToken(clock() + time_cap, clock=clock)
-    starts = [*papers(space), *(c for c in (fitted(space, setup) for setup in known) if c is not None)]
+    starts = [
+        *papers(space),
+        *(c for c in (fitted(space, setup) for setup in known) if c is not None),
+    ]
     with ThreadPoolExecutor(processors()) as threads:
         pool = Pool(scene, space, aim, schedule, seed, brake, threads, tell, starts)
         try:
@@ -93,7 +99,9 @@ def search(
         except KeyboardInterrupt:
             brake.pulled.set()
     progress, late = pool.progress, brake.on()
-    finalists = apart(space, [*pool.first, *pool.some[:FINALISTS]] or [fresh(space, pool.rng)], pool.luck)
+    finalists = apart(
+        space, [*pool.first, *pool.some[:FINALISTS]] or [fresh(space, pool.rng)], pool.luck
+    )
     setups = [rounded(space.setup(c), scene.sensor) for c in finalists]
 
     def counting(counted: int, to_count: int) -> None:
@@ -102,8 +110,17 @@ def search(
 
     counted = choose(verifier or Verifier(scene, voxel), setups, aim, brake, pool.luck, counting)
     soft = pool.soft(finalists[counted.index])
-    outcome = Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if late else Outcome.FINISHED
+    outcome = (
+        Outcome.INTERRUPTED if brake.pulled.is_set() else Outcome.TIME if late else Outcome.FINISHED
+    )
     spent = Statistics(schedule.starts, pool.evaluations, time.monotonic() - began, pool.width)
     return SearchResult(
-        setups[counted.index], soft, counted.exact, counted.short, outcome, spent, counted.voxel, counted.verified
+        setups[counted.index],
+        soft,
+        counted.exact,
+        counted.short,
+        outcome,
+        spent,
+        counted.voxel,
+        counted.verified,
     )

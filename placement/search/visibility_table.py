@@ -1,8 +1,10 @@
-"""What stands in the way of a link's sensors, on a grid of their places: for a quick look, not for an answer.
+"""What stands in the way of a link's sensors, on a grid of their places: for a quick look, not for
+an answer.
 
-The places of sensors on a link make a cylinder about its mount. From each place of a grid on it, is the straight way to each
-point clear of all bodies and obstacles? And how far does a sensor there see, tilted so or so, before one of them blinds it?
-What a sensor sees is then looked up at the place nearest to its own.
+The places of sensors on a link make a cylinder about its mount. From each place of a grid on it, is
+the straight way to each point clear of all bodies and obstacles? And how far does a sensor there
+see, tilted so or so, before one of them blinds it? What a sensor sees is then looked up at the
+place nearest to its own.
 """
 
 import math
@@ -20,24 +22,28 @@ from ...coverage.robots.link_bodies import segment_to_segment
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
 
-_HEIGHTS, _TURNS, _TILTS = 12, 24, 9  # of the grid: along the mount, around it, from one end of it to the other
-_SLACK = 0.002  # m, by which bodies are thinner: an apex in the middle of a ring's board is no deeper in its link
+# of the grid: along the mount, around it, from one end of it to the other
+_HEIGHTS, _TURNS, _TILTS = 12, 24, 9
+# m, by which bodies are thinner: an apex in the middle of a ring's board is no deeper in its link
+_SLACK = 0.002
 
 
 @dataclass(frozen=True)
 class VisibilityTable:
-    """Of one link's sensors at H heights and A azimuths: length m of its mount; pose (N,) of each point; and one of these:
-    clear (H * A, N): is the way to a point clear; stop (P, H * A, T) m: how far a sensor sees before it is blinded, at P
-    poses, tilted T ways."""
+    """Of one link's sensors at H heights and A azimuths: length m of its mount; pose (N,) of each
+    point; and one of these: clear (H * A, N): is the way to a point clear; stop (P, H * A, T) m:
+    how far a sensor sees before it is blinded, at P poses, tilted T ways."""
 
     length: float
     pose: Int[np.ndarray, " N"]
     clear: Bool[np.ndarray, "C N"] | None
     stop: Float[np.ndarray, "P C T"] | None
 
-    def sees(self, number: Any, height: Any, azimuth: Any, tilt: Any, square: Any) -> Bool[np.ndarray, " M"]:
-        """Does a sensor at a height (M,) m and an azimuth (M,) rad, tilted so (M,) rad, see a point of this number (M,) in
-        its cone, at this squared distance (M,) m^2?"""
+    def sees(
+        self, number: Any, height: Any, azimuth: Any, tilt: Any, square: Any
+    ) -> Bool[np.ndarray, " M"]:
+        """Does a sensor at a height (M,) m and an azimuth (M,) rad, tilted so (M,) rad, see a point
+        of this number (M,) in its cone, at this squared distance (M,) m^2?"""
         up = np.rint(height * ((_HEIGHTS - 1) / self.length)).astype(int) if self.length else 0
         cell = up * _TURNS + np.rint(azimuth * (_TURNS / (2 * math.pi))).astype(int) % _TURNS
         if self.clear is not None:
@@ -76,7 +82,9 @@ def lookout(
     stops, clear = [], []
     if blinded:
         tilts = np.linspace(-math.pi / 2, math.pi / 2, _TILTS)
-        look = np.cos(tilts)[:, None] * radial[:, None] + np.sin(tilts)[:, None] * np.asarray(mount.axis)
+        look = np.cos(tilts)[:, None] * radial[:, None] + np.sin(tilts)[:, None] * np.asarray(
+            mount.axis
+        )
         look = np.tile(look, (len(heights), 1, 1))
         stops = [
             _stop(seat @ T[:3, :3].T + T[:3, 3], look @ T[:3, :3].T, sensor, o)
@@ -85,10 +93,19 @@ def lookout(
     else:
         for some, p in zip(points, pose, strict=True):
             apex = seat @ frames[p, :3, :3].T + frames[p, :3, 3]
-            clear.append(np.asarray(_clear(*(jnp.asarray(a, jnp.float32) for a in (apex, some)), _bodies(occluders[p]))))
+            clear.append(
+                np.asarray(
+                    _clear(
+                        *(jnp.asarray(a, jnp.float32) for a in (apex, some)), _bodies(occluders[p])
+                    )
+                )
+            )
     each = np.repeat(pose, [len(some) for some in points])
     return VisibilityTable(
-        mount.length, each, np.concatenate(clear, axis=1) if clear else None, np.stack(stops) if stops else None
+        mount.length,
+        each,
+        np.concatenate(clear, axis=1) if clear else None,
+        np.stack(stops) if stops else None,
     )
 
 
@@ -102,7 +119,9 @@ def _stop(apex: Any, look: Any, sensor: Sensor, occluders: Occluders) -> Float[n
     found = np.full(len(beam.apex), np.inf)
     if (bodies := occluders.bodies) is not None:
         wide = Beam(*(a[:, None] for a in beam))
-        found = capsule_in_beam(wide, bodies.start[None], bodies.end[None], bodies.radius[None] - _SLACK)[0].min(axis=1)
+        found = capsule_in_beam(
+            wide, bodies.start[None], bodies.end[None], bodies.radius[None] - _SLACK
+        )[0].min(axis=1)
     for body in occluders.obstacles:
         found = np.minimum(found, polyhedron_in_beam(beam, body))
     return found.reshape(len(apex), _TILTS)
@@ -123,7 +142,10 @@ def _clear(apex: Any, points: Any, bodies: Any) -> Any:
         hidden = jnp.zeros(len(points), bool)
         if capsules is not None:
             start, end, radius = capsules
-            gaps = segment_to_segment(a[None, None], points[:, None], start[None], end[None]) - radius[None]
+            gaps = (
+                segment_to_segment(a[None, None], points[:, None], start[None], end[None])
+                - radius[None]
+            )
             hidden |= (gaps < 0).any(axis=1)
         for normal, offset in planes:
             here, there = (normal @ a - offset)[None], points @ normal.T - offset[None]

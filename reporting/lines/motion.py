@@ -12,10 +12,15 @@ def record_line(scene: Scene) -> str | None:
     r = scene.recorded
     if r is None:
         return None
-    weight = "dwell time" if r.speed_weight == 0 else f"dwell time and speed (speed_weight {r.speed_weight:g})"
+    weight = (
+        "dwell time"
+        if r.speed_weight == 0
+        else f"dwell time and speed (speed_weight {r.speed_weight:g})"
+    )
     return (
-        f"{r.file}: {r.rows:,} rows over {r.seconds:.1f} s as {len(scene.poses)} poses weighted by {weight}; every row lies"
-        f" within {math.degrees(r.within):.1f}° of its pose in every joint."
+        f"{r.file}: {r.rows:,} rows over {r.seconds:.1f} s as {len(scene.poses)} poses weighted by"
+        f" {weight}; every row lies within {math.degrees(r.within):.1f}° of its pose in every"
+        " joint."
     )
 
 
@@ -26,4 +31,7 @@ def worst_line(result: VerifyResult) -> str | None:
         return None
     when = "" if w.time_s is None else f" at {w.time_s:.2f} s"
     angles = ", ".join(f"{a:.1f}" for a in w.q_deg)
-    return f"{target_label(result)}, {result.setup}: worst {percent(w, result.rule)} % in pose {w.pose}{when}: [{angles}]°"
+    return (
+        f"{target_label(result)}, {result.setup}: worst {percent(w, result.rule)} % in pose"
+        f" {w.pose}{when}: [{angles}]°"
+    )

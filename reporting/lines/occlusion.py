@@ -16,13 +16,15 @@ from ..tables import target_label
 from ..terminal import Terminal
 
 ADVICE = (
-    "On a real mount the robot's body is in the way: take shadow for sensors of many zones, blind for sensors of one zone,"
-    " which report the body itself; ignore is the paper's."
+    "On a real mount the robot's body is in the way: take shadow for sensors of many zones, blind"
+    " for sensors of one zone, which report the body itself; ignore is the paper's."
 )
 
 
 def mounting_lines(scene: Scene, setup: Setup) -> list[str]:
-    """What a real mount would not allow of a setup, where the scene asks for one, and boards that do not fit."""
+    """What a real mount would not allow of a setup, where the scene asks for one, and boards that
+    do not fit.
+    """
     real = REAL if scene.real else ()
     return [fault.text for fault in faults(scene, setup.rings) if fault.rule in (*real, "printing")]
 
@@ -31,8 +33,13 @@ def without_lines(scene: Scene, setup: Setup) -> list[str]:
     """The links that have no ring because a real one is clear nowhere on them."""
     if not scene.real:
         return []
-    clear, bare = MountClearance(scene), [link for link in scene.robot.links if link not in {r.link for r in setup.rings}]
-    barred = [(link, radius) for link in bare if not clear.stretches(link, radius := clear.radius(link))]
+    clear, bare = (
+        MountClearance(scene),
+        [link for link in scene.robot.links if link not in {r.link for r in setup.rings}],
+    )
+    barred = [
+        (link, radius) for link in bare if not clear.stretches(link, radius := clear.radius(link))
+    ]
     return [f"No ring on {link}: {clear.why(link, radius)}." for link, radius in barred]
 
 
@@ -49,7 +56,9 @@ def occlusion_table(results: Sequence[VerifyResult]) -> Table | None:
             table.add_column(f"{label} {model}", justify="right")
     for name in dict.fromkeys(r.setup for r in shown):
         mine = {target_label(r): r.by_occlusion_percent for r in shown if r.setup == name}
-        cells = [f"{mine[label][m]:.2f}" if label in mine else "" for label in labels for m in OCCLUSIONS]
+        cells = [
+            f"{mine[label][m]:.2f}" if label in mine else "" for label in labels for m in OCCLUSIONS
+        ]
         table.add_row(name, *cells, style="bold" if name == "proposal" else None)
     return table
 
@@ -72,7 +81,11 @@ def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
 
 def scene_lines(scene: Scene) -> list[str]:
     """What was taken for an obstacle that is not convex."""
-    return [f"Obstacle {o.name} is not convex: its convex hull stands for it." for o in scene.obstacles if o.hulled]
+    return [
+        f"Obstacle {o.name} is not convex: its convex hull stands for it."
+        for o in scene.obstacles
+        if o.hulled
+    ]
 
 
 def print_sight(
@@ -82,10 +95,15 @@ def print_sight(
     scene: Scene,
     mount: Sequence[str] = (),
 ) -> None:
-    """Print zeta under all models of occlusion, what is told of the ``mount``, the sensors that see nothing, obstacles that
-    are not as they were, and advice where the models differ."""
+    """Print zeta under all models of occlusion, what is told of the ``mount``, the sensors that see
+    nothing, obstacles that are not as they were, and advice where the models differ."""
     table = occlusion_table(results)
     if table is not None:
         console.print(table)
-    for told in (*mount, *unseeing_lines(blind), *scene_lines(scene), *([ADVICE] if table is not None else [])):
+    for told in (
+        *mount,
+        *unseeing_lines(blind),
+        *scene_lines(scene),
+        *([ADVICE] if table is not None else []),
+    ):
         console.print(told, highlight=False, soft_wrap=True)

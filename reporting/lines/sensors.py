@@ -7,13 +7,19 @@ def sensor_lines(records: list[SensorRecord]) -> list[str]:
     """How each range came about, rule by rule."""
     lines = []
     for r in records:
-        lines.append(f"{r.title}: {r.range_m:.3f} m used, beam of {r.fov_deg:.3g}°. How it came about:")
+        lines.append(
+            f"{r.title}: {r.range_m:.3f} m used, beam of {r.fov_deg:.3g}°. How it came about:"
+        )
         for rule in r.rules:
             basis = "" if rule.measured else " (a law, not a measurement)"
             lines.append(f"  {rule.rule}: {rule.found}: {rule.range_m:.3f} m{basis}")
         best = [
             what
-            for what, found in (("light", r.ambient), ("reflectance", r.reflectance), ("size", r.target_size))
+            for what, found in (
+                ("light", r.ambient),
+                ("reflectance", r.reflectance),
+                ("size", r.target_size),
+            )
             if found is None
         ]
         if best:

@@ -1,10 +1,12 @@
 """Voxels on a ``Sheet``: the faces of a set of voxels that an eye at infinity may see.
 
-A cube shows an eye at infinity at most three faces, the same three for every voxel, and of those only the ones without a
-neighbour are exposed. Painted in the order of their middles' depth they hide each other exactly: a ray to the eye that
-leaves a voxel through one of these faces climbs on all three axes, and first of all past that face, so what it meets lies
-a voxel further at least on the face's axis and no less far on the others. The middle of any exposed face of that voxel is
-nearer by at least half the face's share of the depth. So it stays for several sets on one lattice, translucent ones too.
+A cube shows an eye at infinity at most three faces, the same three for every voxel, and of those
+only the ones without a neighbour are exposed. Painted in the order of their middles' depth they
+hide each other exactly: a ray to the eye that leaves a voxel through one of these faces climbs on
+all three axes, and first of all past that face, so what it meets lies a voxel further at least on
+the face's axis and no less far on the others. The middle of any exposed face of that voxel is
+nearer by at least half the face's share of the depth. So it stays for several sets on one lattice,
+translucent ones too.
 """
 
 from dataclasses import dataclass
@@ -18,7 +20,8 @@ from ...coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
 from ..plots import GREY, INK
 from .sheet import CLEAR, Sheet
 
-# Corners of the faces that look along +x, +y and +z, in voxels from the lowest corner, in turn around the face.
+# Corners of the faces that look along +x, +y and +z, in voxels from the lowest corner, in turn
+# around the face.
 _FACE = np.array(
     [
         [(1, 0, 0), (1, 1, 0), (1, 1, 1), (1, 0, 1)],
@@ -33,9 +36,9 @@ _FLAT = 1e-9  # share of a face's area that an eye sees of it from its edge, by 
 class VoxelSkin:
     """The voxels of a set that show a face to the eye.
 
-    voxel: side, m. numbers (N, 3): on the lattice, a voxel lies between k and k + 1 sides. side (3,): +1 or -1, which of
-    the two faces across each axis looks at the eye, 0 where the eye sees neither. exposed (N, 3): whether that face has
-    no neighbour.
+    voxel: side, m. numbers (N, 3): on the lattice, a voxel lies between k and k + 1 sides. side
+    (3,): +1 or -1, which of the two faces across each axis looks at the eye, 0 where the eye sees
+    neither. exposed (N, 3): whether that face has no neighbour.
     """
 
     voxel: float
@@ -55,7 +58,9 @@ class VoxelSkin:
 
 
 def voxel_set(voxel: float, numbers: Int[np.ndarray, "N 3"]) -> VoxelSet:
-    """The set of voxels of side ``voxel`` m with the lattice numbers (N, 3), in any order, each once or more."""
+    """The set of voxels of side ``voxel`` m with the lattice numbers (N, 3), in any order, each
+    once or more.
+    """
     key = np.unique(encode(numbers + OFFSET))
     return VoxelSet.of_cells(voxel, key, np.ones_like(key))
 
@@ -83,15 +88,18 @@ def skin(voxels: VoxelSet, towards_eye: Float[np.ndarray, " 3"]) -> VoxelSkin:
 
 
 def cut_open(voxels: VoxelSet, axis: int, at: float, side: float) -> VoxelSet:
-    """The voxels on the far side of a plane across ``axis`` at ``at`` m, as seen from its ``side``, +1 or -1."""
+    """The voxels on the far side of a plane across ``axis`` at ``at`` m, as seen from its ``side``,
+    +1 or -1.
+    """
     centres = voxels.centres()
     kept = centres[side * (at - centres[:, axis]) > 0]
     return voxel_set(voxels.voxel, np.rint(kept / voxels.voxel - 0.5).astype(np.int64))
 
 
 def openness(skin: VoxelSkin, voxels: VoxelSet) -> Float[np.ndarray, " N"]:
-    """How little the voxels near each voxel of the skin close it in, in [0, 1]: 1 on flat and bulging parts, less in
-    corners and grooves. It looks in 26 ways, up to eight voxels off; of a flat face 9 ways are open."""
+    """How little the voxels near each voxel of the skin close it in, in [0, 1]: 1 on flat and
+    bulging parts, less in corners and grooves. It looks in 26 ways, up to eight voxels off; of a
+    flat face 9 ways are open."""
     ways = np.array([w for w in np.ndindex(3, 3, 3) if w != (1, 1, 1)]) - 1
     steps = (1, 2, 4, 8)
     empty = np.zeros(len(skin.numbers))
@@ -101,9 +109,11 @@ def openness(skin: VoxelSkin, voxels: VoxelSet) -> Float[np.ndarray, " N"]:
     return np.minimum(empty / (9 * len(steps)), 1)
 
 
-def normals(solid: Solid, points: Float[np.ndarray, "N 3"], step: float) -> Float[np.ndarray, "N 3"]:
-    """Unit normals (N, 3) of a solid near ``points`` (N, 3) m: the gradient of its implicit function, by differences over
-    ``step`` m to either side; where it has none, straight up."""
+def normals(
+    solid: Solid, points: Float[np.ndarray, "N 3"], step: float
+) -> Float[np.ndarray, "N 3"]:
+    """Unit normals (N, 3) of a solid near ``points`` (N, 3) m: the gradient of its implicit
+    function, by differences over ``step`` m to either side; where it has none, straight up."""
     ends = points[:, None, None] + step * np.array([1, -1])[:, None, None] * np.eye(3)
     value = solid(ends.reshape(-1, 3)).reshape(len(points), 2, 3)
     way = value[:, 0] - value[:, 1]
@@ -121,12 +131,15 @@ def add_skin(
     alpha: float = 1.0,
     line: float = 0.0,
 ) -> None:
-    """Add the exposed faces of a set of voxels to a sheet whose eye is at infinity, where ``skin`` looked for it.
+    """Add the exposed faces of a set of voxels to a sheet whose eye is at infinity, where ``skin``
+    looked for it.
 
     Args:
         colour: of all voxels, by name or (3,), or of each (N, 3).
-        normal: of the solid at each voxel, by which it is lit as a smooth surface; None: lit as cubes.
-        blend: in [0, 1], how much of the light is the smooth surface's; the rest is that of the cubes.
+        normal: of the solid at each voxel, by which it is lit as a smooth surface; None: lit as
+            cubes.
+        blend: in [0, 1], how much of the light is the smooth surface's; the rest is that of the
+            cubes.
         light: on all voxels, or on each, beside which their colours are as lit as the normals say.
         alpha: opacity.
         line: width in points of the faces' edges, a little darker than the faces; 0: none.
@@ -154,16 +167,33 @@ def add_skin(
 
 def add_bar(sheet: Sheet, at: tuple[float, float], length: float) -> None:
     """Draw a scale of ``length`` m, its left end ``at`` (x, y) m on the sheet."""
-    x, y = np.array(at)[:, None] + length * np.array([(0, 0, 0, 1, 1, 1), (0.02, -0.02, 0, 0, 0.02, -0.02)])
+    x, y = np.array(at)[:, None] + length * np.array(
+        [(0, 0, 0, 1, 1, 1), (0.02, -0.02, 0, 0, 0.02, -0.02)]
+    )
     sheet.ax.plot(x, y, color=INK, lw=1.1, zorder=5)
-    below: dict[str, Any] = {"xytext": (0, -5), "textcoords": "offset points", "ha": "center", "va": "top"}
+    below: dict[str, Any] = {
+        "xytext": (0, -5),
+        "textcoords": "offset points",
+        "ha": "center",
+        "va": "top",
+    }
     sheet.ax.annotate(f"{length:g} m", (x.mean(), at[1]), color=INK, fontsize=9, zorder=5, **below)
 
 
 def add_axes(sheet: Sheet, at: tuple[float, float], length: float) -> None:
-    """Draw the base frame's axes, of ``length`` m as seen from the side, from ``at`` (x, y) m on the sheet."""
-    arrow = {"arrowstyle": "-|>,head_width=0.18,head_length=0.36", "color": GREY, "lw": 1.1, "shrinkA": 0, "shrinkB": 0}
+    """Draw the base frame's axes, of ``length`` m as seen from the side, from ``at`` (x, y) m on
+    the sheet.
+    """
+    arrow = {
+        "arrowstyle": "-|>,head_width=0.18,head_length=0.36",
+        "color": GREY,
+        "lw": 1.1,
+        "shrinkA": 0,
+        "shrinkB": 0,
+    }
     for name, way in zip("xyz", length * sheet.rotation[:2].T, strict=True):
         sheet.ax.annotate("", at + way, at, arrowprops=arrow, annotation_clip=False, zorder=5)
         x, y = at + way + 0.2 * length * way / np.linalg.norm(way)
-        sheet.ax.text(x, y, name, color=GREY, fontsize=9, ha="center", va="center", style="italic", zorder=5)
+        sheet.ax.text(
+            x, y, name, color=GREY, fontsize=9, ha="center", va="center", style="italic", zorder=5
+        )

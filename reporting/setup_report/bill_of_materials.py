@@ -38,40 +38,69 @@ def _power(count: int, sensor: Sensor) -> tuple[str, str]:
 
 
 def materials(setup: Setup, length: Callable[[int], int]) -> list[str]:
-    """The bill of materials as lines of Markdown: kinds of sensors, then rings with what each sends; ``length``: bytes of a
-    frame from a ring of so many sensors."""
+    """The bill of materials as lines of Markdown: kinds of sensors, then rings with what each
+    sends; ``length``: bytes of a frame from a ring of so many sensors."""
     kinds = Counter({ring.sensor: 0 for ring in setup.rings})
     for ring in setup.rings:
         kinds[ring.sensor] += ring.count
     rows = [
-        (str(n), title(s), f"{s.range_m:.2f}", UNKNOWN, *_power(n, s), UNKNOWN if (hz := rate_hz(s)) is None else f"{hz:g}")
+        (
+            str(n),
+            title(s),
+            f"{s.range_m:.2f}",
+            UNKNOWN,
+            *_power(n, s),
+            UNKNOWN if (hz := rate_hz(s)) is None else f"{hz:g}",
+        )
         for s, n in kinds.items()
     ]
     heads = ("sensors", "kind", "range, m", "price", "power of one", "of all", "rate, Hz")
-    rings = [(str(i), plain(r.link), f"{r.count}", *_data(r.count, r.sensor, length)) for i, r in enumerate(setup.rings)]
+    rings = [
+        (str(i), plain(r.link), f"{r.count}", *_data(r.count, r.sensor, length))
+        for i, r in enumerate(setup.rings)
+    ]
     total = _total(setup, length)
     sources = {
-        f"Power of the {MODELS[s.use.model].title}: {found.source}." for s in kinds if s.use and (found := _supply(s))
+        f"Power of the {MODELS[s.use.model].title}: {found.source}."
+        for s in kinds
+        if s.use and (found := _supply(s))
     }
     return [
         table(heads, rows, right=(0, 2)),
-        "No price of a sensor is sourced; where power or a rate is not known, the maker's sheet has it."
-        + "".join(f" {line}" for line in sorted(sources)),
+        "No price of a sensor is sourced; where power or a rate is not known, the maker's sheet"
+        " has it." + "".join(f" {line}" for line in sorted(sources)),
         "",
         table(
-            ("ring", "link", "sensors", "distances a reading", "distances a second", "bytes a second"),
+            (
+                "ring",
+                "link",
+                "sensors",
+                "distances a reading",
+                "distances a second",
+                "bytes a second",
+            ),
             rings,
             right=(0, 2, 3, 4, 5),
         ),
-        f"All rings together send {total}. Bytes are those of place-rings' ring protocol, a frame of each ring for each"
-        " reading and, of sensors of many zones, the nearest distance of each sensor.",
+        (
+            f"All rings together send {total}. Bytes are those of place-rings' ring protocol, a"
+            " frame of each ring for each reading and, of sensors of many zones, the nearest"
+            " distance of each sensor."
+        ),
         "",
     ]
 
 
 def _data(count: int, sensor: Sensor, length: Callable[[int], int]) -> tuple[str, str, str]:
     each, hz = count * distances(sensor), rate_hz(sensor)
-    return (f"{each}", *((UNKNOWN, UNKNOWN) if hz is None else (f"{each * hz:,.0f}", f"{length(count) * hz:,.0f}")))
+    return (
+        f"{each}",
+        *(
+            (UNKNOWN, UNKNOWN)
+            if hz is None
+            else (f"{each * hz:,.0f}", f"{length(count) * hz:,.0f}")
+        ),
+    )
 
 
 def _total(setup: Setup, length: Callable[[int], int]) -> str:
@@ -79,7 +108,12 @@ def _total(setup: Setup, length: Callable[[int], int]) -> str:
     each = sum(ring.count * distances(ring.sensor) for ring in setup.rings)
     if None in rates:
         bytes_ = sum(length(ring.count) for ring in setup.rings)
-        return f"{each:,} distances with each reading, {bytes_:,} bytes; how many readings a second is not known"
-    second = sum(hz * r.count * distances(r.sensor) for hz, r in zip(rates, setup.rings, strict=True) if hz)
+        return (
+            f"{each:,} distances with each reading, {bytes_:,} bytes; how many readings a second is"
+            " not known"
+        )
+    second = sum(
+        hz * r.count * distances(r.sensor) for hz, r in zip(rates, setup.rings, strict=True) if hz
+    )
     bytes_ = sum(hz * length(r.count) for hz, r in zip(rates, setup.rings, strict=True) if hz)
     return f"{second:,.0f} distances and {bytes_:,.0f} bytes a second"

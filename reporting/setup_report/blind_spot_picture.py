@@ -1,4 +1,6 @@
-"""The picture of blind spots: the largest unseen pieces of a target beside the robot, from two sides."""
+"""The picture of blind spots: the largest unseen pieces of a target beside the robot, from two
+sides.
+"""
 
 from itertools import cycle
 from pathlib import Path
@@ -26,7 +28,9 @@ _RINGS, _OBSTACLE = "#4a525a", "#c9b48c"
 
 
 def coarse(voxels: VoxelSet, most: int = _MOST) -> VoxelSet:
-    """The same piece in about ``most`` voxels or fewer, as large as it takes: those at least half of which belong to it."""
+    """The same piece in about ``most`` voxels or fewer, as large as it takes: those at least half
+    of which belong to it.
+    """
     level = max(0, int(np.ceil(np.log2(max(len(voxels), 1) / most) / 3)))
     if level == 0:
         return voxels
@@ -37,7 +41,8 @@ def coarse(voxels: VoxelSet, most: int = _MOST) -> VoxelSet:
 
 
 def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: int) -> None:
-    """Draw the first ``shown`` blind spots, those at the pose of the first of them, with their numbers: a PNG of 1800 x 900.
+    """Draw the first ``shown`` blind spots, those at the pose of the first of them, with their
+    numbers: a PNG of 1800 x 900.
 
     Raises:
         UserError: if the file cannot be written.
@@ -51,23 +56,59 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: i
     colours = dict(zip((i for i, _ in spots), cycle(_COLOURS), strict=False))
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
     for left, (caption, azimuth, elevation, _) in zip((0.01, 0.51), VIEWS, strict=True):
-        sheet = Sheet(figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal"), box, azimuth, elevation)
+        sheet = Sheet(
+            figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal"), box, azimuth, elevation
+        )
         draw_room(sheet)
         for obstacle in scene.obstacles:
-            sheet.surface(faces_within(obstacle.body, box, 0.04 * sheet.size), _OBSTACLE, 0.4, edges=False)
-        add_robot(sheet, scene.robot, frames, setup, dict.fromkeys(scene.robot.links, _RINGS), bool(scene.robot.bodies))
+            sheet.surface(
+                faces_within(obstacle.body, box, 0.04 * sheet.size), _OBSTACLE, 0.4, edges=False
+            )
+        add_robot(
+            sheet,
+            scene.robot,
+            frames,
+            setup,
+            dict.fromkeys(scene.robot.links, _RINGS),
+            bool(scene.robot.bodies),
+        )
         for i, spot in spots:
             drawn = coarse(spot.voxels)
-            add_skin(sheet, skin(drawn, sheet.rotation[2]), colours[i], alpha=0.12 if spot.volume > _LARGE else 0.85)
+            add_skin(
+                sheet,
+                skin(drawn, sheet.rotation[2]),
+                colours[i],
+                alpha=0.12 if spot.volume > _LARGE else 0.85,
+            )
         sheet.paint(smooth=False, fit=True)
         for i, spot in spots:
             x, y = sheet.project(spot.centre)[0]
-            tag = {"boxstyle": "circle,pad=0.25", "facecolor": "white", "edgecolor": colours[i], "linewidth": 1.6}
-            sheet.ax.text(x, y, str(i + 1), color=INK, fontsize=10, ha="center", va="center", bbox=tag, zorder=6)
+            tag = {
+                "boxstyle": "circle,pad=0.25",
+                "facecolor": "white",
+                "edgecolor": colours[i],
+                "linewidth": 1.6,
+            }
+            sheet.ax.text(
+                x,
+                y,
+                str(i + 1),
+                color=INK,
+                fontsize=10,
+                ha="center",
+                va="center",
+                bbox=tag,
+                zorder=6,
+            )
         sheet.ax.axis("off")
-        sheet.ax.text(0, 1.01, caption, transform=sheet.ax.transAxes, fontsize=11, color=GREY, style="italic")
+        sheet.ax.text(
+            0, 1.01, caption, transform=sheet.ax.transAxes, fontsize=11, color=GREY, style="italic"
+        )
     at = f", pose {pose}" if len(scene.poses) > 1 else ""
-    title = f"What stays unseen of {blind.target}: {'the largest pieces' if len(spots) > 1 else 'the largest piece'}{at}"
+    title = (
+        f"What stays unseen of {blind.target}:"
+        f" {'the largest pieces' if len(spots) > 1 else 'the largest piece'}{at}"
+    )
     figure.text(0.5, 0.945, title, ha="center", fontsize=16, color=INK, weight="bold")
     key = [Patch(fc=colours[i], label=f"{i + 1}: {1000 * spot.volume:.1f} l") for i, spot in spots]
     figure.legend(handles=key, loc="lower center", ncols=len(key), frameon=False, fontsize=10.5)

@@ -34,7 +34,10 @@ def heading(way: Float[np.ndarray, " 3"]) -> str:
 
 def bearing(way: Float[np.ndarray, " 3"]) -> str:
     """The same in degrees: azimuth from +x towards +y, and elevation."""
-    azimuth, elevation = math.degrees(math.atan2(way[1], way[0])), math.degrees(math.asin(float(np.clip(way[2], -1, 1))))
+    azimuth, elevation = (
+        math.degrees(math.atan2(way[1], way[0])),
+        math.degrees(math.asin(float(np.clip(way[2], -1, 1)))),
+    )
     return f"azimuth {round(azimuth) % 360}°, elevation {round(elevation):+d}°"
 
 
@@ -44,7 +47,11 @@ def beside(found: Beside | None) -> str:
         return ""
     body, length = plain(found.body), float(np.linalg.norm(found.way))
     if length < _AROUND:
-        return f"around the {body}" if found.share >= _MOST else f"around the robot, the largest part by the {body}"
+        return (
+            f"around the {body}"
+            if found.share >= _MOST
+            else f"around the robot, the largest part by the {body}"
+        )
     way = found.way / length
     level = "above" if way[2] >= _NOTED else "below" if way[2] <= -_NOTED else "beside"
     return f"{level} the {body}" + (f", towards {listed(side)}" if (side := sides(way)) else "")

@@ -25,9 +25,10 @@ _LOOKED = 8  # poses at which blind spots are sought
 
 @dataclass(frozen=True)
 class Facts:
-    """A report's numbers. zetas: of the setup, which stands first, and of the paper's, by name, whose ``sensors`` are told
-    beside; robust: goal by goal, over ``robust_poses`` poses; broken: rules of the scene that the setup breaks, and what a
-    real mount would not allow; found: how a search came to it."""
+    """A report's numbers. zetas: of the setup, which stands first, and of the paper's, by name,
+    whose ``sensors`` are told beside; robust: goal by goal, over ``robust_poses`` poses; broken:
+    rules of the scene that the setup breaks, and what a real mount would not allow; found: how a
+    search came to it."""
 
     name: str
     setup: Setup
@@ -46,7 +47,12 @@ class Facts:
     def own(self) -> list[VerifyResult]:
         """Zeta of the setup for each goal of the scene."""
         goals = [(g.target.name, g.target.radius) for g in self.scene.goals]
-        return [r for goal in goals for r in self.zetas if r.setup == self.name and (r.target, r.radius) == goal]
+        return [
+            r
+            for goal in goals
+            for r in self.zetas
+            if r.setup == self.name and (r.target, r.radius) == goal
+        ]
 
 
 def standing_for(scene: Scene, poses: int) -> Scene:
@@ -54,12 +60,16 @@ def standing_for(scene: Scene, poses: int) -> Scene:
     if len(scene.poses) <= poses:
         return scene
     weights = representative(scene.pose_weights, poses, np.random.default_rng(0))
-    kept = tuple(replace(p, weight=float(w)) for p, w in zip(scene.poses, weights, strict=True) if w > 0)
+    kept = tuple(
+        replace(p, weight=float(w)) for p, w in zip(scene.poses, weights, strict=True) if w > 0
+    )
     return replace(scene, poses=kept)
 
 
 def looked_at(scene: Scene, worst: int) -> list[int]:
-    """The poses at which blind spots are sought: all, or some spread over the motion and the worst."""
+    """The poses at which blind spots are sought: all, or some spread over the motion and the
+    worst.
+    """
     poses = len(scene.poses)
     if poses <= _LOOKED:
         return list(range(poses))
@@ -67,10 +77,19 @@ def looked_at(scene: Scene, worst: int) -> list[int]:
 
 
 def gather(
-    name: str, setup: Setup, scene: Scene, voxel: float, draws: int, seed: int, found: FoundModel | None, console: Terminal
+    name: str,
+    setup: Setup,
+    scene: Scene,
+    voxel: float,
+    draws: int,
+    seed: int,
+    found: FoundModel | None,
+    console: Terminal,
 ) -> Facts:
     """Count all that a report of ``setup`` says, with progress on ``console``."""
-    setups = {name: setup} | {paper: one for paper, one in papers(scene).items() if one != setup and paper != name}
+    setups = {name: setup} | {
+        paper: one for paper, one in papers(scene).items() if one != setup and paper != name
+    }
     targets, zetas = compared(scene), list[VerifyResult]()
     with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
         task = bar.add_task("counting", total=len(targets) * len(setups))
@@ -78,7 +97,9 @@ def gather(
             zetas.append(result)
             bar.advance(task)
     few = standing_for(scene, MANY)
-    robust = assess(name, setup, few, Robustness(_SEEN, voxel, MountingErrors(), draws, seed), console)
+    robust = assess(
+        name, setup, few, Robustness(_SEEN, voxel, MountingErrors(), draws, seed), console
+    )
     worst = {(r.target, r.radius): r.worst.pose for r in zetas if r.setup == name and r.worst}
     with console.status("looking for blind spots"):
         blind = [
@@ -89,4 +110,17 @@ def gather(
     broken = [f.text for f in faults(scene, setup.rings)]
     broken += [line for line in mounting_lines(scene, setup) if line not in broken]
     sensors = {n: one.sensors for n, one in setups.items()}
-    return Facts(name, setup, scene, voxel, seed, sensors, zetas, robust, len(few.poses), blind, broken, found)
+    return Facts(
+        name,
+        setup,
+        scene,
+        voxel,
+        seed,
+        sensors,
+        zetas,
+        robust,
+        len(few.poses),
+        blind,
+        broken,
+        found,
+    )

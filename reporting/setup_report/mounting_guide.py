@@ -19,9 +19,9 @@ _SHORT = 5e-4  # m, that is not worth a word
 
 @dataclass(frozen=True)
 class MountPlace:
-    """A ring's place: the joint whose frame carries its link; along, m, from that joint's origin to the ring's centre along
-    the mount axis, positive towards distal; aside, m, of the axis from the origin; look (3,): where the first sensor looks,
-    base frame, in the scene's first pose."""
+    """A ring's place: the joint whose frame carries its link; along, m, from that joint's origin to
+    the ring's centre along the mount axis, positive towards distal; aside, m, of the axis from the
+    origin; look (3,): where the first sensor looks, base frame, in the scene's first pose."""
 
     ring: Ring
     joint: str
@@ -32,14 +32,21 @@ class MountPlace:
 
 def seat_list(scene: Scene, setup: Setup) -> list[MountPlace]:
     """The seats of a setup's rings, in their order."""
-    joints, axis = (*scene.robot.chain.joints, TCP), sensor_cones(scene.robot, setup, scene.poses[0].q).axis
+    joints, axis = (
+        (*scene.robot.chain.joints, TCP),
+        sensor_cones(scene.robot, setup, scene.poses[0].q).axis,
+    )
     first = np.cumsum([0, *(ring.count for ring in setup.rings)])
     found = []
     for ring, k in zip(setup.rings, first, strict=False):
         m = scene.robot.mount(ring.link)
         start = float(m.start @ m.axis)
         aside = float(np.linalg.norm(m.start - start * m.axis))
-        found.append(MountPlace(ring, joints[m.frame], start + ring.position * m.length, aside, np.asarray(axis[k])))
+        found.append(
+            MountPlace(
+                ring, joints[m.frame], start + ring.position * m.length, aside, np.asarray(axis[k])
+            )
+        )
     return found
 
 
@@ -54,12 +61,21 @@ def mounting(scene: Scene, setup: Setup) -> list[str]:
     rows, seats = [], seat_list(scene, setup)
     for i, s in enumerate(seats):
         r, m = s.ring, scene.robot.mount(s.ring.link)
-        place = f"{1000 * s.along:.0f} mm from {plain(s.joint)}" if m.length > 0 else f"fixed, {plain(s.joint)}"
+        place = (
+            f"{1000 * s.along:.0f} mm from {plain(s.joint)}"
+            if m.length > 0
+            else f"fixed, {plain(s.joint)}"
+        )
         aside = f", its axis {1000 * s.aside:.0f} mm beside it" if s.aside > _SHORT else ""
         phase = round(math.degrees(r.phase), 2) % 360
         rows.append(
             (
-                *(str(i), plain(r.link), place + aside, f"{r.position:.3f}" if m.length > 0 else "–"),
+                *(
+                    str(i),
+                    plain(r.link),
+                    place + aside,
+                    f"{r.position:.3f}" if m.length > 0 else "–",
+                ),
                 *(
                     f"{1000 * r.radius:.1f}",
                     f"{r.count}, every {360 / max(r.count, 1):.2f}°",
@@ -72,11 +88,14 @@ def mounting(scene: Scene, setup: Setup) -> list[str]:
     heads = ("ring", "link", "where", "position", "radius, mm", "sensors", "tilt, °", "phase, °")
     return [
         table((*heads, "first sensor looks, in pose 0"), rows, right=(0, 3, 4, 6)),
-        "A length is measured from the joint's axis along the link's mount axis to the plane of the ring's sensors, positive"
-        " towards the tool; position is the same as a share of the mount, 0 proximal to 1 distal. Radius is that of the"
-        " circle of sensors. A positive tilt leans the sensors towards the distal end. Phase is the angle of the"
-        " first sensor about the mount axis, from the named axis of the link's frame, right-handed from"
-        " proximal to distal; the others follow the same way, evenly. Azimuth is counted from +x of the base frame towards"
-        " +y, elevation from the horizontal.",
+        (
+            "A length is measured from the joint's axis along the link's mount axis to the plane of"
+            " the ring's sensors, positive towards the tool; position is the same as a share of the"
+            " mount, 0 proximal to 1 distal. Radius is that of the circle of sensors. A positive"
+            " tilt leans the sensors towards the distal end. Phase is the angle of the first sensor"
+            " about the mount axis, from the named axis of the link's frame, right-handed from"
+            " proximal to distal; the others follow the same way, evenly. Azimuth is counted from"
+            " +x of the base frame towards +y, elevation from the horizontal."
+        ),
         "",
     ]

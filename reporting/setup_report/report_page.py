@@ -26,7 +26,8 @@ from .mounting_guide import mounting
 
 LEAST = 1e-4  # m³: smaller blind spots are not listed
 PICTURE = "placement.png"
-_ASKED = ("--target", "--radius", "--draws", "--seed", "--voxel", "--out")  # of report, or to be said again
+# of report, or to be said again
+_ASKED = ("--target", "--radius", "--draws", "--seed", "--voxel", "--out")
 _UNDER = {
     "ignore": "the robot's body stands in nobody's way, as in the paper",
     "shadow": "the body throws shadows, as for sensors of many zones",
@@ -50,12 +51,16 @@ def listed_spots(blind: Blind) -> int:
 
 
 def page(
-    f: Facts, words: Sequence[str], versions: Mapping[str, str], created: str, frame_length: Callable[[int], int]
+    f: Facts,
+    words: Sequence[str],
+    versions: Mapping[str, str],
+    created: str,
+    frame_length: Callable[[int], int],
 ) -> str:
     """The whole report.
 
-    ``words``, ``versions``, ``created``: of the command line, of what made it, and when. ``frame_length``: how many bytes a
-    ring of so many sensors sends at once.
+    ``words``, ``versions``, ``created``: of the command line, of what made it, and when.
+    ``frame_length``: how many bytes a ring of so many sensors sends at once.
     """
     parts = (_head(f, versions, created), _asked(f), _coverage(f), _blind(f), _robust(f))
     lines = [line for part in parts for line in part]
@@ -72,14 +77,22 @@ def answer(f: Facts) -> str:
     for r in f.own:
         others = [m for m in OCCLUSIONS if m != f.scene.occlusion and m in r.by_occlusion_percent]
         beyond = ", ".join(f"{r.by_occlusion_percent[m]:.2f} % {_DISTANT[m]}" for m in others)
-        each.append(f"**{r.zeta_percent:.2f} % of {target_label(r)}**" + (f" ({beyond})" if beyond else ""))
+        each.append(
+            f"**{r.zeta_percent:.2f} % of {target_label(r)}**" + (f" ({beyond})" if beyond else "")
+        )
     floors = [(g, r) for g, r in zip(f.scene.goals, f.own, strict=True) if g.at_least > 0]
     missed = [
         f"{100 * g.at_least - r.zeta_percent:.2f} points of {g.target}"
         for g, r in floors
         if r.zeta_percent < 100 * g.at_least
     ]
-    kept = "" if not floors else f"; the floors are missed by {listed(missed)}" if missed else "; the floors are kept"
+    kept = (
+        ""
+        if not floors
+        else f"; the floors are missed by {listed(missed)}"
+        if missed
+        else "; the floors are kept"
+    )
     return f"{what} see {listed(each)}{kept}."
 
 
@@ -87,7 +100,10 @@ def _head(f: Facts, versions: Mapping[str, str], created: str) -> Iterator[str]:
     yield f"# Placement report: {escaped(Path(f.name).name)}\n"
     yield f"> {answer(f)}\n"
     yield f"Made {created} by place-rings {versions['place-rings']}. {DISCLAIMER}\n"
-    yield f"![The setup from two sides: what the sensors see of the target, and what stays unseen]({PICTURE})\n"
+    yield (
+        "![The setup from two sides: what the sensors see of the target, and what stays"
+        f" unseen]({PICTURE})\n"
+    )
 
 
 def _asked(f: Facts) -> Iterator[str]:
@@ -95,14 +111,26 @@ def _asked(f: Facts) -> Iterator[str]:
     weights = scene.goal_weights
     for goal, w in zip(scene.goals, weights, strict=True):
         part = f"{goal.target}" + (f", weight {w:.2f}" if len(scene.goals) > 1 else "")
-        goals.append(part + (f", at least {100 * goal.at_least:.2f} %" if goal.at_least > 0 else ""))
+        goals.append(
+            part + (f", at least {100 * goal.at_least:.2f} %" if goal.at_least > 0 else "")
+        )
     yield "## What was asked\n"
-    yield f"- Robot: {escaped(scene.robot.name)}, {len(scene.robot.chain)} joints, reach {scene.robot.reach:.2f} m."
+    yield (
+        f"- Robot: {escaped(scene.robot.name)}, {len(scene.robot.chain)} joints, reach"
+        f" {scene.robot.reach:.2f} m."
+    )
     yield f"- {_poses(scene)}"
     yield f"- To be seen: {'; '.join(goals)}. {_meaning(scene)}"
-    yield f"- Sensors: {escaped(listed([title(s) for s in dict.fromkeys(r.sensor for r in f.setup.rings)]))}."
-    yield f"- In the way: `occlusion = {scene.occlusion}`, {_UNDER[scene.occlusion]}; {_obstacles(scene)}."
-    yield f"- Rings: {'with bodies, as on a real mount' if scene.real else 'without bodies, as in the paper'}.\n"
+    yield (
+        "- Sensors:"
+        f" {escaped(listed([title(s) for s in dict.fromkeys(r.sensor for r in f.setup.rings)]))}."
+    )
+    yield (
+        f"- In the way: `occlusion = {scene.occlusion}`, {_UNDER[scene.occlusion]};"
+        f" {_obstacles(scene)}."
+    )
+    mounts = "with bodies, as on a real mount" if scene.real else "without bodies, as in the paper"
+    yield f"- Rings: {mounts}.\n"
 
 
 def _poses(scene: Scene) -> str:
@@ -110,7 +138,8 @@ def _poses(scene: Scene) -> str:
         return f"Poses: {escaped(line)}"
     if len(scene.poses) > 1:
         return (
-            f"Poses: {len(scene.poses)}, {'the worst' if scene.over_poses == 'worst' else 'their weighted mean'} is meant."
+            f"Poses: {len(scene.poses)},"
+            f" {'the worst' if scene.over_poses == 'worst' else 'their weighted mean'} is meant."
         )
     return f"Pose: {', '.join(f'{v + 0.0:.1f}' for v in np.degrees(scene.poses[0].q).round(1))}°."
 
@@ -124,35 +153,60 @@ def _meaning(scene: Scene) -> str:
         "V_P": "V_P what is nearer to a part of the robot than its separation distance",
     }
     names = [words[n] for n in dict.fromkeys(g.target.name for g in scene.goals)]
-    return f"{listed(names)}; {scene.shape.robot_radius:g} m about the curve, the robot's own volume, are no part of it."
+    return (
+        f"{listed(names)}; {scene.shape.robot_radius:g} m about the curve, the robot's own volume,"
+        " are no part of it."
+    )
 
 
 def _obstacles(scene: Scene) -> str:
     names = [escaped(o.name) for o in scene.obstacles]
-    return f"the cell has {counted(len(names), 'obstacle')}: {', '.join(names)}" if names else "no obstacles in the cell"
+    return (
+        f"the cell has {counted(len(names), 'obstacle')}: {', '.join(names)}"
+        if names
+        else "no obstacles in the cell"
+    )
 
 
 def _coverage(f: Facts) -> Iterator[str]:
     yield "## What is seen\n"
     many = f", the mean over {len(f.scene.poses)} poses" if len(f.scene.poses) > 1 else ""
-    yield f"ζ in percent of each target{many}, exact by rule `centre`, voxels of {f.voxel:g} m; the paper's configurations"
+    yield (
+        f"ζ in percent of each target{many}, exact by rule `centre`, voxels of {f.voxel:g} m; the"
+        " paper's configurations"
+    )
     yield "beside, with this scene's sensor.\n"
     labels = list(dict.fromkeys(target_label(r) for r in f.zetas))
-    models: list[Occlusion] = [m for m in OCCLUSIONS if any(m in r.by_occlusion_percent for r in f.zetas)]
+    models: list[Occlusion] = [
+        m for m in OCCLUSIONS if any(m in r.by_occlusion_percent for r in f.zetas)
+    ]
     for model in models or [f.scene.occlusion]:
         asked = " (what was asked)" if model == f.scene.occlusion else ""
         yield f"### {model}: {_UNDER[model]}{asked}\n"
         rows = []
         for name, sensors in f.sensors.items():
-            mine = {target_label(r): r.by_occlusion_percent.get(model, r.zeta_percent) for r in f.zetas if r.setup == name}
+            mine = {
+                target_label(r): r.by_occlusion_percent.get(model, r.zeta_percent)
+                for r in f.zetas
+                if r.setup == name
+            }
             mark = "**" if name == f.name else ""
             cells = [f"{mark}{mine[label]:.2f}{mark}" for label in labels]
-            rows.append([f"{mark}{'this setup' if mark else escaped(name)}{mark}", str(sensors), *cells])
+            rows.append(
+                [f"{mark}{'this setup' if mark else escaped(name)}{mark}", str(sensors), *cells]
+            )
         yield table(["setup", "sensors", *labels], rows, right=range(1, len(labels) + 2))
     for r in f.own:
         if r.worst is not None:
-            yield f"{target_label(r)} in the worst pose, {r.worst.pose}: {r.worst.zeta_percent:.2f} %.\n"
-    told = [*unseeing_lines(f.own[0].unseeing), *scene_lines(f.scene), *protective_lines(f.own, f.setup)]
+            yield (
+                f"{target_label(r)} in the worst pose, {r.worst.pose}: {r.worst.zeta_percent:.2f}"
+                " %.\n"
+            )
+    told = [
+        *unseeing_lines(f.own[0].unseeing),
+        *scene_lines(f.scene),
+        *protective_lines(f.own, f.setup),
+    ]
     if told:
         yield "\n".join(f"- {escaped(line)}" for line in told) + "\n"
 
@@ -164,21 +218,39 @@ def _blind(f: Facts) -> Iterator[str]:
         shown = listed_spots(blind)
         yield f"### {blind.target}\n"
         at = zip(blind.poses, blind.volume, blind.pieces, strict=True)
-        amounts = [f"{f'pose {p}: ' if several else ''}{1000 * v:,.1f} litres in {counted(k, 'piece')}" for p, v, k in at]
-        yield f"Unseen under `{f.scene.occlusion}`: {'; '.join(amounts)}. What hangs together by voxels' faces is one piece."
+        amounts = [
+            f"{f'pose {p}: ' if several else ''}{1000 * v:,.1f} litres in {counted(k, 'piece')}"
+            for p, v, k in at
+        ]
+        yield (
+            f"Unseen under `{f.scene.occlusion}`: {'; '.join(amounts)}. What hangs together by"
+            " voxels' faces is one piece."
+        )
         if not shown:
             yield "None is as large as 0.1 litre.\n"
             continue
-        yield f"The largest, of 0.1 litre and more, in the base frame{', each told once' if several else ''}:\n"
+        yield (
+            "The largest, of 0.1 litre and more, in the base"
+            f" frame{', each told once' if several else ''}:\n"
+        )
         yield table(*_spots(blind, shown, several), right=(0, 1))
-        yield f"![The largest unseen pieces of {blind.target} beside the robot, from two sides]({blind_name(n)})\n"
+        yield (
+            f"![The largest unseen pieces of {blind.target} beside the robot, from two"
+            f" sides]({blind_name(n)})\n"
+        )
 
 
 def _spots(blind: Blind, shown: int, several: bool) -> tuple[list[str], list[list[str]]]:
     rows = []
     for i, spot in enumerate(blind.spots[:shown]):
         near = spot.beside
-        gap = "–" if near is None else "touches it" if near.gap <= blind.voxel else f"{near.gap:.2f} m"
+        gap = (
+            "–"
+            if near is None
+            else "touches it"
+            if near.gap <= blind.voxel
+            else f"{near.gap:.2f} m"
+        )
         row = [str(i + 1), f"{1000 * spot.volume:,.1f}", beside(near) or "–", gap]
         row += [metres(spot.centre), " × ".join(f"{v:.2f}" for v in spot.high - spot.low)]
         rows.append(row + ([", ".join(str(p) for p in spot.poses)] if several else []))
@@ -188,7 +260,11 @@ def _spots(blind: Blind, shown: int, several: bool) -> tuple[list[str], list[lis
 
 def _robust(f: Facts) -> Iterator[str]:
     yield "## Redundancy, losses and tolerance\n"
-    over = "" if f.robust_poses == len(f.scene.poses) else f" over {f.robust_poses} poses that stand for all"
+    over = (
+        ""
+        if f.robust_poses == len(f.scene.poses)
+        else f" over {f.robust_poses} poses that stand for all"
+    )
     yield f"In percent of each target{over}, under `{f.scene.occlusion}`.\n"
     labels = [target_label(r) for r in f.robust]
     yield table(["", *labels], robustness_rows(f.robust), right=range(1, len(labels) + 1))
@@ -209,20 +285,30 @@ def _effective(f: Facts) -> Iterator[str]:
         yield code("\n".join(told))
 
 
+def _listed_versions(versions: Mapping[str, str]) -> str:
+    return escaped(", ".join(f"{name} {number}" for name, number in versions.items()))
+
+
 def _reproduce(f: Facts, words: Sequence[str], versions: Mapping[str, str]) -> Iterator[str]:
     yield "## How to make this again\n"
     if f.found is not None:
         yield f"The placement was found {escaped(f.found.created)} with seed {f.found.seed} in"
         yield f"{f.found.seconds:.0f} s ({escaped(f.found.outcome)}), by"
-        yield f"{escaped(', '.join(f'{name} {number}' for name, number in f.found.versions.items()))}:\n"
+        yield f"{_listed_versions(f.found.versions)}:\n"
         yield code(f.found.command)
     yield f"This report, with seed {f.seed} for its draws, by"
-    yield f"{escaped(', '.join(f'{name} {number}' for name, number in versions.items()))}:\n"
+    yield f"{_listed_versions(versions)}:\n"
     yield code(shlex.join(["place-rings", *words]))
     yield "Any of its ζ, to be counted again, or proved:\n"
     target = f.scene.goals[0].target
     radius = "" if target.radius is None else f":{target.radius:g}"
-    say = ["place-rings", "verify", *_without(words[1:], _ASKED), "--target", f"{target.name}{radius}"]
+    say = [
+        "place-rings",
+        "verify",
+        *_without(words[1:], _ASKED),
+        "--target",
+        f"{target.name}{radius}",
+    ]
     yield code(shlex.join([*say, "--rule", "certified"]))
 
 
@@ -240,12 +326,24 @@ def _without(words: Sequence[str], options: Collection[str]) -> Iterator[str]:
 def _limits(f: Facts) -> Iterator[str]:
     yield "## Limits\n"
     yield f"- {DISCLAIMER}"
-    yield "- Coverage is geometry: how much of a volume lies in the sensors' nominal beams. What a sensor reports of a small"
+    yield (
+        "- Coverage is geometry: how much of a volume lies in the sensors' nominal beams. What a"
+        " sensor reports of a small"
+    )
     yield "  or dark thing in strong light is less."
     if f.scene.robot.bodies:
         yield f"- {ADVICE}"
-    yield "- The robot is the capsules of its bodies, an obstacle its convex hull; cables and holders are not in it."
+    yield (
+        "- The robot is the capsules of its bodies, an obstacle its convex hull; cables and holders"
+        " are not in it."
+    )
     yield "- Poses are those of the scene; what happens on the way between them is not looked at."
-    yield f"- Blind spots are made of voxels of {f.voxel:g} m: a seen sheet thinner than that does not part them."
+    yield (
+        f"- Blind spots are made of voxels of {f.voxel:g} m: a seen sheet thinner than that does"
+        " not part them."
+    )
     luck = f"{f.robust[0].errors.draws} drawn mountings"
-    yield f"- The figures under errors of mounting have the luck of {luck}; all others are exact counts.\n"
+    yield (
+        f"- The figures under errors of mounting have the luck of {luck}; all others are exact"
+        " counts.\n"
+    )

@@ -18,7 +18,8 @@ from .gathering import Gathered
 
 
 class Session:
-    """Listens from its making to its end. gathered: what came. link, rings: to look at while it runs.
+    """Listens from its making to its end. gathered: what came. link, rings: to look at while it
+    runs.
 
     Args:
         host: of the robot.
@@ -40,12 +41,24 @@ class Session:
         patience: float = 1.0,
     ) -> None:
         self.patience = patience
-        self.gathered, self._recording, self._on_event = Gathered(patience=patience), recording, on_event
+        self.gathered, self._recording, self._on_event = (
+            Gathered(patience=patience),
+            recording,
+            on_event,
+        )
         with ExitStack() as stack:
             if recording:
                 stack.enter_context(recording)
             self.link = stack.enter_context(
-                Link(host, rate, self.gathered.take, self._record, self._fault, start=start, patience=patience)
+                Link(
+                    host,
+                    rate,
+                    self.gathered.take,
+                    self._record,
+                    self._fault,
+                    start=start,
+                    patience=patience,
+                )
             )
             self.rings = stack.enter_context(Rings(ports, self._frame, self._event, self._record))
             self._stack = stack.pop_all()
@@ -53,7 +66,12 @@ class Session:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self.close()
 
     def close(self) -> None:

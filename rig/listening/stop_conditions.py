@@ -1,6 +1,8 @@
-"""Stop conditions: what asks for a stop while the robot moves, asked about a hundred times a second.
+"""Stop conditions: what asks for a stop while the robot moves, asked about a hundred times a
+second.
 
-A fault of the robot's link or of the recording; a silent ring; a ring whose sensors fail; a ring whose
+A fault of the robot's link or of the recording; a silent ring; a ring whose sensors fail; a ring
+whose
 distances no longer change; a reading that is too near.
 """
 
@@ -25,10 +27,13 @@ class StopRules:
     failed_share: float = 0.25
     """Share of a ring's sensors that may report failure, or be frozen."""
     frozen_frames: int = 6
-    """Consecutive frames, while the robot moves, after which a distance that is still the same is frozen."""
+    """Consecutive frames, while the robot moves, after which a distance that is still the same is
+    frozen.
+    """
 
     def too_many(self, failed: int, count: int) -> bool:
-        """Whether so many failed sensors of a ring of ``count`` stop the robot: all of them, or more than
+        """Whether so many failed sensors of a ring of ``count`` stop the robot: all of them, or
+        more than
         one and more than the share that may."""
         return failed == count or (failed > 1 and failed > self.failed_share * count)
 
@@ -61,7 +66,10 @@ class RingWatch:
         if frozen.any() and (frozen == measured).all():
             return f"its distances have not changed in {frames} frames while the robot moves"
         if self._rules.too_many(failed + int(frozen.sum()), count):
-            return f"{frozen.sum()} of {count} sensors have not changed in {frames} frames, {failed} report failure"
+            return (
+                f"{frozen.sum()} of {count} sensors have not changed in {frames} frames, {failed}"
+                " report failure"
+            )
         near_by = np.isin(frame.status, (Status.VALID, Status.WEAK)) & (frame.distance < near)
         for sensor in np.flatnonzero(near_by):
             read, least = 1000 * frame.distance[sensor], 1000 * near[sensor]
@@ -69,8 +77,8 @@ class RingWatch:
         return None
 
     def _follow(self, frame: Frame, moving: bool) -> None:
-        """Count for how many frames each distance (n,) is the same. A sensor that measures none, or 0 as one that is
-        covered, has none to change."""
+        """Count for how many frames each distance (n,) is the same. A sensor that measures none, or
+        0 as one that is covered, has none to change."""
         before, self._last = self._last, frame
         if not moving or before is None:
             self._unchanged = np.zeros(len(frame.distance), int)

@@ -1,4 +1,6 @@
-"""The setup as it was found to be mounted: beside what was proposed, its ζ verified anew, and as a proposal of its own."""
+"""The setup as it was found to be mounted: beside what was proposed, its ζ verified anew, and as a
+proposal of its own.
+"""
 
 import math
 from collections.abc import Sequence
@@ -25,12 +27,19 @@ from .fit import RingFit
 from .model import NAMES
 from .wiring import told
 
-_SHOWN = {"slip": (1000.0, "mm"), "tilt": (180 / math.pi, "°"), "phase": (180 / math.pi, "°"), "offset": (1000.0, "mm")}
+_SHOWN = {
+    "slip": (1000.0, "mm"),
+    "tilt": (180 / math.pi, "°"),
+    "phase": (180 / math.pi, "°"),
+    "offset": (1000.0, "mm"),
+}
 
 
 @dataclass(frozen=True)
 class Zeta:
-    """ζ in [0, 1] of a target: of the setup proposed, as built, and as built without the sensors that are dead."""
+    """ζ in [0, 1] of a target: of the setup proposed, as built, and as built without the sensors
+    that are dead.
+    """
 
     target: Target
     proposed: float
@@ -48,7 +57,9 @@ class AsBuilt:
 
     @property
     def setup(self) -> Setup:
-        """The rings as built, as a proposal's file holds them: a ring that slipped beyond a link's end sits at the end."""
+        """The rings as built, as a proposal's file holds them: a ring that slipped beyond a link's
+        end sits at the end.
+        """
         rings = (replace(f.ring, position=min(max(f.ring.position, 0.0), 1.0)) for f in self.fits)
         return rounded(Setup(tuple(rings)), self.scene.sensor)
 
@@ -70,18 +81,37 @@ class AsBuilt:
     def _living(self, pose: int) -> Sequence[Parts]:
         """What the sensors that answer see at a pose."""
         q = self.scene.poses[pose].q
-        return [sight(self.scene, jax.tree.map(lambda a: a[self.alive], sensor_cones(self.scene.robot, self.setup, q)), q)]
+        return [
+            sight(
+                self.scene,
+                jax.tree.map(
+                    lambda a: a[self.alive], sensor_cones(self.scene.robot, self.setup, q)
+                ),
+                q,
+            )
+        ]
 
     def proposal(self, name: str, verifier: Verifier | None = None) -> ProposalFile:
         """The setup as built as a proposal's file, with ζ of the scene's targets, verified anew."""
         verifier = verifier or Verifier(self.scene)
-        found = [verify_result(name, verifier.verify(self.setup, g.target), self.scene) for g in self.scene.goals]
-        zeta = [z.model_copy(update={"seconds": 0.0}) for z in found]  # the same readings make the same file
-        return ProposalFile(rings=ring_models(self.setup, self.scene.sensor), scene=scene_model(self.scene), zeta=zeta)
+        found = [
+            verify_result(name, verifier.verify(self.setup, g.target), self.scene)
+            for g in self.scene.goals
+        ]
+        # the same readings make the same file
+        zeta = [z.model_copy(update={"seconds": 0.0}) for z in found]
+        return ProposalFile(
+            rings=ring_models(self.setup, self.scene.sensor),
+            scene=scene_model(self.scene),
+            zeta=zeta,
+        )
 
     def toml(self, name: str, verifier: Verifier | None = None) -> str:
         """The same as text, with what was found as comments."""
-        return to_toml(self.proposal(name, verifier), "\n".join(["As built, from a mount check:", *self.text()]))
+        return to_toml(
+            self.proposal(name, verifier),
+            "\n".join(["As built, from a mount check:", *self.text()]),
+        )
 
     def text(self, confidence: float = 0.95) -> list[str]:
         """Each ring beside its proposal, then what is wrong with it, in lines."""
@@ -89,7 +119,10 @@ class AsBuilt:
         for i, fit in enumerate(self.fits):
             margins = fit.margins(confidence)
             found = [_shown(*each) for each in zip(fit.names, fit.values, margins, strict=True)]
-            sure = f"{100 * confidence:.0f} % sure, {fit.used} readings, residuals {fit.scale:.2f} of the noise thought"
+            sure = (
+                f"{100 * confidence:.0f} % sure, {fit.used} readings, residuals {fit.scale:.2f} of"
+                " the noise thought"
+            )
             lines.append(f"ring {i} ({fit.nominal.link}): {', '.join(found)} ({sure})")
             lines += [f"ring {i} ({fit.nominal.link}): {fault}" for fault in faults(fit)]
         return lines

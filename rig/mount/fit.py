@@ -1,7 +1,8 @@
-"""How rings are truly mounted: the errors that bring what is expected nearest to what was read, with their uncertainty.
+"""How rings are truly mounted: the errors that bring what is expected nearest to what was read,
+with their uncertainty.
 
-Ring by ring, as no ring's readings depend on another's: first the order of its wires, then by turns its errors (least
-squares over the readings that the known cell returns) and who sits where.
+Ring by ring, as no ring's readings depend on another's: first the order of its wires, then by turns
+its errors (least squares over the readings that the known cell returns) and who sits where.
 """
 
 import math
@@ -33,9 +34,10 @@ _ASTRAY = 4.0  # mean cost of a stop, above which that is not what its seat shou
 class RingFit:
     """A ring as it was found to be mounted.
 
-    nominal, ring: as proposed, and as built. names: of the p errors that were estimated, ``values`` (p,) m and rad with
-    their ``covariance`` (p, p), from ``used`` readings with residuals of ``scale`` deviations. order, seat (n,): of each
-    wire the seat. mixed: wires that sit elsewhere than the order says. dead: wires that tell nothing, or always the same.
+    nominal, ring: as proposed, and as built. names: of the p errors that were estimated, ``values``
+    (p,) m and rad with their ``covariance`` (p, p), from ``used`` readings with residuals of
+    ``scale`` deviations. order, seat (n,): of each wire the seat. mixed: wires that sit elsewhere
+    than the order says. dead: wires that tell nothing, or always the same.
     """
 
     nominal: Ring
@@ -60,21 +62,33 @@ class RingFit:
         return stats.t.ppf((1 + confidence) / 2, self.freedom) * np.sqrt(np.diag(self.covariance))
 
     def statistic(self, truth: Float[np.ndarray, " p"]) -> float:
-        """How far ``truth`` (p,) is from the values, squared, in deviations, for each of them: of the F distribution."""
+        """How far ``truth`` (p,) is from the values, squared, in deviations, for each of them: of
+        the F distribution.
+        """
         off = truth - self.values
         return float(off @ np.linalg.solve(self.covariance, off)) / len(off)
 
     def holds(self, truth: Float[np.ndarray, " p"], confidence: float = CONFIDENCE) -> bool:
-        """Does the joint region of all values hold ``truth`` (p,)? An ellipsoid, by the F distribution."""
-        return bool(self.statistic(truth) <= stats.f.ppf(confidence, len(self.values), self.freedom))
+        """Does the joint region of all values hold ``truth`` (p,)? An ellipsoid, by the F
+        distribution.
+        """
+        return bool(
+            self.statistic(truth) <= stats.f.ppf(confidence, len(self.values), self.freedom)
+        )
 
     @property
     def open(self) -> tuple[str, ...]:
         """Errors that the readings do not tell: not known within what a careful mount keeps."""
-        return tuple(name for name, m in zip(self.names, self.margins(), strict=True) if not m <= LIMITS[NAMES.index(name)])
+        return tuple(
+            name
+            for name, m in zip(self.names, self.margins(), strict=True)
+            if not m <= LIMITS[NAMES.index(name)]
+        )
 
 
-def fit_mount(scene: Scene, setup: Setup, stops: Stops, noise: Noise | None = None) -> tuple[RingFit, ...]:
+def fit_mount(
+    scene: Scene, setup: Setup, stops: Stops, noise: Noise | None = None
+) -> tuple[RingFit, ...]:
     """How each ring of ``setup`` is mounted, from what was read at the stops of a mount check.
 
     Args:
@@ -92,7 +106,11 @@ def fit_mount(scene: Scene, setup: Setup, stops: Stops, noise: Noise | None = No
         k = slice(int(first[i]), int(first[i + 1]))
         try:
             mute = (stops.failed[:, k] == stops.total[:, k]).all(axis=0)
-            fits.append(_fit(scene, ring, stops.joints, stops.distance[:, k], stops.valid[:, k], mute, noise))
+            fits.append(
+                _fit(
+                    scene, ring, stops.joints, stops.distance[:, k], stops.valid[:, k], mute, noise
+                )
+            )
         except MountError as error:
             raise MountError(f"ring {i} ({ring.link}): {error}") from error
     return tuple(fits)
@@ -108,10 +126,15 @@ def _fit(
     noise: Noise,
 ) -> RingFit:
     """The fit of a ring of n sensors; ``mute`` ones never answered."""
-    sigma = noise.at(np.nan_to_num(measured)) * math.sqrt(math.pi / 2) / np.sqrt(np.maximum(valid, 1))
+    sigma = (
+        noise.at(np.nan_to_num(measured)) * math.sqrt(math.pi / 2) / np.sqrt(np.maximum(valid, 1))
+    )
     none, turned = ~np.isfinite(measured).any(axis=0), replace(ring, tilt=-ring.tilt)
     tables = {
-        f: costs(measured, expected(scene, Setup((turned if f else ring,)), joints).distance, _COARSE) for f in (False, True)
+        f: costs(
+            measured, expected(scene, Setup((turned if f else ring,)), joints).distance, _COARSE
+        )
+        for f in (False, True)
     }
     order = best_order(tables, np.flatnonzero(none))
     start, seat, values = turned if order.flipped else ring, order.seat(ring.count), np.zeros(4)
@@ -126,7 +149,9 @@ def _fit(
         built = moved(scene, start, values)
         wanted = expected(scene, Setup((built,)), joints).distance + values[3]
         spread = np.sqrt(
-            (scale * noise.at(np.where(np.isfinite(wanted), wanted, 0.0))) ** 2 / max(_count(valid), 1) + _FINE**2
+            (scale * noise.at(np.where(np.isfinite(wanted), wanted, 0.0))) ** 2
+            / max(_count(valid), 1)
+            + _FINE**2
         )
         table = costs(measured, wanted, spread)
         again = reseated(table, seat, silent)
@@ -156,8 +181,13 @@ def _count(valid: np.ndarray) -> float:
     return float(np.median(valid[valid > 0])) if (valid > 0).any() else 0.0
 
 
-def _still(measured: Float[np.ndarray, "P n"], sigma: Float[np.ndarray, "P n"]) -> Bool[np.ndarray, " n"]:
+def _still(
+    measured: Float[np.ndarray, "P n"], sigma: Float[np.ndarray, "P n"]
+) -> Bool[np.ndarray, " n"]:
     """Which wires told the same at all stops; so does a sensor that sees its own link."""
     read = np.isfinite(measured)
-    low, high = (f(np.where(read, measured, fill), axis=0) for f, fill in ((np.min, np.inf), (np.max, -np.inf)))
+    low, high = (
+        f(np.where(read, measured, fill), axis=0)
+        for f, fill in ((np.min, np.inf), (np.max, -np.inf))
+    )
     return (read.sum(axis=0) > 2) & (high - low <= _STILL * sigma.max(axis=0))

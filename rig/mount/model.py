@@ -1,4 +1,6 @@
-"""The errors of a ring's mounting that a check estimates, and how the distances to the cell depend on them."""
+"""The errors of a ring's mounting that a check estimates, and how the distances to the cell depend
+on them.
+"""
 
 from dataclasses import replace
 
@@ -9,14 +11,18 @@ from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import Scene
 from ..sensing.expected import beams_at, only, to_body
 
-NAMES = ("slip", "tilt", "phase", "offset")  # m along the link towards distal, rad, rad, m that its sensors tell too much
-LIMITS = np.array([0.02, np.radians(5.0), np.radians(5.0), 0.02])  # what a careful mount and a good sensor keep within
+# m along the link towards distal, rad, rad, m that its sensors tell too much
+NAMES = ("slip", "tilt", "phase", "offset")
+# what a careful mount and a good sensor keep within
+LIMITS = np.array([0.02, np.radians(5.0), np.radians(5.0), 0.02])
 _STEP = 1e-6  # m and rad, of differences
 _STEEP = 6.0  # m a m or rad
 
 
 def free(scene: Scene, ring: Ring) -> Int[np.ndarray, " p"]:
-    """Which of ``NAMES`` a ring can err by: where its place along the axis is fixed it does not slip."""
+    """Which of ``NAMES`` a ring can err by: where its place along the axis is fixed it does not
+    slip.
+    """
     return np.arange(4) if scene.robot.mount(ring.link).length > 0 else np.arange(1, 4)
 
 
@@ -24,17 +30,23 @@ def moved(scene: Scene, ring: Ring, values: Float[np.ndarray, " 4"]) -> Ring:
     """The ring with errors ``values`` (4,) of ``NAMES``; the offset does not move it."""
     length = scene.robot.mount(ring.link).length
     slip = values[0] / length if length > 0 else 0.0
-    return replace(ring, position=ring.position + slip, tilt=ring.tilt + values[1], phase=ring.phase + values[2])
+    return replace(
+        ring,
+        position=ring.position + slip,
+        tilt=ring.tilt + values[1],
+        phase=ring.phase + values[2],
+    )
 
 
 def slopes(
     scene: Scene, ring: Ring, joints: Float[np.ndarray, "P J"], which: Bool[np.ndarray, "P n"]
 ) -> tuple[Float[np.ndarray, " M"], Float[np.ndarray, "M 4"]]:
-    """Distances (M,) m of the cell's nearest surface in the beams of a ring of n sensors, for the M pairs of joint vector
-    and sensor of ``which``, and their derivatives (M, 4) by ``NAMES``.
+    """Distances (M,) m of the cell's nearest surface in the beams of a ring of n sensors, for the M
+    pairs of joint vector and sensor of ``which``, and their derivatives (M, 4) by ``NAMES``.
 
-    Where there is no surface the distance is the sensor's range. Where a distance jumps a derivative is very large. A little
-    to the side the nearest body is the same one: no other is looked at there.
+    Where there is no surface the distance is the sensor's range. Where a distance jumps a
+    derivative is very large. A little to the side the nearest body is the same one: no other is
+    looked at there.
     """
     rings = [ring, *(moved(scene, ring, _STEP * one) for one in np.eye(4)[:3])]
     beams, bodies = beams_at(scene, Setup(tuple(rings)), joints), [o.body for o in scene.obstacles]
@@ -52,6 +64,7 @@ def slopes(
 
 
 def grazing(by: Float[np.ndarray, "M 4"]) -> Bool[np.ndarray, " M"]:
-    """Which distances change by more than six times what moves: where a beam's side grazes a surface, or an edge. Such a
-    reading would outweigh all others, and over what it tells it is not even nearly linear."""
+    """Which distances change by more than six times what moves: where a beam's side grazes a
+    surface, or an edge. Such a reading would outweigh all others, and over what it tells it is not
+    even nearly linear."""
     return ~np.asarray((np.abs(by[:, :3]) <= _STEEP).all(axis=1))

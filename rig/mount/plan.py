@@ -1,10 +1,12 @@
 """Where a robot should stand so that its rings' readings tell how they are mounted.
 
-A sensor returns the nearest point in its beam: of a wall met square that point is the foot of the perpendicular, wherever
-the beam points, and its distance tells nothing of a tilt within half the beam. Oblique surfaces and edges do tell. So poses
-are chosen by what they tell: of many clear ones, one by one, that which adds most to the information about the rings'
-errors, the sum of their log determinants (D-optimal; Fedorov, Theory of Optimal Experiments, 1972), over the setup as
-proposed and a few drawn mountings of it, as the real one is not known yet. That a mount is careful is counted in.
+A sensor returns the nearest point in its beam: of a wall met square that point is the foot of the
+perpendicular, wherever the beam points, and its distance tells nothing of a tilt within half the
+beam. Oblique surfaces and edges do tell. So poses are chosen by what they tell: of many clear ones,
+one by one, that which adds most to the information about the rings' errors, the sum of their log
+determinants (D-optimal; Fedorov, Theory of Optimal Experiments, 1972), over the setup as proposed
+and a few drawn mountings of it, as the real one is not known yet. That a mount is careful is
+counted in.
 """
 
 from dataclasses import dataclass
@@ -22,21 +24,23 @@ from .model import LIMITS, NAMES, free, grazing, moved, slopes
 POSES, FRAMES = 24, 10
 _CANDIDATES, _DRAWS = 240, 2
 _MEDIAN = np.pi / 2  # variance of a median of normal numbers over that of their mean
-OPEN = 0.5  # of what a careful mount keeps within: an error known no better counts as not observable
+# of what a careful mount keeps within: an error known no better counts as not observable
+OPEN = 0.5
 
 
 @dataclass(frozen=True)
 class MountPlan:
-    """P stops, joints (P, J) rad in the order to be driven, with so many ``frames`` each; information (R, 4, 4): of each
-    ring's ``NAMES``, in units of ``LIMITS`` to the power of minus 2, what is known beforehand left out."""
+    """P stops, joints (P, J) rad in the order to be driven, with so many ``frames`` each;
+    information (R, 4, 4): of each ring's ``NAMES``, in units of ``LIMITS`` to the power of minus 2,
+    what is known beforehand left out."""
 
     joints: Float[np.ndarray, "P J"]
     frames: int
     information: Float[np.ndarray, "R 4 4"]
 
     def deviations(self) -> Float[np.ndarray, "R 4"]:
-        """Standard deviations (R, 4) of ``NAMES`` that are to be expected, m and rad, by what these poses tell alone;
-        infinite where they tell nothing."""
+        """Standard deviations (R, 4) of ``NAMES`` that are to be expected, m and rad, by what these
+        poses tell alone; infinite where they tell nothing."""
         value, vector = np.linalg.eigh(self.information)
         variance = (vector**2 / np.maximum(value, 1e-12)[:, None]).sum(axis=2)
         return np.where(variance < 1e9, np.sqrt(variance), np.inf) * LIMITS
@@ -45,7 +49,10 @@ class MountPlan:
         """Rings and those of their errors which these poses leave open."""
         sd = self.deviations()
         return [
-            (i, NAMES[k]) for i, ring in enumerate(setup.rings) for k in free(scene, ring) if sd[i, k] > OPEN * LIMITS[k]
+            (i, NAMES[k])
+            for i, ring in enumerate(setup.rings)
+            for k in free(scene, ring)
+            if sd[i, k] > OPEN * LIMITS[k]
         ]
 
     def text(self, scene: Scene, setup: Setup) -> list[str]:
@@ -53,10 +60,15 @@ class MountPlan:
         scale = np.array([1000, *np.degrees([1, 1]), 1000])
         unit, lines = ("mm", "°", "°", "mm"), []
         for i, (ring, sd) in enumerate(zip(setup.rings, self.deviations() * scale, strict=True)):
-            known = ", ".join(f"{NAMES[k]} ± {1.96 * sd[k]:.2g} {unit[k]}" for k in free(scene, ring))
+            known = ", ".join(
+                f"{NAMES[k]} ± {1.96 * sd[k]:.2g} {unit[k]}" for k in free(scene, ring)
+            )
             lines.append(f"ring {i} ({ring.link}): to be known within {known}")
         for i, name in self.unobservable(scene, setup):
-            lines.append(f"ring {i} ({setup.rings[i].link}): {name} is not observable in this cell from these poses")
+            lines.append(
+                f"ring {i} ({setup.rings[i].link}): {name} is not observable in this cell from"
+                " these poses"
+            )
         return lines
 
 
@@ -79,13 +91,16 @@ def planned(
         frames: read at each.
         noise: of the sensors.
         seed: of drawn poses and mountings.
-        candidates: clear poses to choose from. good: which poses are clear, where another rule is given.
+        candidates: clear poses to choose from. good: which poses are clear, where another rule is
+            given.
 
     Raises:
         ValueError: if the cell holds nothing to be seen, or leaves no clear poses.
     """
     if not scene.obstacles:
-        raise ValueError("the scene has no obstacles; a mount check needs a known cell: a floor, a table, boxes")
+        raise ValueError(
+            "the scene has no obstacles; a mount check needs a known cell: a floor, a table, boxes"
+        )
     noise, joints = noise or Noise(), drawn(scene, candidates, seed, good)
     rng, parts = np.random.default_rng((seed, 1)), []
     for draw in range(1 + _DRAWS):
@@ -118,7 +133,11 @@ def _information(
     for i, ring in enumerate(rings):
         which = seen.what[:, first[i] : first[i + 1]] == CELL
         distance, by = slopes(scene, ring, joints, which)
-        by = np.where(grazing(by)[:, None], 0.0, by * LIMITS / (noise.at(distance) * np.sqrt(_MEDIAN / frames))[:, None])
+        by = np.where(
+            grazing(by)[:, None],
+            0.0,
+            by * LIMITS / (noise.at(distance) * np.sqrt(_MEDIAN / frames))[:, None],
+        )
         if len(free(scene, ring)) < 4:
             by[:, 0] = 0.0
         np.add.at(found[:, i], np.nonzero(which)[0], by[:, :, None] * by[:, None, :])
@@ -126,7 +145,9 @@ def _information(
 
 
 def _short_way(joints: Float[np.ndarray, "P J"], start: Float[np.ndarray, " J"]) -> list[int]:
-    """An order in which each pose is the nearest of those left, by the joint that turns farthest."""
+    """An order in which each pose is the nearest of those left, by the joint that turns
+    farthest.
+    """
     left, at, order = list(range(len(joints))), start, []
     while left:
         order.append(min(left, key=lambda i: np.abs(joints[i] - at).max()))

@@ -1,7 +1,9 @@
-"""Which sensor is which: the places in a ring's frames against the seats on the ring, by what each should see.
+"""Which sensor is which: the places in a ring's frames against the seats on the ring, by what each
+should see.
 
-All hypotheses are judged by one table, the cost of each wire in each seat: what was read at all stops against what that seat
-should read, squares of standard deviations, none above a cap, as jumps and lost readings are no more than that unlikely.
+All hypotheses are judged by one table, the cost of each wire in each seat: what was read at all
+stops against what that seat should read, squares of standard deviations, none above a cap, as jumps
+and lost readings are no more than that unlikely.
 """
 
 from collections.abc import Sequence
@@ -19,8 +21,8 @@ _TIE = 0.02  # of the best cost: the order that was meant wins such a tie
 
 @dataclass(frozen=True)
 class Order:
-    """All wires in a row: wire s on seat (shift + direction s) mod n. flipped: the ring is mounted the other way round, so
-    that its sensors tilt the other way."""
+    """All wires in a row: wire s on seat (shift + direction s) mod n. flipped: the ring is mounted
+    the other way round, so that its sensors tilt the other way."""
 
     direction: int = 1
     shift: int = 0
@@ -32,7 +34,9 @@ class Order:
 
 
 def costs(
-    measured: Float[np.ndarray, "P n"], wanted: Float[np.ndarray, "P n"], sigma: Float[np.ndarray, "P n"] | float
+    measured: Float[np.ndarray, "P n"],
+    wanted: Float[np.ndarray, "P n"],
+    sigma: Float[np.ndarray, "P n"] | float,
 ) -> Float[np.ndarray, "n n"]:
     """The cost of each wire (row) in each seat (column).
 
@@ -52,9 +56,11 @@ def costs(
     return total
 
 
-def best_order(tables: dict[bool, Float[np.ndarray, "n n"]], silent: Int[np.ndarray, " s"]) -> Order:
-    """The likeliest order of all wires, by tables of costs for a ring mounted as meant (False) and the other way round
-    (True); ``silent`` wires tell nothing."""
+def best_order(
+    tables: dict[bool, Float[np.ndarray, "n n"]], silent: Int[np.ndarray, " s"]
+) -> Order:
+    """The likeliest order of all wires, by tables of costs for a ring mounted as meant (False) and
+    the other way round (True); ``silent`` wires tell nothing."""
     found: dict[Order, float] = {}
     for flipped, table in tables.items():
         n = len(table)
@@ -70,11 +76,14 @@ def best_order(tables: dict[bool, Float[np.ndarray, "n n"]], silent: Int[np.ndar
 def reseated(
     table: Float[np.ndarray, "n n"], seat: Int[np.ndarray, " n"], silent: Int[np.ndarray, " s"]
 ) -> Int[np.ndarray, " n"]:
-    """The seat of each wire, other than ``seat`` where exchanges among some wires are surely likelier; ``silent`` wires fit
-    anywhere. The best assignment differs from ``seat`` by cycles, each of which must be worth it by itself."""
+    """The seat of each wire, other than ``seat`` where exchanges among some wires are surely
+    likelier; ``silent`` wires fit anywhere. The best assignment differs from ``seat`` by cycles,
+    each of which must be worth it by itself."""
     table = table.copy()
     table[silent] = 0.0
-    wire, best = linear_sum_assignment(table + 1e-6 * (np.arange(len(table))[None] != seat[:, None]))
+    wire, best = linear_sum_assignment(
+        table + 1e-6 * (np.arange(len(table))[None] != seat[:, None])
+    )
     other = np.empty(len(table), int)
     other[wire] = best
     found, holder = seat.copy(), np.argsort(seat)
@@ -98,7 +107,9 @@ def _cycles(step: Int[np.ndarray, " n"]) -> list[list[int]]:
 
 
 def mixed(order: Order, seat: Int[np.ndarray, " n"]) -> list[tuple[int, ...]]:
-    """The wires that sit elsewhere than ``order`` says, exchange by exchange: pairs are swapped, more go round."""
+    """The wires that sit elsewhere than ``order`` says, exchange by exchange: pairs are swapped,
+    more go round.
+    """
     holder = np.argsort(order.seat(len(seat)))
     return sorted(tuple(sorted(cycle)) for cycle in _cycles(holder[seat]))
 
@@ -111,7 +122,11 @@ def told(order: Order, mixed_up: Sequence[tuple[int, ...]]) -> list[str]:
     elif order.direction < 0:
         found.append("is wired in reverse")
     if order.shift:
-        found.append(f"begins with sensor {order.shift}: turned, or wired, by {order.shift} sensors")
+        found.append(
+            f"begins with sensor {order.shift}: turned, or wired, by {order.shift} sensors"
+        )
     return found + [
-        f"sensors {' and '.join(map(str, cycle))} are {'swapped' if len(cycle) == 2 else 'mixed up'}" for cycle in mixed_up
+        f"sensors {' and '.join(map(str, cycle))} are"
+        f" {'swapped' if len(cycle) == 2 else 'mixed up'}"
+        for cycle in mixed_up
     ]

@@ -19,9 +19,11 @@ _ROUNDING = 1e-6  # m
 _SOME = 32  # poses
 
 
-def gaps(scene: Scene, joints: Float[np.ndarray, "P J"]) -> tuple[Float[np.ndarray, "P A"], Float[np.ndarray, "P B"]]:
-    """Of the robot's bodies at P poses, m: distances (P, A) of each two, and (P, B) of each from each obstacle; see
-    ``from_cell``."""
+def gaps(
+    scene: Scene, joints: Float[np.ndarray, "P J"]
+) -> tuple[Float[np.ndarray, "P A"], Float[np.ndarray, "P B"]]:
+    """Of the robot's bodies at P poses, m: distances (P, A) of each two, and (P, B) of each from
+    each obstacle; see ``from_cell``."""
     bodies = robot_capsules(scene.robot, forward(scene.robot.chain, np.asarray(joints, float)))
     start, end, radius = bodies
     pairs = np.array(list(itertools.combinations(range(len(radius)), 2))).reshape(-1, 2)
@@ -31,17 +33,27 @@ def gaps(scene: Scene, joints: Float[np.ndarray, "P J"]) -> tuple[Float[np.ndarr
 
 
 def from_cell(scene: Scene, bodies: Capsules) -> Float[np.ndarray, "P B"]:
-    """Distances (P, N * O) m of N capsules from O obstacles, by points of their axes: at most 1/64 of an axis too large, as
-    an obstacle's function is convex along it."""
+    """Distances (P, N * O) m of N capsules from O obstacles, by points of their axes: at most 1/64
+    of an axis too large, as an obstacle's function is convex along it."""
     start, end, radius = (np.asarray(a) for a in bodies)
     each = [_from_body(o.body, start, end) - radius for o in scene.obstacles]
-    return np.stack(each, axis=-1).reshape(len(start), -1) if each else np.full((len(start), 0), np.inf)
+    return (
+        np.stack(each, axis=-1).reshape(len(start), -1)
+        if each
+        else np.full((len(start), 0), np.inf)
+    )
 
 
-def _from_body(body: Any, start: Float[np.ndarray, "P N 3"], end: Float[np.ndarray, "P N 3"]) -> Float[np.ndarray, "P N"]:
-    """The least of a convex function on the segments between points (P, N, 3) m: on points of each, then on more of them
-    about the lowest."""
-    low, width, found = np.zeros(start.shape[:2]), np.ones(start.shape[:2]), np.full(start.shape[:2], np.inf)
+def _from_body(
+    body: Any, start: Float[np.ndarray, "P N 3"], end: Float[np.ndarray, "P N 3"]
+) -> Float[np.ndarray, "P N"]:
+    """The least of a convex function on the segments between points (P, N, 3) m: on points of each,
+    then on more of them about the lowest."""
+    low, width, found = (
+        np.zeros(start.shape[:2]),
+        np.ones(start.shape[:2]),
+        np.full(start.shape[:2], np.inf),
+    )
     for _ in range(2):
         place = np.clip(low + np.linspace(0, 1, _ALONG)[:, None, None] * width, 0, 1)  # (A, P, N)
         value = body(start + place[..., None] * (end - start))  # (A, P, N)
@@ -52,7 +64,11 @@ def _from_body(body: Any, start: Float[np.ndarray, "P N 3"], end: Float[np.ndarr
 
 
 def clear(
-    scene: Scene, joints: Float[np.ndarray, "P J"], cell: float = CELL, own: float = OWN, slack: float = 0.0
+    scene: Scene,
+    joints: Float[np.ndarray, "P J"],
+    cell: float = CELL,
+    own: float = OWN,
+    slack: float = 0.0,
 ) -> Bool[np.ndarray, " P"]:
     """Which poses keep the joints' limits, and the distances of ``least_gaps``."""
     limits = scene.robot.limits
@@ -71,11 +87,14 @@ def least_gaps(
 ) -> tuple[Float[np.ndarray, " A"], Float[np.ndarray, " B"]]:
     """What the pairs of ``gaps`` must keep, m: ``own`` and ``cell``, and ``slack`` more.
 
-    Two bodies that are nearer than ``own`` at one of the scene's own poses belong together, as neighbours do, and need
-    keep nothing. A body that is nearer than ``cell`` to an obstacle at one of them may come as near as it is there, but
-    never into it. A body that no joint moves nearer to an obstacle, as a base to its floor, needs keep nothing.
+    Two bodies that are nearer than ``own`` at one of the scene's own poses belong together, as
+    neighbours do, and need keep nothing. A body that is nearer than ``cell`` to an obstacle at one
+    of them may come as near as it is there, but never into it. A body that no joint moves nearer to
+    an obstacle, as a base to its floor, needs keep nothing.
     """
-    bodies, obstacles = (known.min(axis=0) for known in gaps(scene, np.array([p.q for p in scene.poses])))
+    bodies, obstacles = (
+        known.min(axis=0) for known in gaps(scene, np.array([p.q for p in scene.poses]))
+    )
     return (
         np.where(bodies >= own, own + slack, -np.inf),
         np.where(
@@ -93,8 +112,8 @@ def fixed(scene: Scene) -> Bool[np.ndarray, " B"]:
 
 
 def sunk(scene: Scene) -> list[str]:
-    """Which bodies stand in an obstacle at which of the scene's own poses, as lines; those that no joint moves are left
-    out."""
+    """Which bodies stand in an obstacle at which of the scene's own poses, as lines; those that no
+    joint moves are left out."""
     found = gaps(scene, np.array([p.q for p in scene.poses]))[1]  # (P, B)
     names = [(b.name, o.name) for b in scene.robot.bodies for o in scene.obstacles]
     return [
@@ -106,14 +125,21 @@ def sunk(scene: Scene) -> list[str]:
 Good = Callable[[Float[np.ndarray, "P J"]], Bool[np.ndarray, " P"]]
 
 
-def drawn(scene: Scene, count: int, seed: int, good: Good | None = None) -> Float[np.ndarray, "count J"]:
-    """So many poses, drawn evenly within the joints' limits, that are clear, or ``good`` where another rule is given.
+def drawn(
+    scene: Scene, count: int, seed: int, good: Good | None = None
+) -> Float[np.ndarray, "count J"]:
+    """So many poses, drawn evenly within the joints' limits, that are clear, or ``good`` where
+    another rule is given.
 
     Raises:
         ValueError: if hardly any pose is clear.
     """
     rng, joints = np.random.default_rng(seed), len(scene.robot.chain)
-    limits = np.tile([-np.inf, np.inf], (joints, 1)) if scene.robot.limits is None else scene.robot.limits
+    limits = (
+        np.tile([-np.inf, np.inf], (joints, 1))
+        if scene.robot.limits is None
+        else scene.robot.limits
+    )
     low, high = np.maximum(limits[:, 0], -_TURN), np.minimum(limits[:, 1], _TURN)
     found = np.zeros((0, joints))
     for _ in range(_TRIES):
@@ -121,4 +147,7 @@ def drawn(scene: Scene, count: int, seed: int, good: Good | None = None) -> Floa
         found = np.concatenate([found, some[good(some) if good else clear(scene, some)]])
         if len(found) >= count:
             return found[:count]
-    raise ValueError(f"found {len(found)} clear poses in {4 * count * _TRIES} drawn; allowed: a cell with room to move")
+    raise ValueError(
+        f"found {len(found)} clear poses in {4 * count * _TRIES} drawn; allowed: a cell with room"
+        " to move"
+    )

@@ -1,7 +1,9 @@
 """Near stops: how near each sensor may read before the robot is stopped, pose by pose of a way.
 
-A sensor that may see the robot's own body would stop it without need. There, and only there, its near stop
-is lowered to below the distance of that body; where the body may touch the sensor there is no near stop.
+A sensor that may see the robot's own body would stop it without need. There, and only there, its
+near stop
+is lowered to below the distance of that body; where the body may touch the sensor there is no near
+stop.
 """
 
 from collections.abc import Sequence
@@ -49,7 +51,8 @@ class NearStops:
         return replace(self, least=np.maximum(self.least - by, 0.0))
 
     def near(self, q: Float[np.ndarray, " J"], within: float) -> Float[np.ndarray, " K"]:
-        """The near stops (K,) m that hold about ``q`` (J,) rad: the lowest of the poses that lie ``within``
+        """The near stops (K,) m that hold about ``q`` (J,) rad: the lowest of the poses that lie
+        ``within``
         rad of it in every joint; the full distance where there are none."""
         here = np.abs(self.joints - q).max(axis=1) <= within  # (P,)
         return self.least[here].min(axis=0, initial=self.full)
@@ -57,16 +60,19 @@ class NearStops:
 
 def joined(*stops: NearStops) -> NearStops:
     """The near stops along several ways of the same sensors."""
-    parts = (np.concatenate([getattr(s, key) for s in stops]) for key in ("joints", "least", "body"))
+    parts = (
+        np.concatenate([getattr(s, key) for s in stops]) for key in ("joints", "least", "body")
+    )
     return NearStops(stops[0].full, *parts)
 
 
 def near_stops(scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> NearStops:
     """The near stops of all sensors at P poses (P, J) rad.
 
-    Each ring may sit up to 2 cm farther along its link either way, and each sensor may look up to 8° elsewhere than
-    proposed and read up to 5 cm too little. Unless the scene says
-    that the rings are as proposed, each may be wired in reverse or mounted the other way round, too.
+    Each ring may sit up to 2 cm farther along its link either way, and each sensor may look up to
+    8° elsewhere than proposed and read up to 5 cm too little. Unless the scene says
+    that the rings are as proposed, each may be wired in reverse or mounted the other way round,
+    too.
     """
     full, shape = scene.motion.near, (len(joints), setup.sensors)
     if not scene.robot.bodies or not len(joints):
@@ -87,9 +93,10 @@ def near_stops(scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> 
 def _to_robot(
     scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"], most: float
 ) -> tuple[Float[np.ndarray, "P K"], Int[np.ndarray, "P K"]]:
-    """Distance (P, K) m of the nearest of the robot's bodies in each beam, and that body's number; one that is
-    ``most`` m away or farther may be left out."""
-    start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, joints))  # (P, B, 3), (B,)
+    """Distance (P, K) m of the nearest of the robot's bodies in each beam, and that body's number;
+    one that is ``most`` m away or farther may be left out."""
+    # (P, B, 3), (B,)
+    start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, joints))
     beams, of = beams_at(scene, setup, joints), np.repeat(np.arange(len(joints)), setup.sensors)
     shape, within = (len(joints), setup.sensors), np.full(len(beams), most)
     found, body = np.full(shape, np.inf), np.full(shape, NOBODY)
@@ -100,7 +107,9 @@ def _to_robot(
     return found, body
 
 
-def _nearer(distance: np.ndarray, body: np.ndarray, other: np.ndarray, its: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _nearer(
+    distance: np.ndarray, body: np.ndarray, other: np.ndarray, its: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """The nearer of two distances, with its body."""
     less = other < distance
     return np.where(less, other, distance), np.where(less, its, body)
@@ -137,7 +146,9 @@ class RingNearStops:
     share: float
     """Share of sensors with the full distance, over the route."""
     why: tuple[tuple[str, int], ...]
-    """The robot's bodies that lower it, and for how many sensors each is the one that lowers it most."""
+    """The robot's bodies that lower it, and for how many sensors each is the one that lowers it
+    most.
+    """
 
 
 def by_ring(stops: NearStops, setup: Setup, bodies: Sequence[str]) -> list[RingNearStops]:
@@ -147,7 +158,9 @@ def by_ring(stops: NearStops, setup: Setup, bodies: Sequence[str]) -> list[RingN
         least, lowest = stops.least[:, a:b], stops.least[:, a:b].min(axis=0)  # (P, n), (n,)
         worst = stops.body[:, a:b][least.argmin(axis=0), np.arange(b - a)]  # (n,)
         names, counts = np.unique(worst[lowest < stops.full], return_counts=True)
-        why = sorted(((bodies[n], int(c)) for n, c in zip(names, counts, strict=True)), key=lambda x: -x[1])
+        why = sorted(
+            ((bodies[n], int(c)) for n, c in zip(names, counts, strict=True)), key=lambda x: -x[1]
+        )
         none = int((lowest <= 0).sum())
         full = int((lowest >= stops.full).sum())
         found.append(

@@ -1,7 +1,9 @@
-"""Ways from pose to pose on which a robot stays clear: straight ones between known poses, joined by the shortest path.
+"""Ways from pose to pose on which a robot stays clear: straight ones between known poses, joined by
+the shortest path.
 
-A roadmap (Kavraki et al. 1996, Probabilistic roadmaps for path planning): its nodes are clear poses, its edges the straight
-ways between them, all joints at once, on which every pose is clear too.
+A roadmap (Kavraki et al. 1996, Probabilistic roadmaps for path planning): its nodes are clear
+poses, its edges the straight ways between them, all joints at once, on which every pose is clear
+too.
 """
 
 import itertools
@@ -26,19 +28,24 @@ _AT_ONCE = 2000  # poses
 
 @dataclass(frozen=True)
 class Clearance:
-    """What is clear: bodies keep their distances from each other and the cell, sensors read nothing of the cell nearer than
-    what stops the robot. ``of`` is for plans, and asks for ``SLACK`` more."""
+    """What is clear: bodies keep their distances from each other and the cell, sensors read nothing
+    of the cell nearer than what stops the robot. ``of`` is for plans, and asks for ``SLACK`` more.
+    """
 
     scene: Scene
     setup: Setup
 
     def of(self, joints: Float[np.ndarray, "P J"]) -> Bool[np.ndarray, " P"]:
         """Which poses are clear."""
-        parts = [self._some(joints[i : i + _AT_ONCE], SLACK) for i in range(0, len(joints), _AT_ONCE)]
+        parts = [
+            self._some(joints[i : i + _AT_ONCE], SLACK) for i in range(0, len(joints), _AT_ONCE)
+        ]
         return np.concatenate(parts) if parts else np.zeros(0, bool)
 
     def _some(self, joints: Float[np.ndarray, "P J"], slack: float) -> Bool[np.ndarray, " P"]:
-        good = np.array(clear(self.scene, joints, self.scene.motion.cell, self.scene.motion.own, slack))
+        good = np.array(
+            clear(self.scene, joints, self.scene.motion.cell, self.scene.motion.own, slack)
+        )
         if good.any() and self.scene.obstacles:
             good[good] = self._sensors(joints[good]) >= self.scene.motion.near + MARGIN + slack
         return good
@@ -50,10 +57,16 @@ class Clearance:
         return np.min(each, axis=0).reshape(len(joints), -1).min(axis=1)
 
     def fault(self, q: Float[np.ndarray, " J"], slack: float = 0.0) -> str | None:
-        """What keeps a pose from being clear, with ``slack`` m more, in words; None where nothing does."""
+        """What keeps a pose from being clear, with ``slack`` m more, in words; None where nothing
+        does.
+        """
         if self._some(q[None], slack)[0]:
             return None
-        names, obstacles, motion = [b.name for b in self.scene.robot.bodies], self.scene.obstacles, self.scene.motion
+        names, obstacles, motion = (
+            [b.name for b in self.scene.robot.bodies],
+            self.scene.obstacles,
+            self.scene.motion,
+        )
         if self.scene.robot.beyond(q) is not None:
             return f"joint {self.scene.robot.beyond(q)} beyond its limits"
         own, cell = gaps(self.scene, q[None])
@@ -65,12 +78,19 @@ class Clearance:
             if len(short) and short.max() > 0:
                 worst = int(short.argmax())
                 there, here = words[worst]
-                return f"{here} {1000 * max(gap[worst], 0.0):.0f} mm from {there}, allowed: {1000 * least[worst]:.0f} mm"
+                return (
+                    f"{here} {1000 * max(gap[worst], 0.0):.0f} mm from {there}, allowed:"
+                    f" {1000 * least[worst]:.0f} mm"
+                )
         return f"a sensor nearer to the cell than {1000 * (motion.near + MARGIN + slack):.0f} mm"
 
 
-def straight(a: Float[np.ndarray, " J"], b: Float[np.ndarray, " J"], step: float = STEP) -> Float[np.ndarray, "P J"]:
-    """Poses from ``a`` to ``b`` (J,) rad, both counted in, no joint farther than ``step`` rad from one to the next."""
+def straight(
+    a: Float[np.ndarray, " J"], b: Float[np.ndarray, " J"], step: float = STEP
+) -> Float[np.ndarray, "P J"]:
+    """Poses from ``a`` to ``b`` (J,) rad, both counted in, no joint farther than ``step`` rad from
+    one to the next.
+    """
     return a + np.linspace(0, 1, 2 + int(np.abs(b - a).max() / step))[:, None] * (b - a)
 
 
@@ -81,7 +101,9 @@ class Roadmap:
         self.nodes = nodes
         far = np.abs(nodes[:, None] - nodes[None]).max(axis=2)
         near = np.argsort(far, axis=1)[:, 1 : 1 + _NEIGHBOURS]
-        pairs = sorted({(min(a, int(b)), max(a, int(b))) for a in range(len(nodes)) for b in near[a]})
+        pairs = sorted(
+            {(min(a, int(b)), max(a, int(b))) for a in range(len(nodes)) for b in near[a]}
+        )
         ways = [straight(nodes[a], nodes[b]) for a, b in pairs]
         clear_ = good(np.concatenate(ways)) if ways else np.zeros(0, bool)
         ends = np.cumsum([0, *map(len, ways)])

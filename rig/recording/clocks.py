@@ -1,4 +1,6 @@
-"""Clocks: how late something came by its sender's clock, and how a sender's clock and the host's go together."""
+"""Clocks: how late something came by its sender's clock, and how a sender's clock and the host's go
+together.
+"""
 
 from dataclasses import dataclass
 
@@ -12,13 +14,16 @@ _FEWEST = 10
 
 
 class Lag:
-    """How much later than the quickest something came. The sender's clock starts anywhere and drifts."""
+    """How much later than the quickest something came. The sender's clock starts anywhere and
+    drifts.
+    """
 
     def __init__(self) -> None:
         self._least, self._time = np.inf, 0.0
 
     def delay(self, time: float, clock: float) -> float:
-        """Seconds by which what was sent at ``clock`` s and came at ``time`` s is later than the quickest before it.
+        """Seconds by which what was sent at ``clock`` s and came at ``time`` s is later than the
+        quickest before it.
 
         Negative if it was quicker, 0 for the first.
         """
@@ -31,8 +36,9 @@ class Lag:
 class Alignment:
     """A sender's clock against the host's: host time = offset + (1 + drift) · (clock - origin), s.
 
-    low, high: 95 % interval of the drift. jitter: s, 95 % of arrivals come no later than so long after the line. The line
-    goes through the quickest arrivals: what even these take is part of the offset, and cannot be told from it.
+    low, high: 95 % interval of the drift. jitter: s, 95 % of arrivals come no later than so long
+    after the line. The line goes through the quickest arrivals: what even these take is part of the
+    offset, and cannot be told from it.
     """
 
     origin: float
@@ -48,10 +54,11 @@ class Alignment:
 
 
 def align(time: Float[np.ndarray, " n"], clock: Float[np.ndarray, " n"]) -> Alignment | None:
-    """The alignment of arrivals at ``time`` (n,) s on the host of what was sent at ``clock`` (n,) s; None of fewer than ten.
+    """The alignment of arrivals at ``time`` (n,) s on the host of what was sent at ``clock`` (n,)
+    s; None of fewer than ten.
 
-    Theil and Sen's line (the median of the slopes of all pairs; 29 % of the points may be anywhere) through the quickest
-    arrival of each of up to 300 blocks, as delays only ever add.
+    Theil and Sen's line (the median of the slopes of all pairs; 29 % of the points may be anywhere)
+    through the quickest arrival of each of up to 300 blocks, as delays only ever add.
     """
     if len(time) < _FEWEST:
         return None
@@ -62,4 +69,6 @@ def align(time: Float[np.ndarray, " n"], clock: Float[np.ndarray, " n"]) -> Alig
     slope, _, low, high = theilslopes(lag[quickest], since[quickest])
     above = lag - slope * since
     offset = float(np.median(above[quickest]))
-    return Alignment(origin, origin + offset, slope, low, high, float(np.quantile(above - offset, 0.95)))
+    return Alignment(
+        origin, origin + offset, slope, low, high, float(np.quantile(above - offset, 0.95))
+    )

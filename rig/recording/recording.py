@@ -1,4 +1,6 @@
-"""The recording of a check: everything that came, with the times it came, in a file that a kill leaves readable."""
+"""The recording of a check: everything that came, with the times it came, in a file that a kill
+leaves readable.
+"""
 
 import errno
 import json
@@ -15,15 +17,18 @@ from ...formats.errors import UserError
 from .records import DamagedError, Kind, Record, RecordReader
 
 FORMAT = "place-rings rig 1"
-_SYNC = 1.0  # s, between times at which the disk is waited for: what a loss of power may cost; a kill costs nothing
+# s, between times at which the disk is waited for: what a loss of power may cost; a kill costs
+# nothing
+_SYNC = 1.0
 _CHUNK = 1 << 20
 
 
 class Recording:
     """Appends records to a new file; each is with the operating system when ``put`` returns.
 
-    A disk that is full, or anything else that keeps it from writing, ends the recording at the last whole record:
-    ``failure`` says why, ``on_failure`` is called once with that line, and what comes then is not kept.
+    A disk that is full, or anything else that keeps it from writing, ends the recording at the last
+    whole record: ``failure`` says why, ``on_failure`` is called once with that line, and what comes
+    then is not kept.
 
     Args:
         path: of the file, which must not exist.
@@ -34,7 +39,12 @@ class Recording:
         UserError: if the file exists or cannot be made.
     """
 
-    def __init__(self, path: Path, about: Mapping[str, Any], on_failure: Callable[[str], None] = lambda line: None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        about: Mapping[str, Any],
+        on_failure: Callable[[str], None] = lambda line: None,
+    ) -> None:
         self.path, self.failure, self._on_failure = path, "", on_failure
         self._lock, self._size, self._ended = threading.Lock(), 0, threading.Event()
         try:
@@ -64,7 +74,9 @@ class Recording:
 
     def event(self, what: str, **more: Any) -> None:
         """Keep what happened, now."""
-        self.put(Record(Kind.EVENT, 0, time.monotonic(), json.dumps({"what": what, **more}).encode()))
+        self.put(
+            Record(Kind.EVENT, 0, time.monotonic(), json.dumps({"what": what, **more}).encode())
+        )
 
     def close(self) -> None:
         """Write an end, so that a reader knows that nothing is missing."""
@@ -79,23 +91,33 @@ class Recording:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self.close()
 
     def _fail(self, error: OSError) -> None:
-        """Leave whole records alone, where the file can be cut at all: a reader passes over the rest anyway."""
+        """Leave whole records alone, where the file can be cut at all: a reader passes over the
+        rest anyway.
+        """
         self.failure = f"{self.path}: the recording ended: {error.strerror}"
         with suppress(OSError):
             os.ftruncate(self._file, self._size)
 
     def _sync(self) -> None:
-        """Wait for the disk now and then, in a thread of its own: whoever puts records is not to wait."""
+        """Wait for the disk now and then, in a thread of its own: whoever puts records is not to
+        wait.
+        """
         while True:
             ended = self._ended.wait(_SYNC)
             try:
                 os.fsync(self._file)
             except OSError as error:
-                if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # a pipe or a device, which has nothing to wait for
+                # a pipe or a device, which has nothing to wait for
+                if error.errno not in (errno.EINVAL, errno.ENOTSUP):
                     with self._lock:
                         known = self.failure
                         self._fail(error)
@@ -107,18 +129,23 @@ class Recording:
 
 
 class Recorded:
-    """A recording as it is read. about: what was recorded. ended: whether its end was found. damage: why it was read no
-    further, empty where all was read."""
+    """A recording as it is read. about: what was recorded. ended: whether its end was found.
+    damage: why it was read no further, empty where all was read."""
 
     def __init__(self, path: Path) -> None:
         self._path, self.ended, self.damage = path, False, ""
         first = next(self.records(), None)
         try:
-            self.about: dict[str, Any] = json.loads(first.data) if first and first.kind == Kind.ABOUT else {}
+            self.about: dict[str, Any] = (
+                json.loads(first.data) if first and first.kind == Kind.ABOUT else {}
+            )
         except ValueError:
             self.about = {}
         if not isinstance(self.about, dict) or self.about.get("format") != FORMAT:
-            raise UserError(f"{path}: found no recording of a rig, allowed: a file that `place-rings check` recorded")
+            raise UserError(
+                f"{path}: found no recording of a rig, allowed: a file that `place-rings check`"
+                " recorded"
+            )
         self.ended, self.damage = False, ""
 
     def records(self) -> Iterator[Record]:

@@ -1,4 +1,6 @@
-"""Records: what a recording is made of, and what the processes of the rig tell each other. No pickle: bytes and a check."""
+"""Records: what a recording is made of, and what the processes of the rig tell each other. No
+pickle: bytes and a check.
+"""
 
 import struct
 import zlib
@@ -36,7 +38,9 @@ class DamagedError(Exception):
 
 @dataclass(frozen=True)
 class Record:
-    """kind: of data. source: number of the ring, 0 where there is one alone. time: s, of the host's monotonic clock."""
+    """kind: of data. source: number of the ring, 0 where there is one alone. time: s, of the host's
+    monotonic clock.
+    """
 
     kind: Kind
     source: int
@@ -44,7 +48,9 @@ class Record:
     data: bytes = b""
 
     def pack(self) -> bytes:
-        """The record as bytes: a head with its length, its data, and a CRC-32 (as zlib has it) of both."""
+        """The record as bytes: a head with its length, its data, and a CRC-32 (as zlib has it) of
+        both.
+        """
         if len(self.data) > MOST_BYTES:
             raise ValueError(f"a record of {len(self.data)} bytes, allowed: {MOST_BYTES}")
         body = _HEAD.pack(MAGIC, self.kind, self.source, len(self.data), self.time) + self.data
@@ -62,7 +68,8 @@ class RecordReader:
         return len(self._buffer)
 
     def feed(self, data: bytes) -> list[Record]:
-        """The records that ``data`` completes. Of damage it is told once the records before it are out: by the next call.
+        """The records that ``data`` completes. Of damage it is told once the records before it are
+        out: by the next call.
 
         Raises:
             DamagedError: if what comes next cannot be a record.

@@ -1,1 +1,3 @@
-"""The rings: the frames they send, their decoders, their serial ports, and what happens to their lines."""
+"""The rings: the frames they send, their decoders, their serial ports, and what happens to their
+lines.
+"""

@@ -1,4 +1,6 @@
-"""Decoders of rings' firmwares, by name: the toolkit's own protocol, packed binary frames, lines of text."""
+"""Decoders of rings' firmwares, by name: the toolkit's own protocol, packed binary frames, lines of
+text.
+"""
 
 import re
 import struct
@@ -30,9 +32,11 @@ class FrameDecoder(Protocol):
 
 @dataclass(frozen=True)
 class Layout:
-    """A packed frame without a check: a magic, a sequence number, then for each sensor its millimetres and a status.
+    """A packed frame without a check: a magic, a sequence number, then for each sensor its
+    millimetres and a status.
 
-    magic: bytes. sequence: struct format of the number. sensor: NumPy type of a sensor, with ``mm`` and ``status``.
+    magic: bytes. sequence: struct format of the number. sensor: NumPy type of a sensor, with ``mm``
+    and ``status``.
     """
 
     magic: bytes
@@ -48,11 +52,17 @@ ESP32 = Layout(b"\x5a\x5a", struct.Struct("<H"), np.dtype([("mm", "<u2"), ("stat
 
 
 class PackedDecoder:
-    """Frames of a ``Layout``. Having no check, one counts as intact only when the next one's magic follows it at once, so
-    each is handed on when the next begins; its time is still that of its own last byte."""
+    """Frames of a ``Layout``. Having no check, one counts as intact only when the next one's magic
+    follows it at once, so each is handed on when the next begins; its time is still that of its own
+    last byte."""
 
     def __init__(self, count: int, counts: Counts | None = None, layout: Layout = ESP32) -> None:
-        self.counts, self._count, self._layout, self._length = counts or Counts(), count, layout, layout.length(count)
+        self.counts, self._count, self._layout, self._length = (
+            counts or Counts(),
+            count,
+            layout,
+            layout.length(count),
+        )
         self._arrivals, self._order = Arrivals(), Order(self.counts, 1 << 8 * layout.sequence.size)
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
@@ -78,15 +88,25 @@ class PackedDecoder:
         sequence = self._layout.sequence.unpack_from(data, place)[0]
         if not self._order.take(sequence, np.nan):
             return []
-        sensors = np.frombuffer(data, self._layout.sensor, self._count, place + self._layout.sequence.size)
-        return [Frame(time, np.nan, sequence, *measured(sensors["mm"], _none(sensors["mm"], sensors["status"])))]
+        sensors = np.frombuffer(
+            data, self._layout.sensor, self._count, place + self._layout.sequence.size
+        )
+        return [
+            Frame(
+                time,
+                np.nan,
+                sequence,
+                *measured(sensors["mm"], _none(sensors["mm"], sensors["status"])),
+            )
+        ]
 
 
 class LineDecoder:
-    """Lines of text: a number of millimetres for each sensor, parted by commas, semicolons, tabs or blanks.
+    """Lines of text: a number of millimetres for each sensor, parted by commas, semicolons, tabs or
+    blanks.
 
-    nan, - or -1 stand where a sensor failed. Whatever stands before a last colon is passed over. A line that has something
-    else is skipped."""
+    nan, - or -1 stand where a sensor failed. Whatever stands before a last colon is passed over. A
+    line that has something else is skipped."""
 
     def __init__(self, count: int, counts: Counts | None = None) -> None:
         self.counts, self._count = counts or Counts(), count
@@ -101,7 +121,10 @@ class LineDecoder:
                 frames += self._frame(bytes(buffer[at:end]), self._arrivals.time(end))
             self._whole, at = True, end + 1
         if len(buffer) - at > _LONGEST:
-            self.counts.corrupt, self.counts.skipped = self.counts.corrupt + 1, self.counts.skipped + len(buffer) - at
+            self.counts.corrupt, self.counts.skipped = (
+                self.counts.corrupt + 1,
+                self.counts.skipped + len(buffer) - at,
+            )
             self._whole, at = False, len(buffer)
         self._arrivals.drop(at)
         return frames
@@ -113,7 +136,10 @@ class LineDecoder:
             self.counts.skipped += len(line) + 1
             return []
         mm = np.array([0.0 if word.lower() in _FAILURES else float(word) for word in words])
-        status = np.array([Status.FAILED if word.lower() in _FAILURES else Status.VALID for word in words], np.uint8)
+        status = np.array(
+            [Status.FAILED if word.lower() in _FAILURES else Status.VALID for word in words],
+            np.uint8,
+        )
         sequence, self._sequence = self._sequence, self._sequence + 1
         self.counts.frames += 1
         status = _none(np.minimum(mm, MOST_MM).astype(int), status)

@@ -1,4 +1,6 @@
-"""What happens to a ring's line, judged by its bytes as they come: the same while it runs and when it is replayed."""
+"""What happens to a ring's line, judged by its bytes as they come: the same while it runs and when
+it is replayed.
+"""
 
 import json
 from collections import deque
@@ -13,7 +15,8 @@ from ..recording.records import Kind, Record
 from .decoders import decoder
 from .protocol import Counts, Frame
 
-SILENT = 0.25  # s without a frame: nothing is known of a ring any more. Rings send ten frames a second or more
+# s without a frame: nothing is known of a ring any more. Rings send ten frames a second or more
+SILENT = 0.25
 LATE = 0.1  # s: frames that waited longer on their way are told of, and not handed on
 BAUD = 460800
 _WINDOW = 3.0  # s, in which so many bad frames
@@ -43,7 +46,9 @@ class Event:
 
     def record(self) -> Record:
         """As it is kept."""
-        return Record(Kind.HAPPENED, self.ring, self.time, json.dumps([self.what.name, self.detail]).encode())
+        return Record(
+            Kind.HAPPENED, self.ring, self.time, json.dumps([self.what.name, self.detail]).encode()
+        )
 
     @staticmethod
     def of(record: Record) -> "Event":
@@ -56,8 +61,9 @@ class Event:
 
 @dataclass(frozen=True)
 class Port:
-    """Where a ring is: the name of its serial port, how many sensors it has, its firmware's decoder, its speed. patience: so
-    many times ``SILENT`` and ``LATE`` are allowed; a simulated ring on a busy machine needs more than 1."""
+    """Where a ring is: the name of its serial port, how many sensors it has, its firmware's
+    decoder, its speed. patience: so many times ``SILENT`` and ``LATE`` are allowed; a simulated
+    ring on a busy machine needs more than 1."""
 
     name: str
     count: int
@@ -67,7 +73,9 @@ class Port:
 
 
 class Line:
-    """The frames of ring ``number``, and what happens to its line from ``now`` s on. ``counts`` are of all its time."""
+    """The frames of ring ``number``, and what happens to its line from ``now`` s on. ``counts`` are
+    of all its time.
+    """
 
     def __init__(self, number: int, port: Port, now: float) -> None:
         self._number, self._port, self.counts = number, port, Counts()
@@ -91,7 +99,9 @@ class Line:
         for frame in self._decoder.feed(data, now) if data else ():
             yield from self._frame(frame)
         if now - self._heard > self._port.patience * SILENT:
-            yield from self._turn(Happened.GARBLED if self._bytes else Happened.SILENT, now, f"{self._bytes} bytes")
+            yield from self._turn(
+                Happened.GARBLED if self._bytes else Happened.SILENT, now, f"{self._bytes} bytes"
+            )
         yield from self._judge(now)
 
     def _frame(self, frame: Frame) -> Iterator[Frame | Event]:

@@ -15,10 +15,12 @@ _RETRY = 0.05  # s, between attempts to open a port
 
 
 class RingReader:
-    """Reads ring ``number`` at ``port``: hands on its frames, what happens to it, and all its bytes as they came.
+    """Reads ring ``number`` at ``port``: hands on its frames, what happens to it, and all its bytes
+    as they came.
 
-    Found: a port that is gone within 20 ms, silence and bytes that make no frame within ``SILENT`` s of the last frame, and
-    a port that is back within 50 ms of its appearance; plus what the machine takes to wake a thread.
+    Found: a port that is gone within 20 ms, silence and bytes that make no frame within ``SILENT``
+    s of the last frame, and a port that is back within 50 ms of its appearance; plus what the
+    machine takes to wake a thread.
     """
 
     def __init__(
@@ -29,7 +31,13 @@ class RingReader:
         on_event: Callable[[Event], None],
         record: Callable[[Record], None],
     ) -> None:
-        self._number, self._port, self._on_frame, self._on_event, self._record = number, port, on_frame, on_event, record
+        self._number, self._port, self._on_frame, self._on_event, self._record = (
+            number,
+            port,
+            on_frame,
+            on_event,
+            record,
+        )
         self._line, self._last = Line(number, port, time.monotonic()), None
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"ring {number}", daemon=True)
@@ -45,7 +53,11 @@ class RingReader:
     def latest(self) -> Frame | None:
         """The newest frame, if it is fresh."""
         frame = self._last
-        return frame if frame and time.monotonic() - frame.time <= self._port.patience * SILENT else None
+        return (
+            frame
+            if frame and time.monotonic() - frame.time <= self._port.patience * SILENT
+            else None
+        )
 
     def end(self) -> None:
         """Read no more, soon."""
@@ -60,12 +72,16 @@ class RingReader:
 
         while not self._ended.is_set():
             try:
-                with serial.Serial(self._port.name, self._port.baud, timeout=_TICK, exclusive=True) as port:
+                with serial.Serial(
+                    self._port.name, self._port.baud, timeout=_TICK, exclusive=True
+                ) as port:
                     self._line.opened(now := time.monotonic())
                     self._record(Record(Kind.OPENED, self._number, now))
                     while not self._ended.is_set():
                         data = port.read(1)
-                        self._take(data + port.read(port.in_waiting) if data else b"", time.monotonic())
+                        self._take(
+                            data + port.read(port.in_waiting) if data else b"", time.monotonic()
+                        )
             except (OSError, ValueError) as error:  # serial.SerialException is an OSError
                 self._last = None
                 for event in self._line.gone(time.monotonic(), str(error)):
@@ -101,7 +117,9 @@ class Rings:
         record: Callable[[Record], None] = lambda record: None,
     ) -> None:
         self.sizes = [port.count for port in ports]
-        self._readers = [RingReader(i, port, on_frame, on_event, record) for i, port in enumerate(ports)]
+        self._readers = [
+            RingReader(i, port, on_frame, on_event, record) for i, port in enumerate(ports)
+        ]
 
     @property
     def counts(self) -> list[Counts]:
@@ -129,5 +147,10 @@ class Rings:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self.close()

@@ -12,12 +12,15 @@ VERSION = 1
 MAGIC = b"\xa5\xc3"
 MOST_SENSORS = 64
 MOST_MM = 0xFFFF
-_HEADER = struct.Struct("<2sBBBHQ")  # magic, version, count, its complement, sequence, timestamp in µs
+# magic, version, count, its complement, sequence, timestamp in µs
+_HEADER = struct.Struct("<2sBBBHQ")
 _CHECK = struct.Struct("<I")
 _SENSORS = np.dtype([("mm", "<u2"), ("status", "u1")])
 _TURN = 1 << 16  # of the sequence number
 _LATE = (
-    8  # frames: one that is older than the newest by no more came late, one that is older yet is of a ring that restarted
+    # frames: one that is older than the newest by no more came late, one that is older yet is of a
+    # ring that restarted
+    8
 )
 
 
@@ -31,7 +34,10 @@ class Status(IntEnum):
 
 
 _DISTANT = (Status.VALID, Status.WEAK)  # those that have a distance
-_STATUS = np.array([byte if byte in list(Status) else Status.FAILED for byte in range(256)], np.uint8)  # of any byte
+# of any byte
+_STATUS = np.array(
+    [byte if byte in list(Status) else Status.FAILED for byte in range(256)], np.uint8
+)
 _HAS = np.isin(_STATUS, _DISTANT)
 
 
@@ -39,9 +45,9 @@ _HAS = np.isin(_STATUS, _DISTANT)
 class Frame:
     """What a ring measured at once.
 
-    time: s, of the host's monotonic clock, when its last byte came. clock: s, of the ring's own clock; nan where its
-    firmware sends none. sequence: counts the ring's frames. distance (n,): m, in the order as wired, nan where there is
-    none. status (n,): of ``Status``.
+    time: s, of the host's monotonic clock, when its last byte came. clock: s, of the ring's own
+    clock; nan where its firmware sends none. sequence: counts the ring's frames. distance (n,): m,
+    in the order as wired, nan where there is none. status (n,): of ``Status``.
     """
 
     time: float
@@ -55,8 +61,9 @@ class Frame:
 class Counts:
     """What came over a line.
 
-    frames: handed on. lost: gaps in the sequence. late: came after a newer one, or twice, and were not handed on. corrupt:
-    what began as a frame and was none. skipped: bytes that belong to none. restarts: of the ring.
+    frames: handed on. lost: gaps in the sequence. late: came after a newer one, or twice, and were
+    not handed on. corrupt: what began as a frame and was none. skipped: bytes that belong to none.
+    restarts: of the ring.
     """
 
     frames: int = 0
@@ -74,7 +81,9 @@ class Order:
         self._counts, self._turn, self._last, self._clock = counts, turn, -1, float("-inf")
 
     def take(self, sequence: int, clock: float) -> bool:
-        """Whether a frame of this number, at this time s of the ring's clock, is newer than all before it."""
+        """Whether a frame of this number, at this time s of the ring's clock, is newer than all
+        before it.
+        """
         ahead = (sequence - self._last) % self._turn if self._last >= 0 else 1
         if ahead == 0 or ahead >= self._turn - _LATE:
             self._counts.late += 1
@@ -94,7 +103,12 @@ def length(count: int) -> int:
     return _HEADER.size + count * _SENSORS.itemsize + _CHECK.size
 
 
-def encode(sequence: int, clock: float, distance: Float[np.ndarray, " n"], status: Integer[np.ndarray, " n"]) -> bytes:
+def encode(
+    sequence: int,
+    clock: float,
+    distance: Float[np.ndarray, " n"],
+    status: Integer[np.ndarray, " n"],
+) -> bytes:
     """A frame; distances (n,) m are rounded to mm, and 0 where ``status`` says that there is none.
 
     Raises:
@@ -103,7 +117,8 @@ def encode(sequence: int, clock: float, distance: Float[np.ndarray, " n"], statu
     count = len(distance)
     if not 1 <= count <= MOST_SENSORS or len(status) != count:
         raise ValueError(
-            f"found {count} distances and {len(status)} statuses, allowed: as many of both, 1 to {MOST_SENSORS}"
+            f"found {count} distances and {len(status)} statuses, allowed: as many of both, 1 to"
+            f" {MOST_SENSORS}"
         )
     sensors = np.zeros(count, _SENSORS)
     there = np.isin(status, _DISTANT)
@@ -140,11 +155,13 @@ class Arrivals:
 
 
 class Decoder:
-    """Takes bytes as they come, wherever they start and whatever they are, and gives the intact frames among them.
+    """Takes bytes as they come, wherever they start and whatever they are, and gives the intact
+    frames among them.
 
-    A frame counts as intact when its magic, version, count (twice) and CRC-32 (ISO 3309, as Ethernet and zlib have it) are
-    right, and it has the sensors that the ring has. After anything else the search goes on one byte further, so that no
-    intact frame is lost to what stands before it.
+    A frame counts as intact when its magic, version, count (twice) and CRC-32 (ISO 3309, as
+    Ethernet and zlib have it) are right, and it has the sensors that the ring has. After anything
+    else the search goes on one byte further, so that no intact frame is lost to what stands before
+    it.
     """
 
     def __init__(self, count: int, counts: Counts | None = None) -> None:
@@ -176,9 +193,13 @@ class Decoder:
             else:
                 end = at + self._length
                 if self._order.take(sequence, 1e-6 * micros):
-                    sensors = np.frombuffer(bytes(buffer[at + _HEADER.size : end - _CHECK.size]), _SENSORS)
+                    sensors = np.frombuffer(
+                        bytes(buffer[at + _HEADER.size : end - _CHECK.size]), _SENSORS
+                    )
                     values = measured(sensors["mm"], sensors["status"])
-                    frames.append(Frame(self._arrivals.time(end - 1), 1e-6 * micros, sequence, *values))
+                    frames.append(
+                        Frame(self._arrivals.time(end - 1), 1e-6 * micros, sequence, *values)
+                    )
                 at = end
         self._arrivals.drop(at)
         return frames
@@ -195,6 +216,6 @@ class Decoder:
 
 
 def measured(mm: np.ndarray, status: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distances (n,) m, nan where there is none, and statuses (n,) from millimetres and bytes of status as a ring sends
-    them; a byte that is no ``Status`` is a failure."""
+    """Distances (n,) m, nan where there is none, and statuses (n,) from millimetres and bytes of
+    status as a ring sends them; a byte that is no ``Status`` is a failure."""
     return np.where(_HAS[status], mm / 1000.0, np.nan), _STATUS[status]

@@ -19,15 +19,17 @@ from .state import State
 from .vetting import STALE, Ended, LinkFaultError, Vetting, between
 
 RATE = 125.0  # states a second: every controller has it
-START = 10.0  # s, for the first state to come: Python's start, and the client's exchange with the robot
+# s, for the first state to come: Python's start, and the client's exchange with the robot
+START = 10.0
 _MEMORY = 30.0  # s, of states
 
 
 class Link:
-    """Joint angles of the robot at ``host``, received in a process of its own that is ended with the link.
+    """Joint angles of the robot at ``host``, received in a process of its own that is ended with
+    the link.
 
-    A fault is final: what comes after it is not looked at. It is found at most ``STALE`` s after the last good state, times
-    ``patience``, plus what the machine takes to wake a thread.
+    A fault is final: what comes after it is not looked at. It is found at most ``STALE`` s after
+    the last good state, times ``patience``, plus what the machine takes to wake a thread.
 
     Args:
         host: name or address.
@@ -36,9 +38,9 @@ class Link:
         record: is given each record that came, good or not.
         on_fault: is called once, from the link's thread.
         start: s, by which the first state must have come.
-        through_stops: whether states are good though the robot's safety stopped it: to see whether it stands still.
-        patience: factor of all limits of time; 1 for a real robot. A simulated one shares its machine, and needs more.
-        command: that starts the process, for tests.
+        through_stops: whether states are good though the robot's safety stopped it: to see whether
+            it stands still. patience: factor of all limits of time; 1 for a real robot. A simulated
+            one shares its machine, and needs more. command: that starts the process, for tests.
     """
 
     def __init__(
@@ -80,24 +82,34 @@ class Link:
             if self._fault:
                 raise self._fault
             now = time.monotonic()
-            if len(self._states) < 2 or now - self._states[-1].time > self._stale:  # two that agree with each other
+            # two that agree with each other
+            if len(self._states) < 2 or now - self._states[-1].time > self._stale:
                 raise LinkFaultError(Ended.STALE)
             return self._states[-1]
 
     def wait(self, seconds: float = START + 1) -> State:
-        """The newest state, as soon as there is one; LinkFaultError if there is none within ``seconds``."""
+        """The newest state, as soon as there is one; LinkFaultError if there is none within
+        ``seconds``.
+        """
         with self._changed:
             self._changed.wait_for(lambda: self._fault or len(self._states) >= 2, seconds)
         return self.latest()
 
-    def joints(self, times: Float[np.ndarray, " n"], patience: float = STALE) -> Float[np.ndarray, "n 6"]:
-        """Joint angles (n, 6) rad at ``times`` (n,) s of the host's monotonic clock, between states around each; nan where
-        there are none near enough. Waits for states after the last time, for at most ``patience`` s."""
+    def joints(
+        self, times: Float[np.ndarray, " n"], patience: float = STALE
+    ) -> Float[np.ndarray, "n 6"]:
+        """Joint angles (n, 6) rad at ``times`` (n,) s of the host's monotonic clock, between states
+        around each; nan where there are none near enough. Waits for states after the last time, for
+        at most ``patience`` s."""
         times = np.asarray(times, float)
         with self._changed:
             first, last = (float(times.min()), float(times.max())) if len(times) else (0.0, 0.0)
-            self._changed.wait_for(lambda: self._fault or (self._states and self._states[-1].time >= last), patience)
-            states = [state for state in self._states if first - STALE <= state.time <= last + STALE]
+            self._changed.wait_for(
+                lambda: self._fault or (self._states and self._states[-1].time >= last), patience
+            )
+            states = [
+                state for state in self._states if first - STALE <= state.time <= last + STALE
+            ]
         return between(states, times)
 
     def close(self) -> None:
@@ -113,7 +125,12 @@ class Link:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self.close()
 
     def _watch(self) -> None:
@@ -122,7 +139,8 @@ class Link:
             self._receive()
         except LinkFaultError as fault:
             self._end(fault)
-        except Exception as error:  # whatever it is, there are no states any more, and that must be known
+        except Exception as error:
+            # whatever it is, there are no states any more, and that must be known
             self._end(LinkFaultError(Ended.ABORTED, repr(error)))
 
     def _end(self, fault: LinkFaultError) -> None:

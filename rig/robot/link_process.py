@@ -1,6 +1,9 @@
-"""The process in which ur-rtde receives the robot's state: what befalls the client befalls this process alone.
+"""The process in which ur-rtde receives the robot's state: what befalls the client befalls this
+process alone.
 
-Run: python -m place_rings.rig.robot.link_process HOST RATE [PATIENCE]     records on stdout, until stdin ends
+Run: python -m place_rings.rig.robot.link_process HOST RATE [PATIENCE]
+
+Records come on stdout, until stdin ends.
 """
 
 import os
@@ -15,12 +18,18 @@ from ..recording.records import Kind, Record
 from .state import VARIABLES, State, complaint
 
 _POLL = 0.0005  # s
-_HOPELESS = 10  # s: a constructor that hangs cannot be reached from Python, so the kernel ends it, should nobody else
+# s: a constructor that hangs cannot be reached from Python, so the kernel ends it, should nobody
+# else
+_HOPELESS = 10
 
 
 def main() -> None:
     """Forward each new state, once."""
-    host, rate, patience = sys.argv[1], float(sys.argv[2]), float(sys.argv[3]) if len(sys.argv) > 3 else 1.0
+    host, rate, patience = (
+        sys.argv[1],
+        float(sys.argv[2]),
+        float(sys.argv[3]) if len(sys.argv) > 3 else 1.0,
+    )
     out = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # the client prints
     signal.setitimer(signal.ITIMER_REAL, _HOPELESS * patience)

@@ -1,7 +1,8 @@
-"""Moving the robot, slowly, between poses: checked before, watched on the way, stopped by anything that is wrong.
+"""Moving the robot, slowly, between poses: checked before, watched on the way, stopped by anything
+that is wrong.
 
-This is no safety function. It is ordinary software on an ordinary computer: whoever is near the robot is protected by the
-robot's own safety functions and by nothing here.
+This is no safety function. It is ordinary software on an ordinary computer: whoever is near the
+robot is protected by the robot's own safety functions and by nothing here.
 """
 
 import math
@@ -29,7 +30,8 @@ from .motion_process import DECELERATION, SIGN
 from .state import JOINTS, pack_move
 from .vetting import LinkFaultError
 
-MOST_SPEED, MOST_ACCELERATION = math.radians(60), math.radians(120)  # rad/s and rad/s², whatever is asked for
+# rad/s and rad/s², whatever is asked for
+MOST_SPEED, MOST_ACCELERATION = math.radians(60), math.radians(120)
 _READY = 20.0  # s, for the controller to take the program
 _TOLD = 0.5  # s, for an answer: the process says at once that it moves
 _STILL = 0.3  # s, for the robot to be seen to stand still, beyond what its deceleration takes
@@ -47,8 +49,8 @@ UNSEEN = "the robot was not seen to stand still: press its emergency stop"
 
 @dataclass(frozen=True)
 class Limits:
-    """What a motion may be. joints (6, 2): lowest and highest angle of each joint, rad. speed, acceleration: of the leading
-    joint, rad/s and rad/s²."""
+    """What a motion may be. joints (6, 2): lowest and highest angle of each joint, rad. speed,
+    acceleration: of the leading joint, rad/s and rad/s²."""
 
     joints: Float[np.ndarray, "6 2"]
     speed: float = math.radians(15)
@@ -57,7 +59,9 @@ class Limits:
     def __post_init__(self) -> None:
         for name, most in (("speed", MOST_SPEED), ("acceleration", MOST_ACCELERATION)):
             if not 0 < getattr(self, name) <= most:
-                raise ValueError(f"{name}: found {getattr(self, name):g}, allowed: above 0 to {most:.3g} rad")
+                raise ValueError(
+                    f"{name}: found {getattr(self, name):g}, allowed: above 0 to {most:.3g} rad"
+                )
 
 
 class MoveRefusedError(Exception):
@@ -75,10 +79,12 @@ class Mover:
         host: name or address.
         link: which tells where the robot is. No state, no motion.
         limits: of all motions.
-        fault_at: what is wrong with joint angles (6,) rad on the way, such as links that come near each other; None:
-            nothing. danger: what asks for a stop right now, such as a near reading; None: nothing. Asked a hundred times a
-            second. patience: factor of all limits of time; 1 for a real robot. alarm: is told at once where the robot is not
-            seen to stand still. command: that starts the process, for tests.
+        fault_at: what is wrong with joint angles (6,) rad on the way, such as links that come near
+            each other; None:
+            nothing. danger: what asks for a stop right now, such as a near reading; None: nothing.
+                Asked a hundred times a second. patience: factor of all limits of time; 1 for a real
+                robot. alarm: is told at once where the robot is not seen to stand still. command:
+                that starts the process, for tests.
 
     Raises:
         MoveRefusedError: if the robot cannot be controlled.
@@ -95,8 +101,19 @@ class Mover:
         alarm: Callable[[str], None] = lambda text: None,
         command: tuple[str, ...] = (sys.executable, "-m", f"{__package__}.motion_process"),
     ) -> None:
-        self._host, self._link, self._limits, self._fault_at, self._danger = host, link, limits, fault_at, danger
-        self._reader, self._patience, self._alarm, self._heard = RecordReader(), patience, alarm, time.monotonic()
+        self._host, self._link, self._limits, self._fault_at, self._danger = (
+            host,
+            link,
+            limits,
+            fault_at,
+            danger,
+        )
+        self._reader, self._patience, self._alarm, self._heard = (
+            RecordReader(),
+            patience,
+            alarm,
+            time.monotonic(),
+        )
         self._process = subprocess.Popen(
             [*command, host, str(patience)],
             stdin=subprocess.PIPE,
@@ -110,11 +127,15 @@ class Mover:
             self._process.kill()
             self._shut()
             if isinstance(error, _NoAnswerError):
-                raise MoveRefusedError(f"the robot at {host} cannot be controlled: {error}") from None
+                raise MoveRefusedError(
+                    f"the robot at {host} cannot be controlled: {error}"
+                ) from None
             raise
 
     def refusal(self, q: Float[np.ndarray, "*n"]) -> str | None:
-        """Why the robot may not go from where it is to joint angles ``q`` (6,) rad; None where it may."""
+        """Why the robot may not go from where it is to joint angles ``q`` (6,) rad; None where it
+        may.
+        """
         q = np.asarray(q, float)
         if q.shape != (JOINTS,):
             return f"found {q.size} joint angles, allowed: {JOINTS}"
@@ -163,26 +184,36 @@ class Mover:
                     self._alarm(f"{why}; {UNSEEN}")
                     raise MoveStoppedError(f"{why}; {UNSEEN}") from None
                 if took > BOUND * self._patience:
-                    raise MoveStoppedError(f"{why}; it was seen to stand still only after {took:.1f} s") from None
+                    raise MoveStoppedError(
+                        f"{why}; it was seen to stand still only after {took:.1f} s"
+                    ) from None
                 if isinstance(error, LinkFaultError | _NoAnswerError):
                     raise MoveStoppedError(why) from None
                 raise
 
     def _why(self, error: BaseException) -> str:
-        """Why the robot was stopped: what the link says goes before what its client complains of."""
+        """Why the robot was stopped: what the link says goes before what its client complains
+        of.
+        """
         fault = self._link.fault
         if isinstance(error, _NoAnswerError) and fault is not None:
             return f"{fault} ({error})"
         return str(error) or "interrupted"
 
-    def _watch(self, q: Float[np.ndarray, " 6"], until: float, signals: list[Callable[[], object]]) -> None:
-        """Wait until the robot stands at ``q`` (6,) rad; MoveStoppedError where it has to be stopped."""
+    def _watch(
+        self, q: Float[np.ndarray, " 6"], until: float, signals: list[Callable[[], object]]
+    ) -> None:
+        """Wait until the robot stands at ``q`` (6,) rad; MoveStoppedError where it has to be
+        stopped.
+        """
         self._heard = turn = time.monotonic()
         most = SIGN * self._patience
         while True:
             before, turn = turn, time.monotonic()
             if turn - before > most:
-                raise MoveStoppedError(f"this program was held up for {turn - before:.2f} s, allowed: {most:g} s")
+                raise MoveStoppedError(
+                    f"this program was held up for {turn - before:.2f} s, allowed: {most:g} s"
+                )
             if signals:
                 signals.pop(0)()  # raises
             if self._there(q):
@@ -194,13 +225,15 @@ class Mover:
             self._tell(Kind.ALIVE)
             self._hear(_LOOK)
             if (silent := time.monotonic() - self._heard) > most:
-                raise MoveStoppedError(f"the process that moves it gave no sign of life for {silent:.2f} s")
+                raise MoveStoppedError(
+                    f"the process that moves it gave no sign of life for {silent:.2f} s"
+                )
 
     def stop(self) -> bool:
         """Stop the robot: whether it is seen to stand still.
 
-        Told to, it decelerates; where it is not seen to, the process that moves it is ended, upon which the robot's watchdog
-        ends its program, and its dashboard is told to as well.
+        Told to, it decelerates; where it is not seen to, the process that moves it is ended, upon
+        which the robot's watchdog ends its program, and its dashboard is told to as well.
         """
         with suppress(_NoAnswerError):
             self._tell(Kind.STOP)
@@ -208,11 +241,16 @@ class Mover:
             if self._stands(self._link):
                 return True
         self._process.kill()
-        with suppress(OSError), socket.create_connection((self._host, _DASHBOARD), timeout=_TOLD) as dashboard:
+        with (
+            suppress(OSError),
+            socket.create_connection((self._host, _DASHBOARD), timeout=_TOLD) as dashboard,
+        ):
             dashboard.settimeout(_TOLD)
             dashboard.sendall(b"stop\n")
             dashboard.recv(1 << 10)
-        return self._stands(self._link) if self._link.fault is None else self._stands_by_another_link()
+        return (
+            self._stands(self._link) if self._link.fault is None else self._stands_by_another_link()
+        )
 
     def close(self) -> None:
         """Stop, and end the process."""
@@ -226,7 +264,12 @@ class Mover:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self.close()
 
     def _shut(self) -> None:
@@ -240,13 +283,17 @@ class Mover:
         return bool(np.abs(state.q - q).max() < _THERE and np.abs(state.speed).max() < _STANDS)
 
     def _stands(self, link: Link) -> bool:
-        """Whether the robot is seen to stand still in time: at one place, for ``_FIRM`` s, in states that came after now."""
+        """Whether the robot is seen to stand still in time: at one place, for ``_FIRM`` s, in
+        states that came after now.
+        """
         begin, first = time.monotonic(), None
         until = begin + (self._limits.speed / DECELERATION + _STILL) * self._patience
         with suppress(LinkFaultError):
             while time.monotonic() < until:
                 state = link.latest()
-                if np.abs(state.speed).max() >= _STANDS or (first and np.abs(state.q - first.q).max() > _THERE):
+                if np.abs(state.speed).max() >= _STANDS or (
+                    first and np.abs(state.q - first.q).max() > _THERE
+                ):
                     first = None
                 elif first is None and state.time > begin:
                     first = state
@@ -257,7 +304,10 @@ class Mover:
 
     def _stands_by_another_link(self) -> bool:
         """The same where the link ended: the robot may still answer a new one."""
-        with suppress(LinkFaultError), Link(self._host, start=_AGAIN, patience=self._patience, through_stops=True) as link:
+        with (
+            suppress(LinkFaultError),
+            Link(self._host, start=_AGAIN, patience=self._patience, through_stops=True) as link,
+        ):
             link.wait(_AGAIN * self._patience)
             return self._stands(link)
         return False
@@ -270,7 +320,9 @@ class Mover:
             status = None
             with suppress(subprocess.TimeoutExpired):
                 status = self._process.wait(_TOLD)
-            raise _NoAnswerError("the client's process ended" if status is None else _ended_by(status)) from None
+            raise _NoAnswerError(
+                "the client's process ended" if status is None else _ended_by(status)
+            ) from None
 
     def _expect(self, word: str, seconds: float) -> None:
         """Wait until it says ``word``."""
@@ -309,10 +361,11 @@ def _ended_by(status: int) -> str:
 
 @contextmanager
 def _noted_signals() -> Iterator[list[Callable[[], object]]]:
-    """Ctrl-C, and other signals that would end a check, as a list of what they do, which grows while a motion lasts.
+    """Ctrl-C, and other signals that would end a check, as a list of what they do, which grows
+    while a motion lasts.
 
-    Until then they do nothing: an exception might come between any two steps of stopping the robot. One that comes at the
-    very end of a motion is acted on after it.
+    Until then they do nothing: an exception might come between any two steps of stopping the robot.
+    One that comes at the very end of a motion is acted on after it.
     """
     noted, before = list[Callable[[], object]](), dict[signal.Signals, Any]()
     if threading.current_thread() is threading.main_thread():

@@ -1,10 +1,12 @@
 """The process in which ur-rtde moves the robot: what befalls the client befalls this process alone.
 
-It never moves the robot by itself. Three limits see to that, each times the patience that is asked for:
+It never moves the robot by itself. Three limits see to that, each times the patience that is asked
+for:
 
 - The robot ends its program where this process gives no sign of life for ``WATCHDOG`` s.
 - This process stops the robot where the check gives no sign of life for ``SIGN`` s during a motion.
-- The kernel ends this process where a call of the client takes longer than ``HANG`` s, and ``LEAVE`` s
+- The kernel ends this process where a call of the client takes longer than ``HANG`` s, and
+  ``LEAVE`` s
   after the check is gone, whatever the controller answers.
 
 Run: python -m place_rings.rig.robot.motion_process HOST [PATIENCE]
@@ -75,7 +77,8 @@ class MotionProcess:
             word = "moving" if self._moving else "the robot refused to move"
             self.tell(Kind.DONE if self._moving else Kind.NOTE, word)
         elif record.kind == Kind.STOP:
-            self._client.stopJ(DECELERATION, True)  # returns at once, so that the watchdog is still fed
+            # returns at once, so that the watchdog is still fed
+            self._client.stopJ(DECELERATION, True)
             self._moving = False
             self.tell(Kind.DONE, "stopping")
         elif record.kind == Kind.REST:
@@ -90,7 +93,10 @@ class MotionProcess:
         if silent > SIGN * self._patience:
             self._client.stopJ(DECELERATION, True)
             self._moving = False
-            self.tell(Kind.NOTE, f"the check gave no sign of life for {1000 * silent:.0f} ms; the robot was stopped")
+            self.tell(
+                Kind.NOTE,
+                f"the check gave no sign of life for {1000 * silent:.0f} ms; the robot was stopped",
+            )
         else:
             self.tell(Kind.ALIVE)
 
@@ -108,10 +114,13 @@ class MotionProcess:
             return "the robot's side closed the connection"
         if since > limit:
             return (
-                f"the robot's watchdog ended its program: this computer gave no sign of life for"
+                "the robot's watchdog ended its program: this computer gave no sign of life for"
                 f" {1000 * since:.0f} ms, allowed: {1000 * limit:.0f} ms"
             )
-        return "the robot ended its program: stopped at its pendant or dashboard, or by its safety functions"
+        return (
+            "the robot ended its program: stopped at its pendant or dashboard, or by its safety"
+            " functions"
+        )
 
     def _leave(self) -> None:
         """The check is gone: stop the robot."""
@@ -129,7 +138,8 @@ def main() -> None:
     host, patience = sys.argv[1], float(sys.argv[2]) if len(sys.argv) > 2 else 1.0
     out = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # the client prints
-    for ignored in (signal.SIGINT, signal.SIGHUP):  # the check receives them too, and then says to stop
+    # the check receives them too, and then says to stop
+    for ignored in (signal.SIGINT, signal.SIGHUP):
         signal.signal(ignored, signal.SIG_IGN)
     signal.setitimer(signal.ITIMER_REAL, START * patience)
     try:

@@ -8,9 +8,11 @@ import numpy as np
 from jaxtyping import Float
 
 JOINTS = 6  # of every robot that ur-rtde knows
-VARIABLES = ("actual_q", "actual_qd", "runtime_state", "safety_status_bits", "timestamp")  # a short package spoils the last
+# a short package spoils the last
+VARIABLES = ("actual_q", "actual_qd", "runtime_state", "safety_status_bits", "timestamp")
 _LAYOUT = struct.Struct("<d6d6dII")
-NORMAL, REDUCED = 1 << 0, 1 << 1  # safety status bits; all higher ones are of stops, faults and violations
+# safety status bits; all higher ones are of stops, faults and violations
+NORMAL, REDUCED = 1 << 0, 1 << 1
 _TURNS = 2 * math.pi + 0.1  # rad, beyond which no joint of these robots turns
 _MOST_SPEED = 2 * math.pi + 0.2  # rad/s: of the fastest joint (UR3e, third wrist)
 _MOST_ACCELERATION = 40.0  # rad/s², that the controller takes
@@ -20,8 +22,8 @@ _SLACK = 0.002  # rad, of the encoders and of speeds that are filtered
 
 @dataclass(frozen=True)
 class State:
-    """time: s, of the host's monotonic clock, when it came. clock: s, of the robot's. q (6,): joint angles, rad. speed (6,):
-    rad/s. runtime, safety: as RTDE has them."""
+    """time: s, of the host's monotonic clock, when it came. clock: s, of the robot's. q (6,): joint
+    angles, rad. speed (6,): rad/s. runtime, safety: as RTDE has them."""
 
     time: float
     clock: float
@@ -40,12 +42,16 @@ class State:
         if len(data) != _LAYOUT.size:
             raise ValueError(f"a state of {len(data)} bytes, allowed: {_LAYOUT.size}")
         clock, *values, runtime, safety = _LAYOUT.unpack(data)
-        return State(time, clock, np.array(values[:JOINTS]), np.array(values[JOINTS:]), runtime, safety)
+        return State(
+            time, clock, np.array(values[:JOINTS]), np.array(values[JOINTS:]), runtime, safety
+        )
 
 
 def implausible(state: State) -> str | None:
     """Why a state by itself cannot be true."""
-    if not (math.isfinite(state.clock) and np.isfinite(state.q).all() and np.isfinite(state.speed).all()):
+    if not (
+        math.isfinite(state.clock) and np.isfinite(state.q).all() and np.isfinite(state.speed).all()
+    ):
         return "a number that is not finite"
     if np.abs(state.q).max() > _TURNS:
         return f"a joint at {math.degrees(state.q[np.abs(state.q).argmax()]):.4g}°"
@@ -55,7 +61,9 @@ def implausible(state: State) -> str | None:
 
 
 def impossible(before: State, state: State) -> str | None:
-    """Why a state cannot follow another: no joint goes farther than its speeds and the most acceleration allow."""
+    """Why a state cannot follow another: no joint goes farther than its speeds and the most
+    acceleration allow.
+    """
     seconds = state.clock - before.clock
     if not 0 < seconds <= _LONGEST:
         return f"the robot's clock went by {seconds:.4g} s"
@@ -64,7 +72,10 @@ def impossible(before: State, state: State) -> str | None:
     over = np.abs(state.q - before.q) - allowed
     if over.max() > 0:
         joint = int(over.argmax())
-        return f"joint {joint} went by {math.degrees(state.q[joint] - before.q[joint]):.4g}° in {1000 * seconds:.4g} ms"
+        return (
+            f"joint {joint} went by {math.degrees(state.q[joint] - before.q[joint]):.4g}° in"
+            f" {1000 * seconds:.4g} ms"
+        )
     return None
 
 
@@ -72,7 +83,9 @@ _MOVE = struct.Struct("<6d2d")
 
 
 def pack_move(q: Float[np.ndarray, " 6"], speed: float, acceleration: float) -> bytes:
-    """A motion to joint angles ``q`` (6,) rad, its leading joint with ``speed`` rad/s and ``acceleration`` rad/s²."""
+    """A motion to joint angles ``q`` (6,) rad, its leading joint with ``speed`` rad/s and
+    ``acceleration`` rad/s².
+    """
     return _MOVE.pack(*q, speed, acceleration)
 
 

@@ -1,4 +1,6 @@
-"""States taken one after another, from a robot or from a recording: a fault, or a state that may be used."""
+"""States taken one after another, from a robot or from a recording: a fault, or a state that may be
+used.
+"""
 
 import time
 from collections.abc import Sequence
@@ -29,8 +31,8 @@ class Ended(Enum):
 
 
 class LinkFaultError(Exception):
-    """The link ended, or has no state to give. why: of ``Ended``. time: s, of the host's monotonic clock, when it was
-    found."""
+    """The link ended, or has no state to give. why: of ``Ended``. time: s, of the host's monotonic
+    clock, when it was found."""
 
     def __init__(self, why: Ended, detail: str = "", at: float | None = None) -> None:
         super().__init__(f"{why.value}: {detail}" if detail else why.value)
@@ -38,8 +40,9 @@ class LinkFaultError(Exception):
 
 
 class Vetting:
-    """Takes records in the order they came. last: the newest state that was good. count: of good states. ``stale``: s, by
-    which none may be late. ``through_stops``: whether a state is good though the robot's safety stopped it."""
+    """Takes records in the order they came. last: the newest state that was good. count: of good
+    states. ``stale``: s, by which none may be late. ``through_stops``: whether a state is good
+    though the robot's safety stopped it."""
 
     def __init__(self, stale: float = STALE, through_stops: bool = False) -> None:
         self._stale, self._through_stops = stale, through_stops
@@ -50,7 +53,8 @@ class Vetting:
         """The state in a record.
 
         Raises:
-            LinkFaultError: if there is none, if it cannot be true by itself or after the one before, if it came more than
+            LinkFaultError: if there is none, if it cannot be true by itself or after the one
+                before, if it came more than
                 ``stale`` s later than measured, or if the robot's safety stopped it.
         """
         if record.kind == Kind.NOTE:
@@ -74,9 +78,11 @@ class Vetting:
         return state
 
 
-def between(states: Sequence[State], times: Float[np.ndarray, " n"], gap: float = GAP) -> Float[np.ndarray, "n 6"]:
-    """Joint angles (n, 6) rad at ``times`` (n,) s, linear between the states around each; nan where these are more than
-    ``gap`` s apart, or there are none on both sides."""
+def between(
+    states: Sequence[State], times: Float[np.ndarray, " n"], gap: float = GAP
+) -> Float[np.ndarray, "n 6"]:
+    """Joint angles (n, 6) rad at ``times`` (n,) s, linear between the states around each; nan where
+    these are more than ``gap`` s apart, or there are none on both sides."""
     found = np.full((len(times), JOINTS), np.nan)
     if len(states) < 2:
         return found
@@ -84,6 +90,8 @@ def between(states: Sequence[State], times: Float[np.ndarray, " n"], gap: float 
     after = np.clip(np.searchsorted(known, times), 1, len(known) - 1)
     width = known[after] - known[after - 1]
     good = (times >= known[0]) & (times <= known[-1]) & (width <= gap) & (width > 0)
-    share = np.where(good, (times - known[after - 1]) / np.where(width > 0, width, 1.0), 0.0)[:, None]
+    share = np.where(good, (times - known[after - 1]) / np.where(width > 0, width, 1.0), 0.0)[
+        :, None
+    ]
     found[good] = ((1 - share) * q[after - 1] + share * q[after])[good]
     return found

@@ -1,10 +1,12 @@
-"""What the trials with the rod say of the coverage: seen or not, the share of the target, and whether that is as predicted.
+"""What the trials with the rod say of the coverage: seen or not, the share of the target, and
+whether that is as predicted.
 
-The share is the sum of the strata's, by their weights. Its interval joins the strata's exact intervals (Clopper and Pearson)
-by the variances recovered from their limits (MOVER; Zou and Donner 2008, Statistics in Medicine 27): the squares of what
-each stratum's weighted limit is off are added. Wilson's, a tenth narrower, would not do: where nearly all trials of heavy
-strata succeed, 97 % of 20 in each of three, the joined interval would hold the share 92 times in 100. A stratum of which
-nothing was tested may be anything.
+The share is the sum of the strata's, by their weights. Its interval joins the strata's exact
+intervals (Clopper and Pearson) by the variances recovered from their limits (MOVER; Zou and Donner
+2008, Statistics in Medicine 27): the squares of what each stratum's weighted limit is off are
+added. Wilson's, a tenth narrower, would not do: where nearly all trials of heavy strata succeed, 97
+% of 20 in each of three, the joined interval would hold the share 92 times in 100. A stratum of
+which nothing was tested may be anything.
 """
 
 import math
@@ -37,8 +39,9 @@ class Share:
 class RodCheck:
     """What came out.
 
-    told (T, K): which sensors, as wired, told of the rod. tested (T,): trials that were done. share: of the target,
-    measured; predicted: the same as planned. table (2, 2): trials by what was predicted (seen, not seen) and by what was.
+    told (T, K): which sensors, as wired, told of the rod. tested (T,): trials that were done.
+    share: of the target, measured; predicted: the same as planned. table (2, 2): trials by what was
+    predicted (seen, not seen) and by what was.
     """
 
     plan: RodPlan
@@ -58,7 +61,9 @@ class RodCheck:
 
     @property
     def table(self) -> Int[np.ndarray, "2 2"]:
-        cells: Any = [[self.plan.covered == p, self.seen == s] for p in (True, False) for s in (True, False)]
+        cells: Any = [
+            [self.plan.covered == p, self.seen == s] for p in (True, False) for s in (True, False)
+        ]
         return np.array([(a & b & self.tested).sum() for a, b in cells]).reshape(2, 2)
 
     @property
@@ -71,17 +76,25 @@ class RodCheck:
         (a, b), (c, d) = self.table
         s, p, rod = self.share, self.plan, self.plan.rod
         lines = [
-            f"{self.tested.sum()} of {len(self.tested)} trials with a rod {2000 * rod.radius:.0f} mm thick and"
-            f" {1000 * (rod.length + 2 * rod.radius):.0f} mm long, in the {100 * p.testable:.0f} % of {p.target} where it"
-            " can stand.",
+            (
+                f"{self.tested.sum()} of {len(self.tested)} trials with a rod"
+                f" {2000 * rod.radius:.0f} mm thick and {1000 * (rod.length + 2 * rod.radius):.0f}"
+                f" mm long, in the {100 * p.testable:.0f} % of {p.target} where it can stand."
+            ),
             f"Predicted seen: {a} seen, {b} not. Predicted unseen: {c} seen, {d} not.",
-            f"Measured ζ {100 * s.value:.1f} % ({100 * s.low:.1f} to {100 * s.high:.1f}), predicted"
-            f" {100 * self.predicted:.1f} %: {'they agree' if self.agrees else 'they do not agree'}.",
+            (
+                f"Measured ζ {100 * s.value:.1f} % ({100 * s.low:.1f} to {100 * s.high:.1f}),"
+                f" predicted {100 * self.predicted:.1f} %:"
+                f" {'they agree' if self.agrees else 'they do not agree'}."
+            ),
         ]
         for i in np.flatnonzero(self.tested & (self.seen != p.covered)):
             x, y, z = 1000 * p.point[i]
             said, was = ("seen", "unseen") if p.covered[i] else ("unseen", "seen")
-            lines.append(f"trial {i} at pose {p.pose[i]}, ({x:.0f}, {y:.0f}, {z:.0f}) mm: predicted {said}, was {was}")
+            lines.append(
+                f"trial {i} at pose {p.pose[i]}, ({x:.0f}, {y:.0f}, {z:.0f}) mm: predicted {said},"
+                f" was {was}"
+            )
         return lines
 
 
@@ -98,10 +111,12 @@ def check_rod(
         plan: what was to be tested.
         setup: whose rings read.
         before: at every pose of the plan, without the rod.
-        trials: readings with the rod at each point, in the plan's order; None, or no reading at the pose: not tested.
+        trials: readings with the rod at each point, in the plan's order; None, or no reading at the
+            pose: not tested.
 
     Raises:
-        ValueError: if there are more or fewer trials than planned, or readings of no sensor of the setup.
+        ValueError: if there are more or fewer trials than planned, or readings of no sensor of the
+            setup.
     """
     if len(trials) != len(plan.stratum):
         raise ValueError(f"found {len(trials)} trials, allowed: {len(plan.stratum)}, as planned")
@@ -116,7 +131,13 @@ def check_rod(
                 now = at_stops(read, setup, plan.joints[[pose]])
                 tested[i] = (now.total > 0).any()
                 told[i] = nearer(plan, empty, pose, now)
-    return RodCheck(plan, told, tested, share(plan.strata, plan.stratum[tested], _any(told)[tested], confidence), confidence)
+    return RodCheck(
+        plan,
+        told,
+        tested,
+        share(plan.strata, plan.stratum[tested], _any(told)[tested], confidence),
+        confidence,
+    )
 
 
 def _any(told: Bool[np.ndarray, "T K"]) -> Bool[np.ndarray, " T"]:

@@ -1,4 +1,5 @@
-"""The printable page of a plan of trials: pose by pose where to put the rod, in two views, and a list to tick.
+"""The printable page of a plan of trials: pose by pose where to put the rod, in two views, and a
+list to tick.
 
 What is predicted does not stand on it: who puts the rod there should not know.
 """
@@ -35,12 +36,17 @@ def rod_pages(scene: Scene, plan: RodPlan, first: int = 0) -> list[Figure]:
     pages, most = [], _ROWS * _COLUMNS
     for pose in range(len(plan.joints)):
         trials = np.flatnonzero(plan.pose == pose)
-        pages += [_page(scene, plan, pose, trials[i : i + most], first) for i in range(0, len(trials), most)]
+        pages += [
+            _page(scene, plan, pose, trials[i : i + most], first)
+            for i in range(0, len(trials), most)
+        ]
     return pages
 
 
 def write_rod_pages(path: Path, scene: Scene, plans: Sequence[RodPlan]) -> None:
-    """Write the pages of plans, their trials numbered one after another, as a PDF, at once; UserError if that fails."""
+    """Write the pages of plans, their trials numbered one after another, as a PDF, at once;
+    UserError if that fails.
+    """
     made, first = io.BytesIO(), 0
     with PdfPages(made, metadata={"Title": "Trials with a test rod", "CreationDate": None}) as file:
         for plan in plans:
@@ -53,14 +59,24 @@ def write_rod_pages(path: Path, scene: Scene, plans: Sequence[RodPlan]) -> None:
 def _page(scene: Scene, plan: RodPlan, pose: int, trials: Any, first: int) -> Figure:
     figure, rod, rows = Figure(figsize=_A4), plan.rod, -(-len(trials) // _COLUMNS)
     q = ", ".join(f"{a:.1f}" for a in np.degrees(plan.joints[pose]))
-    size = f"{2000 * rod.radius:.0f} mm thick, {1000 * (rod.length + 2 * rod.radius):.0f} mm long over all"
-    figure.text(0.07, 0.962, f"Test rod in {plan.target}, pose {pose}", fontsize=15, weight="bold", color=_INK)
+    size = (
+        f"{2000 * rod.radius:.0f} mm thick, {1000 * (rod.length + 2 * rod.radius):.0f} mm long"
+        " over all"
+    )
+    figure.text(
+        0.07,
+        0.962,
+        f"Test rod in {plan.target}, pose {pose}",
+        fontsize=15,
+        weight="bold",
+        color=_INK,
+    )
     figure.text(
         0.07,
         0.928,
-        f"Joints {q}°. Rod upright, {size}.\nx, y, z: its middle, mm, in the robot's base frame; foot: its lower end, mm"
-        " above the floor, or z where there is none.\nPut it up on a stand, step out of the sensors' reach, start the trial,"
-        " tick it.",
+        f"Joints {q}°. Rod upright, {size}.\nx, y, z: its middle, mm, in the robot's base frame;"
+        " foot: its lower end, mm above the floor, or z where there is none.\nPut it up on a"
+        " stand, step out of the sensors' reach, start the trial, tick it.",
         fontsize=8.5,
         color=_INK,
         va="center",
@@ -78,13 +94,29 @@ def _page(scene: Scene, plan: RodPlan, pose: int, trials: Any, first: int) -> Fi
         for row, k in enumerate(some):
             x, y, z = 1000 * plan.point[k]
             foot = z - 1000 * (rod.length / 2 + rod.radius + floor)
-            _line(figure, left, 0.545 - 0.0145 * row, (str(first + k), *(f"{v:.0f}" for v in (x, y, z, foot)), "☐"))
+            _line(
+                figure,
+                left,
+                0.545 - 0.0145 * row,
+                (str(first + k), *(f"{v:.0f}" for v in (x, y, z, foot)), "☐"),
+            )
     return figure
 
 
-def _line(figure: Figure, left: float, height: float, cells: tuple[str, ...], weight: str = "normal") -> None:
+def _line(
+    figure: Figure, left: float, height: float, cells: tuple[str, ...], weight: str = "normal"
+) -> None:
     for cell, at in zip(cells, (0.04, 0.11, 0.18, 0.25, 0.32, 0.37), strict=True):
-        figure.text(left + at, height, cell, fontsize=8.5, ha="right", color=_INK, weight=weight, family="DejaVu Sans")
+        figure.text(
+            left + at,
+            height,
+            cell,
+            fontsize=8.5,
+            ha="right",
+            color=_INK,
+            weight=weight,
+            family="DejaVu Sans",
+        )
 
 
 def _floor(scene: Scene) -> float:
@@ -94,7 +126,9 @@ def _floor(scene: Scene) -> float:
     return max(level, default=0.0)
 
 
-def _view(ax: Axes, scene: Scene, plan: RodPlan, pose: int, trials: Any, axes: tuple[int, int], first: int) -> None:
+def _view(
+    ax: Axes, scene: Scene, plan: RodPlan, pose: int, trials: Any, axes: tuple[int, int], first: int
+) -> None:
     """Robot, cell and numbered points along two axes of the base frame."""
     which = list(axes)
     points = plan.point[trials][:, which]
@@ -105,13 +139,29 @@ def _view(ax: Axes, scene: Scene, plan: RodPlan, pose: int, trials: Any, axes: t
         elif axes[1] == 2:
             ax.axhspan(low[1] - 1, _floor(scene), color=_CELL, zorder=1)
     if scene.robot.bodies:
-        start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, plan.joints[pose]))
+        start, end, radius = robot_capsules(
+            scene.robot, forward(scene.robot.chain, plan.joints[pose])
+        )
         for a, b, r in zip(start, end, radius, strict=True):
             ring = r * np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
-            ax.add_patch(Polygon(_outline(np.concatenate([a[which] + ring, b[which] + ring])), color=_ROBOT, zorder=2))
+            ax.add_patch(
+                Polygon(
+                    _outline(np.concatenate([a[which] + ring, b[which] + ring])),
+                    color=_ROBOT,
+                    zorder=2,
+                )
+            )
     ax.plot(*points.T, "o", ms=2.5, color=_INK, zorder=3)
     for k, (x, y) in zip(trials, points, strict=True):
-        ax.annotate(str(first + k), (x, y), textcoords="offset points", xytext=(2, 2), fontsize=5.5, color=_INK, zorder=4)
+        ax.annotate(
+            str(first + k),
+            (x, y),
+            textcoords="offset points",
+            xytext=(2, 2),
+            fontsize=5.5,
+            color=_INK,
+            zorder=4,
+        )
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     ax.set_xlabel("xyz"[axes[0]] + ", m", fontsize=8)
     ax.set_ylabel("xyz"[axes[1]] + ", m", fontsize=8)
@@ -125,7 +175,9 @@ def _corners(body: Polyhedron) -> Float[np.ndarray, "E 3"]:
 
 
 def _outline(points: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "M 2"]:
-    """The corners of the convex hull of points of the plane, in order; the points where they lie on a line."""
+    """The corners of the convex hull of points of the plane, in order; the points where they lie on
+    a line.
+    """
     try:
         return points[ConvexHull(points).vertices]
     except QhullError:

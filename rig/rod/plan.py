@@ -1,8 +1,10 @@
-"""Where to put the test rod: points drawn in the target at each pose, as many where it should be seen as where not.
+"""Where to put the test rod: points drawn in the target at each pose, as many where it should be
+seen as where not.
 
-The points are middles of the target's voxels at which the rod can stand. They fall into strata, by pose and by what is
-predicted; as many are drawn from each, so that both kinds of error are looked for alike. A stratum's weight is its share of
-the target, so that the share that is seen is known for the whole.
+The points are middles of the target's voxels at which the rod can stand. They fall into strata, by
+pose and by what is predicted; as many are drawn from each, so that both kinds of error are looked
+for alike. A stratum's weight is its share of the target, so that the share that is seen is known
+for the whole.
 """
 
 from collections.abc import Sequence
@@ -24,7 +26,9 @@ _LEAST = 2  # points of a stratum, if it has so many
 
 @dataclass(frozen=True)
 class Stratum:
-    """All points of a pose for which one thing is predicted: their weight in the target over all poses, and their number."""
+    """All points of a pose for which one thing is predicted: their weight in the target over all
+    poses, and their number.
+    """
 
     pose: int
     covered: bool
@@ -36,8 +40,9 @@ class Stratum:
 class RodPlan:
     """What to test.
 
-    joints (P, J) rad: the scene's poses. strata; trials in the order to be done: stratum (T,) and point (T, 3) m in the base
-    frame. testable: share of the target in which the rod can stand; all that is said of the target is said of that part.
+    joints (P, J) rad: the scene's poses. strata; trials in the order to be done: stratum (T,) and
+    point (T, 3) m in the base frame. testable: share of the target in which the rod can stand; all
+    that is said of the target is said of that part.
     """
 
     target: Target
@@ -67,7 +72,9 @@ class RodPlan:
 
 @dataclass(frozen=True)
 class Places:
-    """Points (N, 3) m at which the rod can stand, pose by pose, each pose of a weight, the weights summing to 1."""
+    """Points (N, 3) m at which the rod can stand, pose by pose, each pose of a weight, the weights
+    summing to 1.
+    """
 
     points: tuple[Float[np.ndarray, "_ 3"], ...]
     weights: Float[np.ndarray, " P"]
@@ -85,7 +92,10 @@ def places(scene: Scene, target: Target, rod: Rod, voxel: float = VOXEL) -> Plac
         centres = voxels(scene.solid(target, i), voxel).centres()
         good = centres[placeable(scene, pose.q, centres, rod)]
         if not len(good):
-            raise ValueError(f"target {target} has no place at pose {i} where a rod of {rod.length:g} m can stand")
+            raise ValueError(
+                f"target {target} has no place at pose {i} where a rod of {rod.length:g} m can"
+                " stand"
+            )
         found.append(good)
         share.append(len(good) / len(centres))
     return Places(tuple(found), scene.pose_weights, float(scene.pose_weights @ np.array(share)))
@@ -148,14 +158,29 @@ def plan_rod(
             drawn = rng.choice(some, min(wanted, len(some)), replace=False)
             stratum += [len(strata)] * len(drawn)
             point.append(points[drawn])
-            strata.append(Stratum(i, covered, float(where.weights[i] * len(some) / len(points)), len(some)))
+            strata.append(
+                Stratum(i, covered, float(where.weights[i] * len(some) / len(points)), len(some))
+            )
     order = _order(np.array(stratum), strata, rng)
     joints = np.array([p.q for p in scene.poses])
     every = np.concatenate(point)[order]
-    return RodPlan(target, rod, detection, joints, tuple(strata), np.array(stratum)[order], every, where.testable)
+    return RodPlan(
+        target,
+        rod,
+        detection,
+        joints,
+        tuple(strata),
+        np.array(stratum)[order],
+        every,
+        where.testable,
+    )
 
 
-def _order(stratum: Int[np.ndarray, " T"], strata: Sequence[Stratum], rng: np.random.Generator) -> Int[np.ndarray, " T"]:
-    """Pose by pose, within a pose at random: who puts the rod there cannot tell what is predicted."""
+def _order(
+    stratum: Int[np.ndarray, " T"], strata: Sequence[Stratum], rng: np.random.Generator
+) -> Int[np.ndarray, " T"]:
+    """Pose by pose, within a pose at random: who puts the rod there cannot tell what is
+    predicted.
+    """
     pose = np.array([strata[s].pose for s in stratum])
     return np.lexsort((rng.random(len(stratum)), pose))

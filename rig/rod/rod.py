@@ -1,8 +1,8 @@
 """A test rod: where it can stand, and whether the rings see it there.
 
-The rod is a capsule upright in the base frame. A sensor tells of it where it returns the rod, and nearer than what it
-returns without the rod by more than readings scatter. A rod is seen though its middle lies beside every beam: what is
-predicted here is for the rod, not for a point.
+The rod is a capsule upright in the base frame. A sensor tells of it where it returns the rod, and
+nearer than what it returns without the rod by more than readings scatter. A rod is seen though its
+middle lies beside every beam: what is predicted here is for the rod, not for a point.
 """
 
 import math
@@ -39,8 +39,9 @@ class Rod:
 
 @dataclass(frozen=True)
 class Detection:
-    """When a sensor counts as seeing the rod: its median of ``frames`` readings is nearer than its median of ``before``
-    readings without the rod by ``sure`` standard deviations of their difference; or there was nothing before."""
+    """When a sensor counts as seeing the rod: its median of ``frames`` readings is nearer than its
+    median of ``before`` readings without the rod by ``sure`` standard deviations of their
+    difference; or there was nothing before."""
 
     noise: Noise = field(default_factory=Noise)
     frames: int = 10
@@ -49,20 +50,33 @@ class Detection:
 
     def margin(self, distance: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
         """By how much nearer (...) m than ``distance`` (...) m, which was read before."""
-        return self.sure * math.sqrt(math.pi / 2 * (1 / self.frames + 1 / self.before)) * self.noise.at(distance)
+        return (
+            self.sure
+            * math.sqrt(math.pi / 2 * (1 / self.frames + 1 / self.before))
+            * self.noise.at(distance)
+        )
 
 
 def placeable(
-    scene: Scene, q: Float[np.ndarray, " J"], points: Float[np.ndarray, "N 3"], rod: Rod, clear: float = CLEAR
+    scene: Scene,
+    q: Float[np.ndarray, " J"],
+    points: Float[np.ndarray, "N 3"],
+    rod: Rod,
+    clear: float = CLEAR,
 ) -> Bool[np.ndarray, " N"]:
-    """Where the rod can stand at pose ``q`` (J,) rad: ``clear`` m off the robot and the obstacles."""
+    """Where the rod can stand at pose ``q`` (J,) rad: ``clear`` m off the robot and the
+    obstacles.
+    """
     stands = rod.at(points)
     good = np.asarray((from_cell(scene, stands) >= clear).all(axis=1))
     if scene.robot.bodies:
         start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, q))
         for a, b, r in zip(start, end, radius, strict=True):
             a, b = (np.broadcast_to(v, points.shape) for v in (a, b))
-            good &= segment_to_segment(stands.start[:, 0], stands.end[:, 0], a, b) - r - rod.radius >= clear
+            good &= (
+                segment_to_segment(stands.start[:, 0], stands.end[:, 0], a, b) - r - rod.radius
+                >= clear
+            )
     return good
 
 
@@ -75,18 +89,30 @@ def seen(
     detection: Detection,
     alive: Bool[np.ndarray, " K"] | None = None,
 ) -> Bool[np.ndarray, " N"]:
-    """Is the rod told by any sensor, at each of N points, at pose ``q`` (J,) rad? ``alive``: sensors that answer; None: all.
+    """Is the rod told by any sensor, at each of N points, at pose ``q`` (J,) rad? ``alive``:
+    sensors that answer; None: all.
 
     The ball in the rod's middle settles most points; the others are asked for the whole rod.
     """
     beams, before = beams_at(scene, setup, q[None]), expected(scene, setup, q[None]).distance[0]
-    limit = np.where(np.isfinite(before), before - detection.margin(np.where(np.isfinite(before), before, 0.0)), np.inf)
+    limit = np.where(
+        np.isfinite(before),
+        before - detection.margin(np.where(np.isfinite(before), before, 0.0)),
+        np.inf,
+    )
     found, pairs = np.zeros(len(points), bool), []
     reach, around = rod.length / 2 + rod.radius, beams.around()
     for k in np.flatnonzero(np.ones(len(beams), bool) if alive is None else alive):
         left = np.flatnonzero(~found)
         cosine, sine = np.cos(around.half_angle[k]), np.sin(around.half_angle[k])
-        off = cone(points[left], np.asarray(around.apex[k]), around.axis[k], cosine, sine, around.range_m[k])
+        off = cone(
+            points[left],
+            np.asarray(around.apex[k]),
+            around.axis[k],
+            cosine,
+            sine,
+            around.range_m[k],
+        )
         near = left[off <= reach]
         if beams.half_up[k] <= 0:
             one = (beams.apex[k], beams.axis[k], beams.half_angle[k], beams.range_m[k])
@@ -97,6 +123,11 @@ def seen(
         k, n = np.concatenate(pairs, axis=1)
         k, n = k[~found[n]], n[~found[n]]
         start, end, radius = rod.at(points[n])
-        distance = in_beams(only(beams, k), np.asarray(start[:, 0]), np.asarray(end[:, 0]), np.full(len(n), radius[0]))
+        distance = in_beams(
+            only(beams, k),
+            np.asarray(start[:, 0]),
+            np.asarray(end[:, 0]),
+            np.full(len(n), radius[0]),
+        )
         found[n[distance < limit[k]]] = True
     return found

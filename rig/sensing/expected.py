@@ -1,7 +1,9 @@
-"""What sensors of a mounted setup return: the nearest thing in each beam, of robot, cell and a test rod.
+"""What sensors of a mounted setup return: the nearest thing in each beam, of robot, cell and a test
+rod.
 
-A single-zone sensor answers with the nearest point anywhere in its beam. Whatever lies on the way to that point is in the
-beam too, and nearer: so nothing can hide it, and the distance is the least over all things, one by one.
+A single-zone sensor answers with the nearest point anywhere in its beam. Whatever lies on the way
+to that point is in the beam too, and nearer: so nothing can hide it, and the distance is the least
+over all things, one by one.
 """
 
 from typing import Any, NamedTuple
@@ -29,14 +31,16 @@ _NEAR = 1e-6  # m
 
 
 class Expected(NamedTuple):
-    """What K sensors return at T joint vectors, ring by ring: distance (T, K) m, infinite where there is nothing in the
-    beam; what (T, K): ``ROBOT``, ``CELL``, ``ROD`` or ``NOTHING``."""
+    """What K sensors return at T joint vectors, ring by ring: distance (T, K) m, infinite where
+    there is nothing in the beam; what (T, K): ``ROBOT``, ``CELL``, ``ROD`` or ``NOTHING``."""
 
     distance: Float[np.ndarray, "T K"]
     what: Int[np.ndarray, "T K"]
 
 
-def expected(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None) -> Expected:
+def expected(
+    scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None
+) -> Expected:
     """What every sensor of ``setup`` returns at every joint vector, without noise.
 
     Args:
@@ -47,14 +51,19 @@ def expected(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"], rod: 
     """
     poses, which = np.unique(joints, axis=0, return_inverse=True)
     beams, of = beams_at(scene, setup, poses), np.repeat(np.arange(len(poses)), setup.sensors)
-    found, cell = np.full((3, len(joints), setup.sensors), np.inf), to_cell(beams, tuple(o.body for o in scene.obstacles))
+    found, cell = (
+        np.full((3, len(joints), setup.sensors), np.inf),
+        to_cell(beams, tuple(o.body for o in scene.obstacles)),
+    )
     found[CELL] = cell.reshape(len(poses), -1)[which.ravel()]
     if scene.robot.bodies:
         bodies = robot_capsules(scene.robot, forward(scene.robot.chain, poses))
         found[ROBOT] = to_capsules(beams, of, bodies, cell).reshape(len(poses), -1)[which.ravel()]
     if rod is not None:
         every, within = np.repeat(np.arange(len(joints)), setup.sensors), found.min(axis=0).ravel()
-        found[ROD] = to_capsules(beams_at(scene, setup, joints), every, rod, within).reshape(found[ROD].shape)
+        found[ROD] = to_capsules(beams_at(scene, setup, joints), every, rod, within).reshape(
+            found[ROD].shape
+        )
     distance = found.min(axis=0)
     return Expected(distance, np.where(np.isfinite(distance), found.argmin(axis=0), NOTHING))
 
@@ -63,7 +72,9 @@ def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> Op
     """The beams of all sensors at all joint vectors, T times K of them, in the base frame."""
     here, v = ring_arrays(scene.robot, setup.rings, square=True), ring_values(setup)
     frames = forward(scene.robot.chain, np.asarray(joints, float))
-    apex, axis, up = (np.asarray(a).reshape(-1, 3) for a in ring_beams(here, v.position, v.tilt, v.phase, frames))
+    apex, axis, up = (
+        np.asarray(a).reshape(-1, 3) for a in ring_beams(here, v.position, v.tilt, v.phase, frames)
+    )
     of_sensors = here.half_angle, here.range_m, here.half_up, here.zoned
     half, range_m, half_up, zoned = (np.tile(np.asarray(a), len(joints)) for a in of_sensors)
     return Optics(apex, axis, half, range_m, up, half_up, zoned)
@@ -75,8 +86,12 @@ def only(beams: Optics, some: Any) -> Optics:
 
 
 def to_cell(beams: Optics, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarray, " R"]:
-    """Distance (R,) m of the nearest of convex bodies in each of R beams; infinite where there is none, 0 within one."""
-    return np.min([to_body(beams, body) for body in bodies], axis=0, initial=np.inf) + np.zeros(len(beams))
+    """Distance (R,) m of the nearest of convex bodies in each of R beams; infinite where there is
+    none, 0 within one.
+    """
+    return np.min([to_body(beams, body) for body in bodies], axis=0, initial=np.inf) + np.zeros(
+        len(beams)
+    )
 
 
 def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
@@ -86,14 +101,18 @@ def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
     if len(body.edges):
         corners = body.edges.reshape(-1, 3)
         middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-        near = np.flatnonzero(_off(beams, middle) <= np.linalg.norm(corners - middle, axis=1).max() + _NEAR)
+        near = np.flatnonzero(
+            _off(beams, middle) <= np.linalg.norm(corners - middle, axis=1).max() + _NEAR
+        )
     some = only(beams, near)
     square, distance = some.half_up > 0, np.full(len(near), np.inf)
     if not square.all():
         looks = Beam(*(np.asarray(getattr(some, key))[~square] for key in Beam._fields))
         distance[~square] = polyhedron_in_beam(looks, body)
     if square.any():
-        distance[square] = _in_square(only(some, square), lambda row, origin, way: ray_to_polyhedron(origin, way, body))
+        distance[square] = _in_square(
+            only(some, square), lambda row, origin, way: ray_to_polyhedron(origin, way, body)
+        )
     distance[body(some.apex) <= 0] = 0.0
     found[near] = distance
     return found
@@ -102,33 +121,44 @@ def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
 def to_capsules(
     beams: Optics, of: Int[np.ndarray, " R"], capsules: Capsules, within: Float[np.ndarray, " R"]
 ) -> Float[np.ndarray, " R"]:
-    """Distance (R,) m of the nearest of capsules, start and end (T, M, 3) m, of which beam r is among those of ``of[r]``;
-    one that is not nearer than ``within`` (R,) m may be left out."""
+    """Distance (R,) m of the nearest of capsules, start and end (T, M, 3) m, of which beam r is
+    among those of ``of[r]``; one that is not nearer than ``within`` (R,) m may be left out."""
     found = np.full(len(beams), np.inf)
     start, end, radius = (np.asarray(a) for a in capsules)
     reach = np.linalg.norm(end - start, axis=2) / (2 * _PIECES) + radius + _NEAR
     pairs = []
     for m, thick in enumerate(radius):
         a, b = start[of, m], end[of, m]
-        near = np.flatnonzero(np.asarray(point_to_segment(np.asarray(beams.apex), a, b)) - thick < within)
+        near = np.flatnonzero(
+            np.asarray(point_to_segment(np.asarray(beams.apex), a, b)) - thick < within
+        )
         some, a, b = only(beams, near), a[near], b[near]
         off = [_off(some, a + (i + 0.5) / _PIECES * (b - a)) for i in range(_PIECES)]
         pairs.append(near[np.min(off, axis=0) <= reach[of[near], m]])
     row, body = np.concatenate(pairs), np.repeat(np.arange(len(radius)), [len(p) for p in pairs])
     if len(row):
-        np.minimum.at(found, row, in_beams(only(beams, row), start[of[row], body], end[of[row], body], radius[body]))
+        np.minimum.at(
+            found,
+            row,
+            in_beams(only(beams, row), start[of[row], body], end[of[row], body], radius[body]),
+        )
     return found
 
 
 def in_beams(
-    beams: Optics, start: Float[np.ndarray, "R 3"], end: Float[np.ndarray, "R 3"], radius: Float[np.ndarray, " R"]
+    beams: Optics,
+    start: Float[np.ndarray, "R 3"],
+    end: Float[np.ndarray, "R 3"],
+    radius: Float[np.ndarray, " R"],
 ) -> Float[np.ndarray, " R"]:
     """Distance (R,) m of capsule r in beam r; infinite where it is not in it."""
     square, found = beams.half_up > 0, np.full(len(beams), np.inf)
     if not square.all():
         r = ~square
         rows = (beams.apex, beams.axis, beams.half_angle, beams.range_m, start, end, radius)
-        found[r] = slabs(_capsules, tuple(a[r] for a in rows), size=_FEW if r.sum() <= 2 * _FEW else _MANY)
+        found[r] = slabs(
+            _capsules, tuple(a[r] for a in rows), size=_FEW if r.sum() <= 2 * _FEW else _MANY
+        )
     if square.any():
         a, b, thick = start[square], end[square], radius[square]
 
@@ -149,10 +179,19 @@ def _off(beams: Optics, points: Any) -> Any:
     """How far points (3,) or (R, 3) lie from the beams, m, or less: no more than their distance."""
     around = beams.around()
     points = np.array(np.broadcast_to(points, around.apex.shape))
-    return cone(points, around.apex, around.axis, np.cos(around.half_angle), np.sin(around.half_angle), around.range_m)
+    return cone(
+        points,
+        around.apex,
+        around.axis,
+        np.cos(around.half_angle),
+        np.sin(around.half_angle),
+        around.range_m,
+    )
 
 
 def _in_square(beams: Optics, hit: Any) -> Any:
     apex, axis, up = (np.asarray(a) for a in (beams.apex, beams.axis, beams.up))
-    half, half_up, range_m = (np.asarray(a) for a in (beams.half_angle, beams.half_up, beams.range_m))
+    half, half_up, range_m = (
+        np.asarray(a) for a in (beams.half_angle, beams.half_up, beams.range_m)
+    )
     return nearest_in_square(apex, axis, up, half, half_up, range_m, hit)

@@ -1,8 +1,10 @@
-"""What a square beam returns: the nearest thing met by a fan of rays, drawn closer and closer about the nearest ray.
+"""What a square beam returns: the nearest thing met by a fan of rays, drawn closer and closer about
+the nearest ray.
 
-The beam of a multi-zone sensor is a pyramid, and no closed form of ours has the nearest point of a capsule in it. A fan of
-33 by 33 rays, its border included, finds everything wider than the gap between two rays (2.4 cm at 1 m in a beam of 45
-degrees); finer fans about the nearest of them then settle the distance to a fraction of a millimetre.
+The beam of a multi-zone sensor is a pyramid, and no closed form of ours has the nearest point of a
+capsule in it. A fan of 33 by 33 rays, its border included, finds everything wider than the gap
+between two rays (2.4 cm at 1 m in a beam of 45 degrees); finer fans about the nearest of them then
+settle the distance to a fraction of a millimetre.
 """
 
 from typing import Any
@@ -19,7 +21,9 @@ _AT_ONCE = 1 << 8  # beams
 
 
 def ray_to_capsule(origin: Any, direction: Any, start: Any, end: Any, radius: Any) -> Any:
-    """How far (...) along unit rays (..., 3) capsules begin, m: 0 inside, infinite where they are missed; all broadcast."""
+    """How far (...) along unit rays (..., 3) capsules begin, m: 0 inside, infinite where they are
+    missed; all broadcast.
+    """
     found = np.full(np.broadcast_shapes(direction.shape, start.shape)[:-1], np.inf)
     axis = end - start
     length = np.sqrt(dot(axis, axis))
@@ -65,11 +69,13 @@ def nearest_in_square(
     range_m: Float[np.ndarray, " R"],
     hit: Any,
 ) -> Float[np.ndarray, " R"]:
-    """Distance (R,) m of what each of R square beams (see ``Pyramids``) meets first, infinite where nothing.
+    """Distance (R,) m of what each of R square beams (see ``Pyramids``) meets first, infinite where
+    nothing.
 
     Args:
         apex, axis, up, half, half_up, range_m: of the beams.
-        hit: of rows (B,), origins (B, 1, 3) and unit directions (B, N, 3): how far (B, N) m the thing is.
+        hit: of rows (B,), origins (B, 1, 3) and unit directions (B, N, 3): how far (B, N) m the
+            thing is.
     """
     found = np.full(len(apex), np.inf)
     for first in range(0, len(apex), _AT_ONCE):
@@ -79,8 +85,15 @@ def nearest_in_square(
         for _ in range(_ROUNDS):
             grid = np.stack(np.meshgrid(*(np.linspace(-1, 1, side),) * 2), axis=-1).reshape(-1, 2)
             at = np.clip(middle[:, None] + grid * wide[:, None], -1, 1)
-            x, y = at[..., 0] * np.tan(half[some])[:, None], at[..., 1] * np.tan(half_up[some])[:, None]
-            way = axis[some, None] + x[..., None] * cross(up, axis)[some, None] + y[..., None] * up[some, None]
+            x, y = (
+                at[..., 0] * np.tan(half[some])[:, None],
+                at[..., 1] * np.tan(half_up[some])[:, None],
+            )
+            way = (
+                axis[some, None]
+                + x[..., None] * cross(up, axis)[some, None]
+                + y[..., None] * up[some, None]
+            )
             longer = np.sqrt(dot(way, way))
             distance = hit(some, apex[some, None], way / longer[..., None])
             distance = np.where(distance <= range_m[some, None] * longer, distance, np.inf)

@@ -1,4 +1,6 @@
-"""Readings: what rings measured, when, and where the robot was then; and their medians over the stops of a robot."""
+"""Readings: what rings measured, when, and where the robot was then; and their medians over the
+stops of a robot.
+"""
 
 from dataclasses import dataclass
 
@@ -13,7 +15,9 @@ WITHIN = np.radians(0.5)  # of a stop in every joint: the robot is there
 
 @dataclass(frozen=True)
 class Readings:
-    """Distances in the order measured: time of the host (s), the robot's joint vector then, who measured, what."""
+    """Distances in the order measured: time of the host (s), the robot's joint vector then, who
+    measured, what.
+    """
 
     time: np.ndarray  # (n,) s
     joints: np.ndarray  # (n, j) rad
@@ -37,11 +41,15 @@ class Readings:
         """
         count = np.array([r.count for r in setup.rings])
         if len(self) and (self.ring.min() < 0 or self.ring.max() >= len(count)):
-            raise ValueError(f"found a reading of ring {self.ring.max()}, allowed: rings 0 to {len(count) - 1}")
+            raise ValueError(
+                f"found a reading of ring {self.ring.max()}, allowed: rings 0 to {len(count) - 1}"
+            )
         wrong = np.flatnonzero((self.sensor < 0) | (self.sensor >= count[self.ring]))
         if len(wrong):
             ring, sensor = int(self.ring[wrong[0]]), int(self.sensor[wrong[0]])
-            raise ValueError(f"ring {ring}: found a reading of sensor {sensor}, allowed: 0 to {count[ring] - 1}")
+            raise ValueError(
+                f"ring {ring}: found a reading of sensor {sensor}, allowed: 0 to {count[ring] - 1}"
+            )
         return np.cumsum([0, *count])[self.ring] + self.sensor
 
 
@@ -57,9 +65,10 @@ def joined(parts: list[Readings]) -> Readings:
 class Stops:
     """What K sensors, as wired, read while the robot stood at each of P stops.
 
-    joints (P, J) rad: mean of what was told there. distance (P, K) m: median of the valid readings, nan where fewer than
-    half were valid. valid, total (P, K): readings. failed (P, K): those without an answer. spread (P, K) m: 1.4826 times the
-    median distance from the median, nan where fewer than two were valid.
+    joints (P, J) rad: mean of what was told there. distance (P, K) m: median of the valid readings,
+    nan where fewer than half were valid. valid, total (P, K): readings. failed (P, K): those
+    without an answer. spread (P, K) m: 1.4826 times the median distance from the median, nan where
+    fewer than two were valid.
     """
 
     joints: Float[np.ndarray, "P J"]
@@ -70,7 +79,9 @@ class Stops:
     spread: Float[np.ndarray, "P K"]
 
 
-def at_stops(readings: Readings, setup: Setup, joints: Float[np.ndarray, "P J"], within: float = WITHIN) -> Stops:
+def at_stops(
+    readings: Readings, setup: Setup, joints: Float[np.ndarray, "P J"], within: float = WITHIN
+) -> Stops:
     """The readings of each stop, put together; those taken on the way between stops are left out.
 
     Args:
@@ -79,17 +90,26 @@ def at_stops(readings: Readings, setup: Setup, joints: Float[np.ndarray, "P J"],
         within: rad, by which every joint may be off.
 
     Raises:
-        ValueError: if a reading is of no sensor of the setup, or the robot has another number of joints.
+        ValueError: if a reading is of no sensor of the setup, or the robot has another number of
+            joints.
     """
     if readings.joints.shape[1] != joints.shape[1]:
-        raise ValueError(f"found readings of {readings.joints.shape[1]} joints, allowed: {joints.shape[1]}")
+        raise ValueError(
+            f"found readings of {readings.joints.shape[1]} joints, allowed: {joints.shape[1]}"
+        )
     wire, shape = readings.wire(setup), (len(joints), setup.sensors)
     off = np.stack([np.abs(readings.joints - q).max(axis=1) for q in joints])
     stop = np.where(off.min(axis=0) <= within, off.argmin(axis=0), -1)
     here = stop >= 0
     group = stop * setup.sensors + wire
     count = np.bincount(stop[here], minlength=len(joints))
-    mean = np.stack([np.bincount(stop[here], readings.joints[here, j], len(joints)) for j in range(joints.shape[1])], axis=1)
+    mean = np.stack(
+        [
+            np.bincount(stop[here], readings.joints[here, j], len(joints))
+            for j in range(joints.shape[1])
+        ],
+        axis=1,
+    )
     good = here & (readings.status == VALID) & np.isfinite(readings.distance)
 
     def number(some: np.ndarray) -> Int[np.ndarray, "P K"]:
@@ -97,7 +117,9 @@ def at_stops(readings: Readings, setup: Setup, joints: Float[np.ndarray, "P J"],
 
     total, valid = number(here), number(good)
     middle = _medians(group[good], readings.distance[good], shape[0] * shape[1])
-    spread = 1.4826 * _medians(group[good], np.abs(readings.distance[good] - middle[group[good]]), len(middle))
+    spread = 1.4826 * _medians(
+        group[good], np.abs(readings.distance[good] - middle[group[good]]), len(middle)
+    )
     return Stops(
         np.where(count[:, None] > 0, mean / np.maximum(count, 1)[:, None], joints),
         np.where((2 * valid >= total) & (total > 0), middle.reshape(shape), np.nan),

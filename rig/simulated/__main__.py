@@ -1,6 +1,8 @@
 """A simulated rig in the plainest world.
 
-Run: python -m place_rings.rig.simulated FOLDER [ADDRESS RINGS SENSORS RATE SEED ENCODING]     messages as JSON on stdin
+Run: python -m place_rings.rig.simulated FOLDER [ADDRESS RINGS SENSORS RATE SEED ENCODING]
+
+Messages come as JSON on stdin.
 """
 
 import sys
@@ -16,7 +18,13 @@ _HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 
 def main() -> None:
     """Serve what the command line says."""
-    given = dict(zip(("folder", "address", "rings", "sensors", "rate", "seed", "encoding"), sys.argv[1:], strict=False))
+    given = dict(
+        zip(
+            ("folder", "address", "rings", "sensors", "rate", "seed", "encoding"),
+            sys.argv[1:],
+            strict=False,
+        )
+    )
     serve(
         Rig(
             PlainWorld(int(given.get("rings", 5)), int(given.get("sensors", 16))),

@@ -1,10 +1,19 @@
-"""The simulated arm: it goes to joint angles with the speed and acceleration asked for, stops, and stands still."""
+"""The simulated arm: it goes to joint angles with the speed and acceleration asked for, stops, and
+stands still.
+"""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
-from ruckig import ControlInterface, InputParameter, OutputParameter, Result, Ruckig, Synchronization
+from ruckig import (
+    ControlInterface,
+    InputParameter,
+    OutputParameter,
+    Result,
+    Ruckig,
+    Synchronization,
+)
 
 JOINTS = 6  # of every robot that the client knows
 _JERK = 200.0  # rad/s³, which no command states
@@ -29,7 +38,9 @@ class Arm:
         self._now.synchronization = Synchronization.Phase
 
     def move(self, q: Float[np.ndarray, " 6"], speed: float, acceleration: float) -> None:
-        """Set out for ``q`` (6,) rad: all joints arrive together, the leading one at ``speed`` rad/s."""
+        """Set out for ``q`` (6,) rad: all joints arrive together, the leading one at ``speed``
+        rad/s.
+        """
         self._now.control_interface = ControlInterface.Position
         self._now.target_position, self._now.target_velocity = list(q), [0.0] * JOINTS
         self._set(speed, acceleration)
@@ -42,7 +53,9 @@ class Arm:
 
     def _set(self, speed: float, acceleration: float) -> None:
         self._now.max_velocity = [float(np.clip(speed, 1e-3, MOST_SPEED))] * JOINTS
-        self._now.max_acceleration = [float(np.clip(acceleration, 1e-2, MOST_ACCELERATION))] * JOINTS
+        self._now.max_acceleration = [
+            float(np.clip(acceleration, 1e-2, MOST_ACCELERATION))
+        ] * JOINTS
         self.moving = True
 
     def tick(self) -> None:

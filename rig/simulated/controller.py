@@ -1,4 +1,6 @@
-"""The simulated robot's controller: RTDE, dashboard and script ports on loopback, as ur-rtde's clients use them."""
+"""The simulated robot's controller: RTDE, dashboard and script ports on loopback, as ur-rtde's
+clients use them.
+"""
 
 import asyncio
 import re
@@ -18,7 +20,11 @@ PERIOD = 0.008  # s, of the arm and of the fastest stream
 _MOVE, _STOP, _WATCHDOG, _STOP_SCRIPT = 1, 34, 35, 255
 _READY, _DONE = 1, 2
 _NORMAL = 1  # safety status bits, as of the others
-SAFETY_STOPS = {"protective": 1 | 1 << 2, "safeguard": 1 | 1 << 4, "emergency": 1 << 6 | 1 << 7 | 1 << 10}
+SAFETY_STOPS = {
+    "protective": 1 | 1 << 2,
+    "safeguard": 1 | 1 << 4,
+    "emergency": 1 << 6 | 1 << 7 | 1 << 10,
+}
 _RUNNING = 0b1011  # robot status bits: power on, program running, power button
 _SAFE_DECELERATION = 8.0  # rad/s², of a stop that no program asked for
 _ANSWERS = {
@@ -45,13 +51,16 @@ class Client:
 class Controller:
     """Serves an arm at an address of loopback.
 
-    clock_rate and clock_start: of the robot's own clock, which begins there and goes so much faster than the host's. Each of
-    ``spoil`` changes the bytes of a package of data before they are sent; ``mute`` keeps it from answering, ``frozen`` from
-    sending, ``deaf`` from hearing anything; ``stubborn`` lets it move on, whatever should stop it, and
+    clock_rate and clock_start: of the robot's own clock, which begins there and goes so much faster
+    than the host's. Each of ``spoil`` changes the bytes of a package of data before they are sent;
+    ``mute`` keeps it from answering, ``frozen`` from sending, ``deaf`` from hearing anything;
+    ``stubborn`` lets it move on, whatever should stop it, and
     ``unwilling`` whatever its program should do.
     """
 
-    def __init__(self, arm: Arm, address: str, clock_start: float = 1000.0, clock_rate: float = 1 + 30e-6) -> None:
+    def __init__(
+        self, arm: Arm, address: str, clock_start: float = 1000.0, clock_rate: float = 1 + 30e-6
+    ) -> None:
         self.arm, self.address = arm, address
         self.mute = self.frozen = self.deaf = self.stubborn = self.unwilling = False
         self.spoil: Callable[[bytes], bytes] | None = None
@@ -67,7 +76,11 @@ class Controller:
 
     async def open(self) -> None:
         """Listen on the three ports."""
-        ports = ((RTDE_PORT, self._rtde), (DASHBOARD_PORT, self._dashboard), (SCRIPT_PORT, self._script))
+        ports = (
+            (RTDE_PORT, self._rtde),
+            (DASHBOARD_PORT, self._dashboard),
+            (SCRIPT_PORT, self._script),
+        )
         for port, serve in ports:
             self._servers.append(await asyncio.start_server(self._kept(serve), self.address, port))
 
@@ -112,7 +125,9 @@ class Controller:
         await self.open()
 
     def stop(self, safety: str = "") -> None:
-        """End the program; a stop by ``safety``, of ``SAFETY_STOPS``, is seen in the safety status."""
+        """End the program; a stop by ``safety``, of ``SAFETY_STOPS``, is seen in the safety
+        status.
+        """
         self._playing = self._waiting = False
         self._watchdog = 0.0
         self._stop_arm(_SAFE_DECELERATION)
@@ -201,7 +216,10 @@ class Controller:
         if self._watchdog and time.monotonic() - self._fed > self._watchdog:
             self.stop()
             return
-        command, ready = self._registers.get("input_int_register_0", 0), self._registers.get("output_int_register_0", 0)
+        command, ready = (
+            self._registers.get("input_int_register_0", 0),
+            self._registers.get("output_int_register_0", 0),
+        )
         if command == 0:
             self._registers["output_int_register_0"], self._waiting = _READY, False
         elif self._waiting:
@@ -236,7 +254,10 @@ class Controller:
                 self.stop()
             if not self.mute:
                 writer.write(
-                    _ANSWERS.get(line.lower(), "Stopped" if line == "stop" else "could not understand").encode() + b"\n"
+                    _ANSWERS.get(
+                        line.lower(), "Stopped" if line == "stop" else "could not understand"
+                    ).encode()
+                    + b"\n"
                 )
 
     async def _script(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

@@ -1,4 +1,6 @@
-"""What simulated rings see, and the plainest of it: distances that change smoothly with the joints, for tests."""
+"""What simulated rings see, and the plainest of it: distances that change smoothly with the joints,
+for tests.
+"""
 
 from typing import Any, Protocol
 
@@ -7,7 +9,8 @@ from jaxtyping import Float, Int
 
 from ..rings.protocol import Status
 
-Measured = tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]  # distances, m, nan where there is none; statuses
+# distances, m, nan where there is none; statuses
+Measured = tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]
 _NOISE = 0.003  # m
 
 
@@ -17,8 +20,8 @@ class World(Protocol):
     counts: tuple[int, ...]
 
     def see(self, q: Float[np.ndarray, " 6"]) -> Any:
-        """What there is to be seen at joint angles ``q`` (6,) rad: the same for the same ones, until something is told. May
-        take its time: it is called in a thread of its own."""
+        """What there is to be seen at joint angles ``q`` (6,) rad: the same for the same ones,
+        until something is told. May take its time: it is called in a thread of its own."""
         ...
 
     def measure(self, seen: Any, rng: np.random.Generator) -> list[Measured]:
@@ -31,7 +34,9 @@ class World(Protocol):
 
 
 class PlainWorld:
-    """``rings`` rings of ``sensors`` sensors. Sensor s of ring r is 1 + 0.3 sin(q·(1 … 6) + r + s) m from something."""
+    """``rings`` rings of ``sensors`` sensors. Sensor s of ring r is 1 + 0.3 sin(q·(1 … 6) + r + s)
+    m from something.
+    """
 
     def __init__(self, rings: int, sensors: int) -> None:
         self.counts = (sensors,) * rings
@@ -43,7 +48,10 @@ class PlainWorld:
 
     def measure(self, seen: Float[np.ndarray, "r s"], rng: np.random.Generator) -> list[Measured]:
         """With 3 mm of noise; all are valid."""
-        return [(true + rng.normal(0, _NOISE, true.shape), np.full(true.shape, Status.VALID)) for true in seen]
+        return [
+            (true + rng.normal(0, _NOISE, true.shape), np.full(true.shape, Status.VALID))
+            for true in seen
+        ]
 
     def tell(self, message: dict[str, Any]) -> None:
         """Nothing changes this world."""

@@ -1,4 +1,6 @@
-"""Simulated rings at pseudo-terminals, which a serial port's user cannot tell from hardware but for its speed."""
+"""Simulated rings at pseudo-terminals, which a serial port's user cannot tell from hardware but for
+its speed.
+"""
 
 import os
 import pty
@@ -17,12 +19,16 @@ _TURN = 1 << 16
 
 
 def _esp32(sequence: int, clock: float, distance: np.ndarray, status: np.ndarray) -> bytes:
-    sensors = b"".join(struct.pack("<HB", mm, s) for mm, s in zip(_mm(distance), status, strict=True))
+    sensors = b"".join(
+        struct.pack("<HB", mm, s) for mm, s in zip(_mm(distance), status, strict=True)
+    )
     return b"\x5a\x5a" + struct.pack("<H", sequence % _TURN) + sensors
 
 
 def _text(sequence: int, clock: float, distance: np.ndarray, status: np.ndarray) -> bytes:
-    words = ["-" if s == Status.FAILED else str(mm) for mm, s in zip(_mm(distance), status, strict=True)]
+    words = [
+        "-" if s == Status.FAILED else str(mm) for mm, s in zip(_mm(distance), status, strict=True)
+    ]
     return f"{sequence}: {', '.join(words)}\r\n".encode()
 
 
@@ -40,9 +46,10 @@ ENCODERS: dict[str, Callable[[int, float, np.ndarray, np.ndarray], bytes]] = {
 class SimulatedRing:
     """A ring's electronics at ``path``, a link to a pseudo-terminal, there while it is plugged in.
 
-    silent: it sends nothing. corrupt: share of bytes that arrive changed. disorder: share of frames that are held back until
-    after the next one. garble: it speaks as another firmware. failed, frozen: shares of its sensors that report failure,
-    and that send their last distance again and again. near: m, that its first sensor reads.
+    silent: it sends nothing. corrupt: share of bytes that arrive changed. disorder: share of frames
+    that are held back until after the next one. garble: it speaks as another firmware. failed,
+    frozen: shares of its sensors that report failure, and that send their last distance again and
+    again. near: m, that its first sensor reads.
     """
 
     def __init__(self, path: Path, encoding: str, rng: np.random.Generator) -> None:
@@ -77,13 +84,19 @@ class SimulatedRing:
             os.close(end)
         self._ends = ()
 
-    def send(self, clock: float, distance: Float[np.ndarray, " n"], status: Int[np.ndarray, " n"]) -> None:
+    def send(
+        self, clock: float, distance: Float[np.ndarray, " n"], status: Int[np.ndarray, " n"]
+    ) -> None:
         """A frame, with what ails the ring; dropped where nobody reads."""
         sequence, self.sent = self.sent, self.sent + 1
         distance, status = self._measured(distance, status)
         if self.silent or not self._ends:
             return
-        data = self._rng.bytes(len(distance) * 3) if self.garble else self._encode(sequence, clock, distance, status)
+        data = (
+            self._rng.bytes(len(distance) * 3)
+            if self.garble
+            else self._encode(sequence, clock, distance, status)
+        )
         if self.disorder and not self._held and self._rng.random() < self.disorder:
             self._held = data
             return
@@ -105,10 +118,16 @@ class SimulatedRing:
         number = np.arange(len(distance))
         if self._last is not None:
             kept = number < round(self.frozen * len(distance))
-            distance, status = (np.where(kept, old, new) for old, new in zip(self._last, (distance, status), strict=True))
+            distance, status = (
+                np.where(kept, old, new)
+                for old, new in zip(self._last, (distance, status), strict=True)
+            )
         self._last = distance, status
         if not np.isnan(self.near):
             first = number == 0
-            distance, status = np.where(first, self.near, distance), np.where(first, Status.VALID, status)
+            distance, status = (
+                np.where(first, self.near, distance),
+                np.where(first, Status.VALID, status),
+            )
         failed = number < round(self.failed * len(distance))
         return np.where(failed, np.nan, distance), np.where(failed, Status.FAILED, status)

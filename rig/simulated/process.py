@@ -22,7 +22,11 @@ class SimulationError(Exception):
 
 
 def command(
-    rings: int = 5, sensors: int = 16, rate: float = 15.0, seed: int = 0, encoding: str = "place-rings"
+    rings: int = 5,
+    sensors: int = 16,
+    rate: float = 15.0,
+    seed: int = 0,
+    encoding: str = "place-rings",
 ) -> list[str]:
     """The command, but for folder and address, of a simulated rig in the plainest world."""
     return [str(rings), str(sensors), str(rate), str(seed), encoding]
@@ -33,13 +37,17 @@ class SimulatedRig:
 
     Args:
         words: of the command that serves it, before and after folder and address.
-        address: of loopback, where the robot listens on its fixed ports, which rigs side by side cannot share; one drawn
+        address: of loopback, where the robot listens on its fixed ports, which rigs side by side
+            cannot share; one drawn
             from all there are, if none is given.
     """
 
-    def __init__(self, words: tuple[Sequence[str], Sequence[str]] | None = None, address: str | None = None) -> None:
+    def __init__(
+        self, words: tuple[Sequence[str], Sequence[str]] | None = None, address: str | None = None
+    ) -> None:
         before, after = words or (("-m", __package__), command())
-        self.address = address or f"127.{secrets.randbelow(254) + 1}.{secrets.randbelow(256)}.{secrets.randbelow(254) + 1}"
+        a, b, c = secrets.randbelow(254) + 1, secrets.randbelow(256), secrets.randbelow(254) + 1
+        self.address = address or f"127.{a}.{b}.{c}"
         self._folder = RunFolder()
         self.folder = self._folder.path
         self._errors = (self.folder / "errors").open("w+")
@@ -62,7 +70,9 @@ class SimulatedRig:
         return str(self.folder / f"ring{number}")
 
     def do(self, do: str, **more: Any) -> dict[str, Any]:
-        """Let it do something; its answer, with the ``time`` s of the host's monotonic clock at which that was done."""
+        """Let it do something; its answer, with the ``time`` s of the host's monotonic clock at
+        which that was done.
+        """
         assert self._process.stdin is not None
         self._process.stdin.write(json.dumps({"do": do, **more}).encode() + b"\n")
         return self._answer(_ANSWER)
@@ -88,7 +98,12 @@ class SimulatedRig:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self.close()
 
     def _answer(self, seconds: float) -> dict[str, Any]:
@@ -99,7 +114,9 @@ class SimulatedRig:
             data = os.read(pipe.fileno(), 1 << 16) if ready else b""
             if not data:
                 self._errors.seek(0)
-                raise SimulationError(f"the simulated rig said nothing: {self._errors.read()[-2000:]}")
+                raise SimulationError(
+                    f"the simulated rig said nothing: {self._errors.read()[-2000:]}"
+                )
             self._left += data
         line, _, self._left = self._left.partition(b"\n")
         return json.loads(line)

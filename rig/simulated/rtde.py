@@ -1,4 +1,6 @@
-"""The packages of Universal Robots' Real-Time Data Exchange, version 2, as its server has them (big-endian)."""
+"""The packages of Universal Robots' Real-Time Data Exchange, version 2, as its server has them
+(big-endian).
+"""
 
 import re
 import struct
@@ -18,10 +20,22 @@ _CODES = {
 }
 _CODES |= {"VECTOR6INT32": "6i", "VECTOR6UINT32": "6I"}
 _TYPES = (
-    (r"timestamp|.*_double_register_\d+|speed_scaling|(target_speed|speed_slider)_fraction|.*_analog_output_\d", "DOUBLE"),
-    (r"actual_(momentum|(main|robot)_voltage|robot_current|execution_time)|standard_analog_(in|out)put\d|payload", "DOUBLE"),
-    (r"(actual|target)_(q|qd|qdd|current|moment|TCP_pose|TCP_speed|TCP_force)|joint_control_output", "VECTOR6D"),
-    (r"joint_temperatures|actual_joint_voltage|ft_raw_wrench|external_force_torque|payload_inertia", "VECTOR6D"),
+    (
+        r"timestamp|.*_double_register_\d+|speed_scaling|(target_speed|speed_slider)_fraction|.*_analog_output_\d",
+        "DOUBLE",
+    ),
+    (
+        r"actual_(momentum|(main|robot)_voltage|robot_current|execution_time)|standard_analog_(in|out)put\d|payload",
+        "DOUBLE",
+    ),
+    (
+        r"(actual|target)_(q|qd|qdd|current|moment|TCP_pose|TCP_speed|TCP_force)|joint_control_output",
+        "VECTOR6D",
+    ),
+    (
+        r"joint_temperatures|actual_joint_voltage|ft_raw_wrench|external_force_torque|payload_inertia",
+        "VECTOR6D",
+    ),
     (r"actual_tool_accelerometer|payload_cog", "VECTOR3D"),
     (r"robot_mode|safety_mode|.*_int_register_\d+", "INT32"),
     (r"joint_mode", "VECTOR6INT32"),
@@ -37,7 +51,9 @@ def package(kind: int, data: bytes) -> bytes:
 
 
 def kind_of(name: str) -> str:
-    """The type of a variable, by the protocol's tables; NOT_FOUND where it has none of that name."""
+    """The type of a variable, by the protocol's tables; NOT_FOUND where it has none of that
+    name.
+    """
     return next((kind for names, kind in _TYPES if re.fullmatch(names, name)), "NOT_FOUND")
 
 
@@ -45,7 +61,11 @@ class Recipe:
     """Names of variables that go together in a package of data."""
 
     def __init__(self, number: int, names: Sequence[str]) -> None:
-        self.number, self.names, self.types = number, tuple(names), [kind_of(name) for name in names]
+        self.number, self.names, self.types = (
+            number,
+            tuple(names),
+            [kind_of(name) for name in names],
+        )
         self._layout = struct.Struct(">B" + "".join(_CODES.get(kind, "") for kind in self.types))
 
     @property

@@ -1,4 +1,6 @@
-"""Temporary folders of runs, held by a lock; those of runs that were killed are removed at the next start."""
+"""Temporary folders of runs, held by a lock; those of runs that were killed are removed at the next
+start.
+"""
 
 import fcntl
 import os
@@ -15,7 +17,8 @@ _NEW, _LOCK, _SIGNED = ".new-", "lock", b"a run of place-rings\n"
 class RunFolder:
     """A new temporary folder, held until ``close`` or the end of this process, whatever ends it.
 
-    The lock is the operating system's (flock): it goes with the process, and no number of a process has to be believed.
+    The lock is the operating system's (flock): it goes with the process, and no number of a process
+    has to be believed.
     """
 
     def __init__(self) -> None:
@@ -24,7 +27,8 @@ class RunFolder:
         self._lock = os.open(new / _LOCK, os.O_CREAT | os.O_RDWR | os.O_CLOEXEC, 0o600)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
         os.write(self._lock, _SIGNED)
-        self.path = new.rename(new.with_name(new.name.removeprefix(_NEW)))  # held before anyone looks for it
+        # held before anyone looks for it
+        self.path = new.rename(new.with_name(new.name.removeprefix(_NEW)))
 
     def close(self) -> None:
         """Remove it."""
@@ -33,7 +37,9 @@ class RunFolder:
 
 
 def sweep() -> list[Path]:
-    """Remove the folders of this user whose run has ended without removing them; they are returned."""
+    """Remove the folders of this user whose run has ended without removing them; they are
+    returned.
+    """
     removed = []
     for folder in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         with suppress(OSError):

@@ -25,8 +25,8 @@ _CLOCK_RATE = 1 - 40e-6  # of the rings' clocks
 
 @dataclass(frozen=True)
 class Rig:
-    """What is simulated. folder: where the rings' ports appear, ring0, ring1, … rate: frames a second. encodings: of each
-    ring's firmware; one for all where there is but one."""
+    """What is simulated. folder: where the rings' ports appear, ring0, ring1, … rate: frames a
+    second. encodings: of each ring's firmware; one for all where there is but one."""
 
     world: World
     q: Float[np.ndarray, " 6"]
@@ -38,8 +38,8 @@ class Rig:
 
 
 class Simulation:
-    """A rig that runs. Messages are objects with ``do`` and what belongs to it; each is answered with the time it was
-    done."""
+    """A rig that runs. Messages are objects with ``do`` and what belongs to it; each is answered
+    with the time it was done."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig, rng = rig, np.random.default_rng(rig.seed)
@@ -48,14 +48,19 @@ class Simulation:
         counts = rig.world.counts
         encodings = rig.encodings * len(counts) if len(rig.encodings) == 1 else rig.encodings
         self._noise, self._spoiling, *own = rng.spawn(2 + len(counts))
-        self._rings = [SimulatedRing(rig.folder / f"ring{i}", encodings[i], own[i]) for i in range(len(counts))]
+        self._rings = [
+            SimulatedRing(rig.folder / f"ring{i}", encodings[i], own[i]) for i in range(len(counts))
+        ]
         self._start, self._told, self._seen = time.monotonic(), False, asyncio.Event()
 
     async def run(self) -> None:
         """Serve until stdin ends."""
         await self._controller.open()
         print(json.dumps({"done": "open", "time": time.monotonic()}), flush=True)
-        tasks = [asyncio.create_task(work) for work in (self._controller.run(), self._measure(), self._listen())]
+        tasks = [
+            asyncio.create_task(work)
+            for work in (self._controller.run(), self._measure(), self._listen())
+        ]
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         self._controller.close()
         for ring in self._rings:
@@ -64,8 +69,16 @@ class Simulation:
             task.result()
 
     async def _measure(self) -> None:
-        """Send frames. What is seen on the move is as old as seeing takes; where the arm stands, it is seen from there."""
-        loop, due, at, known, seen = asyncio.get_running_loop(), time.monotonic(), self._arm.q, None, None
+        """Send frames. What is seen on the move is as old as seeing takes; where the arm stands, it
+        is seen from there.
+        """
+        loop, due, at, known, seen = (
+            asyncio.get_running_loop(),
+            time.monotonic(),
+            self._arm.q,
+            None,
+            None,
+        )
         looking: asyncio.Future | None = None
         while True:
             due = max(due + 1 / self._rig.rate, time.monotonic() - 1.0)
@@ -80,21 +93,31 @@ class Simulation:
                 if not self._arm.moving and (self._told or (self._arm.q != known).any()):
                     continue
             clock = _CLOCK_RATE * (time.monotonic() - self._start)
-            for ring, measured in zip(self._rings, self._rig.world.measure(seen, self._noise), strict=True):
+            for ring, measured in zip(
+                self._rings, self._rig.world.measure(seen, self._noise), strict=True
+            ):
                 ring.send(clock, *measured)
 
     async def _listen(self) -> None:
         reader = asyncio.StreamReader()
-        await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+        await asyncio.get_running_loop().connect_read_pipe(
+            lambda: asyncio.StreamReaderProtocol(reader), sys.stdin
+        )
         while line := await reader.readline():
             message = json.loads(line)
             answer = self._do(message)
             if inspect.isawaitable(answer):
                 answer = await answer
-            print(json.dumps({"done": message["do"], "time": time.monotonic(), **(answer or {})}), flush=True)
+            print(
+                json.dumps({"done": message["do"], "time": time.monotonic(), **(answer or {})}),
+                flush=True,
+            )
 
     def _do(self, message: dict[str, Any]) -> Any:
-        controller, ring = self._controller, self._rings[message.get("ring", 0)] if self._rings else None
+        controller, ring = (
+            self._controller,
+            self._rings[message.get("ring", 0)] if self._rings else None,
+        )
         deeds: dict[str, Callable[[], Any]] = {
             "close": controller.close,
             "heal": controller.heal,
@@ -107,7 +130,10 @@ class Simulation:
             "drop": controller.drop,
             "ignore": lambda: setattr(controller, message.get("how", "stubborn"), True),
             "world": lambda: self._tell(message),
-            "counts": lambda: {"sent": [r.sent for r in self._rings], "dropped": [r.dropped for r in self._rings]},
+            "counts": lambda: {
+                "sent": [r.sent for r in self._rings],
+                "dropped": [r.dropped for r in self._rings],
+            },
             "state": lambda: {"q": self._arm.q.tolist(), "moving": self._arm.moving},
         }
         if ring is not None:
@@ -134,7 +160,9 @@ class Simulation:
 
 
 def serve(rig: Rig) -> None:
-    """Run a rig until stdin ends. Ctrl-C and a terminal that hangs up end the process that started it first."""
+    """Run a rig until stdin ends. Ctrl-C and a terminal that hangs up end the process that started
+    it first.
+    """
     for ignored in (signal.SIGINT, signal.SIGHUP):
         signal.signal(ignored, signal.SIG_IGN)
     asyncio.run(Simulation(rig).run())

@@ -24,7 +24,11 @@ def _short(rng: np.random.Generator) -> Callable[[bytes], bytes]:
 def _once_short(rng: np.random.Generator) -> Callable[[bytes], bytes]:
     """One such package."""
     left = [1]
-    return lambda data: _resized(data[: int(rng.integers(HEAD.size + 1, len(data)))]) if left and left.pop() else data
+    return lambda data: (
+        _resized(data[: int(rng.integers(HEAD.size + 1, len(data)))])
+        if left and left.pop()
+        else data
+    )
 
 
 def _with_joint(data: bytes, joint: int, value: float) -> bytes:
@@ -40,7 +44,9 @@ def _garbage(rng: np.random.Generator) -> Callable[[bytes], bytes]:
 def _jump(rng: np.random.Generator) -> Callable[[bytes], bytes]:
     """A joint that is elsewhere at once, by 2 to 60 degrees."""
     joint, by = int(rng.integers(6)), float(np.radians(rng.uniform(2, 60)) * rng.choice([-1, 1]))
-    return lambda data: _with_joint(data, joint, struct.unpack_from(">d", data, _FIRST + 8 * joint)[0] + by)
+    return lambda data: _with_joint(
+        data, joint, struct.unpack_from(">d", data, _FIRST + 8 * joint)[0] + by
+    )
 
 
 def _nan(rng: np.random.Generator) -> Callable[[bytes], bytes]:
@@ -61,7 +67,9 @@ def _frozen_clock(rng: np.random.Generator) -> Callable[[bytes], bytes]:
 
 
 def _late(rng: np.random.Generator) -> Callable[[bytes], bytes]:
-    """Packages that fall further and further behind: of three that are due one is sent, the oldest."""
+    """Packages that fall further and further behind: of three that are due one is sent, the
+    oldest.
+    """
     queue: deque[bytes] = deque()
     turn = [0]
 

@@ -1,6 +1,9 @@
-"""A simulated rig in the cell of a proposal: the robot's true geometry, rings with errors of mounting, a test rod.
+"""A simulated rig in the cell of a proposal: the robot's true geometry, rings with errors of
+mounting, a test rod.
 
-Run: python -m place_rings.rig.simulated_cell.cell FOLDER ADDRESS PROPOSAL SEED [RATE]     messages as JSON on stdin
+Run: python -m place_rings.rig.simulated_cell.cell FOLDER ADDRESS PROPOSAL SEED [RATE]
+
+Messages come as JSON on stdin.
 """
 
 import sys
@@ -34,7 +37,9 @@ _HAND, _AWAY, _DEEP = 0.04, 0.14, 0.01  # m: a hand's radius, its middle from a 
 
 
 class Cell:
-    """What rings of a ``World`` see, of the robot, the cell and, where there is one, a rod or a hand."""
+    """What rings of a ``World`` see, of the robot, the cell and, where there is one, a rod or a
+    hand.
+    """
 
     def __init__(self, world: World) -> None:
         self._world, self._rod, self._hand = world, None, None
@@ -46,7 +51,9 @@ class Cell:
     def see(self, q: Float[np.ndarray, " 6"]) -> Float[np.ndarray, " K"]:
         """True distances, m, as wired: infinite without a target, nan of the dead."""
         joints = np.asarray(q, float)[None]
-        return self._world.distances(joints, self._rod if self._hand is None else self._before(joints, self._hand))[0]
+        return self._world.distances(
+            joints, self._rod if self._hand is None else self._before(joints, self._hand)
+        )[0]
 
     def measure(self, seen: Float[np.ndarray, " K"], rng: np.random.Generator) -> list[Measured]:
         """The same through noise."""
@@ -55,8 +62,9 @@ class Cell:
         return list(zip(np.split(distance, ends), np.split(status, ends), strict=True))
 
     def tell(self, message: dict[str, Any]) -> None:
-        """A rod with its middle at ``rod``, three m in the base frame, of ``radius`` and ``length`` m; None: taken away. Or
-        a hand before the seat ``hand``: its ring and its number there; None likewise."""
+        """A rod with its middle at ``rod``, three m in the base frame, of ``radius`` and ``length``
+        m; None: taken away. Or a hand before the seat ``hand``: its ring and its number there; None
+        likewise."""
         if "hand" in message:
             at = message["hand"]
             self._hand = None if at is None else int(np.cumsum([0, *self.counts])[at[0]] + at[1])
@@ -83,19 +91,31 @@ def with_cell(scene: Scene) -> Scene:
 _CELL: tuple[dict[str, Any], ...] = (
     {"name": "floor", "floor": -0.75},
     {"name": "table", "centre": [0.9, 0.0, -0.2], "size": [0.6, 1.2, 0.05]},
-    {"name": "wall", "centre": [-1.3, 0.2, 0.25], "size": [0.1, 3.0, 2.0], "rpy_deg": [0.0, 0.0, 20.0]},
+    {
+        "name": "wall",
+        "centre": [-1.3, 0.2, 0.25],
+        "size": [0.1, 3.0, 2.0],
+        "rpy_deg": [0.0, 0.0, 20.0],
+    },
 )
 
 
 def simulated_rig(scene: Scene, setup: Setup, seed: int, folder: Path) -> SimulatedRig:
-    """A simulated rig of ``setup`` in ``scene``, with what the seed injects; its world's file is left in ``folder``."""
+    """A simulated rig of ``setup`` in ``scene``, with what the seed injects; its world's file is
+    left in ``folder``.
+    """
     file = folder / FILE
-    write_text(file, to_toml(ProposalFile(rings=ring_models(setup, scene.sensor), scene=scene_model(scene))))
+    write_text(
+        file,
+        to_toml(ProposalFile(rings=ring_models(setup, scene.sensor), scene=scene_model(scene))),
+    )
     return SimulatedRig((("-m", __name__), (str(file), str(seed))))
 
 
 def main() -> None:
-    """Serve what the command line says. All is compiled before anyone can connect: that would hold up the controller."""
+    """Serve what the command line says. All is compiled before anyone can connect: that would hold
+    up the controller.
+    """
     folder, address, file, seed = sys.argv[1:5]
     setup, scene, _ = read_proposal(Path(file))
     cell, q = Cell(injected(scene, setup, int(seed)).world(scene)), scene.poses[0].q

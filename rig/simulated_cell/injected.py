@@ -1,4 +1,6 @@
-"""What was done to a simulated rig: errors of mounting and faults, drawn by a seed, which a check must find."""
+"""What was done to a simulated rig: errors of mounting and faults, drawn by a seed, which a check
+must find.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,14 +14,16 @@ from ..mount.fit import RingFit
 from ..mount.model import LIMITS, free, moved
 from .world import DEAD, World
 
-_FEWEST = 4  # sensors of a ring in which an exchange, or an order in reverse, can be told from a turn
+# sensors of a ring in which an exchange, or an order in reverse, can be told from a turn
+_FEWEST = 4
 
 
 @dataclass(frozen=True)
 class Injected:
-    """Errors (R, 4) by ``NAMES``. reversed_ring: wired in reverse or, where ``flipped``, mounted the other way round. pair:
-    two wires that are swapped, of ``swapped_in``. dead: a sensor that never answers, counted over all rings as wired. A ring
-    that is None: none is large enough. seat (K,): as ``World`` has it."""
+    """Errors (R, 4) by ``NAMES``. reversed_ring: wired in reverse or, where ``flipped``, mounted
+    the other way round. pair: two wires that are swapped, of ``swapped_in``. dead: a sensor that
+    never answers, counted over all rings as wired. A ring that is None: none is large enough. seat
+    (K,): as ``World`` has it."""
 
     setup: Setup
     errors: Float[np.ndarray, "R 4"]
@@ -34,7 +38,9 @@ class Injected:
         """The rig with all that."""
         rings = list(self.setup.rings)
         if self.flipped and self.reversed_ring is not None:
-            rings[self.reversed_ring] = replace(rings[self.reversed_ring], tilt=-rings[self.reversed_ring].tilt)
+            rings[self.reversed_ring] = replace(
+                rings[self.reversed_ring], tilt=-rings[self.reversed_ring].tilt
+            )
         mounted = Setup(tuple(moved(scene, r, e) for r, e in zip(rings, self.errors, strict=True)))
         return World(scene, mounted, self.seat, self.errors[:, 3])
 
@@ -47,7 +53,10 @@ class Injected:
 
     def found(self, fits: Sequence[RingFit]) -> dict[str, bool]:
         """Which faults were found, and that no others were."""
-        ring_of, first = self.setup.ring_of_sensor, np.cumsum([0, *(r.count for r in self.setup.rings)])
+        ring_of, first = (
+            self.setup.ring_of_sensor,
+            np.cumsum([0, *(r.count for r in self.setup.rings)]),
+        )
         at = int(ring_of[self.dead])
         orders = [(f.order.direction, f.order.flipped, f.order.shift) for f in fits]
         wanted = [(1, False, 0)] * len(fits)
@@ -63,7 +72,9 @@ class Injected:
 
 
 def injected(scene: Scene, setup: Setup, seed: int) -> Injected:
-    """Errors and faults: each ring off by up to ``LIMITS``, one reversed, two sensors of one swapped, one sensor dead."""
+    """Errors and faults: each ring off by up to ``LIMITS``, one reversed, two sensors of one
+    swapped, one sensor dead.
+    """
     rng, count = np.random.default_rng((seed, 7)), [r.count for r in setup.rings]
     errors = rng.uniform(-1, 1, (len(count), 4)) * LIMITS
     for i, ring in enumerate(setup.rings):

@@ -1,4 +1,6 @@
-"""A rig that is not there: what mounted rings would tell of a cell, through noise, with faults of wiring and of sensors."""
+"""A rig that is not there: what mounted rings would tell of a cell, through noise, with faults of
+wiring and of sensors.
+"""
 
 from dataclasses import dataclass, field
 
@@ -19,9 +21,9 @@ DEAD = -1  # the seat of a sensor that never answers
 class World:
     """A scene with rings as they are truly mounted.
 
-    seat (K,): which sensor of ``mounted``, counted over all rings, stands behind each place in the frames; ``DEAD``: none
-    answers there. None: each its own. offset (R,) m: what each ring's sensors tell too much. noise: of each reading. rate:
-    frames a second.
+    seat (K,): which sensor of ``mounted``, counted over all rings, stands behind each place in the
+    frames; ``DEAD``: none answers there. None: each its own. offset (R,) m: what each ring's
+    sensors tell too much. noise: of each reading. rate: frames a second.
     """
 
     scene: Scene
@@ -31,9 +33,16 @@ class World:
     noise: Noise = field(default_factory=Noise)
     rate: float = 20.0
 
-    def distances(self, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None) -> Float[np.ndarray, "T K"]:
-        """What each place in the frames would tell without noise, m: infinite without a target, nan of the dead."""
-        ring, found = self.mounted.ring_of_sensor, expected(self.scene, self.mounted, joints, rod).distance
+    def distances(
+        self, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None
+    ) -> Float[np.ndarray, "T K"]:
+        """What each place in the frames would tell without noise, m: infinite without a target, nan
+        of the dead.
+        """
+        ring, found = (
+            self.mounted.ring_of_sensor,
+            expected(self.scene, self.mounted, joints, rod).distance,
+        )
         if self.offset is not None:
             found = found + self.offset[ring]
         if self.seat is not None:
@@ -55,8 +64,8 @@ class World:
         rod: Capsules | None = None,
         start: float = 0.0,
     ) -> Readings:
-        """``frames`` frames of all rings at each of T stops, one stop after another, from ``start`` s on; ``rod`` as for
-        ``expected``."""
+        """``frames`` frames of all rings at each of T stops, one stop after another, from ``start``
+        s on; ``rod`` as for ``expected``."""
         ring, count = self.mounted.ring_of_sensor, len(joints) * frames
         place = np.concatenate([np.arange(r.count) for r in self.mounted.rings])
         true = np.repeat(self.distances(joints, rod), frames, axis=0)

@@ -1,12 +1,15 @@
-"""Maximum coverage under a budget: the best choice of candidates is bounded from above, and approached from below.
+"""Maximum coverage under a budget: the best choice of candidates is bounded from above, and
+approached from below.
 
-Given candidates that each cover some points and cost some sensors, which of them cover most within a budget? Exactly that
-is an integer programme: x_c says whether c is taken, y_p whether point p is covered,
+Given candidates that each cover some points and cost some sensors, which of them cover most within
+a budget? Exactly that is an integer programme: x_c says whether c is taken, y_p whether point p is
+covered,
 
-    maximise sum w_p y_p,  y_p <= sum of x_c over the c that cover p,  y_p <= 1,  sum cost_c x_c <= budget,
+    maximise sum w_p y_p,  y_p <= sum of x_c over the c that cover p,  y_p <= 1,  sum cost_c x_c <=
+        budget,
 
-and of some sets of candidates only so many may be taken. With x in [0, 1] it is a linear programme, whose value no choice
-exceeds (Nemhauser, Wolsey and Fisher 1978).
+and of some sets of candidates only so many may be taken. With x in [0, 1] it is a linear programme,
+whose value no choice exceeds (Nemhauser, Wolsey and Fisher 1978).
 """
 
 from dataclasses import dataclass
@@ -23,8 +26,8 @@ _OPTIMAL = 0  # SciPy's status
 class CoverProblem:
     """C candidates over M groups of points that the same candidates cover.
 
-    covers (C, M); weight (M,): share of all points in each group; cost (C,) sensors; budget; limits: of the candidates with
-    these numbers at most so many.
+    covers (C, M); weight (M,): share of all points in each group; cost (C,) sensors; budget;
+    limits: of the candidates with these numbers at most so many.
     """
 
     covers: Bool[np.ndarray, "C M"]
@@ -50,13 +53,23 @@ class CoverProblem:
         rules[0] = self.cost
         for row, (some, _) in zip(rules[1:], self.limits, strict=True):
             row[some] = 1
-        groups = sparse.hstack([-sparse.csr_matrix(self.covers.T.astype(float)), sparse.identity(m)])
-        both = sparse.vstack([groups, sparse.hstack([sparse.csr_matrix(rules), sparse.csr_matrix((len(rules), m))])])
-        return both.tocsr(), np.concatenate([np.zeros(m), [self.budget], [most for _, most in self.limits]]).astype(float)
+        groups = sparse.hstack(
+            [-sparse.csr_matrix(self.covers.T.astype(float)), sparse.identity(m)]
+        )
+        both = sparse.vstack(
+            [groups, sparse.hstack([sparse.csr_matrix(rules), sparse.csr_matrix((len(rules), m))])]
+        )
+        return both.tocsr(), np.concatenate(
+            [np.zeros(m), [self.budget], [most for _, most in self.limits]]
+        ).astype(float)
 
 
-def grouped(covers: Bool[np.ndarray, "C N"]) -> tuple[Bool[np.ndarray, "C M"], Float[np.ndarray, " M"]]:
-    """Points that the same candidates cover made one, with its share of all points; those that none covers are left out."""
+def grouped(
+    covers: Bool[np.ndarray, "C N"],
+) -> tuple[Bool[np.ndarray, "C M"], Float[np.ndarray, " M"]]:
+    """Points that the same candidates cover made one, with its share of all points; those that none
+    covers are left out.
+    """
     packed, times = np.unique(np.packbits(covers, axis=0), axis=1, return_counts=True)
     found = np.unpackbits(packed, axis=0, count=len(covers)).astype(bool)
     seen = found.any(axis=0)
@@ -64,17 +77,21 @@ def grouped(covers: Bool[np.ndarray, "C N"]) -> tuple[Bool[np.ndarray, "C M"], F
 
 
 def greedy(choice: CoverProblem) -> Int[np.ndarray, " _"]:
-    """Numbers of the candidates taken one by one, each the one that adds most for its cost, or the best single one.
+    """Numbers of the candidates taken one by one, each the one that adds most for its cost, or the
+    best single one.
 
-    Were there candidates of one cost and no limits, this would reach 1 - 1/e of the best choice (Nemhauser, Wolsey and
-    Fisher 1978); with costs, half of that (Khuller, Moss and Naor 1999); with limits it is no more than a lower bound.
+    Were there candidates of one cost and no limits, this would reach 1 - 1/e of the best choice
+    (Nemhauser, Wolsey and Fisher 1978); with costs, half of that (Khuller, Moss and Naor 1999);
+    with limits it is no more than a lower bound.
     """
     free = np.ones(choice.covers.shape[1], bool)
     taken: list[int] = []
     while True:
         gain = choice.covers[:, free] @ choice.weight[free]
         order = np.argsort(-gain / choice.cost, kind="stable")
-        best = next((i for i in order if gain[i] > 0 and choice.allowed(np.array([*taken, i]))), None)
+        best = next(
+            (i for i in order if gain[i] > 0 and choice.allowed(np.array([*taken, i]))), None
+        )
         if best is None:
             break
         taken.append(int(best))
@@ -84,8 +101,11 @@ def greedy(choice: CoverProblem) -> Int[np.ndarray, " _"]:
     return max(np.array(taken, int), single, key=choice.share)
 
 
-def certificate(choice: CoverProblem, pull: Float[np.ndarray, " M"], prices: Float[np.ndarray, " _"]) -> float:
-    """An upper bound of any choice's share, whatever multipliers are given: so no solver's tolerance can spoil it.
+def certificate(
+    choice: CoverProblem, pull: Float[np.ndarray, " M"], prices: Float[np.ndarray, " _"]
+) -> float:
+    """An upper bound of any choice's share, whatever multipliers are given: so no solver's
+    tolerance can spoil it.
 
     Args:
         choice: what may be chosen.
@@ -96,16 +116,22 @@ def certificate(choice: CoverProblem, pull: Float[np.ndarray, " M"], prices: Flo
     worth = choice.covers @ pull - prices[0] * choice.cost
     for (some, _), price in zip(choice.limits, prices[1:], strict=True):
         worth[some] -= price
-    held = prices[0] * choice.budget + sum(most * price for (_, most), price in zip(choice.limits, prices[1:], strict=True))
+    held = prices[0] * choice.budget + sum(
+        most * price for (_, most), price in zip(choice.limits, prices[1:], strict=True)
+    )
     return float((choice.weight - pull).sum() + held + np.maximum(worth, 0).sum())
 
 
 def relaxed(choice: CoverProblem, seconds: float) -> float:
-    """The linear programme's upper bound, recomputed from its multipliers; a weaker one if the time was too short."""
+    """The linear programme's upper bound, recomputed from its multipliers; a weaker one if the time
+    was too short.
+    """
     c, m = choice.covers.shape
     a, b = choice.constraints()
     value = np.concatenate([np.zeros(c), -choice.weight])
-    found = linprog(value, A_ub=a, b_ub=b, bounds=(0, 1), method="highs", options={"time_limit": seconds})
+    found = linprog(
+        value, A_ub=a, b_ub=b, bounds=(0, 1), method="highs", options={"time_limit": seconds}
+    )
     multipliers = -found.ineqlin.marginals if found.status == _OPTIMAL else np.zeros(len(b))
     total = float(choice.weight.sum())
     return min(certificate(choice, multipliers[:m], multipliers[m:]), total)
@@ -113,8 +139,8 @@ def relaxed(choice: CoverProblem, seconds: float) -> float:
 
 @dataclass(frozen=True)
 class CoverSolution:
-    """What the integer programme gave in its time: the best choice it met (numbers of candidates), an upper bound of any
-    choice's share, and whether the two meet."""
+    """What the integer programme gave in its time: the best choice it met (numbers of candidates),
+    an upper bound of any choice's share, and whether the two meet."""
 
     taken: Int[np.ndarray, " _"]
     bound: float

@@ -20,8 +20,8 @@ _CLOSE = 1e-9  # m
 
 @dataclass(frozen=True)
 class RingGrid:
-    """Rings at so many positions along each link and tilts (ends of their limits included), with these counts, and at so
-    many phases within the spacing of their sensors."""
+    """Rings at so many positions along each link and tilts (ends of their limits included), with
+    these counts, and at so many phases within the spacing of their sensors."""
 
     positions: int = 7
     tilts: int = 11
@@ -33,7 +33,9 @@ class RingGrid:
         found = []
         for mount in scene.robot.mounts:
             limits = scene.limits_of(mount.link)
-            places = np.linspace(*limits.position, self.positions) if mount.length > 0 else np.zeros(1)
+            places = (
+                np.linspace(*limits.position, self.positions) if mount.length > 0 else np.zeros(1)
+            )
             for place, tilt in itertools.product(places, np.linspace(*limits.tilt, self.tilts)):
                 for count, phase in itertools.product(self.counts, range(self.phases)):
                     turn = 2 * math.pi / count * phase / self.phases
@@ -43,17 +45,26 @@ class RingGrid:
 
 
 def limits(scene: Scene, rings: list[Ring]) -> tuple[tuple[np.ndarray, int], ...]:
-    """Which rings exclude each other: of those nearer than the rules' spacing one, of a link as many as the rules allow."""
+    """Which rings exclude each other: of those nearer than the rules' spacing one, of a link as
+    many as the rules allow.
+    """
     found = []
     for mount in scene.robot.mounts:
         mine = np.array([i for i, ring in enumerate(rings) if ring.link == mount.link])
         if not len(mine):
             continue
         at = np.array([rings[i].position * mount.length for i in mine])
-        sets = {tuple(mine[(at >= start - _CLOSE) & (at < start + scene.rules.spacing - _CLOSE)]) for start in set(at)}
+        sets = {
+            tuple(mine[(at >= start - _CLOSE) & (at < start + scene.rules.spacing - _CLOSE)])
+            for start in set(at)
+        }
         if mount.length == 0:
             sets = {tuple(mine)}
-        found += [(np.array(some), 1) for some in sorted(sets) if some and not any(set(some) < set(o) for o in sets)]
+        found += [
+            (np.array(some), 1)
+            for some in sorted(sets)
+            if some and not any(set(some) < set(o) for o in sets)
+        ]
         found.append((mine, scene.rules.rings_per_link))
     return tuple(found)
 
@@ -68,18 +79,23 @@ def covered(scene: Scene, setup: Setup, points: Float[np.ndarray, "N 3"]) -> Boo
     return np.asarray(sensor_cones(scene.robot, setup, scene.poses[0].q)(points) <= 0)
 
 
-def choice(scene: Scene, grid: RingGrid, points: Float[np.ndarray, "N 3"], budget: int) -> tuple[list[Ring], CoverProblem]:
+def choice(
+    scene: Scene, grid: RingGrid, points: Float[np.ndarray, "N 3"], budget: int
+) -> tuple[list[Ring], CoverProblem]:
     """The grid's rings, and the problem of choosing among them within a budget of sensors."""
     rings = grid.rings(scene)
     covers, weight = grouped(np.stack([covered(scene, Setup((ring,)), points) for ring in rings]))
-    return rings, CoverProblem(covers, weight, np.array([ring.count for ring in rings]), budget, limits(scene, rings))
+    return rings, CoverProblem(
+        covers, weight, np.array([ring.count for ring in rings]), budget, limits(scene, rings)
+    )
 
 
 def bounded(
     scene: Scene, target: Target, budget: int, grid: RingGrid, count: int, seed: int, seconds: float
 ) -> dict[str, Any]:
-    """Percents of ``count`` points: greedy, the best choice met, the integer and the linear programme's upper bounds;
-    whether the integer programme was solved in its ``seconds``; rings of the grid, and groups of points."""
+    """Percents of ``count`` points: greedy, the best choice met, the integer and the linear
+    programme's upper bounds; whether the integer programme was solved in its ``seconds``; rings of
+    the grid, and groups of points."""
     rings, asked = choice(scene, grid, points_in(scene, target, count, seed), budget)
     first = asked.share(greedy(asked))
     linear, best = relaxed(asked, seconds), solved(asked, seconds)

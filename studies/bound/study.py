@@ -1,7 +1,8 @@
-"""How far from the best is the search? Upper bounds of what any setup of a grid covers, beside what the search found.
+"""How far from the best is the search? Upper bounds of what any setup of a grid covers, beside what
+the search found.
 
-Both are counted on the same points. A bound holds for setups of the grid on these points, and for nothing else: between
-the grid's places a setup may cover more, and points are a sample.
+Both are counted on the same points. A bound holds for setups of the grid on these points, and for
+nothing else: between the grid's places a setup may cover more, and points are a sample.
 """
 
 import math
@@ -26,9 +27,11 @@ Measure = Callable[[str, list[Cell]], list[Any]]
 
 @dataclass(frozen=True)
 class BoundRow:
-    """One target and budget; percents of the same points, but for ``search_exact_percent``, which is counted.
+    """One target and budget; percents of the same points, but for ``search_exact_percent``, which
+    is counted.
 
-    ``optimal``: whether the integer programme was solved, so that its best choice is the grid's best.
+    ``optimal``: whether the integer programme was solved, so that its best choice is the grid's
+    best.
     """
 
     target: str
@@ -50,12 +53,16 @@ class BoundRow:
 
     @property
     def gap(self) -> float:
-        """How far the search lies under the bound at most, in points; below 0 where it beats every setup of the grid."""
+        """How far the search lies under the bound at most, in points; below 0 where it beats every
+        setup of the grid.
+        """
         return self.bound_percent - self.search_percent
 
     @property
     def error(self) -> float:
-        """Standard error of the search's share on the points, in points, as if they were independent."""
+        """Standard error of the search's share on the points, in points, as if they were
+        independent.
+        """
         share = self.search_percent / 100
         return 100 * math.sqrt(share * (1 - share) / POINTS)
 
@@ -81,10 +88,18 @@ def measure(run: Measure, seed: int = 0) -> list[BoundRow]:
     for (target, _, search, _), rings in zip(wanted, searched, strict=True):
         where = {"scene": search.arguments["scene"], "setup": rings}
         on_points.append(Cell("share of points", where | {"points": POINTS, "seed": seed}))
-        exact.append(Cell("zeta", where | {"target": target.name, "radius": target.radius, "rule": "centre", "voxel": 0.01}))
+        exact.append(
+            Cell(
+                "zeta",
+                where
+                | {"target": target.name, "radius": target.radius, "rule": "centre", "voxel": 0.01},
+            )
+        )
     shares = run("counting on the same points", on_points)
     zetas = run("counting voxels", exact)
     return [
         BoundRow(str(target), budget, round(zeta["zeta_percent"], 4), round(share, 4), **bound)
-        for (target, budget, *_), bound, share, zeta in zip(wanted, bounds, shares, zetas, strict=True)
+        for (target, budget, *_), bound, share, zeta in zip(
+            wanted, bounds, shares, zetas, strict=True
+        )
     ]

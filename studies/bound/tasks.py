@@ -9,7 +9,9 @@ from .ring_grid import RingGrid, bounded, covered, points_in
 
 @register("share of points")
 def share_of_points(scene: Mapping[str, Any], setup: str | Rings, points: int, seed: int) -> float:
-    """Percent of the points drawn in the scene's first target that a setup covers, at its first pose."""
+    """Percent of the points drawn in the scene's first target that a setup covers, at its first
+    pose.
+    """
     where = scene_from(scene)
     drawn = points_in(where, where.goals[0].target, points, seed)
     return 100 * float(covered(where, setup_from(setup, where), drawn).mean())
@@ -17,8 +19,15 @@ def share_of_points(scene: Mapping[str, Any], setup: str | Rings, points: int, s
 
 @register("bound")
 def bound(
-    scene: Mapping[str, Any], sensors: int, seed: int, points: int, grid: Mapping[str, Any], limit: float
+    scene: Mapping[str, Any],
+    sensors: int,
+    seed: int,
+    points: int,
+    grid: Mapping[str, Any],
+    limit: float,
 ) -> dict[str, Any]:
-    """Upper bounds of what setups of a grid cover of such points, and what some do: see ``ring_grid`` and ``max_cover``."""
+    """Upper bounds of what setups of a grid cover of such points, and what some do: see
+    ``ring_grid`` and ``max_cover``.
+    """
     where = scene_from(scene)
     return bounded(where, where.goals[0].target, sensors, RingGrid(**grid), points, seed, limit)

@@ -20,10 +20,14 @@ def _zeta(ax: Axes, rows: list[ConvergenceRow], robot: str, target: str) -> None
     mine = [r for r in rows if (r.robot, r.setup, r.target) == (robot, SHOWN, target)]
     truth = next(r.zeta_percent for r in mine if r.rule == "truth")
     for rule, colour in COLOURS.items():
-        line = sorted((r.voxel, r.zeta_percent, r.low_percent, r.high_percent) for r in mine if r.rule == rule)
+        line = sorted(
+            (r.voxel, r.zeta_percent, r.low_percent, r.high_percent) for r in mine if r.rule == rule
+        )
         voxel, zeta, low, high = 100 * np.array(line).T
         if rule == "certified":
-            ax.fill_between(voxel, low / 100, high / 100, color=colour, alpha=0.18, lw=0, label="certified")
+            ax.fill_between(
+                voxel, low / 100, high / 100, color=colour, alpha=0.18, lw=0, label="certified"
+            )
         else:
             ax.plot(voxel, zeta / 100, "o-", color=colour, ms=4, lw=1.6, label=rule)
     ax.axhline(truth, color=INK, lw=1, label="truth, to 0.05 points")
@@ -39,7 +43,14 @@ def _errors(ax: Axes, rows: list[ConvergenceRow], target: str) -> None:
         label = f"{rule}: order {order(rows, rule, target):.1f}"
         for key, (voxels, off) in errors(rows, rule).items():
             if key[2] == target:
-                ax.plot(100 * np.array(voxels), np.maximum(off, 1e-3), color=colour, lw=0.8, alpha=0.55, label=label)
+                ax.plot(
+                    100 * np.array(voxels),
+                    np.maximum(off, 1e-3),
+                    color=colour,
+                    lw=0.8,
+                    alpha=0.55,
+                    label=label,
+                )
                 label = ""
     ax.set_xscale("log")
     ax.set_yscale("log")
@@ -75,13 +86,35 @@ def page(rows: list[ConvergenceRow], command: str) -> str:
     """The study in words and tables (Markdown)."""
     truth = {r.key[:3]: r for r in rows if r.rule == "truth"}
     touch = {r.key[:3]: r.zeta_percent for r in rows if r.rule == "touch" and r.voxel == 0.1}
-    lines = ["# How ζ depends on the voxel", "", f"`{command}`; the measurements are in `data.csv`.", ""]
-    lines += ["![ζ against the voxel under each rule](convergence.png)", "", "## Orders of convergence", ""]
-    lines += ["Error about voxel^p, by voxels of 10 cm and less; when certified, the width of the interval. An error of"]
-    lines += ["`centre` below 0.05 points, the width of the truth itself, cannot be told: its order is at least this.", ""]
+    lines = [
+        "# How ζ depends on the voxel",
+        "",
+        f"`{command}`; the measurements are in `data.csv`.",
+        "",
+    ]
+    lines += [
+        "![ζ against the voxel under each rule](convergence.png)",
+        "",
+        "## Orders of convergence",
+        "",
+    ]
+    lines += [
+        "Error about voxel^p, by voxels of 10 cm and less; when certified, the width of the"
+        " interval. An error of"
+    ]
+    lines += [
+        (
+            "`centre` below 0.05 points, the width of the truth itself, cannot be told: its order"
+            " is at least this."
+        ),
+        "",
+    ]
     names = [str(t) for t in TARGETS]
     lines += ["| rule | " + " | ".join(names) + " |", "| --- |" + " --- |" * len(names)]
-    lines += [f"| {rule} | " + " | ".join(f"{order(rows, rule, t):.2f}" for t in names) + " |" for rule in COLOURS]
+    lines += [
+        f"| {rule} | " + " | ".join(f"{order(rows, rule, t):.2f}" for t in names) + " |"
+        for rule in COLOURS
+    ]
     lines += ["", "## Truth, and what voxels of 10 cm make of it", ""]
     lines += ["Guaranteed to 0.05 points; in brackets the count of touched voxels of 10 cm.", ""]
     robots = sorted({r.robot for r in rows})
@@ -89,19 +122,32 @@ def page(rows: list[ConvergenceRow], command: str) -> str:
     lines += ["| setup | " + " | ".join(heads) + " |", "| --- |" + " --- |" * len(heads)]
     for setup in dict.fromkeys(r.setup for r in rows):
         cells = [
-            f"{truth[robot, setup, t].zeta_percent:.2f} ({touch[robot, setup, t]:.2f})" for robot in robots for t in names
+            f"{truth[robot, setup, t].zeta_percent:.2f} ({touch[robot, setup, t]:.2f})"
+            for robot in robots
+            for t in names
         ]
         lines.append(f"| {setup} | " + " | ".join(cells) + " |")
     lines += ["", "## The published numbers", "", *_verdict(truth, touch)]
     return "\n".join(lines) + "\n"
 
 
-def _verdict(truth: dict[tuple[str, str, str], ConvergenceRow], touch: dict[tuple[str, str, str], float]) -> list[str]:
+def _verdict(
+    truth: dict[tuple[str, str, str], ConvergenceRow], touch: dict[tuple[str, str, str], float]
+) -> list[str]:
     """Whether a voxel's rule explains what was published for one setup."""
     lines = [
-        f"The paper gives {SHOWN} {_BOTH[str(NEAR)]:.2f} % of {NEAR}, {_BOTH[str(FAR)]:.2f} % of {FAR} and over 65 % of",
-        "every target. No rule converges there: `centre`, `touch` and `certified` all tend to one truth, 8 to 13 points",
-        "lower on either chain. Counts of touched voxels of 10 cm do stand there. The voxel rule explains the difference;",
+        (
+            f"The paper gives {SHOWN} {_BOTH[str(NEAR)]:.2f} % of {NEAR}, {_BOTH[str(FAR)]:.2f} %"
+            f" of {FAR} and over 65 % of"
+        ),
+        (
+            "every target. No rule converges there: `centre`, `touch` and `certified` all tend to"
+            " one truth, 8 to 13 points"
+        ),
+        (
+            "lower on either chain. Counts of touched voxels of 10 cm do stand there. The voxel"
+            " rule explains the difference;"
+        ),
         "the paper's own pose, which it does not give, could add to it.",
         "",
         "| chain | target | published | truth | touched, 10 cm |",
@@ -111,5 +157,7 @@ def _verdict(truth: dict[tuple[str, str, str], ConvergenceRow], touch: dict[tupl
         if setup == SHOWN:
             said = f"{PUBLISHED[target]:.2f}" if target != "V_OT" else "over 65"
             zeta = truth[robot, setup, target].zeta_percent
-            lines.append(f"| {robot} | {target} | {said} | {zeta:.2f} | {touch[robot, setup, target]:.2f} |")
+            lines.append(
+                f"| {robot} | {target} | {said} | {zeta:.2f} | {touch[robot, setup, target]:.2f} |"
+            )
     return lines

@@ -1,4 +1,6 @@
-"""The convergence study: zeta of the paper's setups against the side of the voxels, under each rule, on both chains."""
+"""The convergence study: zeta of the paper's setups against the side of the voxels, under each
+rule, on both chains.
+"""
 
 import itertools
 from collections.abc import Callable
@@ -22,7 +24,9 @@ _FINE = 0.1  # m, from where on an order is fitted: larger voxels are as large a
 
 @dataclass(frozen=True)
 class ConvergenceRow:
-    """One measurement: ``rule`` is that of a count, or ``truth`` for an interval of 0.05 points; percents; voxel in m."""
+    """One measurement: ``rule`` is that of a count, or ``truth`` for an interval of 0.05 points;
+    percents; voxel in m.
+    """
 
     robot: str
     setup: str
@@ -61,20 +65,31 @@ def measure(run: Callable[[list[Cell]], list[Any]]) -> list[ConvergenceRow]:
 
 
 def _cell(robot: str, setup: str, target: Target, rule: str, voxel: float) -> Cell:
-    arguments = {"scene": {"robot": robot}, "setup": setup, "target": target.name, "radius": target.radius}
+    arguments = {
+        "scene": {"robot": robot},
+        "setup": setup,
+        "target": target.name,
+        "radius": target.radius,
+    }
     if rule == "truth":
         return Cell("zeta", arguments | {"rule": "certified", "voxel": None, "width": TRUTH_WIDTH})
     return Cell("zeta", arguments | {"rule": rule, "voxel": voxel})
 
 
-def _row(robot: str, setup: str, target: Target, rule: str, voxel: float, result: dict[str, float]) -> ConvergenceRow:
+def _row(
+    robot: str, setup: str, target: Target, rule: str, voxel: float, result: dict[str, float]
+) -> ConvergenceRow:
     zeta, low, high = (round(result[f"{key}_percent"], 6) for key in ("zeta", "low", "high"))
-    return ConvergenceRow(robot, setup, str(target), rule, voxel, zeta, low, high, round(result["seconds"], 3))
+    return ConvergenceRow(
+        robot, setup, str(target), rule, voxel, zeta, low, high, round(result["seconds"], 3)
+    )
 
 
-def errors(rows: list[ConvergenceRow], rule: str) -> dict[tuple[str, str, str], tuple[list[float], list[float]]]:
-    """For each robot, setup and target: voxels, and how far zeta lies from the truth, in points; when certified, how wide
-    the interval is."""
+def errors(
+    rows: list[ConvergenceRow], rule: str
+) -> dict[tuple[str, str, str], tuple[list[float], list[float]]]:
+    """For each robot, setup and target: voxels, and how far zeta lies from the truth, in points;
+    when certified, how wide the interval is."""
     truth = {row.key[:3]: row.zeta_percent for row in rows if row.rule == "truth"}
     found: dict[tuple[str, str, str], tuple[list[float], list[float]]] = {}
     for row in rows:
@@ -82,12 +97,18 @@ def errors(rows: list[ConvergenceRow], rule: str) -> dict[tuple[str, str, str], 
             voxels, off = found.setdefault(row.key[:3], ([], []))
             voxels.append(row.voxel)
             certified = row.rule == "certified"
-            off.append(row.high_percent - row.low_percent if certified else abs(row.zeta_percent - truth[row.key[:3]]))
+            off.append(
+                row.high_percent - row.low_percent
+                if certified
+                else abs(row.zeta_percent - truth[row.key[:3]])
+            )
     return found
 
 
 def order(rows: list[ConvergenceRow], rule: str, target: str) -> float:
-    """Exponent p of an error that falls as voxel^p: slope of the mean logarithm over all setups and robots."""
+    """Exponent p of an error that falls as voxel^p: slope of the mean logarithm over all setups and
+    robots.
+    """
     fine = [
         (np.log(v), np.log(max(e, 1e-4)))
         for key, (voxels, off) in errors(rows, rule).items()

@@ -1,12 +1,14 @@
-"""Runs the cells of a study on many processes of dask.distributed: of this machine, or of a scheduler that runs already.
+"""Runs the cells of a study on many processes of dask.distributed: of this machine, or of a
+scheduler that runs already.
 
-The one process that has the study's file hands out batches of cells that share costly preparation. A worker tells of each
-cell as soon as it is finished, so that it can be kept at once. What goes to a worker is text: the names of tasks, which it
-looks up in its own table, the modules of the studies that register them, and their arguments as JSON.
+The one process that has the study's file hands out batches of cells that share costly preparation.
+A worker tells of each cell as soon as it is finished, so that it can be kept at once. What goes to
+a worker is text: the names of tasks, which it looks up in its own table, the modules of the studies
+that register them, and their arguments as JSON.
 
-Yet dask's own messages carry Python objects: whoever reaches a scheduler can run code on all its machines. So the local
-cluster listens on 127.0.0.1 only, under a certificate of its own that nobody else has; and a scheduler that is joined must
-be one that is trusted.
+Yet dask's own messages carry Python objects: whoever reaches a scheduler can run code on all its
+machines. So the local cluster listens on 127.0.0.1 only, under a certificate of its own that nobody
+else has; and a scheduler that is joined must be one that is trusted.
 """
 
 import asyncio
@@ -44,9 +46,15 @@ _SPLIT = 4  # batches for each worker, at least, where there are enough cells
 
 
 def _asked(works: Mapping[str, Work]) -> list[Any]:
-    """What a worker has to be: the program's version, the names of its tasks, and the modules that register these."""
+    """What a worker has to be: the program's version, the names of its tasks, and the modules that
+    register these.
+    """
     modules = {work.__module__ for work in works.values()}
-    return [program(works), list(works), sorted(module for module in modules if module.startswith(_STUDIES))]
+    return [
+        program(works),
+        list(works),
+        sorted(module for module in modules if module.startswith(_STUDIES)),
+    ]
 
 
 @cache
@@ -59,11 +67,15 @@ def _own_version(tasks: tuple[str, ...], modules: tuple[str, ...]) -> str:
 
 
 def _measure(asked: Sequence[Any], topic: str, keys: list[str]) -> None:
-    """On a worker: measure the cells of these keys by the program asked for, and tell of each when it is finished."""
+    """On a worker: measure the cells of these keys by the program asked for, and tell of each when
+    it is finished.
+    """
     worker = get_worker()
     version, tasks, modules = asked
     if version != (own := _own_version(tuple(tasks), tuple(modules))):
-        raise UserError(f"{worker.address}: found a worker of place-rings {own}, allowed: {version}, as here")
+        raise UserError(
+            f"{worker.address}: found a worker of place-rings {own}, allowed: {version}, as here"
+        )
     for key in keys:
         work, arguments = json.loads(key)
         start = time.perf_counter()
@@ -77,7 +89,8 @@ class _Study:
     def __init__(self, client: Client, cells: Sequence[Cell], asked: list[Any]) -> None:
         self.client, self.asked, self.topic = client, asked, f"place-rings-{uuid.uuid4()}"
         self.waiting = {cell.key: cell for cell in cells}
-        self.news: SimpleQueue[str | Future] = SimpleQueue()  # of finished cells, as text, and of ended batches
+        # of finished cells, as text, and of ended batches
+        self.news: SimpleQueue[str | Future] = SimpleQueue()
         self.out: dict[Future, list[str]] = {}
         self.losses: Counter[str] = Counter()
         self.workers, self.looked, self.met = self._count(), time.monotonic(), time.monotonic()
@@ -85,7 +98,9 @@ class _Study:
         for key, cell in self.waiting.items():
             groups.setdefault(shared(cell), []).append(key)
         most = max(len(self.waiting) // (_SPLIT * max(self.workers, 1)), 1)
-        self.batches = deque(keys[i : i + most] for keys in groups.values() for i in range(0, len(keys), most))
+        self.batches = deque(
+            keys[i : i + most] for keys in groups.values() for i in range(0, len(keys), most)
+        )
 
     def _count(self) -> int:
         try:
@@ -94,12 +109,16 @@ class _Study:
             raise UserError(_GONE) from error
 
     def hand_out(self) -> None:
-        """As many batches as there are workers: one that waited behind another would be lost with it."""
+        """As many batches as there are workers: one that waited behind another would be lost with
+        it.
+        """
         if time.monotonic() - self.looked > _LOOK:
             self.workers, self.looked = self._count(), time.monotonic()
             self.met = self.looked if self.workers else self.met
             if self.looked - self.met > _ALONE:
-                raise UserError(f"no workers for {_ALONE:g} s; what is measured is kept, run again to go on")
+                raise UserError(
+                    f"no workers for {_ALONE:g} s; what is measured is kept, run again to go on"
+                )
         while self.batches and len(self.out) < self.workers:
             keys = self.batches.popleft()
             future = self.client.submit(_measure, self.asked, self.topic, keys, pure=False)
@@ -119,8 +138,12 @@ class _Study:
                 return
             self.losses[rest[0]] += 1
             if self.losses[rest[0]] >= _LOSSES:
-                raise UserError(f"{rest[0]}: found to end its worker, {_LOSSES} times, allowed: cells that can be measured")
-            self.batches.extendleft([rest[1:], rest[:1]] if rest[1:] else [rest])  # the one suspected now alone
+                raise UserError(
+                    f"{rest[0]}: found to end its worker, {_LOSSES} times, allowed: cells that can"
+                    " be measured"
+                )
+            # the one suspected now alone
+            self.batches.extendleft([rest[1:], rest[:1]] if rest[1:] else [rest])
         elif status != "finished":
             raise UserError(_GONE)
         elif rest:
@@ -134,12 +157,14 @@ def run(
     store: Store,
     tell: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[Any]:
-    """The results of ``cells`` in their order, measured by the workers of ``client``; else like ``runner.run``.
+    """The results of ``cells`` in their order, measured by the workers of ``client``; else like
+    ``runner.run``.
 
     A cell whose worker is lost is measured again.
 
     Raises:
-        UserError: if a cell ends its worker again and again, a worker has another program, or the scheduler is gone.
+        UserError: if a cell ends its worker again and again, a worker has another program, or the
+            scheduler is gone.
     """
     found = {cell.key: store.get(cell) for cell in cells}
     study = _Study(client, [cell for cell in cells if found[cell.key] is None], _asked(works))
@@ -176,10 +201,13 @@ _GRACE = 1.0  # s, for a worker to end
 _LOCAL = {
     "distributed.worker.multiprocessing-method": "spawn",  # JAX's threads do not survive a fork
     "distributed.worker.profile.enabled": False,
-    "distributed.nanny.pre-spawn-environ": {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
-    | {"NPROC": "1"},  # XLA's name for it
-    "distributed.scheduler.allowed-failures": 0,  # who was lost is seen here, where it is known what was finished
-    "distributed.deploy.lost-worker-timeout": "365 days",  # a worker is started again, however long that takes
+    "distributed.nanny.pre-spawn-environ": (
+        {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")} | {"NPROC": "1"}
+    ),  # XLA's name for it
+    # who was lost is seen here, where it is known what was finished
+    "distributed.scheduler.allowed-failures": 0,
+    # a worker is started again, however long that takes
+    "distributed.deploy.lost-worker-timeout": "365 days",
     "distributed.scheduler.http.routes": [],
     "distributed.worker.http.routes": [],
     "distributed.nanny.http.routes": [],
@@ -188,7 +216,9 @@ _LOCAL = {
 
 @contextmanager
 def here(workers: int) -> Iterator[Client]:
-    """A cluster of that many processes on this machine. They end with this process, however it ends."""
+    """A cluster of that many processes on this machine. They end with this process, however it
+    ends.
+    """
     environment = set(os.environ)
     with dask.config.set(_LOCAL):
         with _uninterrupted() as pressed:
@@ -220,7 +250,9 @@ def here(workers: int) -> Iterator[Client]:
 
 @contextmanager
 def _uninterrupted() -> Iterator[list[int]]:
-    """Ctrl-C is only noted, as half a cluster cannot be closed; threads and processes that start here never see it."""
+    """Ctrl-C is only noted, as half a cluster cannot be closed; threads and processes that start
+    here never see it.
+    """
     pressed: list[int] = []
     resource_tracker.ensure_running()  # else it is started below, and unblocks what is blocked
     handler = signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
@@ -245,25 +277,38 @@ def there(scheduler: str) -> Iterator[Client]:
     Raises:
         UserError: if there is none at that address, or one without workers, or without place-rings.
     """
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what goes wrong is told in a line
+    # what goes wrong is told in a line
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     try:
         client = Client(scheduler, timeout=_ANSWER, set_as_default=False)
     except OSError as error:
-        raise UserError(f"--scheduler: found {scheduler}, where none answers, allowed: a running one") from error
+        raise UserError(
+            f"--scheduler: found {scheduler}, where none answers, allowed: a running one"
+        ) from error
     with client:
         try:
             client.wait_for_workers(1, timeout=_WORKER)
         except TimeoutError as error:
-            raise UserError(f"--scheduler: found {scheduler} without workers, allowed: a scheduler with some") from error
+            raise UserError(
+                f"--scheduler: found {scheduler} without workers, allowed: a scheduler with some"
+            ) from error
         _check(client)
         yield client
 
 
 def _check(client: Client) -> None:
-    """See that the scheduler and its workers have the program, as a message with a name that they lack would end them."""
+    """See that the scheduler and its workers have the program, as a message with a name that they
+    lack would end them.
+    """
     try:
-        found = [client.run_on_scheduler(find_spec, _NEEDED), *client.run(find_spec, _NEEDED).values()]
+        found = [
+            client.run_on_scheduler(find_spec, _NEEDED),
+            *client.run(find_spec, _NEEDED).values(),
+        ]
     except ImportError:
         found = [None]
     if not all(found):
-        raise UserError(f"--scheduler: found a process without {_NEEDED}, allowed: all with place-rings installed as here")
+        raise UserError(
+            f"--scheduler: found a process without {_NEEDED}, allowed: all with place-rings"
+            " installed as here"
+        )

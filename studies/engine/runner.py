@@ -16,13 +16,15 @@ _ROOMS = Path(__file__).parent.parent
 
 
 def program(works: Mapping[str, Work]) -> str:
-    """The program's version, with a digest of the code that measures: a study measures anew what other code measured.
+    """The program's version, with a digest of the code that measures: a study measures anew what
+    other code measured.
 
     That is the modules of ``works``, and all of ours that these import.
     """
     digest = hashlib.sha256()
     files = with_imported({Path(inspect.getfile(work)) for work in works.values()})
-    for text in sorted(file.read_bytes() for file in files):  # wherever they lie: other machines have them elsewhere
+    # wherever they lie: other machines have them elsewhere
+    for text in sorted(file.read_bytes() for file in files):
         digest.update(text)
     return f"{version('place-rings')}+{digest.hexdigest()[:16]}"
 
@@ -46,7 +48,11 @@ def _imported(file: Path) -> Iterator[Path]:
         parts = node.module.split(".") if node.module else []
         if not node.level and parts[0] != "place_rings":
             continue
-        place = file.parents[node.level - 1].joinpath(*parts) if node.level else _ROOMS.joinpath(*parts[1:])
+        place = (
+            file.parents[node.level - 1].joinpath(*parts)
+            if node.level
+            else _ROOMS.joinpath(*parts[1:])
+        )
         candidates = (
             place.with_suffix(".py"),
             *(place / f"{name}.py" for name in ("__init__", *(a.name for a in node.names))),
@@ -64,8 +70,8 @@ def run(
 
     Args:
         cells: what to measure; cells that share costly preparation best stand side by side.
-        works: the functions that cells name; each takes a cell's arguments by keyword and returns what JSON can hold.
-        store: gives and keeps results.
+        works: the functions that cells name; each takes a cell's arguments by keyword and returns
+            what JSON can hold. store: gives and keeps results.
         tell: is given how many cells are done, of how many.
     """
     found = []

@@ -1,8 +1,10 @@
-"""Finished cells of a study, kept in an SQLite file, so that a study that was stopped goes on where it was.
+"""Finished cells of a study, kept in an SQLite file, so that a study that was stopped goes on where
+it was.
 
-A cell is one measurement: the name of a work and its arguments, both of which JSON can hold. Each is stored at once when it
-is finished; a kill loses only what was being measured. One process at a time has the file: the lock is the database's own,
-so that it ends with the process, however that ends.
+A cell is one measurement: the name of a work and its arguments, both of which JSON can hold. Each
+is stored at once when it is finished; a kill loses only what was being measured. One process at a
+time has the file: the lock is the database's own, so that it ends with the process, however that
+ends.
 """
 
 import json
@@ -19,7 +21,9 @@ _FORM = 1  # of the table; a file of another form is refused
 
 @dataclass(frozen=True)
 class Cell:
-    """One measurement: ``work`` names a function, ``arguments`` (JSON) is what it is called with."""
+    """One measurement: ``work`` names a function, ``arguments`` (JSON) is what it is called
+    with.
+    """
 
     work: str
     arguments: Mapping[str, Any]
@@ -31,7 +35,9 @@ class Cell:
 
 
 class Store:
-    """A file of results by cell. ``version``: of the program; what another version measured is measured again."""
+    """A file of results by cell. ``version``: of the program; what another version measured is
+    measured again.
+    """
 
     def __init__(self, file: Path, version: str) -> None:
         """Open or make ``file``, and keep others out of it.
@@ -48,17 +54,22 @@ class Store:
             form = self._base.execute("PRAGMA user_version").fetchone()[0]
             tables = self._base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
             if form != _FORM and tables:
-                raise UserError(f"{file}: found a database of form {form}, allowed: form {_FORM}, or no file")
+                raise UserError(
+                    f"{file}: found a database of form {form}, allowed: form {_FORM}, or no file"
+                )
             self._base.execute(
-                "CREATE TABLE IF NOT EXISTS cells"
-                " (key TEXT, version TEXT, result TEXT NOT NULL, seconds REAL NOT NULL, PRIMARY KEY (key, version))"
+                "CREATE TABLE IF NOT EXISTS cells (key TEXT, version TEXT, result TEXT NOT NULL,"
+                " seconds REAL NOT NULL, PRIMARY KEY (key, version))"
             )
             self._base.execute(f"PRAGMA user_version = {_FORM}")
         except sqlite3.Error as error:
             if error.sqlite_errorcode == sqlite3.SQLITE_BUSY:
-                raise UserError(f"{file}: found another study running into this folder, allowed: one at a time") from error
+                raise UserError(
+                    f"{file}: found another study running into this folder, allowed: one at a time"
+                ) from error
             raise UserError(
-                f"{file}: found a file that is no database of cells ({error}), allowed: one, or no file"
+                f"{file}: found a file that is no database of cells ({error}), allowed: one, or no"
+                " file"
             ) from error
 
     def __enter__(self) -> Self:
@@ -76,7 +87,10 @@ class Store:
     def put(self, cell: Cell, result: Any, seconds: float) -> None:
         """Keep the result of a cell; where there is one already, that one stays."""
         text = json.dumps(result, allow_nan=False)
-        self._base.execute("INSERT OR IGNORE INTO cells VALUES (?, ?, ?, ?)", (cell.key, self.version, text, seconds))
+        self._base.execute(
+            "INSERT OR IGNORE INTO cells VALUES (?, ?, ?, ?)",
+            (cell.key, self.version, text, seconds),
+        )
 
     def seconds(self) -> float:
         """What all cells of this version took, s."""

@@ -1,7 +1,9 @@
-"""What the paper measured of coverage, and what it leaves open: the cells of the study and their results as rows.
+"""What the paper measured of coverage, and what it leaves open: the cells of the study and their
+results as rows.
 
-Every zeta is counted under `centre` at 1 cm, which has no bias, and under `touch` at 10 cm, which is how the published
-numbers can have come about; on both UR10 chains, as the paper does not say which frames it used.
+Every zeta is counted under `centre` at 1 cm, which has no bias, and under `touch` at 10 cm, which
+is how the published numbers can have come about; on both UR10 chains, as the paper does not say
+which frames it used.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -27,7 +29,8 @@ NEAR, FAR = SHELLS[0], SHELLS[-1]
 TARGETS = (Target("V_O"), Target("V_T"), Target("V_OT"), NEAR, FAR)
 PUBLISHED = {str(NEAR): 96.73, str(FAR): 69.80}  # percent, of n3_16_55
 COUNTS: tuple[tuple[Rule, float], ...] = (("centre", 0.01), ("touch", 0.1))
-BUDGETS = {48: 1, 80: 2, 112: 3}  # sensors, and rings on each link, of 16 sensors each, that make them
+# sensors, and rings on each link, of 16 sensors each, that make them
+BUDGETS = {48: 1, 80: 2, 112: 3}
 GOALS = {"near": (NEAR,), "far": (FAR,), "both": (NEAR, FAR)}
 CHAINS = PAPER_ROBOTS
 ALONG = 25  # poses along one cycle of the task
@@ -35,8 +38,8 @@ ALONG = 25  # poses along one cycle of the task
 
 @dataclass(frozen=True)
 class CoverageRow:
-    """One zeta: table and variant it belongs to, chain, setup, target, rule, voxel in m, percent; ``at`` is what the table
-    sweeps: an angle in degrees, a time in s."""
+    """One zeta: table and variant it belongs to, chain, setup, target, rule, voxel in m, percent;
+    ``at`` is what the table sweeps: an angle in degrees, a time in s."""
 
     table: str
     chain: str
@@ -67,9 +70,17 @@ def scene(chain: str, q: Float[np.ndarray, " J"] | None = None, **keys: Any) -> 
     return {"robot": chain, "poses": [{"q_deg": angles}], **keys}
 
 
-def question(row: CoverageRow, where: Mapping[str, Any], setup: str | Rings, target: Target) -> Question:
+def question(
+    row: CoverageRow, where: Mapping[str, Any], setup: str | Rings, target: Target
+) -> Question:
     """A row and the cell that fills it."""
-    arguments = {"setup": setup, "target": target.name, "radius": target.radius, "rule": row.rule, "voxel": row.voxel}
+    arguments = {
+        "setup": setup,
+        "target": target.name,
+        "radius": target.radius,
+        "rule": row.rule,
+        "voxel": row.voxel,
+    }
     return row, Cell("zeta", {"scene": where, **arguments})
 
 
@@ -90,13 +101,22 @@ def searches(seed: int = 0) -> dict[str, Cell]:
 
 
 def configurations(searched: Mapping[str, Rings]) -> list[Question]:
-    """The paper's bar chart: its six setups on both chains, and the searched ones on the chain they were searched for."""
+    """The paper's bar chart: its six setups on both chains, and the searched ones on the chain they
+    were searched for.
+    """
     return [
-        question(CoverageRow("configurations", chain, "", 0.0, name, str(target), rule, voxel), scene(chain), setup, target)
+        question(
+            CoverageRow("configurations", chain, "", 0.0, name, str(target), rule, voxel),
+            scene(chain),
+            setup,
+            target,
+        )
         for chain in CHAINS
         for rule, voxel in COUNTS
         for target in dict.fromkeys([*TARGETS, *SHELLS])
-        for name, setup in ({n: n for n in SETUPS} | (dict(searched) if chain == "ur10" else {})).items()
+        for name, setup in (
+            {n: n for n in SETUPS} | (dict(searched) if chain == "ur10" else {})
+        ).items()
     ]
 
 
@@ -123,10 +143,21 @@ def cycle(searched: Mapping[str, Rings]) -> list[Question]:
     starts = np.flatnonzero(np.diff(motion.swing.astype(int)) > 0)
     middle = int(np.searchsorted(starts, top)) - 1
     first, last = starts[max(middle - 1, 0)], starts[min(middle + 1, len(starts) - 1)]
-    setups = {n: n for n in ("n2_16_25", "n2_16_55", "n3_16_55")} | {n: searched[n] for n in ("both 80", "both 112")}
+    setups = {n: n for n in ("n2_16_25", "n2_16_55", "n3_16_55")} | {
+        n: searched[n] for n in ("both 80", "both 112")
+    }
     return [
         question(
-            CoverageRow("cycle", "ur10", "", round(float(motion.time_s[i]), 3), name, str(target), "centre", 0.02),
+            CoverageRow(
+                "cycle",
+                "ur10",
+                "",
+                round(float(motion.time_s[i]), 3),
+                name,
+                str(target),
+                "centre",
+                0.02,
+            ),
             scene("ur10", motion.q[i]),
             setup,
             target,
@@ -137,11 +168,16 @@ def cycle(searched: Mapping[str, Rings]) -> list[Question]:
     ]
 
 
-def answer(questions: Iterable[Question], run: Callable[[list[Cell]], list[Any]]) -> list[CoverageRow]:
+def answer(
+    questions: Iterable[Question], run: Callable[[list[Cell]], list[Any]]
+) -> list[CoverageRow]:
     """The rows with their zeta, where ``run`` measures cells."""
     asked = list(questions)
     results = run([cell for _, cell in asked])
-    return [replace(row, zeta_percent=round(r["zeta_percent"], 4)) for (row, _), r in zip(asked, results, strict=True)]
+    return [
+        replace(row, zeta_percent=round(r["zeta_percent"], 4))
+        for (row, _), r in zip(asked, results, strict=True)
+    ]
 
 
 def records(rows: Iterable[CoverageRow]) -> list[dict[str, Any]]:

@@ -1,4 +1,6 @@
-"""The paper's last figure and what it names as its next step: the minimum distance as the rings make it, cell by cell."""
+"""The paper's last figure and what it names as its next step: the minimum distance as the rings
+make it, cell by cell.
+"""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -38,7 +40,13 @@ def distances(searched: Mapping[str, Rings], seed: int = 0) -> dict[tuple[Key, i
         for thing in THINGS:
             for path in range(seed, seed + PATHS):
                 for mode in MODES:
-                    arguments = {"robot": "ur10", "setup": setup, "thing": thing, "seed": path, "mode": mode}
+                    arguments = {
+                        "robot": "ur10",
+                        "setup": setup,
+                        "thing": thing,
+                        "seed": path,
+                        "mode": mode,
+                    }
                     timing = {"rate": RATE, "duration": DURATION}
                     found[(name, mode, thing), path] = Cell("minimum distance", arguments | timing)
     return found
@@ -50,7 +58,10 @@ def approaches(searched: Mapping[str, Rings]) -> dict[str, Cell]:
     q_deg = np.round(np.degrees(motion.q[top]), 6).tolist()
     setups = {name: searched.get(name, name) for name in APPROACHED}
     return {
-        name: Cell("unseen approach", {"robot": "ur10", "setup": setup, "q_deg": q_deg, "radii": list(BALLS)})
+        name: Cell(
+            "unseen approach",
+            {"robot": "ur10", "setup": setup, "q_deg": q_deg, "radii": list(BALLS)},
+        )
         for name, setup in setups.items()
     }
 
@@ -80,7 +91,15 @@ def time_line(searched: Mapping[str, Rings], seed: int) -> dict[str, Series]:
     motion = task("ur10")[0].every(20.0)
     keep = motion.time_s <= DURATION
     return {
-        name: series(ROBOTS["ur10"], built(name, searched), motion.time_s[keep], motion.q[keep], "human", seed, "shadow")
+        name: series(
+            ROBOTS["ur10"],
+            built(name, searched),
+            motion.time_s[keep],
+            motion.q[keep],
+            "human",
+            seed,
+            "shadow",
+        )
         for name in TOLD
     }
 
@@ -97,9 +116,13 @@ def records(results: Results) -> list[dict[str, Any]]:
 def gain(
     results: Results, before: str, after: str, mode: str, thing: str = "human", key: str = "rmse_m"
 ) -> tuple[float, float]:
-    """Mean and half width of the 95 % interval of the difference between two setups on the same paths."""
+    """Mean and half width of the 95 % interval of the difference between two setups on the same
+    paths.
+    """
     pairs = zip(results[before, mode, thing], results[after, mode, thing], strict=True)
-    differences = [{"d": b[key] - a[key]} for a, b in pairs if a[key] is not None and b[key] is not None]  # type: ignore[operator]
+    differences = [
+        {"d": b[key] - a[key]} for a, b in pairs if a[key] is not None and b[key] is not None
+    ]  # type: ignore[operator]
     return summary(differences)["d"]
 
 
@@ -110,12 +133,19 @@ def statement(results: Results) -> Statement:
         steps = [gain(results, a, b, mode) for a, b in pairwise(GROWTH)]
         sure += [mean + half < 0 for mean, half in steps]
         falls += [mean < 0 for mean, _ in steps]
-        parts.append(f"{mode}: " + ", ".join(f"{100 * mean:+.1f} ± {100 * half:.1f} cm" for mean, half in steps))
+        parts.append(
+            f"{mode}: "
+            + ", ".join(f"{100 * mean:+.1f} ± {100 * half:.1f} cm" for mean, half in steps)
+        )
     verdict = Verdict.AGREES if all(sure) else Verdict.UNDECIDED if any(falls) else Verdict.DIFFERS
     return Statement(
         "The error of the minimum distance falls as sensors per ring and rings per link grow.",
         "change of the RMSE, " + " → ".join(GROWTH) + "; " + "; ".join(parts),
         verdict,
         f"Paired differences over {PATHS} paths with 95 % intervals. "
-        + ("Every step is a sure gain." if all(sure) else "Not every step is a gain that these paths make sure of."),
+        + (
+            "Every step is a sure gain."
+            if all(sure)
+            else "Not every step is a gain that these paths make sure of."
+        ),
     )

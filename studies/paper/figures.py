@@ -8,7 +8,19 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ...reporting.plots import COLOURS, GREY, INK, MARKERS, plain, save, sheet
-from .coverage_cells import BUDGETS, COUNTS, FAR, GOALS, NEAR, PUBLISHED, RADII, SETUPS, TARGETS, THETAS, CoverageRow
+from .coverage_cells import (
+    BUDGETS,
+    COUNTS,
+    FAR,
+    GOALS,
+    NEAR,
+    PUBLISHED,
+    RADII,
+    SETUPS,
+    TARGETS,
+    THETAS,
+    CoverageRow,
+)
 from .open_choices import AS_CHOSEN
 from .open_choices import SETUPS as OPEN_SETUPS
 
@@ -33,7 +45,11 @@ def configurations(rows: Sequence[CoverageRow], file: Path) -> None:
     for ax, (rule, _) in zip(axes, COUNTS, strict=True):
         for k, target in enumerate(map(str, TARGETS)):
             height = [value(rows, chain="ur10", setup=n, target=target, rule=rule) for n in names]
-            x = np.arange(len(names)) + 0.16 * (k - 2) + 0.25 * (np.arange(len(names)) >= len(SETUPS))
+            x = (
+                np.arange(len(names))
+                + 0.16 * (k - 2)
+                + 0.25 * (np.arange(len(names)) >= len(SETUPS))
+            )
             ax.bar(x, height, 0.15, color=COLOURS[k], label=target)
         for target, said in PUBLISHED.items():
             place = names.index("n3_16_55") + 0.16 * ([str(t) for t in TARGETS].index(target) - 2)
@@ -45,7 +61,9 @@ def configurations(rows: Sequence[CoverageRow], file: Path) -> None:
         ax.grid(False, axis="x")
     at = [*range(len(SETUPS)), *(len(SETUPS) + 0.25 + k for k in range(len(searched)))]
     axes[-1].set_xticks(at, [*SETUPS, *(name.replace(" ", "\n") for name in searched)])
-    axes[-1].set_xlabel("setups of the paper, and setups searched for near, far or both with 48, 80 or 112 sensors")
+    axes[-1].set_xlabel(
+        "setups of the paper, and setups searched for near, far or both with 48, 80 or 112 sensors"
+    )
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=6, frameon=False)
     save(figure, file)
@@ -53,27 +71,53 @@ def configurations(rows: Sequence[CoverageRow], file: Path) -> None:
 
 def _best(rows: Sequence[CoverageRow], rule: str, target: str) -> float:
     """The best that a searched setup of 80 sensors reaches; NaN where none was counted."""
-    found = [r.zeta_percent for r in rows if (r.rule, r.target) == (rule, target) and r.setup in _EIGHTY]
+    found = [
+        r.zeta_percent for r in rows if (r.rule, r.target) == (rule, target) and r.setup in _EIGHTY
+    ]
     return max(found, default=float("nan"))
 
 
 def _searched(ax: Axes, levels: dict[str, tuple[float, str]]) -> None:
     """Marks at the right edge for what a searched setup of 80 sensors reaches."""
     for level, colour in levels.values():
-        ax.plot([1.0, 1.025], [level, level], color=colour, lw=2.5, transform=ax.get_yaxis_transform(), clip_on=False)
+        ax.plot(
+            [1.0, 1.025],
+            [level, level],
+            color=colour,
+            lw=2.5,
+            transform=ax.get_yaxis_transform(),
+            clip_on=False,
+        )
 
 
-def tilts(rows: Sequence[CoverageRow], configurations: Sequence[CoverageRow], targets: Sequence[str], file: Path) -> None:
-    """Lines: n2_16_theta over theta, both rules and chains; the searched setup of 80 sensors as marks at the right."""
+def tilts(
+    rows: Sequence[CoverageRow],
+    configurations: Sequence[CoverageRow],
+    targets: Sequence[str],
+    file: Path,
+) -> None:
+    """Lines: n2_16_theta over theta, both rules and chains; the searched setup of 80 sensors as
+    marks at the right.
+    """
     figure = sheet(12, 8.4)
     axes = figure.subplots(2, 2, sharex=True, sharey=True)
     for line, chain in zip(axes, ("ur10", "ur10_dh"), strict=True):
         for ax, (rule, _) in zip(line, COUNTS, strict=True):
             for k, target in enumerate(targets):
-                zeta = [value(rows, chain=chain, rule=rule, target=target, at=theta) for theta in THETAS]
-                ax.plot(THETAS, zeta, color=COLOURS[k], marker=MARKERS[k], ms=4, lw=1.6, label=target)
+                zeta = [
+                    value(rows, chain=chain, rule=rule, target=target, at=theta) for theta in THETAS
+                ]
+                ax.plot(
+                    THETAS, zeta, color=COLOURS[k], marker=MARKERS[k], ms=4, lw=1.6, label=target
+                )
             if chain == "ur10":
-                _searched(ax, {t: (_best(configurations, rule, t), COLOURS[k]) for k, t in enumerate(targets)})
+                _searched(
+                    ax,
+                    {
+                        t: (_best(configurations, rule, t), COLOURS[k])
+                        for k, t in enumerate(targets)
+                    },
+                )
             plain(ax, f"{chain}, {COUNT_NAMES[rule]}")
             ax.set_ylim(25, 101)
             ax.set_xticks(THETAS)
@@ -84,7 +128,9 @@ def tilts(rows: Sequence[CoverageRow], configurations: Sequence[CoverageRow], ta
     handles, labels = axes[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=len(targets), frameon=False)
     figure.supxlabel(
-        "bars at the right edge of the upper panels: the best of the searched setups of 80 sensors", fontsize=9, color=GREY
+        "bars at the right edge of the upper panels: the best of the searched setups of 80 sensors",
+        fontsize=9,
+        color=GREY,
     )
     save(figure, file)
 
@@ -126,7 +172,11 @@ def openness(rows: Sequence[CoverageRow], file: Path) -> None:
     axes = figure.subplots(1, len(targets), sharey=True)
     for ax, target in zip(axes, targets, strict=True):
         for k, name in enumerate(OPEN_SETUPS):
-            mine = {r.variant: r.zeta_percent for r in rows if (r.target, r.setup, r.rule) == (target, name, "centre")}
+            mine = {
+                r.variant: r.zeta_percent
+                for r in rows
+                if (r.target, r.setup, r.rule) == (target, name, "centre")
+            }
             moved = [mine[v] - mine[AS_CHOSEN] for v in variants]
             y = np.arange(len(variants)) + 0.16 * (k - 1.5)
             ax.plot(moved, y, MARKERS[k], color=COLOURS[k], ms=5, label=name)
@@ -135,5 +185,7 @@ def openness(rows: Sequence[CoverageRow], file: Path) -> None:
         ax.set_yticks(range(len(variants)), variants)
     axes[0].invert_yaxis()
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(OPEN_SETUPS), frameon=False)
+    figure.legend(
+        handles, labels, loc="outside upper center", ncols=len(OPEN_SETUPS), frameon=False
+    )
     save(figure, file)

@@ -1,4 +1,6 @@
-"""The octree pictures: a setup's volumes and their voxels, shells of several radii, and one cone at several voxel sizes."""
+"""The octree pictures: a setup's volumes and their voxels, shells of several radii, and one cone at
+several voxel sizes.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,7 +20,17 @@ from ...reporting.plots import GREY, INK
 from ...reporting.rendering.faces import circle, cone
 from ...reporting.rendering.sheet import UNSEEN_COLOUR, Sheet, write_png
 from ...reporting.rendering.voxels import add_axes, add_bar, add_skin, normals, skin
-from .octree_view import EYE, SHELL_COLOUR, OctreeView, draw_both, draw_cones, draw_discs, draw_left, paler, sheet_of
+from .octree_view import (
+    EYE,
+    SHELL_COLOUR,
+    OctreeView,
+    draw_both,
+    draw_cones,
+    draw_discs,
+    draw_left,
+    paler,
+    sheet_of,
+)
 
 CONE_VOXELS = (0.2, 0.1, 0.05, 0.025)  # m
 PAPER_CONE, PAPER_OCTREE = 0.173, 0.17  # m^3: the paper's cone, by its formula and by its octree
@@ -26,13 +38,16 @@ _RULES: dict[Rule, tuple[str, str]] = {
     "centre": ("#0072B2", "its centre is inside"),
     "touch": ("#D55E00", "any part is inside"),
 }
-_OFF = CONE_VOXELS[-1] / 3  # m from the lattice, on each axis: an apex on it would touch more than others do
+# m from the lattice, on each axis: an apex on it would touch more than others do
+_OFF = CONE_VOXELS[-1] / 3
 PLACES = 100  # of a cone on the lattice, over which a volume is averaged
 _DISCS, _METAL = 0.1, "#aab3bc"  # m between the discs of a cone; its colour
 _DPI, _FINER = 150, 2  # of the file, and pixels a side that are drawn for one of its
 
 
-def _axes(size: tuple[float, float], rows: int, columns: int, **space: float) -> tuple[Figure, list[Axes]]:
+def _axes(
+    size: tuple[float, float], rows: int, columns: int, **space: float
+) -> tuple[Figure, list[Axes]]:
     """A figure of ``size`` in inches and its axes, row by row."""
     figure = Figure(figsize=size, dpi=_DPI, facecolor="white")
     axes = figure.subplots(rows, columns, squeeze=False, gridspec_kw=space)
@@ -43,7 +58,9 @@ def _axes(size: tuple[float, float], rows: int, columns: int, **space: float) ->
 
 def _head(figure: Figure, title: str, text: str) -> None:
     height = figure.get_size_inches()[1]
-    figure.text(0.5, 1 - 0.2 / height, title, fontsize=15, color=INK, weight="bold", ha="center", va="top")
+    figure.text(
+        0.5, 1 - 0.2 / height, title, fontsize=15, color=INK, weight="bold", ha="center", va="top"
+    )
     figure.text(0.5, 1 - 0.52 / height, text, fontsize=10.5, color=GREY, ha="center", va="top")
 
 
@@ -62,8 +79,8 @@ def _title(ax: Axes, name: str, text: str) -> None:
 
 
 def _fit(sheets: Sequence[Sheet], alike: bool) -> None:
-    """Zoom to what is drawn, on all sheets ``alike`` or on each, and draw scales below it: alike ones once, and the base
-    frame's axes once."""
+    """Zoom to what is drawn, on all sheets ``alike`` or on each, and draw scales below it: alike
+    ones once, and the base frame's axes once."""
     limits = np.array([(s.ax.dataLim.min, s.ax.dataLim.max) for s in sheets])
     if alike:
         limits[:] = limits[:, 0].min(axis=0), limits[:, 1].max(axis=0)
@@ -82,12 +99,27 @@ def _fit(sheets: Sequence[Sheet], alike: bool) -> None:
 
 def _key(figure: Figure, view: OctreeView, *more: tuple[Any, str]) -> None:
     """Say below what the colours of the voxels mean."""
-    seen = [(view.colours[link], f"seen from the {link.replace('_', ' ')}") for link in dict.fromkeys(view.links)]
-    patches = [Patch(fc=colour, label=label) for colour, label in (*seen, (SHELL_COLOUR, "V_S, unseen"), *more)]
-    figure.legend(handles=patches, loc="lower center", ncols=len(patches), frameon=False, fontsize=9.5, columnspacing=1.4)
+    seen = [
+        (view.colours[link], f"seen from the {link.replace('_', ' ')}")
+        for link in dict.fromkeys(view.links)
+    ]
+    patches = [
+        Patch(fc=colour, label=label)
+        for colour, label in (*seen, (SHELL_COLOUR, "V_S, unseen"), *more)
+    ]
+    figure.legend(
+        handles=patches,
+        loc="lower center",
+        ncols=len(patches),
+        frameon=False,
+        fontsize=9.5,
+        columnspacing=1.4,
+    )
 
 
-def four_panels(file: Path, scene: Scene, setup_name: str, radius: float, voxel: float) -> dict[str, float]:
+def four_panels(
+    file: Path, scene: Scene, setup_name: str, radius: float, voxel: float
+) -> dict[str, float]:
     """Draw V_S as it is swept, V_FOV, the voxels of both and the voxels of V_S that no sensor sees.
 
     Args:
@@ -98,72 +130,110 @@ def four_panels(file: Path, scene: Scene, setup_name: str, radius: float, voxel:
         voxel: side of the voxels, which count by their centres, m.
 
     Returns:
-        What is drawn: radius, voxel, shell_voxels, fov_voxels, covered_voxels, left_voxels, shell_m3, fov_m3 and
-        zeta_percent.
+        What is drawn: radius, voxel, shell_voxels, fov_voxels, covered_voxels, left_voxels,
+            shell_m3, fov_m3 and zeta_percent.
     """
     view = OctreeView.of(scene, setup_name, radius, voxel)
     found = view.numbers()
-    figure, axes = _axes((10, 9.7), 2, 2, left=0.02, right=0.98, bottom=0.045, top=0.865, hspace=0.14, wspace=0.06)
+    figure, axes = _axes(
+        (10, 9.7), 2, 2, left=0.02, right=0.98, bottom=0.045, top=0.865, hspace=0.14, wspace=0.06
+    )
     counts = f"{found['shell_voxels']:,} and {found['fov_voxels']:,} voxels of {100 * voxel:g} cm"
-    optics = f"{view.setup.sensors} cones of {np.degrees(scene.sensor.fov):g}°, {scene.sensor.range_m:g} m"
+    optics = (
+        f"{view.setup.sensors} cones of {np.degrees(scene.sensor.fov):g}°,"
+        f" {scene.sensor.range_m:g} m"
+    )
     drawings = (
         (draw_discs, "(a)  V_S", "the discs that sweep it: bends grey, straight parts coloured"),
         (draw_cones, "(b)  V_FOV", f"{optics}; those towards the eye in outline"),
         (draw_both, "(c)  Ω(V_S) and Ω(V_FOV), cut open", f"{counts}; pale: outside V_S"),
-        (draw_left, "(d)  Ω(V_S) − Ω(V_FOV), cut open", f"{found['left_voxels']:,} voxels, {found['left_m3']:.2f} m³"),
+        (
+            draw_left,
+            "(d)  Ω(V_S) − Ω(V_FOV), cut open",
+            f"{found['left_voxels']:,} voxels, {found['left_m3']:.2f} m³",
+        ),
     )
     sheets = [sheet_of(ax, view) for ax in axes]
     for sheet, (draw, name, text) in zip(sheets, drawings, strict=True):
         draw(sheet, view)
         _title(sheet.ax, name, text)
     _fit(sheets, alike=False)
-    share = f"{found['covered_voxels']:,} of {found['shell_voxels']:,} voxels seen: ζ = {found['zeta_percent']:.1f} %"
+    share = (
+        f"{found['covered_voxels']:,} of {found['shell_voxels']:,} voxels seen: ζ ="
+        f" {found['zeta_percent']:.1f} %"
+    )
     _head(figure, f"{setup_name}, shell V_S of {radius:g} m", share)
     _key(figure, view, (UNSEEN_COLOUR, "left over (d)"))
     write_png(file, figure, _FINER)
     return found
 
 
-def shells(file: Path, scene: Scene, setup_name: str, radii: tuple[float, ...], voxel: float) -> list[dict[str, float]]:
-    """Draw the voxels of V_S and V_FOV, cut open, for shells of several radii in m, all to one scale.
+def shells(
+    file: Path, scene: Scene, setup_name: str, radii: tuple[float, ...], voxel: float
+) -> list[dict[str, float]]:
+    """Draw the voxels of V_S and V_FOV, cut open, for shells of several radii in m, all to one
+    scale.
 
     The other arguments and what each of the dictionaries holds: see ``four_panels``.
     """
     views = [OctreeView.of(scene, setup_name, radius, voxel) for radius in radii]
     found = [view.numbers() for view in views]
     width = 0.15 + 4.1 * len(radii)
-    figure, axes = _axes((width, 5.1), 1, len(radii), left=0.01, right=0.99, bottom=0.07, top=0.75, wspace=0.04)
+    figure, axes = _axes(
+        (width, 5.1), 1, len(radii), left=0.01, right=0.99, bottom=0.07, top=0.75, wspace=0.04
+    )
     sheets = [sheet_of(ax, view) for ax, view in zip(axes, views, strict=True)]
     for letter, sheet, view, shown in zip("abcdefgh", sheets, views, found, strict=False):
         draw_both(sheet, view)
-        share = f"{shown['covered_voxels']:,} of {shown['shell_voxels']:,} voxels seen: ζ = {shown['zeta_percent']:.1f} %"
+        share = (
+            f"{shown['covered_voxels']:,} of {shown['shell_voxels']:,} voxels seen: ζ ="
+            f" {shown['zeta_percent']:.1f} %"
+        )
         _title(sheet.ax, f"({letter})  r_S = {shown['radius']:g} m", share)
     _fit(sheets, alike=True)
-    _head(figure, f"{setup_name}, shells V_S of several radii", f"voxels of {100 * voxel:g} cm, cut open")
+    _head(
+        figure,
+        f"{setup_name}, shells V_S of several radii",
+        f"voxels of {100 * voxel:g} cm, cut open",
+    )
     _key(figure, views[0], (paler(GREY, 0.55), "paler: seen, outside V_S"))
     write_png(file, figure, _FINER)
     return found
 
 
 def _anywhere(cones: Cones, voxel: float, rule: Rule) -> tuple[float, float]:
-    """Mean and standard deviation, m^3, of the volume by count over drawn places of the cones on the lattice."""
+    """Mean and standard deviation, m^3, of the volume by count over drawn places of the cones on
+    the lattice.
+    """
     moved = np.random.default_rng(0).uniform(0, voxel, (PLACES, 1, 3)) + cones.apex
-    counts = [count(Cones(apex, cones.axis, cones.half_angle, cones.range_m), voxel, rule) for apex in moved]
+    counts = [
+        count(Cones(apex, cones.axis, cones.half_angle, cones.range_m), voxel, rule)
+        for apex in moved
+    ]
     return float(np.mean(counts)) * voxel**3, float(np.std(counts)) * voxel**3
 
 
 def one_cone(file: Path) -> list[dict[str, float | str]]:
-    """Draw the paper's cone, the discs it is cut into, and its voxels of several sizes under the rules centre and touch.
+    """Draw the paper's cone, the discs it is cut into, and its voxels of several sizes under the
+    rules centre and touch.
 
     Returns:
-        For each rule and size: rule, voxel m, voxels, volume_m3, closed_form_m3, error_percent, and over drawn places of
-        the cone on the lattice mean_m3 and deviation_m3.
+        For each rule and size: rule, voxel m, voxels, volume_m3, closed_form_m3, error_percent, and
+            over drawn places of the cone on the lattice mean_m3 and deviation_m3.
     """
     axis, apex = np.array([0.0, 0.0, 1.0]), np.full(3, _OFF)
     half, height, truth = PAPER_SENSOR.fov / 2, PAPER_SENSOR.range_m, PAPER_SENSOR.volume
     solid = Cones(apex[None], axis[None], np.array([half]), np.array([height]))
     figure, axes = _axes(
-        (10, 9), 2, 1 + len(CONE_VOXELS), left=0.02, right=0.99, bottom=0.02, top=0.8, hspace=0.27, wspace=0.04
+        (10, 9),
+        2,
+        1 + len(CONE_VOXELS),
+        left=0.02,
+        right=0.99,
+        bottom=0.02,
+        top=0.8,
+        hspace=0.27,
+        wspace=0.04,
     )
     sheets = [Sheet(ax, solid.bounds(), *EYE) for ax in axes]
     rim = circle(apex + height * axis, axis, height * np.tan(half))
@@ -176,20 +246,36 @@ def one_cone(file: Path) -> list[dict[str, float | str]]:
         sheets[5].add([depth.mean()], xy[None], paler(_METAL, 0.3), GREY, 0.7)
     _title(axes[5], "Discs", f"{_DISCS:g} m apart\n\n")
     rows: list[dict[str, float | str]] = []
-    for sheet, (rule, voxel) in zip([*sheets[1:5], *sheets[6:]], [(r, v) for r in _RULES for v in CONE_VOXELS], strict=True):
+    for sheet, (rule, voxel) in zip(
+        [*sheets[1:5], *sheets[6:]], [(r, v) for r in _RULES for v in CONE_VOXELS], strict=True
+    ):
         found = voxels(solid, voxel, rule)
         s = skin(found, sheet.rotation[2])
         line = 0.5 if voxel > CONE_VOXELS[-1] else 0.25
-        add_skin(sheet, s, paler(_RULES[rule][0], 0.3), normals(solid, s.centres, voxel), 0.4, 1.12, line=line)
+        add_skin(
+            sheet,
+            s,
+            paler(_RULES[rule][0], 0.3),
+            normals(solid, s.centres, voxel),
+            0.4,
+            1.12,
+            line=line,
+        )
         sheet.ax.plot(*np.vstack([outline, outline[:1]]).T, color=INK, lw=0.9, zorder=4)
         error = 100 * (found.volume / truth - 1)
         mean, deviation = _anywhere(solid, voxel, rule)
         text = (
-            f"{len(found):,} voxels\n{found.volume:.4f} m³ ({error:+.1f} %)\n{PLACES} places: {mean:.3f} ± {deviation:.3f}"
+            f"{len(found):,} voxels\n{found.volume:.4f} m³ ({error:+.1f} %)\n{PLACES} places:"
+            f" {mean:.3f} ± {deviation:.3f}"
         )
         _title(sheet.ax, f"{rule}, {voxel:g} m", text.replace("-", "−"))
         rows.append({"rule": rule, "voxel": voxel, "voxels": len(found), "volume_m3": found.volume})
-        rows[-1] |= {"closed_form_m3": truth, "error_percent": error, "mean_m3": mean, "deviation_m3": deviation}
+        rows[-1] |= {
+            "closed_form_m3": truth,
+            "error_percent": error,
+            "mean_m3": mean,
+            "deviation_m3": deviation,
+        }
     for sheet in sheets:
         sheet.paint(smooth=False, fit=True)
     _fit(sheets, alike=True)

@@ -1,4 +1,6 @@
-"""A setup and a shell around a robot, drawn four ways: discs, cones, the voxels of both, and the voxels left over."""
+"""A setup and a shell around a robot, drawn four ways: discs, cones, the voxels of both, and the
+voxels left over.
+"""
 
 from dataclasses import dataclass
 from itertools import cycle
@@ -50,12 +52,20 @@ class OctreeView:
 
     @staticmethod
     def of(scene: Scene, setup_name: str, radius: float, voxel: float) -> "OctreeView":
-        """Of the paper's setup of that name, a shell of ``radius`` m and voxels of side ``voxel`` m that count by their
-        centres."""
+        """Of the paper's setup of that name, a shell of ``radius`` m and voxels of side ``voxel`` m
+        that count by their centres."""
         q, setup = scene.poses[0].q, named_setup(setup_name, scene.sensor, scene.ring_radius)
         target = Target("V_S", radius)
         shell, cones = scene.solid(target, 0), sensor_cones(scene.robot, setup, q)
-        return OctreeView(scene, setup, target, shell, cones, target_voxels(shell, voxel, "centre"), voxels(cones, voxel))
+        return OctreeView(
+            scene,
+            setup,
+            target,
+            shell,
+            cones,
+            target_voxels(shell, voxel, "centre"),
+            voxels(cones, voxel),
+        )
 
     @property
     def frames(self) -> Any:
@@ -91,7 +101,10 @@ class OctreeView:
         """Colours (N, 3) of the links whose cones hold the points (N, 3) m the deepest."""
         c, links = self.cones, np.array(self.links)
         parts = {name: np.flatnonzero(links == name) for name in dict.fromkeys(self.links)}
-        depth = [Cones(c.apex[k], c.axis[k], c.half_angle[k], c.range_m[k])(points) for k in parts.values()]
+        depth = [
+            Cones(c.apex[k], c.axis[k], c.half_angle[k], c.range_m[k])(points)
+            for k in parts.values()
+        ]
         return np.array([to_rgb(self.colours[name]) for name in parts])[np.argmin(depth, axis=0)]
 
 
@@ -107,7 +120,9 @@ def _add_robot(sheet: Sheet, view: OctreeView) -> None:
 
 
 def draw_discs(sheet: Sheet, view: OctreeView) -> None:
-    """V_S as it is swept: grey discs where the pose curve bends, a colour each where it is straight."""
+    """V_S as it is swept: grey discs where the pose curve bends, a colour each where it is
+    straight.
+    """
     radius, shape, shades = view.target.radius or 0.0, view.scene.shape, cycle(_STRAIGHT)
     for piece in robot_curve(view.scene.robot, view.scene.poses[0].q, shape).pieces:
         t = np.linspace(0, 1, shape.points_per_bend if piece.bend else 2)
@@ -118,13 +133,17 @@ def draw_discs(sheet: Sheet, view: OctreeView) -> None:
         if not piece.bend:
             sheet.surface(loft(rims), np.array(rgb), 0.5, edges=False)
         outlines, depths = sheet.project(rims)
-        sheet.add(depths.mean(axis=1), outlines, (*rgb, 0.012 if piece.bend else 0.1), (*rgb, 0.6), 0.7)
+        sheet.add(
+            depths.mean(axis=1), outlines, (*rgb, 0.012 if piece.bend else 0.1), (*rgb, 0.6), 0.7
+        )
     _add_robot(sheet, view)
     sheet.paint(smooth=False, fit=True)
 
 
 def draw_cones(sheet: Sheet, view: OctreeView) -> None:
-    """V_FOV: cones in the colours of their links; those that point at the eye in outline, so that the robot is seen."""
+    """V_FOV: cones in the colours of their links; those that point at the eye in outline, so that
+    the robot is seen.
+    """
     c: Any = view.cones
     towards = c.axis @ sheet.rotation[2] > _TOWARDS
     solid = np.flatnonzero(~towards)
@@ -138,7 +157,9 @@ def draw_cones(sheet: Sheet, view: OctreeView) -> None:
     if not towards.any():
         return
     for k in np.flatnonzero(towards):
-        rim = circle(c.apex[k] + c.range_m[k] * c.axis[k], c.axis[k], c.range_m[k] * np.tan(c.half_angle[k]))
+        rim = circle(
+            c.apex[k] + c.range_m[k] * c.axis[k], c.axis[k], c.range_m[k] * np.tan(c.half_angle[k])
+        )
         xy, depth = sheet.project(np.vstack([c.apex[k], rim]))
         hull, rgb = xy[ConvexHull(xy).vertices], to_rgb(view.colours[view.links[k]])
         sheet.add([depth.mean()], hull[None], (*rgb, 0.05), (*rgb, 0.25), 0.5)
@@ -147,7 +168,9 @@ def draw_cones(sheet: Sheet, view: OctreeView) -> None:
 
 
 def _section(sheet: Sheet, view: OctreeView, kept: VoxelSet, solid: Solid, colour: Any) -> None:
-    """A set of voxels cut open upright along the arm, the half nearer to the eye away, without the robot's own V_R."""
+    """A set of voxels cut open upright along the arm, the half nearer to the eye away, without the
+    robot's own V_R.
+    """
     axis = int(np.argmax(np.abs(sheet.rotation[2, :2])))
     line = body(view.scene.robot, view.frames)[:, axis]
     at = round((line.min() + line.max()) / 2 / kept.voxel)  # a plane of the lattice
@@ -165,7 +188,9 @@ def _section(sheet: Sheet, view: OctreeView, kept: VoxelSet, solid: Solid, colou
 
 
 def draw_both(sheet: Sheet, view: OctreeView) -> None:
-    """Omega(V_S) and Omega(V_FOV), cut open: what is seen in the colours of the links, paler where it is not in V_S."""
+    """Omega(V_S) and Omega(V_FOV), cut open: what is seen in the colours of the links, paler where
+    it is not in V_S.
+    """
     both = Union(view.cones, view.shell.a)
     body_voxels = voxels(view.shell.b, view.seen.voxel)
 
@@ -174,10 +199,18 @@ def draw_both(sheet: Sheet, view: OctreeView) -> None:
         of_link = view.colour_at(s.centres)
         return np.where(seen, np.where(wanted, of_link, paler(of_link, 0.55)), to_rgb(SHELL_COLOUR))
 
-    _section(sheet, view, (view.wanted | view.seen) - body_voxels, Difference(both, view.shell.b), colour)
+    _section(
+        sheet, view, (view.wanted | view.seen) - body_voxels, Difference(both, view.shell.b), colour
+    )
 
 
 def draw_left(sheet: Sheet, view: OctreeView) -> None:
     """Omega(V_S) less Omega(V_FOV), cut open."""
     left = Difference(view.shell, view.cones)
-    _section(sheet, view, view.wanted - view.seen, left, lambda s: np.tile(paler(UNSEEN_COLOUR, 0.1), (len(s.numbers), 1)))
+    _section(
+        sheet,
+        view,
+        view.wanted - view.seen,
+        left,
+        lambda s: np.tile(paler(UNSEEN_COLOUR, 0.1), (len(s.numbers), 1)),
+    )

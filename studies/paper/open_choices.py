@@ -25,7 +25,9 @@ POSES_DEG = {
 
 @dataclass(frozen=True)
 class Variant:
-    """One choice made otherwise: keys of the scene, changes of the rings, and a factor on the side of the voxels."""
+    """One choice made otherwise: keys of the scene, changes of the rings, and a factor on the side
+    of the voxels.
+    """
 
     name: str
     keys: dict[str, Any] = field(default_factory=dict)
@@ -33,15 +35,24 @@ class Variant:
     voxels: float = 1.0
 
 
-def rings(name: str, radius: float = RING_RADIUS, phase_deg: float = 0.0, inset: float = 0.0) -> Rings:
-    """The paper's setup with other rings: their radius m, their phase, and how far the ends' rings stand inside, as a
-    share of the link."""
+def rings(
+    name: str, radius: float = RING_RADIUS, phase_deg: float = 0.0, inset: float = 0.0
+) -> Rings:
+    """The paper's setup with other rings: their radius m, their phase, and how far the ends' rings
+    stand inside, as a share of the link."""
     setup = named_setup(name, radius=radius)
     moved = [
-        replace(r, phase=np.radians(phase_deg), position=min(max(r.position, inset), 1 - inset) if r.link != "tool" else 0.0)
+        replace(
+            r,
+            phase=np.radians(phase_deg),
+            position=min(max(r.position, inset), 1 - inset) if r.link != "tool" else 0.0,
+        )
         for r in setup.rings
     ]
-    return [m.model_dump(exclude_none=True) for m in ring_models(replace(setup, rings=tuple(moved)), PAPER_SENSOR)]
+    return [
+        m.model_dump(exclude_none=True)
+        for m in ring_models(replace(setup, rings=tuple(moved)), PAPER_SENSOR)
+    ]
 
 
 def variants() -> list[Variant]:
@@ -49,7 +60,10 @@ def variants() -> list[Variant]:
     return [
         Variant(AS_CHOSEN),
         Variant("chain: ur10_dh", {"robot": "ur10_dh"}),
-        *(Variant(f"pose: {name}", {"poses": [{"q_deg": list(q)}]}) for name, q in POSES_DEG.items()),
+        *(
+            Variant(f"pose: {name}", {"poses": [{"q_deg": list(q)}]})
+            for name, q in POSES_DEG.items()
+        ),
         *(Variant(f"ring radius: {100 * r:g} cm", rings={"radius": r}) for r in (0.06, 0.10, 0.12)),
         *(Variant(f"phase: {p:g}°", rings={"phase_deg": p}) for p in (5.625, 11.25)),
         *(Variant(f"end rings inward: {100 * i:g} %", rings={"inset": i}) for i in (0.05, 0.1)),
@@ -68,7 +82,14 @@ def openness() -> list[Question]:
             for target in TARGETS:
                 for name in SETUPS:
                     row = CoverageRow(
-                        "open", where["robot"], variant.name, 0.0, name, str(target), rule, voxel * variant.voxels
+                        "open",
+                        where["robot"],
+                        variant.name,
+                        0.0,
+                        name,
+                        str(target),
+                        rule,
+                        voxel * variant.voxels,
                     )
                     found.append(question(row, where, rings(name, **variant.rings), target))
     return found

@@ -1,4 +1,6 @@
-"""The page of the reproduced paper: statements and verdicts, tables, figures, and what was chosen."""
+"""The page of the reproduced paper: statements and verdicts, tables, figures, and what was
+chosen.
+"""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -27,16 +29,31 @@ _SCALES, _DIGITS = (1, 1, 1, 1, 100, 1), (3, 2, 2, 2, 0, 2)
 SHOWN, SHOWN_RADIUS, SHOWN_VOXEL = ("n2_16_25", "n3_16_55"), 0.9, 0.04  # of the octree pictures, m
 
 CHOICES = (
-    ("robot", "UR10 (CB3), both by its public URDF (`ur10`) and by its Denavit–Hartenberg table (`ur10_dh`)"),
+    (
+        "robot",
+        (
+            "UR10 (CB3), both by its public URDF (`ur10`) and by its Denavit–Hartenberg table"
+            " (`ur10_dh`)"
+        ),
+    ),
     ("pose", "that of the highest TCP speed in the task below; the paper's is not given"),
     (
         "task",
-        "ten products in two rows of five at 0.98 and 1.10 m, between tables at -90° and +90°; joint speeds 120°/s (base,"
-        " shoulder) and 180°/s, accelerations 80°/s²; each move from rest to rest with trapezoidal speed",
+        (
+            "ten products in two rows of five at 0.98 and 1.10 m, between tables at -90° and +90°;"
+            " joint speeds 120°/s (base, shoulder) and 180°/s, accelerations 80°/s²; each move from"
+            " rest to rest with trapezoidal speed"
+        ),
     ),
     ("rings", "radius 8 cm, phase 0, at 0, 0.5 and 1 of the link; the tool's at the flange"),
     ("pose curve", "bends blended over half of the segments beside them, 20 points a bend"),
-    ("voxel", "1 cm counted at the centre (unbiased); 10 cm counted when touched at any quarter of a side, faces included"),
+    (
+        "voxel",
+        (
+            "1 cm counted at the centre (unbiased); 10 cm counted when touched at any quarter of a"
+            " side, faces included"
+        ),
+    ),
 )
 
 
@@ -47,11 +64,20 @@ def write(findings: Findings, folder: Path, command: str) -> dict[str, str]:
     paper_figures.sweep(f.tilts, f.configurations, folder / "tilts.png")
     paper_figures.shells(f.tilts, f.configurations, folder / "shells.png")
     shown = (motion.time_s >= f.cycle[0].at) & (motion.time_s <= f.cycle[-1].at)
-    paper_figures.cycle(f.cycle, motion.time_s[shown], motion.tcp_speed(ROBOTS["ur10"])[shown], folder / "task.png")
+    paper_figures.cycle(
+        f.cycle, motion.time_s[shown], motion.tcp_speed(ROBOTS["ur10"])[shown], folder / "task.png"
+    )
     paper_figures.openness(f.open, folder / "open.png")
     cones, octrees = _octrees(folder)
     _distances(f, folder)
-    text = "\n".join(_page(f, [*coverage(f.configurations, f.tilts), paper_distance.statement(f.distances)], cones, command))
+    text = "\n".join(
+        _page(
+            f,
+            [*coverage(f.configurations, f.tilts), paper_distance.statement(f.distances)],
+            cones,
+            command,
+        )
+    )
     tables = {name: getattr(f, name) for name in ("configurations", "tilts", "cycle", "open")}
     files = {f"{name}.csv": csv_text(paper.records(rows)) for name, rows in tables.items()}
     files |= {"distances.csv": csv_text(paper_distance.records(f.distances))}
@@ -64,10 +90,14 @@ def _octrees(folder: Path) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     where = scene_from(paper.scene("ur10"))
     found = [
         {"setup": name, "radius": SHOWN_RADIUS}
-        | octree_figures.four_panels(folder / f"octree_{name}.png", where, name, SHOWN_RADIUS, SHOWN_VOXEL)
+        | octree_figures.four_panels(
+            folder / f"octree_{name}.png", where, name, SHOWN_RADIUS, SHOWN_VOXEL
+        )
         for name in SHOWN
     ]
-    octree_figures.shells(folder / "octree_shells.png", where, SHOWN[0], (0.5, 0.9, 1.5), SHOWN_VOXEL)
+    octree_figures.shells(
+        folder / "octree_shells.png", where, SHOWN[0], (0.5, 0.9, 1.5), SHOWN_VOXEL
+    )
     return octree_figures.one_cone(folder / "cone.png"), found
 
 
@@ -77,7 +107,11 @@ def _distances(f: Findings, folder: Path) -> None:
     distance_figures.zones(f.distances, folder / "zones.png")
     distance_figures.monitoring(f.distances, folder / "monitoring.png")
     distance_figures.timeline(
-        paper_distance.time_line(f.searched, 3), PAPER_SENSOR.range_m, folder / "timeline.png", 0, paper_distance.DURATION
+        paper_distance.time_line(f.searched, 3),
+        PAPER_SENSOR.range_m,
+        folder / "timeline.png",
+        0,
+        paper_distance.DURATION,
     )
     motion, top = paper.task("ur10")
     found = {name: paper_distance.approach_of(result) for name, result in f.approaches.items()}
@@ -85,17 +119,40 @@ def _distances(f: Findings, folder: Path) -> None:
     approach_figure.picture(ROBOTS["ur10"], setups, motion.q[top], found, folder / "approach.png")
 
 
-def _page(f: Findings, statements: Sequence[Statement], cones: Sequence[dict[str, Any]], command: str) -> Iterator[str]:
+def _page(
+    f: Findings, statements: Sequence[Statement], cones: Sequence[dict[str, Any]], command: str
+) -> Iterator[str]:
     yield "# The paper, reproduced\n"
-    yield f"`{command}` measured and drew all of this; the numbers are in the CSV files beside it. The paper is Kumar"
-    yield "and Sahin, *Sensing Volume Coverage of Robot Workspace using On-Robot Time-of-Flight Sensor Arrays*"
-    yield "(IEEE SMC 2019). The pose is that of the highest TCP speed in its task, not README's: figures differ a little.\n"
+    yield (
+        f"`{command}` measured and drew all of this; the numbers are in the CSV files beside it."
+        " The paper is Kumar"
+    )
+    yield (
+        "and Sahin, *Sensing Volume Coverage of Robot Workspace using On-Robot Time-of-Flight"
+        " Sensor Arrays*"
+    )
+    yield (
+        "(IEEE SMC 2019). The pose is that of the highest TCP speed in its task, not README's:"
+        " figures differ a little.\n"
+    )
     yield "## What it says, and what is found here\n"
-    yield "Every statement on coverage is put to four readings: both UR10 chains, counted without bias and by touched voxels"
-    yield "of 10 cm; ✗ marks a reading in which it does not hold. It agrees when it holds in all four, differs when"
+    yield (
+        "Every statement on coverage is put to four readings: both UR10 chains, counted without"
+        " bias and by touched voxels"
+    )
+    yield (
+        "of 10 cm; ✗ marks a reading in which it does not hold. It agrees when it holds in all"
+        " four, differs when"
+    )
     yield "in none.\n"
-    whys = ["As above." if s.why in [o.why for o in statements[:i]] else s.why for i, s in enumerate(statements)]
-    rows = ([s.said, f"**{s.verdict.value}**", s.found, why] for s, why in zip(statements, whys, strict=True))
+    whys = [
+        "As above." if s.why in [o.why for o in statements[:i]] else s.why
+        for i, s in enumerate(statements)
+    ]
+    rows = (
+        [s.said, f"**{s.verdict.value}**", s.found, why]
+        for s, why in zip(statements, whys, strict=True)
+    )
     yield table(("published", "verdict", "here", "why"), rows)
     yield "## One cone, and octrees\n"
     yield "![one cone in voxels](cone.png)\n"
@@ -113,7 +170,10 @@ def _page(f: Findings, statements: Sequence[Statement], cones: Sequence[dict[str
     yield "![coverage of all targets over the tilt](tilts.png)\n"
     yield "![coverage of the shell over the tilt, for five radii](shells.png)\n"
     yield "## Along the task\n"
-    yield "A swing of the base alone turns robot, beams and shell together, so that coverage changes only while the other"
+    yield (
+        "A swing of the base alone turns robot, beams and shell together, so that coverage changes"
+        " only while the other"
+    )
     yield "joints move: down to a product, up again, and over to the other row.\n"
     yield "![coverage along one cycle of the task](task.png)\n"
     yield from _monitored(f)
@@ -128,9 +188,18 @@ def _monitored(f: Findings) -> Iterator[str]:
     """The minimum distance in words and tables."""
     yield "## Minimum distance\n"
     yield f"A human of jointed capsules walks and reaches on {paper_distance.PATHS} seeded paths of"
-    yield f"{paper_distance.DURATION:g} s while the robot does its task. Every sensor reads the nearest point of the human"
-    yield "in its beam; the system takes the point at that distance on the beam's axis, and believes the sensors' range"
-    yield "where none reads anything. Errors count while the human is within that range. An engineering aid: none of these"
+    yield (
+        f"{paper_distance.DURATION:g} s while the robot does its task. Every sensor reads the"
+        " nearest point of the human"
+    )
+    yield (
+        "in its beam; the system takes the point at that distance on the beam's axis, and believes"
+        " the sensors' range"
+    )
+    yield (
+        "where none reads anything. Errors count while the human is within that range. An"
+        " engineering aid: none of these"
+    )
     yield "numbers is a safety rating.\n"
     yield "![error of the minimum distance, setup by setup](distance.png)\n"
     heads = (
@@ -142,7 +211,14 @@ def _monitored(f: Findings) -> Iterator[str]:
         "unseen, %",
         "nearest unseen, m",
     )
-    keys = ("rmse_m", "max_error_m", "rmse_speed_base", "rmse_speed_tcp", "unseen_share", "unseen_nearest_m")
+    keys = (
+        "rmse_m",
+        "max_error_m",
+        "rmse_speed_base",
+        "rmse_speed_tcp",
+        "unseen_share",
+        "unseen_nearest_m",
+    )
 
     def line(setup: str) -> list[str]:
         found = summary(f.distances[setup, "shadow", "human"])
@@ -156,12 +232,24 @@ def _monitored(f: Findings) -> Iterator[str]:
     yield table(heads, ([_name(setup), *line(setup)] for setup in setups))
     yield "![true and believed distance over time](timeline.png)\n"
     yield "![error by zone, for a human, a rod, a ball and a parcel](zones.png)\n"
-    yield "The rod, the ball and the parcel ride along the robot at distances of 3 cm to 1.25 m, near the base too, which no"
+    yield (
+        "The rod, the ball and the parcel ride along the robot at distances of 3 cm to 1.25 m, near"
+        " the base too, which no"
+    )
     yield "ring looks at: hence their large errors.\n"
     yield "![closing speeds, and how long and how near a human goes unseen](monitoring.png)\n"
-    yield "How near a ball comes to the moving arm on a way that no beam meets, at the pose of highest TCP speed:\n"
+    yield (
+        "How near a ball comes to the moving arm on a way that no beam meets, at the pose of"
+        " highest TCP speed:\n"
+    )
     names = ["setup", *(f"ball of {200 * r:g} cm ends, cm off" for r in paper_distance.BALLS)]
-    yield table(names, ([_name(name), *(f"{100 * a['gap_m']:.0f}" for a in found)] for name, found in f.approaches.items()))
+    yield table(
+        names,
+        (
+            [_name(name), *(f"{100 * a['gap_m']:.0f}" for a in found)]
+            for name, found in f.approaches.items()
+        ),
+    )
     yield "![the unseen approaches](approach.png)\n"
 
 
@@ -176,10 +264,15 @@ def _configurations(f: Findings) -> Iterator[str]:
         setups = [*SETUPS, *(f.searched if chain == "ur10" else ())]
 
         def cell(setup: str, target: str, chain: str = chain) -> str:
-            found = [value(f.configurations, chain=chain, setup=setup, target=target, rule=rule) for rule, _ in COUNTS]
+            found = [
+                value(f.configurations, chain=chain, setup=setup, target=target, rule=rule)
+                for rule, _ in COUNTS
+            ]
             return f"{found[0]:.1f} ({found[1]:.1f})"
 
-        yield f"Percent on `{chain}`: {COUNT_NAMES['centre']}, in brackets {COUNT_NAMES['touch']}.\n"
+        yield (
+            f"Percent on `{chain}`: {COUNT_NAMES['centre']}, in brackets {COUNT_NAMES['touch']}.\n"
+        )
         yield table(("setup", *names), ([_name(s), *(cell(s, t) for t in names)] for s in setups))
 
 
@@ -193,9 +286,17 @@ def _open(rows: Sequence[CoverageRow]) -> Iterator[str]:
     names = [str(t) for t in OPEN_TARGETS]
 
     def cell(setup: str, target: str, rule: str) -> str:
-        found = [r.zeta_percent for r in rows if (r.setup, r.target, r.rule) == (setup, target, rule)]
+        found = [
+            r.zeta_percent for r in rows if (r.setup, r.target, r.rule) == (setup, target, rule)
+        ]
         return f"{found[0]:.1f}: {np.min(found):.1f} to {np.max(found):.1f}"
 
     heads = [f"{t}, {rule}" for rule, _ in COUNTS for t in names]
-    yield "As chosen, and the least and the greatest over all variants (voxels of half and twice the side among them):\n"
-    yield table(("setup", *heads), ([s, *(cell(s, t, rule) for rule, _ in COUNTS for t in names)] for s in OPEN_SETUPS))
+    yield (
+        "As chosen, and the least and the greatest over all variants (voxels of half and twice the"
+        " side among them):\n"
+    )
+    yield table(
+        ("setup", *heads),
+        ([s, *(cell(s, t, rule) for rule, _ in COUNTS for t in names)] for s in OPEN_SETUPS),
+    )

@@ -25,15 +25,27 @@ def _task(robot: str, rate: float, duration: float) -> TaskMotion:
 def minimum_distance(
     robot: str, setup: str | Rings, thing: str, seed: int, mode: str, rate: float, duration: float
 ) -> dict[str, float | None]:
-    """What rings make of the distance of a human or a thing while the robot does the paper's task: ``distance.cell``."""
+    """What rings make of the distance of a human or a thing while the robot does the paper's task:
+    ``distance.cell``.
+    """
     motion = _task(robot, rate, duration)
     where = scene_from({"robot": robot})
-    return distance_cell(where.robot, setup_from(setup, where), motion.time_s, motion.q, thing, seed, mode)
+    return distance_cell(
+        where.robot, setup_from(setup, where), motion.time_s, motion.q, thing, seed, mode
+    )
 
 
 @register("unseen approach")
-def unseen_approach(robot: str, setup: str | Rings, q_deg: list[float], radii: list[float]) -> list[dict[str, Any]]:
-    """The ways of balls that come nearest to the robot's moving parts without being seen: see ``approach``."""
+def unseen_approach(
+    robot: str, setup: str | Rings, q_deg: list[float], radii: list[float]
+) -> list[dict[str, Any]]:
+    """The ways of balls that come nearest to the robot's moving parts without being seen: see
+    ``approach``.
+    """
     where = scene_from({"robot": robot})
-    found = unseen_approaches(where.robot, setup_from(setup, where), np.radians(q_deg), tuple(radii))
-    return [{"radius": a.radius, "gap_m": a.gap_m, "path": np.round(a.path, 6).tolist()} for a in found]
+    found = unseen_approaches(
+        where.robot, setup_from(setup, where), np.radians(q_deg), tuple(radii)
+    )
+    return [
+        {"radius": a.radius, "gap_m": a.gap_m, "path": np.round(a.path, 6).tolist()} for a in found
+    ]

@@ -27,7 +27,14 @@ def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None
         mine = sorted((p.second, p.first) for p in searched if p.sensors == n)
         x, y = zip(*mine, strict=True)
         ax.plot(
-            x, y, color=COLOURS[k], marker=MARKERS[k], ms=5, lw=1.3, drawstyle="steps-pre", label=f"searched, {n} sensors"
+            x,
+            y,
+            color=COLOURS[k],
+            marker=MARKERS[k],
+            ms=5,
+            lw=1.3,
+            drawstyle="steps-pre",
+            label=f"searched, {n} sensors",
         )
     papers = sorted((p for p in points if is_papers(p)), key=lambda p: p.second)
     for p in papers:
@@ -49,23 +56,38 @@ def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None
 
 
 def write(
-    points: Sequence[Point], names: tuple[str, str], where: dict[str, Any], folder: Path, command: str
+    points: Sequence[Point],
+    names: tuple[str, str],
+    where: dict[str, Any],
+    folder: Path,
+    command: str,
 ) -> dict[str, str]:
     """Draw the plot into ``folder`` and return the texts of the other files by name."""
     picture(points, names, folder / "front.png")
     kept = front([p for p in points if not is_papers(p)])
     text = printable_lines("\n".join(_page(points, kept, names, command)))
     lines = [
-        {"sensors": p.sensors, "found": p.name, names[0]: round(p.first, 4), names[1]: round(p.second, 4)}
+        {
+            "sensors": p.sensors,
+            "found": p.name,
+            names[0]: round(p.first, 4),
+            names[1]: round(p.second, 4),
+        }
         | {"rings": len(p.rings), "on_front": p in kept, "file": _file(p, kept)}
         for p in points
     ]
-    files = {_POINTS: csv_text(lines), "README.md": text, "report.html": html(text, folder, "Fronts of two targets")}
+    files = {
+        _POINTS: csv_text(lines),
+        "README.md": text,
+        "report.html": html(text, folder, "Fronts of two targets"),
+    }
     return files | {_file(p, kept): _proposal(p, names, where) for p in kept}
 
 
 def leftovers(folder: Path, files: Collection[str]) -> list[Path]:
-    """Proposals that the table of an older front in ``folder`` names and that are not among the new ``files``."""
+    """Proposals that the table of an older front in ``folder`` names and that are not among the new
+    ``files``.
+    """
     older = folder / _POINTS
     named = set(_POINT.findall(older.read_text(errors="replace"))) if older.is_file() else set()
     return [folder / name for name in sorted(named - set(files))]
@@ -77,15 +99,26 @@ def _file(p: Point, kept: Sequence[Point]) -> str:
 
 def _proposal(p: Point, names: tuple[str, str], where: dict[str, Any]) -> str:
     scene = scene_from(where)
-    heading = f"Found as: {p.name}. {names[0]} {p.first:.2f} %, {names[1]} {p.second:.2f} % (rule centre, voxels of 1 cm)."
+    heading = (
+        f"Found as: {p.name}. {names[0]} {p.first:.2f} %, {names[1]} {p.second:.2f} % (rule centre,"
+        " voxels of 1 cm)."
+    )
     rings = ring_models(setup_of_point(p, where), scene.sensor)
     return to_toml(ProposalFile(rings=rings, scene=scene_model(scene)), heading)
 
 
-def _page(points: Sequence[Point], kept: Sequence[Point], names: tuple[str, str], command: str) -> Iterator[str]:
+def _page(
+    points: Sequence[Point], kept: Sequence[Point], names: tuple[str, str], command: str
+) -> Iterator[str]:
     yield f"# {names[0]} against {names[1]}\n"
-    yield f"`{command}`; every point is counted exactly (rule `centre`, voxels of 1 cm), and none of a front is dominated by"
-    yield "another with as many sensors. The numbers are in `points.csv`; each point of a front is a proposal beside it.\n"
+    yield (
+        f"`{command}`; every point is counted exactly (rule `centre`, voxels of 1 cm), and none of"
+        " a front is dominated by"
+    )
+    yield (
+        "another with as many sensors. The numbers are in `points.csv`; each point of a front is a"
+        " proposal beside it.\n"
+    )
     yield f"![fronts of {names[0]} against {names[1]}](front.png)\n"
     papers = [p for p in points if is_papers(p)]
     rows = []
@@ -96,18 +129,35 @@ def _page(points: Sequence[Point], kept: Sequence[Point], names: tuple[str, str]
         both = (f"{q.first:.1f}, {q.second:.1f}" for q in (p, better))
         rows.append([p.name, f"{p.sensors}", next(both), sign, f"{better.sensors}", next(both)])
     if rows:
-        yield "The paper's setups, and the point of a front with no more sensors that is better for both by most:\n"
-        yield table(("setup", "sensors", ", ".join(names), "dominated", "by sensors", ", ".join(names)), rows)
+        yield (
+            "The paper's setups, and the point of a front with no more sensors that is better for"
+            " both by most:\n"
+        )
+        yield table(
+            ("setup", "sensors", ", ".join(names), "dominated", "by sensors", ", ".join(names)),
+            rows,
+        )
     yield "Area under each front, as a share of the square:\n"
     budgets = sorted({p.sensors for p in kept})
     areas = [hypervolume([(p.first, p.second) for p in kept if p.sensors == n]) for n in budgets]
     count = [sum(p.sensors == n for p in kept) for n in budgets]
     yield table(
-        ("sensors", "points", "area"), ([f"{n}", f"{c}", f"{a:.4f}"] for n, c, a in zip(budgets, count, areas, strict=True))
+        ("sensors", "points", "area"),
+        ([f"{n}", f"{c}", f"{a:.4f}"] for n, c, a in zip(budgets, count, areas, strict=True)),
     )
     yield "All points of the fronts:\n"
     heads = ("sensors", "found as", *names, "rings", "file")
     yield table(
         heads,
-        ([f"{p.sensors}", p.name, f"{p.first:.2f}", f"{p.second:.2f}", f"{len(p.rings)}", _file(p, kept)] for p in kept),
+        (
+            [
+                f"{p.sensors}",
+                p.name,
+                f"{p.first:.2f}",
+                f"{p.second:.2f}",
+                f"{len(p.rings)}",
+                _file(p, kept),
+            ]
+            for p in kept
+        ),
     )

@@ -1,8 +1,9 @@
 """Fronts of two targets: setups with as many sensors of which none is better for both.
 
-The ends of a front are the best for the first target alone and for the second alone. Between them it is filled round by
-round, where it has its widest gaps: one target is made as high as possible while the other keeps a floor in the middle of
-the gap, from the gap's two sides on. So a front need not be convex, and its points are spread. Each search is a cell.
+The ends of a front are the best for the first target alone and for the second alone. Between them
+it is filled round by round, where it has its widest gaps: one target is made as high as possible
+while the other keeps a floor in the middle of the gap, from the gap's two sides on. So a front need
+not be convex, and its points are spread. Each search is a cell.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,7 +29,9 @@ Measure = Callable[[str, list[Cell]], list[Any]]
 
 @dataclass(frozen=True)
 class Point:
-    """A setup: sensors, name (of the paper's, or how it was found), its rings, zeta of both targets in percent."""
+    """A setup: sensors, name (of the paper's, or how it was found), its rings, zeta of both targets
+    in percent.
+    """
 
     sensors: int
     name: str
@@ -38,7 +41,9 @@ class Point:
 
 
 def dominated(point: Point, others: Sequence[Point]) -> bool:
-    """Is another setup with no more sensors at least as good for both targets, and better for one?"""
+    """Is another setup with no more sensors at least as good for both targets, and better for
+    one?
+    """
     return any(
         o.sensors <= point.sensors
         and o.first >= point.first
@@ -49,11 +54,15 @@ def dominated(point: Point, others: Sequence[Point]) -> bool:
 
 
 def front(points: Sequence[Point]) -> list[Point]:
-    """The points of each number of sensors that none of the same number dominates, by the first target; twins once."""
+    """The points of each number of sensors that none of the same number dominates, by the first
+    target; twins once.
+    """
     kept: list[Point] = []
     for p in sorted(points, key=lambda p: (p.sensors, -p.first, -p.second)):
         same = [o for o in points if o.sensors == p.sensors]
-        if not dominated(p, same) and not any((p.first, p.second) == (o.first, o.second) for o in kept if o in same):
+        if not dominated(p, same) and not any(
+            (p.first, p.second) == (o.first, o.second) for o in kept if o in same
+        ):
             kept.append(p)
     return kept
 
@@ -68,9 +77,20 @@ def hypervolume(points: Sequence[tuple[float, float]]) -> float:
     return area / 1e4
 
 
-def _place(where: dict[str, Any], goals: list[dict[str, Any]], sensors: int, seed: int, known: Sequence[Rings] = ()) -> Cell:
+def _place(
+    where: dict[str, Any],
+    goals: list[dict[str, Any]],
+    sensors: int,
+    seed: int,
+    known: Sequence[Rings] = (),
+) -> Cell:
     """A search with as many sensors; from what is known it needs less."""
-    arguments = {"scene": where | {"targets": goals}, "sensors": sensors, "seed": seed, "known": list(known)}
+    arguments = {
+        "scene": where | {"targets": goals},
+        "sensors": sensors,
+        "seed": seed,
+        "known": list(known),
+    }
     return Cell("place", arguments | {"short": bool(known)})
 
 
@@ -79,7 +99,11 @@ def _goal(target: Target, weight: float, at_least: float = 0.0) -> dict[str, Any
 
 
 def measure(
-    run: Measure, where: dict[str, Any], targets: tuple[Target, Target], budgets: dict[int, int], seed: int
+    run: Measure,
+    where: dict[str, Any],
+    targets: tuple[Target, Target],
+    budgets: dict[int, int],
+    seed: int,
 ) -> list[Point]:
     """Everything that was searched, and the paper's setups, counted exactly.
 
@@ -105,16 +129,25 @@ def measure(
             share = searches * number // ROUNDS - searches * (number - 1) // ROUNDS
             for gap in _widest([p for p in points if p.sensors == n], share, tried):
                 goals, name = _between(gap, targets)
-                wanted.append((n, name, _place(where, goals, n, seed, [p.rings for p in gap.sides])))
+                wanted.append(
+                    (n, name, _place(where, goals, n, seed, [p.rings for p in gap.sides]))
+                )
                 tried.add(gap)
         rings = run(f"between the ends, round {number} of {ROUNDS}", [cell for *_, cell in wanted])
-        points += _counted(run, where, targets, [(n, name, r) for (n, name, _), r in zip(wanted, rings, strict=True)])
+        points += _counted(
+            run,
+            where,
+            targets,
+            [(n, name, r) for (n, name, _), r in zip(wanted, rings, strict=True)],
+        )
     return points + _papers(run, where, targets)
 
 
 @dataclass(frozen=True)
 class Gap:
-    """Two neighbours on a front, the better one for the first target first, and which target keeps a floor between them."""
+    """Two neighbours on a front, the better one for the first target first, and which target keeps
+    a floor between them.
+    """
 
     sides: tuple[Point, Point]
     floor: int
@@ -143,7 +176,10 @@ def _between(gap: Gap, targets: tuple[Target, Target]) -> tuple[list[dict[str, A
     """Goals of a search between a gap's sides, and its name."""
     a, b = gap.sides
     floor = round((a.first + b.first) / 2 if gap.floor == 0 else (a.second + b.second) / 2, 2)
-    goals = [_goal(t, float(i != gap.floor), floor if i == gap.floor else 0.0) for i, t in enumerate(targets)]
+    goals = [
+        _goal(t, float(i != gap.floor), floor if i == gap.floor else 0.0)
+        for i, t in enumerate(targets)
+    ]
     return goals, f"{targets[gap.floor]} at least {floor:g} %"
 
 
@@ -152,25 +188,43 @@ def _told(name: str, targets: tuple[Target, Target]) -> str:
 
 
 def _counted(
-    run: Measure, where: dict[str, Any], targets: tuple[Target, Target], setups: Sequence[tuple[int, str, Rings]]
+    run: Measure,
+    where: dict[str, Any],
+    targets: tuple[Target, Target],
+    setups: Sequence[tuple[int, str, Rings]],
 ) -> list[Point]:
     cells = [
         Cell(
-            "zeta", {"scene": where, "setup": rings, "target": t.name, "radius": t.radius, "rule": "centre", "voxel": VOXEL}
+            "zeta",
+            {
+                "scene": where,
+                "setup": rings,
+                "target": t.name,
+                "radius": t.radius,
+                "rule": "centre",
+                "voxel": VOXEL,
+            },
         )
         for t in targets
         for *_, rings in setups
     ]
     zetas = [found["zeta_percent"] for found in run("counting", cells)]
     firsts, seconds = zetas[: len(setups)], zetas[len(setups) :]
-    return [Point(n, name, rings, a, b) for (n, name, rings), a, b in zip(setups, firsts, seconds, strict=True)]
+    return [
+        Point(n, name, rings, a, b)
+        for (n, name, rings), a, b in zip(setups, firsts, seconds, strict=True)
+    ]
 
 
 def _papers(run: Measure, where: dict[str, Any], targets: tuple[Target, Target]) -> list[Point]:
     """The paper's setups at the same scene; none where its robot lacks one of their links."""
     scene = scene_from(where)
     setups = []
-    for name in SETUPS if {ring.link for ring in named_setup(SETUPS[0]).rings} <= set(scene.robot.links) else ():
+    for name in (
+        SETUPS
+        if {ring.link for ring in named_setup(SETUPS[0]).rings} <= set(scene.robot.links)
+        else ()
+    ):
         setup = named_setup(name, scene.sensor, scene.ring_radius)
         rings = [m.model_dump(exclude_none=True) for m in ring_models(setup, scene.sensor)]
         setups.append((setup.sensors, name, rings))
@@ -185,4 +239,6 @@ def is_papers(point: Point) -> bool:
 def setup_of_point(point: Point, where: dict[str, Any]) -> Any:
     """The setup that a point stands for."""
     scene = scene_from(where)
-    return setup_of([RingModel.model_validate(ring) for ring in point.rings], scene.sensor, scene.ring_radius)
+    return setup_of(
+        [RingModel.model_validate(ring) for ring in point.rings], scene.sensor, scene.ring_radius
+    )

@@ -1,5 +1,5 @@
-"""The picture of the study of robots: each robot with the rings that were found for a real mount, and what each setup sees
-under each model of occlusion."""
+"""The picture of the study of robots: each robot with the rings that were found for a real mount,
+and what each setup sees under each model of occlusion."""
 
 from collections.abc import Sequence
 from itertools import cycle
@@ -26,8 +26,16 @@ LABELS = {
     "shadow": "searched under shadow",
     "blind": "searched under blind",
 }
-_HANDS = {"n2_16_25": "n2_16_25, by hand", "n2_16_55": "n2_16_55, by hand", "n3_16_55": "n3_16_55, 112 sensors"}
-_LOOKS = {"ignore": ("o", "white", GREY), "shadow": ("s", COLOURS[0], COLOURS[0]), "blind": ("D", COLOURS[1], COLOURS[1])}
+_HANDS = {
+    "n2_16_25": "n2_16_25, by hand",
+    "n2_16_55": "n2_16_55, by hand",
+    "n3_16_55": "n3_16_55, 112 sensors",
+}
+_LOOKS = {
+    "ignore": ("o", "white", GREY),
+    "shadow": ("s", COLOURS[0], COLOURS[0]),
+    "blind": ("D", COLOURS[1], COLOURS[1]),
+}
 _EYE = (-68.0, 14.0)
 _WIDTH = 0.02  # m, of a ring
 _UNDER = 0.09  # m, from a robot to the ruler under it
@@ -50,7 +58,10 @@ def picture(rows: Sequence[RobotRow], file: Path) -> None:
     wide, high = (max(float(np.ptp(box[:, k])) for _, box in painted) for k in (0, 1))
     for ax, box in painted:
         middle, low = box.mean(axis=0)[0], box[0, 1] - _UNDER
-        ax.set(xlim=(middle - 0.55 * wide, middle + 0.55 * wide), ylim=(low - 0.01, low + 1.02 * high + _UNDER))
+        ax.set(
+            xlim=(middle - 0.55 * wide, middle + 0.55 * wide),
+            ylim=(low - 0.01, low + 1.02 * high + _UNDER),
+        )
         ax.plot([middle - 0.1, middle + 0.1], [low, low], color=GREY, lw=2, solid_capstyle="butt")
         ax.annotate("20 cm", (middle + 0.12, low), va="center", fontsize=8, color=GREY)
     figure.legend(handles=_keys(), loc="outside lower center", ncols=4, frameon=False, fontsize=10)
@@ -67,7 +78,9 @@ def _keys() -> list[Line2D]:
         Line2D([], [], color=colour, lw=5, label=f"ring on the {link}, searched under {SHOWN}")
         for link, colour in zip(("upper arm", "forearm", "tool"), LINK_COLOURS, strict=False)
     ]
-    best = Line2D([], [], color=COLOURS[0], lw=0.8, ls=(0, (4, 3)), label=f"best found under {SHOWN}")
+    best = Line2D(
+        [], [], color=COLOURS[0], lw=0.8, ls=(0, (4, 3)), label=f"best found under {SHOWN}"
+    )
     return [*(key for pair in zip(models, links, strict=True) for key in pair), best]
 
 
@@ -76,7 +89,9 @@ def _paint(ax: Axes, name: str, row: RobotRow) -> Any:
     scene = scene_from(where(name, {}))
     robot, frames = scene.robot, forward(scene.robot.chain, scene.poses[0].q)
     bodies = robot_capsules(robot, frames)
-    ends = np.concatenate([p + s * bodies.radius[:, None] for p in (bodies.start, bodies.end) for s in (-1, 1)])
+    ends = np.concatenate(
+        [p + s * bodies.radius[:, None] for p in (bodies.start, bodies.end) for s in (-1, 1)]
+    )
     view = Sheet(ax, np.stack([ends.min(axis=0), ends.max(axis=0)]), *_EYE)
     colour = dict(zip(robot.links, cycle(LINK_COLOURS), strict=False))
     add_robot(view, robot, frames, setup_from(row.rings, scene), colour, real=True, width=_WIDTH)
@@ -90,18 +105,40 @@ def _paint(ax: Axes, name: str, row: RobotRow) -> Any:
 
 def _dumbbells(ax: Axes, rows: Sequence[RobotRow]) -> None:
     """Zeta of each setup under the three models."""
-    shown = [(row, LABELS.get(row.name) or _HANDS[row.name]) for row in rows if row.name in LABELS or row.name in _HANDS]
+    shown = [
+        (row, LABELS.get(row.name) or _HANDS[row.name])
+        for row in rows
+        if row.name in LABELS or row.name in _HANDS
+    ]
     for at, (row, _) in enumerate(shown):
         values = [getattr(row, model) for model in OCCLUSIONS]
         y = -at - 0.5 * (not row.searched)
-        ax.plot([min(values), max(values)], [y, y], color="#c3c9cf", lw=3.5, zorder=1, solid_capstyle="round")
+        ax.plot(
+            [min(values), max(values)],
+            [y, y],
+            color="#c3c9cf",
+            lw=3.5,
+            zorder=1,
+            solid_capstyle="round",
+        )
         for model, value in zip(OCCLUSIONS, values, strict=True):
             marker, face, edge = _LOOKS[model]
-            ax.plot(value, y, marker, mfc=face, mec=edge, mew=1.4, ms=7.5, zorder=2 + (model == "ignore"))
+            ax.plot(
+                value,
+                y,
+                marker,
+                mfc=face,
+                mec=edge,
+                mew=1.4,
+                ms=7.5,
+                zorder=2 + (model == "ignore"),
+            )
     found = next(row.shadow for row, _ in shown if row.name == SHOWN)
     ax.axvline(found, color=COLOURS[0], lw=0.8, ls=(0, (4, 3)), zorder=0.5)
     ax.set_yticks(
-        [-at - 0.5 * (not row.searched) for at, (row, _) in enumerate(shown)], [label for _, label in shown], fontsize=9
+        [-at - 0.5 * (not row.searched) for at, (row, _) in enumerate(shown)],
+        [label for _, label in shown],
+        fontsize=9,
     )
     ax.set_xlim(0, 101)
     ax.set_axisbelow(True)

@@ -1,7 +1,9 @@
-"""What ignoring the robot's body costs, robot by robot: searches under each model of occlusion, seen under all three.
+"""What ignoring the robot's body costs, robot by robot: searches under each model of occlusion,
+seen under all three.
 
-Each robot stands in its own pose. A search has what two processors do in a minute, also on a machine that others use; its
-speed then has a part in the answer, and a row says whether its search came to its end.
+Each robot stands in its own pose. A search has what two processors do in a minute, also on a
+machine that others use; its speed then has a part in the answer, and a row says whether its search
+came to its end.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,7 +24,8 @@ SENSORS = 80
 VOXEL = 0.01  # m
 SECONDS, PROCESSORS = 60.0, 2  # that each search has to itself
 PAPERS = ("n1_8_0", "n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")
-# Names of searches, and the keys of their scenes: the paper's rings have no bodies, those of a real mount do.
+# Names of searches, and the keys of their scenes: the paper's rings have no bodies, those of a real
+# mount do.
 SEARCHES: dict[str, dict[str, Any]] = {
     "ignore": {"occlusion": "ignore"},
     "ignore_mounted": {"occlusion": "ignore", "rules": {"mount": "real"}},
@@ -35,9 +38,9 @@ Measure = Callable[[str, list[Cell]], list[Any]]
 
 @dataclass(frozen=True)
 class RobotRow:
-    """A setup on a robot: its name (the paper's, or that of a search), its rings, zeta in percent under each model, its
-    sensors that see nothing past the body; and of a search its seconds of processors, all together, and on the wall, and
-    whether these were enough."""
+    """A setup on a robot: its name (the paper's, or that of a search), its rings, zeta in percent
+    under each model, its sensors that see nothing past the body; and of a search its seconds of
+    processors, all together, and on the wall, and whether these were enough."""
 
     robot: str
     name: str
@@ -73,14 +76,19 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
     """All rows, where ``run`` measures cells under a heading; ``seed``: of the searches."""
     asked = {"seed": seed, "sensors": SENSORS, "seconds": PROCESSORS * SECONDS}
     wanted = [(robot, name) for robot in ROBOTS for name in SEARCHES]
-    searches = [Cell("place in time", {"scene": where(robot, SEARCHES[name]), **asked}) for robot, name in wanted]
+    searches = [
+        Cell("place in time", {"scene": where(robot, SEARCHES[name]), **asked})
+        for robot, name in wanted
+    ]
     found = dict(zip(wanted, run("searching setups", searches), strict=True))
     setups = {key: one["rings"] for key, one in found.items()} | {
         (r, name): _named(r, name) for r in ROBOTS for name in PAPERS
     }
     count = {"target": TARGET.name, "radius": TARGET.radius, "rule": "centre", "voxel": VOXEL}
     cells = {
-        (*key, model): Cell("zeta", {"scene": where(key[0], {"occlusion": model}), "setup": rings, **count})
+        (*key, model): Cell(
+            "zeta", {"scene": where(key[0], {"occlusion": model}), "setup": rings, **count}
+        )
         for model in OCCLUSIONS
         for key, rings in setups.items()
     }
@@ -94,9 +102,14 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
     for robot in ROBOTS:
         for name in (*SEARCHES, *PAPERS):
             percents = [round(zetas[robot, name, model]["zeta_percent"], 4) for model in OCCLUSIONS]
-            row = RobotRow(robot, name, setups[robot, name], *percents, unseeing=unseeing[robot, name])
+            row = RobotRow(
+                robot, name, setups[robot, name], *percents, unseeing=unseeing[robot, name]
+            )
             if one := found.get((robot, name)):
-                row = replace(row, **{key: one[key] for key in ("processor_seconds", "wall_seconds", "finished")})
+                row = replace(
+                    row,
+                    **{key: one[key] for key in ("processor_seconds", "wall_seconds", "finished")},
+                )
             rows.append(row)
     return rows
 
@@ -104,4 +117,7 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
 def _named(robot: str, name: str) -> Rings:
     """The rings of the paper's setup of that name on a robot."""
     scene = scene_from(where(robot, {}))
-    return [ring.model_dump(exclude_none=True) for ring in ring_models(setup_from(name, scene), scene.sensor)]
+    return [
+        ring.model_dump(exclude_none=True)
+        for ring in ring_models(setup_from(name, scene), scene.sensor)
+    ]

@@ -1,12 +1,14 @@
 """Arms of seven joints: Franka's Panda (FER) and FR3, and KUKA's LBR iiwa 14 R820.
 
-Chains, limits and meshes are those of public descriptions: the Panda's of franka_ros (franka_description, as in
-example-robot-data), the FR3's of frankarobotics/franka_description, the iiwa's of IFL-CAMP/iiwa_stack (iiwa_description);
-reaches those of the data sheets. The flange is the TCP, without a hand.
+Chains, limits and meshes are those of public descriptions: the Panda's of franka_ros
+(franka_description, as in example-robot-data), the FR3's of frankarobotics/franka_description, the
+iiwa's of IFL-CAMP/iiwa_stack (iiwa_description); reaches those of the data sheets. The flange is
+the TCP, without a hand.
 
-Bodies contain the visual meshes. Mounts run along the stretches of the arms where a ring can be closed: the Frankas' upper
-arm is the tube above the shoulder, and their forearm the neck before the wrist; bodies and mounts of the FR3 are those of
-the Panda, whose housings it shares. On the iiwa they are the tube of link 2 above the shoulder, and the neck of link 5.
+Bodies contain the visual meshes. Mounts run along the stretches of the arms where a ring can be
+closed: the Frankas' upper arm is the tube above the shoulder, and their forearm the neck before the
+wrist; bodies and mounts of the FR3 are those of the Panda, whose housings it shares. On the iiwa
+they are the tube of link 2 above the shoulder, and the neck of link 5.
 """
 
 import math
@@ -28,7 +30,10 @@ def _unit(*v: float) -> np.ndarray:
 
 
 def _bodies(rows: tuple[_Capsule, ...]) -> tuple[Body, ...]:
-    return tuple(Body(name, frame, np.array(start), np.array(end), radius) for name, frame, start, end, radius in rows)
+    return tuple(
+        Body(name, frame, np.array(start), np.array(end), radius)
+        for name, frame, start, end, radius in rows
+    )
 
 
 _FRANKA = np.stack(
@@ -44,8 +49,24 @@ _FRANKA = np.stack(
     ]
 )
 _FRANKA_MOUNTS = (
-    Mount("upper_arm", 1, np.array([0.0, -0.0713, 0.0226]), _unit(0, -0.9692, -0.2462), np.eye(3)[0], 0.125, section=0.062),
-    Mount("forearm", 4, np.array([0.0, 0.0767, -0.1517]), _unit(0, 0.2158, 0.9764), np.eye(3)[0], 0.089, section=0.037),
+    Mount(
+        "upper_arm",
+        1,
+        np.array([0.0, -0.0713, 0.0226]),
+        _unit(0, -0.9692, -0.2462),
+        np.eye(3)[0],
+        0.125,
+        section=0.062,
+    ),
+    Mount(
+        "forearm",
+        4,
+        np.array([0.0, 0.0767, -0.1517]),
+        _unit(0, 0.2158, 0.9764),
+        np.eye(3)[0],
+        0.089,
+        section=0.037,
+    ),
     Mount("tool", 7, _O, _Z, np.eye(3)[0], 0.0, section=0.091),
 )
 _FRANKA_HOME = np.radians([0.0, 20.0, 0.0, -80.0, 0.0, 100.0, 45.0])
@@ -146,9 +167,23 @@ IIWA14 = Robot(
     ),
     mounts=(
         Mount(
-            "upper_arm", 1, np.array([0.0, 0.0904, 0.0472]), _unit(0, 0.9013, -0.4333), np.eye(3)[0], 0.133, section=0.073
+            "upper_arm",
+            1,
+            np.array([0.0, 0.0904, 0.0472]),
+            _unit(0, 0.9013, -0.4333),
+            np.eye(3)[0],
+            0.133,
+            section=0.073,
         ),
-        Mount("forearm", 4, np.array([0.0, 0.0613, 0.0994]), _unit(0, 0.2929, 0.9561), np.eye(3)[0], 0.078, section=0.046),
+        Mount(
+            "forearm",
+            4,
+            np.array([0.0, 0.0613, 0.0994]),
+            _unit(0, 0.2929, 0.9561),
+            np.eye(3)[0],
+            0.078,
+            section=0.046,
+        ),
         Mount("tool", 7, _O, _Z, np.eye(3)[0], 0.0, section=0.053),
     ),
     reach=0.82,

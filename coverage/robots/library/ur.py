@@ -1,12 +1,14 @@
 """Universal Robots' CB3 and e-series arms beside the UR10 of the reference scene.
 
-Lengths are those of the maker's Denavit-Hartenberg tables, reaches those of its data sheets. How far the links' bodies stand
-beside each other, which a table sums into one length, and the meshes to which bodies and mounts were fitted are those of the
-public description (UniversalRobots/Universal_Robots_ROS2_Description, 2.4.5). Frames lie as on the reference UR10: each on
-its joint's axis, in the middle of the body that the joint moves, so that the pose curve follows the bodies.
+Lengths are those of the maker's Denavit-Hartenberg tables, reaches those of its data sheets. How
+far the links' bodies stand beside each other, which a table sums into one length, and the meshes to
+which bodies and mounts were fitted are those of the public description
+(UniversalRobots/Universal_Robots_ROS2_Description, 2.4.5). Frames lie as on the reference UR10:
+each on its joint's axis, in the middle of the body that the joint moves, so that the pose curve
+follows the bodies.
 
-Bodies contain the visual meshes. Mounts run along the clear tubes of the arms: 0 is where the housing of one joint ends, 1
-where the next one's begins.
+Bodies contain the visual meshes. Mounts run along the clear tubes of the arms: 0 is where the
+housing of one joint ends, 1 where the next one's begins.
 """
 
 import math
@@ -25,8 +27,8 @@ _HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 
 
 class _Lengths(NamedTuple):
-    """Of the table, m: d1, a2, a3 (without their signs), d4, d5, d6. And how far the middle of the upper arm stands beside
-    the base's axis, and of that the forearm's."""
+    """Of the table, m: d1, a2, a3 (without their signs), d4, d5, d6. And how far the middle of the
+    upper arm stands beside the base's axis, and of that the forearm's."""
 
     d1: float
     a2: float
@@ -50,7 +52,13 @@ _Capsule = tuple[str, int, tuple[float, float, float], tuple[float, float, float
 
 
 def _arm(
-    name: str, reach: float, size: _Lengths, upper_arm: _Tube, forearm: _Tube, flange: float, bodies: tuple[_Capsule, ...]
+    name: str,
+    reach: float,
+    size: _Lengths,
+    upper_arm: _Tube,
+    forearm: _Tube,
+    flange: float,
+    bodies: tuple[_Capsule, ...],
 ) -> Robot:
     mounts = tuple(
         Mount(link, frame, tube.start * _Z, _Z, _X, tube.end - tube.start, section=tube.radius)
@@ -75,7 +83,10 @@ def _arm(
         ),
         mounts=(*mounts, Mount("tool", 6, _O, _Y, _X, 0.0, section=flange)),
         reach=reach,
-        bodies=tuple(Body(link, frame, np.array(a), np.array(b), radius) for link, frame, a, b, radius in bodies),
+        bodies=tuple(
+            Body(link, frame, np.array(a), np.array(b), radius)
+            for link, frame, a, b, radius in bodies
+        ),
         limits=_LIMITS,
         home=_HOME,
         source=f"{name.upper()}: the maker's table; ur_description 2.4.5",
