@@ -1,10 +1,11 @@
-"""Are the docs alive? Builds them, then runs every bash and Python block of the README and of each
-page, in order.
+"""Check the documentation: build it, then run every bash and Python block of the README and of
+each page, in order.
 
-Each page has an empty folder of its own. What a ``text`` block quotes right after a block must
-stand in its output, line by line: … stands for anything, and numbers may be off by a hundredth of
-themselves, as a search may end a little elsewhere on another processor. A block that wants hardware
-or minutes says so, to its reader too: ```bash no-run: REASON
+Each page runs in an empty folder of its own. A TOML block whose first line is a comment with a
+file's name (``# cell.toml``) is written to that file. A ``text`` block right after a block quotes
+its output: every line must appear, in order. There … stands for anything, and numbers may differ by
+one percent, as a search may end slightly elsewhere on another processor. A block that needs hardware
+or many minutes is left out by a comment in the line above it: <!-- no-run: REASON -->
 
 Usage: python .ci/docs.py [PAGE ...]; without pages: the README, all pages of docs/, and the build.
 """
@@ -20,9 +21,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 _FENCE = re.compile(
-    r"^```(\w+)(?: no-run: (\S[^\n]*))?\n(.*?)^```$(?:\n+^```text\n(.*?)^```$)?",
+    r"(?:^<!-- no-run: (\S[^\n]*?) -->\n)?^```(\w+)\n(.*?)^```$(?:\n+^```text\n(.*?)^```$)?",
     re.MULTILINE | re.DOTALL,
 )
+_FILE = re.compile(r"# (\w+\.toml)\n")
 _ANY_FENCE = re.compile(
     r"^[ >]*(?:```|~~~)+ *\{?(?:bash|sh|shell|python\d?|py|code-block)\b.*$", re.MULTILINE
 )
@@ -39,8 +41,8 @@ _ENVIRONMENT = os.environ | {
 
 @dataclass(frozen=True)
 class Block:
-    """A block of a page: bash or python, its text, the line it begins on, why it is not run, and
-    what is quoted of its output."""
+    """A block of a page: bash, python or toml, its text, the line it begins on, why it is not run,
+    and what is quoted of its output."""
 
     language: str
     text: str
@@ -58,22 +60,27 @@ def pages(root: Path = ROOT) -> list[Path]:
 
 
 def blocks(text: str) -> list[Block]:
-    """The bash and Python blocks of a page; ValueError where one is written so that it would be
-    passed over.
+    """The bash and Python blocks of a page, and the TOML blocks that name a file; ValueError for a
+    block that would be overlooked.
     """
-    found = [
-        Block(m[1], m[3], text.count("\n", 0, m.start()) + 1, m[2], m[4])
+    every = [
+        Block(m[2], m[3], text.count("\n", 0, m.start(2)) + 1, m[1], m[4])
         for m in _FENCE.finditer(text)
-        if m[1] in ("bash", "python")
     ]
-    lines = {block.line for block in found}
+    run = [
+        block
+        for block in every
+        if block.language in ("bash", "python")
+        or (block.language == "toml" and _FILE.match(block.text))
+    ]
+    lines = {block.line for block in run}
     for fence in _ANY_FENCE.finditer(text):
         if (line := text.count("\n", 0, fence.start()) + 1) not in lines:
-            raise ValueError(
-                f"line {line}: found {fence[0]!r}, allowed: ```bash or ```python, or with no-run:"
-                " REASON"
-            )
-    return found
+            raise ValueError(f"line {line}: {fence[0]!r} is not run; write ```bash or ```python")
+    reasons = sum(block.reason is not None for block in run)
+    if reasons != text.count("<!-- no-run"):
+        raise ValueError("a no-run comment does not stand right above a block")
+    return run
 
 
 def missing(quoted: str, output: str) -> str | None:
@@ -109,42 +116,38 @@ def processor_seconds() -> float:
 
 
 def run(page: Path) -> tuple[int, int]:
-    """Run a page's blocks; how many ran, and how many say that they are not run."""
+    """Run a page's blocks. Returns how many ran and how many are left out."""
     name, all_blocks = page.relative_to(ROOT), blocks(page.read_text())
     with tempfile.TemporaryDirectory() as folder:
         for block in all_blocks:
             if block.reason:
                 continue
-            began = processor_seconds()
-            start = (
-                [sys.executable, "-c"]
-                if block.language == "python"
-                else ["bash", "-euo", "pipefail", "-c"]
-            )
-            done = subprocess.run(
-                [*start, block.text],
-                cwd=folder,
-                env=_ENVIRONMENT,
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                text=True,
-                timeout=_LIMIT,
-            )
-            if done.returncode:
-                raise SystemExit(
-                    f"{name}:{block.line}: ended with"
-                    f" {done.returncode}\n{done.stdout}\n{done.stderr}"
-                )
-            if block.quoted and (line := missing(block.quoted, done.stdout)) is not None:
-                raise SystemExit(
-                    f"{name}:{block.line}: quoted, but not said: {line}\n{done.stdout}"
-                )
-            print(
-                f"{name}:{block.line}: {processor_seconds() - began:.0f} processor seconds",
-                flush=True,
-            )
+            if block.language == "toml":
+                (Path(folder) / _FILE.match(block.text)[1]).write_text(block.text)
+                continue
+            _run_block(block, f"{name}:{block.line}", folder)
     ran = sum(block.reason is None for block in all_blocks)
     return ran, len(all_blocks) - ran
+
+
+def _run_block(block: Block, where: str, folder: str) -> None:
+    """Run one block in a folder; SystemExit if it fails or does not print what is quoted."""
+    began = processor_seconds()
+    python, bash = [sys.executable, "-c"], ["bash", "-euo", "pipefail", "-c"]
+    done = subprocess.run(
+        [*(python if block.language == "python" else bash), block.text],
+        cwd=folder,
+        env=_ENVIRONMENT,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=_LIMIT,
+    )
+    if done.returncode:
+        raise SystemExit(f"{where}: exit code {done.returncode}\n{done.stdout}\n{done.stderr}")
+    if block.quoted and (line := missing(block.quoted, done.stdout)) is not None:
+        raise SystemExit(f"{where}: quoted, but not printed: {line}\n{done.stdout}")
+    print(f"{where}: {processor_seconds() - began:.0f} processor seconds", flush=True)
 
 
 def build() -> None:
@@ -180,7 +183,7 @@ def main() -> None:
     if not ran:
         raise SystemExit("docs: no block to run")
     print(
-        f"docs: {ran} blocks ran, {left} say why they are not run; {processor_seconds():.0f}"
+        f"docs: {ran} blocks ran, {left} left out with a reason; {processor_seconds():.0f}"
         " processor seconds"
     )
 

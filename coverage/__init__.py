@@ -1,0 +1,1 @@
+"""What sensors cover: solids, robots, sensors, the octree count, the soft estimate."""

@@ -1,9 +1,8 @@
 """What pages say of the code is made from the code: the commands, and the keys of every file.
 
 A page holds a mark in the place of what is made, ``<!-- commands -->`` or ``<!-- keys: scene -->``;
-it is replaced as Sphinx reads the page. Two more things are done to every page: a code block that
-is not run says so to its reader, and what lies outside of these docs, like ``../results``, is
-offered for download.
+it is replaced as Sphinx reads the page. Links to files outside of these docs, like ``../results``,
+become downloads.
 """
 
 import re
@@ -18,7 +17,6 @@ from sphinx.application import Sphinx
 
 _COMMANDS = "<!-- commands -->"
 _KEYS = re.compile(r"^<!-- keys: (\w+) -->$", re.MULTILINE)
-_NOT_RUN = re.compile(r"^```(bash|python) no-run: (.+)$", re.MULTILINE)
 _OUTSIDE = re.compile(
     r"(?<!!)\[([^\]\n]+)\]\(((?:\.\./)+(?:results/|README|CHANGELOG|benchmarks)[^)#\s]*)[^)\s]*\)"
 )
@@ -38,9 +36,6 @@ def _read(app: Sphinx, page: str, source: list[str]) -> None:
     if _KEYS.search(text):
         tables = KeyTables()
         text = _KEYS.sub(lambda found: tables.of(found[1]), text)
-    text = _NOT_RUN.sub(
-        r"```{code-block} \1" + "\n" + r":caption: Not run in the tests of these docs: \2", text
-    )
     source[0] = _OUTSIDE.sub(r"{download}`\1 <\2>`", text)
 
 

@@ -1,3 +1,1 @@
-"""Everything that is read from a file or written to one; ``loader`` is the one door for users'
-files.
-"""
+"""Files: schemas, reading, writing, robots, exports, rings to print."""

@@ -1,0 +1,1 @@
+"""What a search maximises, what is allowed, and the exact coverage of a setup."""

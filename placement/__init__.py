@@ -1,1 +1,1 @@
-"""The search of placements, and the best changes to what is mounted."""
+"""The search for placements, and for the best changes to mounted rings."""

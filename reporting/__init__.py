@@ -1,1 +1,1 @@
-"""Pictures, tables and pages of what was counted, and the terminal that lines are said in."""
+"""Pictures, tables, pages, and text in the terminal."""

@@ -1,4 +1,4 @@
-"""The real robot and its rings, and the check of them.
+"""The real robot and its rings: check what is mounted.
 
 The check itself is in the files of this folder, what it is made of in the rooms below, the lowest
 first:

@@ -1,3 +1,1 @@
-"""People and objects that move, the task of the paper, minimum distances, and whether a person is
-detected in time.
-"""
+"""People and objects that move, minimum distances, detection in time."""

@@ -1,1 +1,1 @@
-"""Studies into a folder: their cells are measured once, by one process or by many."""
+"""Studies of many measurements, on one process or many."""

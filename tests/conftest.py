@@ -16,7 +16,7 @@ from beartype.roar import BeartypeDecorHintPep3119Exception
 from hypothesis import settings
 from jaxtyping import install_import_hook
 
-from .rooms import shaped_modules
+from .rooms import imported_rooms, shaped_modules
 
 if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
     # gone when this process ends
@@ -59,6 +59,15 @@ settings.register_profile("laws", deadline=None, print_blob=True, max_examples=1
 # --hypothesis-profile=thorough
 settings.register_profile("thorough", settings.get_profile("laws"), max_examples=200)
 settings.load_profile("laws")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark tests of the core: those whose file imports nothing above formats/, and no command."""
+    core = {"coverage", "objectives", "placement", "simulation", "formats"}
+    for item in items:
+        above = imported_rooms(item.path) - core
+        if not above and "run" not in getattr(item, "fixturenames", ()):
+            item.add_marker("core")
 
 
 @pytest.fixture

@@ -1,7 +1,9 @@
 """Rooms by rule: every folder at the top with an ``__init__.py`` is a room, but the tests."""
 
+import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
@@ -42,3 +44,19 @@ def shaped_modules(root: Path = ROOT) -> list[str]:
         for name, text in texts.items()
         if "from jaxtyping import" in text and not re.search(r"\bSelf\b", text)
     ]
+
+
+@cache
+def imported_rooms(path: Path) -> frozenset[str]:
+    """The rooms that a test's file imports from, itself or through other files of the tests."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if not isinstance(node, ast.ImportFrom):
+            continue
+        if node.level == 0 and (node.module or "").startswith("place_rings."):
+            found.add(str(node.module).split(".")[1])
+        elif node.level == 1:
+            names = [node.module] if node.module else [name.name for name in node.names]
+            for file in (path.parent / f"{name}.py" for name in names):
+                found |= imported_rooms(file) if file.exists() else frozenset()
+    return frozenset(found)

@@ -38,14 +38,16 @@ def test_a_tutorial_is_run(page):
 def test_blocks_come_back_as_they_were_written(written):
     text = "# Page\n"
     for language, inside, reason, quoted in written:
-        text += f"\nWords.\n\n```{language}{f' no-run: {reason}' if reason else ''}\n{inside}```\n"
+        comment = f"<!-- no-run: {reason} -->\n" if reason else ""
+        text += f"\nWords.\n\n{comment}```{language}\n{inside}```\n"
         text += f"\n```text\n{quoted}```\n" if quoted is not None else ""
     found = [(b.language, b.text, b.reason, b.quoted) for b in docs.blocks(text)]
     assert found == [tuple(block) for block in written]
 
 
 @pytest.mark.parametrize(
-    "fence", ["```sh", " ```bash", "```bash no-run", "```py", "~~~bash", "```{code-block} python"]
+    "fence",
+    ["```sh", " ```bash", "```bash no-run: why", "```py", "~~~bash", "```{code-block} python"],
 )
 def test_a_block_that_would_be_passed_over_is_refused(fence):
     with pytest.raises(ValueError, match="line 2"):

@@ -1,3 +1,1 @@
-"""The viewer: a page in a browser on which a setup is looked at, changed, counted, searched on
-from, and saved.
-"""
+"""The page in a browser that shows a setup and changes it."""

@@ -1,0 +1,110 @@
+"""Check the figures and options that the README and the docs quote.
+
+Usage: python .ci/figures.py OUT, with OUT the folder that the README's main command just wrote.
+
+Three kinds are checked, and none may be empty: rows of the README's table of layouts against OUT's
+result.json; rows with a command and its coverage against what the command counts; and every
+option that stands behind place-rings against the commands' help.
+"""
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from place_rings.cli.main import app as commands
+
+ROOT = Path(__file__).resolve().parent.parent
+COUNT_SLACK = 0.011  # points: figures are rounded to two decimals
+SEARCH_SLACK = 0.5  # points: a search may end slightly elsewhere on another processor
+_LAYOUT = re.compile(r"^\| (proposal|n\d_\d+_\d+) \| \d+ \| (.+) \|$", re.MULTILINE)
+_COMMAND = re.compile(r"^\| `(place-rings [^`]+)` \| ([\d.]+) \|", re.MULTILINE)
+
+
+def fail(message: str) -> None:
+    raise SystemExit(f"figures: {message}")
+
+
+def check_layouts(text: str, folder: Path) -> int:
+    """Rows of layouts with their coverage of V_O, V_T, V_OT, V_S(0.5) and V_S(1.5)."""
+    comparison = json.loads((folder / "result.json").read_text())["comparison"]
+    zeta = {(r["setup"], r["target"], r["radius"]): r["zeta_percent"] for r in comparison}
+    targets = [("V_O", None), ("V_T", None), ("V_OT", None), ("V_S", 0.5), ("V_S", 1.5)]
+    rows = _LAYOUT.findall(text)
+    for name, cells in rows:
+        for target, cell in zip(targets, cells.split(" | "), strict=True):
+            slack = COUNT_SLACK
+            if name == "proposal":  # only V_S(0.5) is optimised, the others follow from luck
+                slack = SEARCH_SLACK if target == ("V_S", 0.5) else 20
+            if abs(zeta[(name, *target)] - float(cell)) > slack:
+                fail(f"{name} {target}: quoted {cell}, counted {zeta[(name, *target)]:.2f}")
+    return len(rows)
+
+
+def check_commands(pages: dict[Path, str]) -> int:
+    """Rows with a command and a coverage: both ``verify`` and searches."""
+    rows = {
+        (command, quoted): page
+        for page, text in pages.items()
+        for command, quoted in _COMMAND.findall(text)
+    }
+    for (command, quoted), page in rows.items():
+        counted, slack = coverage(command)
+        if abs(counted - float(quoted)) > slack:
+            fail(f"{page.name}: {command}: quoted {quoted}, counted {counted:.2f}")
+    return len(rows)
+
+
+def coverage(command: str) -> tuple[float, float]:
+    """The coverage in percent that a command prints, and how far off a quote of it may be."""
+    words = shlex.split(command)
+    with tempfile.TemporaryDirectory() as folder:
+        printed = subprocess.run(
+            [*words, "--json"], check=True, capture_output=True, text=True, cwd=folder
+        ).stdout
+    answer = json.loads(printed)
+    if words[1] == "verify":
+        return answer["zeta_percent"], COUNT_SLACK
+    return answer["proposal"]["zeta"][0]["zeta_percent"], SEARCH_SLACK
+
+
+def check_options(pages: dict[Path, str]) -> int:
+    """Every option that stands behind place-rings exists."""
+    helps = "".join(
+        subprocess.run(
+            ["place-rings", *command, "--help"], check=True, capture_output=True, text=True
+        ).stdout
+        for command in ([], *([name] for name in commands if not name.startswith("-")))
+    )
+    known = set(re.findall(r"--[a-z-]+", helps))
+    quoted = {
+        (option, page)
+        for page, text in pages.items()
+        for line in re.findall(r"place-rings[^`\n]*", text)
+        for option in re.findall(r"(?<= )--[a-z-]+", line)
+    }
+    for option, page in quoted:
+        if option not in known:
+            fail(f"{page.name}: {option} is no option of any command")
+    return len({option for option, _ in quoted})
+
+
+def main() -> None:
+    """Check all; each kind must be there, so that this cannot pass by finding nothing."""
+    paths = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    pages = {path: path.read_text() for path in paths}
+    counts = {
+        "rows of layouts": check_layouts(pages[ROOT / "README.md"], Path(sys.argv[1])),
+        "rows of commands": check_commands(pages),
+        "options": check_options(pages),
+    }
+    if not all(counts.values()):
+        fail(f"nothing to check in one kind: {counts}")
+    print("figures:", ", ".join(f"{n} {kind}" for kind, n in counts.items()), "checked")
+
+
+if __name__ == "__main__":
+    main()
