@@ -4,7 +4,6 @@ mounting.
 
 from dataclasses import dataclass
 
-from rich.progress import Progress
 from rich.table import Table
 
 from ..coverage.rings.mounting_errors import MountingErrors
@@ -15,6 +14,7 @@ from ..objectives.redundancy import redundancy
 from ..objectives.scene import Scene
 from ..objectives.tolerance import tolerance
 from ..objectives.verify import Verifier
+from .progress import Progress
 from .tables import target_label
 from .terminal import Terminal
 
@@ -39,7 +39,7 @@ def assess(
     ``console``.
     """
     verifier, results = Verifier(scene, asked.voxel), []
-    with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
+    with Progress(console) as bar:
         for goal in scene.goals:
             task = bar.add_task(str(goal.target), total=asked.draws * len(scene.poses))
             sure = redundancy(verifier, setup, goal.target, asked.most)

@@ -3,6 +3,9 @@
 No room but the rig builds another console or calls another print; a test enforces that.
 """
 
+import codecs
+import io
+import json
 import logging
 import sys
 import threading
@@ -11,7 +14,7 @@ import warnings
 from collections.abc import Iterable
 from itertools import accumulate
 from types import TracebackType
-from typing import Any
+from typing import Any, TextIO
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.protocol import rich_cast
@@ -34,7 +37,10 @@ def say_lines(text: str, error: bool = False) -> None:
 
 def say_json(text: str) -> None:
     """Print JSON; it stays JSON of the same data."""
-    print(printable_json(text), flush=True)
+    text = printable_json(text)
+    if not _unicode(sys.stdout):
+        text = json.dumps(json.loads(text), indent=2)
+    print(text, flush=True)
 
 
 class Terminal(Console):
@@ -97,8 +103,30 @@ def _clean(segment: Segment) -> Segment:
     return Segment(printable_lines(text), style)
 
 
+_PLAIN = {"ζ": "zeta", "°": " deg", "±": "+-", "…": "...", "–": "-", "−": "-", "×": "x", "²": "^2"}
+_PLAIN |= {"³": "^3", "µ": "u", "σ": "sigma", "→": "->", "✗": "x", "≥": ">=", "≤": "<="}
+
+
+def _replaced(error: UnicodeError) -> tuple[str, int]:
+    """An error handler of codecs: characters that a terminal lacks in ASCII, others as ``?``."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    lacking = error.object[error.start : error.end]
+    return "".join(_PLAIN.get(c, "?") for c in lacking), error.end
+
+
+def _unicode(stream: TextIO) -> bool:
+    return (getattr(stream, "encoding", None) or "utf-8").lower().startswith("utf")
+
+
 def guard() -> None:
-    """Escape what Python itself prints: tracebacks, warnings, logs that have no handler."""
+    """Escape what Python itself prints: tracebacks, warnings, logs that have no handler. Replace
+    characters that stdout and stderr cannot encode.
+    """
+    codecs.register_error("place_rings", _replaced)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and not _unicode(stream):
+            stream.reconfigure(errors="place_rings")
     sys.excepthook, threading.excepthook = _uncaught, _uncaught_in_thread
     before = warnings.formatwarning
     warnings.formatwarning = lambda *what, **more: printable_lines(before(*what, **more))

@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from rich.progress import Progress
 
 from ...coverage.rings.mounting_errors import MountingErrors
 from ...coverage.rings.ring import Setup
@@ -16,6 +15,7 @@ from ...objectives.scene import Scene
 from ...objectives.verify import Verifier
 from ..comparison import compared, counted, papers
 from ..lines.occlusion import mounting_lines
+from ..progress import Progress
 from ..robustness import Robustness, assess
 from ..terminal import Terminal
 
@@ -91,7 +91,7 @@ def gather(
         paper: one for paper, one in papers(scene).items() if one != setup and paper != name
     }
     targets, zetas = compared(scene), list[VerifyResult]()
-    with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
+    with Progress(console) as bar:
         task = bar.add_task("counting", total=len(targets) * len(setups))
         for result in counted(Verifier(scene, voxel), setups, targets, targets, {}):
             zetas.append(result)

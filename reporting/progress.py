@@ -1,0 +1,69 @@
+"""Progress of long work: a bar in a terminal, elsewhere a line on stderr every ten seconds."""
+
+import threading
+import time
+from typing import Any
+
+from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as RichProgress
+
+from .terminal import Terminal, say
+
+EVERY = 10.0  # s, between plain lines
+
+
+class Progress(RichProgress):
+    """A bar with a description, and the field ``best`` beside it, that vanishes when it ends.
+
+    Where ``console`` is no terminal there is no bar. Then the first unfinished task is reported on
+    stderr every ``EVERY`` seconds, so that the log of a piped run shows that it goes on.
+    """
+
+    def __init__(self, console: Terminal) -> None:
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            TextColumn("{task.fields[best]}", markup=False),
+            TimeElapsedColumn(),
+        )
+        super().__init__(*columns, console=console, transient=True)
+        self._plain = not console.is_terminal
+        self._ended = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._began = time.monotonic()
+
+    def add_task(self, description: str, *more: Any, best: str = "", **fields: Any) -> TaskID:
+        """Add a task; ``best`` stands beside its bar."""
+        return super().add_task(description, *more, best=best, **fields)
+
+    def start(self) -> None:
+        """Show the bar, or begin to report lines."""
+        if not self._plain:
+            super().start()
+        elif self._thread is None:
+            self._thread = threading.Thread(target=self._report, daemon=True)
+            self._thread.start()
+
+    def stop(self) -> None:
+        """Remove the bar, or end the lines."""
+        if not self._plain:
+            super().stop()
+        elif self._thread is not None:
+            self._ended.set()
+            self._thread.join()
+            self._thread = None
+
+    def _report(self) -> None:
+        while not self._ended.wait(EVERY):
+            if (line := self.line()) is not None:
+                say(line, error=True)
+
+    def line(self) -> str | None:
+        """What the first unfinished task has done; None where all are finished."""
+        with self._lock:
+            task = next((t for t in self.tasks if not t.finished), None)
+        if task is None:
+            return None
+        count = "" if task.total is None else f"{task.completed:g} of {task.total:g}"
+        seconds = f"{time.monotonic() - self._began:.0f} s"
+        return ", ".join(filter(None, (task.description, count, task.fields["best"], seconds)))
