@@ -18,13 +18,7 @@ from ..formats.schema.proposal_models import ProposalFile
 from ..formats.writing import output_folder
 from ..objectives.scene import Scene
 from ..reporting.terminal import Terminal, say
-from ..rig.check_models import AboutFile, PortModel
-from ..rig.checked import Checked
-from ..rig.judge import judge
-from ..rig.listening.gathering import replay
-from ..rig.listening.session import Session
-from ..rig.mount.plan import FRAMES, planned
-from ..rig.operators import (
+from ..rig.check.actors import (
     Crew,
     GuidedRobot,
     Helper,
@@ -33,18 +27,29 @@ from ..rig.operators import (
     SimulatedHelper,
     hurried,
 )
-from ..rig.plan_files import mount_plan_model, rod_plan_model, write_mount_plan, write_rod_plan
+from ..rig.check.assessment import judge
+from ..rig.check.models import AboutFile, PortModel
+from ..rig.check.plan_files import (
+    mount_plan_model,
+    rod_plan_model,
+    write_mount_plan,
+    write_rod_plan,
+)
+from ..rig.check.planned_check import Checked
+from ..rig.check.procedure import Part, Plans, run
+from ..rig.mount.stop_plan import FRAMES, planned
 from ..rig.poses.routes import SLACK, Clearance
-from ..rig.procedure import Part, Plans, run
 from ..rig.recording.recording import Recorded, Recording
 from ..rig.rings.health import BAUD
 from ..rig.robot.link import START
 from ..rig.robot.motion import MoveRefusedError
 from ..rig.robot.state import JOINTS
 from ..rig.robot.vetting import STALE, LinkFaultError
-from ..rig.rod.page import write_rod_pages
-from ..rig.rod.plan import plan_rod
 from ..rig.rod.rod import Rod
+from ..rig.rod.trial_plan import plan_rod
+from ..rig.rod.trial_sheets import write_rod_pages
+from ..rig.session.gathering import replay
+from ..rig.session.session import Session
 from ..rig.simulated.process import SimulatedRig, SimulationError
 from ..rig.simulated_cell.cell import simulated_rig, with_cell
 from .check_before import EXEMPT, confirm, require_known_cell, require_near_stop, show_near_stops

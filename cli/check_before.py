@@ -8,11 +8,11 @@ from ..coverage.rings.ring import Setup
 from ..formats.errors import UserError
 from ..objectives.scene import Scene
 from ..reporting.terminal import Terminal
-from ..rig.check_models import DISCLAIMER
-from ..rig.operators import Itinerary
+from ..rig.check.actors import Itinerary
+from ..rig.check.models import DISCLAIMER
+from ..rig.check.procedure import Plans
 from ..rig.poses.clear import sunk
 from ..rig.poses.near_stops import NearStops, by_ring
-from ..rig.procedure import Plans
 from .rig_options import ring_names
 
 EXEMPT = (

@@ -8,9 +8,9 @@ import numpy as np
 
 from ..formats.writing import write_text
 from ..reporting.pages import csv_text, escaped, html, table
-from ..rig.check_models import CheckResult, RingFitModel, WavingModel
-from ..rig.checked import Checked
-from ..rig.judge import Judged
+from ..rig.check.assessment import Judged
+from ..rig.check.models import CheckResult, RingFitModel, WavingModel
+from ..rig.check.planned_check import Checked
 from ..rig.sensing.expected import expected
 
 

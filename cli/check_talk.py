@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..reporting.terminal import Terminal, say_json
-from ..rig.judge import Judged
+from ..rig.check.assessment import Judged
 
 EXIT = {"as proposed": 0, "differs": 1, "unfinished": 3}  # 2: bad input
 

@@ -107,8 +107,8 @@ def check(
 
     Example: place-rings check --replay place-rings-check/recording-1.rig --out again
     """
-    from ..rig.check_models import PortModel
-    from ..rig.procedure import PARTS
+    from ..rig.check.models import PortModel
+    from ..rig.check.procedure import PARTS
     from .check import Asked, check_live, check_replay
     from .rig_options import check_installed, check_ports, resolve_ports, resolve_rod
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..coverage.rings.ring import Setup
 from ..formats.errors import UserError, shown
-from ..rig.check_models import PortModel
+from ..rig.check.models import PortModel
 from ..rig.rings.decoders import DECODERS
 from ..rig.rings.health import BAUD
 from ..rig.rod.rod import Rod

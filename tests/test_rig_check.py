@@ -33,22 +33,22 @@ from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Goal, Motion
 from place_rings.reporting.terminal import Terminal
-from place_rings.rig.check_models import AboutFile, CheckResult, PortModel
-from place_rings.rig.checked import Checked
-from place_rings.rig.judge import judge
-from place_rings.rig.listening.gathering import replay
-from place_rings.rig.mount.plan import planned
-from place_rings.rig.plan_files import mount_plan_model, rod_plan_model
+from place_rings.rig.check.assessment import judge
+from place_rings.rig.check.models import AboutFile, CheckResult, PortModel
+from place_rings.rig.check.plan_files import mount_plan_model, rod_plan_model
+from place_rings.rig.check.planned_check import Checked
+from place_rings.rig.check.procedure import spans
+from place_rings.rig.mount.stop_plan import planned
 from place_rings.rig.poses.near_stops import by_ring, near_stops
-from place_rings.rig.procedure import spans
 from place_rings.rig.recording.recording import Recorded, Recording
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.rig.rings.protocol import encode
 from place_rings.rig.robot.motion import UNSEEN
 from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import STALE
-from place_rings.rig.rod.plan import places, plan_rod
 from place_rings.rig.rod.rod import Rod
+from place_rings.rig.rod.trial_plan import places, plan_rod
+from place_rings.rig.session.gathering import replay
 from place_rings.rig.simulated.process import SimulatedRig
 from place_rings.rig.simulated_cell.cell import Cell, simulated_rig
 

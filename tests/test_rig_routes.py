@@ -14,7 +14,7 @@ from place_rings.formats.convert.scenes import scene_model, scene_of
 from place_rings.formats.schema.scene_models import ObstacleModel
 from place_rings.objectives.scene import Motion, Pose
 from place_rings.rig.mount.fit import fit_mount
-from place_rings.rig.mount.plan import planned
+from place_rings.rig.mount.stop_plan import planned
 from place_rings.rig.poses.clear import clear, from_cell, gaps, least_gaps, sunk
 from place_rings.rig.poses.near_stops import NOBODY, by_ring, joined, near_stops
 from place_rings.rig.poses.routes import SLACK, Clearance, Roadmap, straight

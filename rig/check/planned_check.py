@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass
 
-from ..coverage.rings.ring import Setup
-from ..formats.convert.scenes import scene_of, setup_of
-from ..objectives.scene import Scene
-from .check_models import AboutFile
+from ...coverage.rings.ring import Setup
+from ...formats.convert.scenes import scene_of, setup_of
+from ...objectives.scene import Scene
+from ..rings.health import Port
+from ..simulated_cell.injected import Injected, injected
+from .models import AboutFile
 from .plan_files import mount_plan_of, rod_plan_of
 from .procedure import Plans
-from .rings.health import Port
-from .simulated_cell.injected import Injected, injected
 
 
 @dataclass(frozen=True)

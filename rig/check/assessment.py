@@ -7,9 +7,18 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..objectives.verify import Verifier
-from .check_models import CheckResult
-from .check_records import (
+from ...objectives.verify import Verifier
+from ..mount.as_built import AsBuilt
+from ..mount.fit import fit_mount
+from ..mount.waving import Waving, waved
+from ..rod.coverage_estimate import RodCheck, check_rod
+from ..sensing.readings import Readings, Stops, at_stops, joined
+from ..session.gathering import Gathered
+from .findings import differences, missing
+from .models import CheckResult
+from .planned_check import Checked
+from .procedure import Span, spans
+from .records import (
     coverage_of,
     events_of,
     lines_of,
@@ -19,16 +28,7 @@ from .check_records import (
     seconds_of,
     warnings_of,
 )
-from .checked import Checked
-from .listening.gathering import Gathered
-from .mount.as_built import AsBuilt
-from .mount.fit import fit_mount
-from .mount.waving import Waving, waved
-from .procedure import Span, spans
-from .rod.check import RodCheck, check_rod
 from .self_check import SelfCheck, self_check
-from .sensing.readings import Readings, Stops, at_stops, joined
-from .verdict import differences, missing
 
 _Found = TypeVar("_Found")
 

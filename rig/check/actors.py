@@ -11,21 +11,21 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.rings.ring import Setup
-from ..objectives.scene import Scene
-from .listening.session import Session
-from .listening.stop_conditions import StopConditions, StopRules
-from .poses.clear import drawn
-from .poses.near_stops import STEP, NearStops, joined, near_stops
-from .poses.routes import Clearance, Roadmap, straight
+from ...coverage.rings.ring import Setup
+from ...objectives.scene import Scene
+from ..poses.clear import drawn
+from ..poses.near_stops import STEP, NearStops, joined, near_stops
+from ..poses.routes import Clearance, Roadmap, straight
+from ..rings.health import SILENT
+from ..robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
+from ..robot.state import State
+from ..robot.vetting import LinkFaultError
+from ..rod.rod import Rod
+from ..sensing.readings import WITHIN
+from ..session.session import Session
+from ..session.stop_conditions import StopConditions, StopRules
+from ..simulated.process import SimulatedRig, SimulationError
 from .procedure import EndedError, Part
-from .rings.health import SILENT
-from .robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
-from .robot.state import State
-from .robot.vetting import LinkFaultError
-from .rod.rod import Rod
-from .sensing.readings import WITHIN
-from .simulated.process import SimulatedRig, SimulationError
 
 _BETWEEN = 60  # poses between, over which ways may go
 _LOOK, _SETTLE = 0.1, 0.3  # s; an arm that has arrived still swings

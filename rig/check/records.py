@@ -5,9 +5,19 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..coverage.rings.ring import Setup
-from ..objectives.verify import Verifier
-from .check_models import (
+from ...coverage.rings.ring import Setup
+from ...objectives.verify import Verifier
+from ..mount.as_built import AsBuilt, faults, truth_of
+from ..mount.fit import RingFit
+from ..mount.waving import Waving
+from ..recording.clocks import Alignment
+from ..rings.health import Happened, Port
+from ..robot.vetting import Ended
+from ..rod.coverage_estimate import RodCheck
+from ..rod.trial_plan import Places, places, rod_zeta
+from ..session.gathering import Gathered
+from ..simulated_cell.injected import Injected
+from .models import (
     CoverageModel,
     ErrorModel,
     EventModel,
@@ -20,18 +30,8 @@ from .check_models import (
     WavingModel,
     ZetaModel,
 )
-from .checked import Checked
-from .listening.gathering import Gathered
-from .mount.as_built import AsBuilt, faults, truth_of
-from .mount.fit import RingFit
-from .mount.waving import Waving
-from .recording.clocks import Alignment
-from .rings.health import Happened, Port
-from .robot.vetting import Ended
-from .rod.check import RodCheck
-from .rod.plan import Places, places, rod_zeta
+from .planned_check import Checked
 from .self_check import SelfCheck
-from .simulated_cell.injected import Injected
 
 _SHOWN: dict[str, tuple[float, Literal["mm", "°"]]] = {
     "slip": (1000.0, "mm"),

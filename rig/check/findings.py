@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .check_models import CoverageModel, MountCheckModel
-from .mount.as_built import AsBuilt
-from .mount.model import LIMITS, NAMES
-from .mount.waving import Waving
+from ..mount.as_built import AsBuilt
+from ..mount.model import LIMITS, NAMES
+from ..mount.waving import Waving
+from .models import CoverageModel, MountCheckModel
 from .procedure import Plans
 from .self_check import SelfCheck
 

@@ -13,9 +13,9 @@ from typing import Any, Literal, NamedTuple, Protocol
 import numpy as np
 from jaxtyping import Float
 
-from .listening.session import Session
-from .mount.plan import MountPlan
-from .rod.plan import RodPlan
+from ..mount.stop_plan import MountPlan
+from ..rod.trial_plan import RodPlan
+from ..session.session import Session
 
 Part = Literal["self", "mount", "coverage"]
 PARTS: tuple[Part, ...] = ("self", "mount", "coverage")
