@@ -13,7 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ..rig.check.models import DISCLAIMER
-from ..rig.check.procedure import EndedError, Part
+from ..rig.check.plans import Part
+from ..rig.check.procedure import EndedError
 from ..rig.rings.protocol import Frame, Status
 from ..rig.robot.vetting import LinkFaultError
 from ..rig.session.session import Session

@@ -16,7 +16,7 @@ from ..sensing.readings import Readings, Stops, at_stops, joined
 from ..session.gathering import Gathered
 from .findings import differences, missing
 from .models import CheckResult
-from .planned_check import Checked
+from .planned_check import PlannedCheck
 from .procedure import Span, spans
 from .records import (
     coverage_of,
@@ -34,7 +34,7 @@ _Found = TypeVar("_Found")
 
 
 @dataclass(frozen=True)
-class Judged:
+class Assessment:
     """result; and, of the parts that were done, what it is made of. stops: numbers of the stops
     that were read. rods: a check of each target."""
 
@@ -47,18 +47,18 @@ class Judged:
     verifier: Verifier | None = None
 
 
-def judge(checked: Checked, gathered: Gathered, wall: float, damage: str = "") -> Judged:
+def assess(check: PlannedCheck, gathered: Gathered, wall: float, damage: str = "") -> Assessment:
     """The verdict.
 
     Args:
-        checked: what was to be done.
+        check: what was to be done.
         gathered: what came.
         wall: s since 1970, when it was recorded.
         damage: of the recording, if it was read from one that is not whole.
     """
-    readings, steps = Readings(*gathered.rows(len(checked.setup.rings))), spans(gathered.said)
+    readings, steps = Readings(*gathered.rows(len(check.setup.rings))), spans(gathered.said)
     done, warnings, reasons = (
-        _Parts(checked, readings, steps),
+        _Parts(check, readings, steps),
         warnings_of(gathered, damage),
         list[str](),
     )
@@ -70,7 +70,7 @@ def judge(checked: Checked, gathered: Gathered, wall: float, damage: str = "") -
             reasons.append(f"{name}: {error}")
             return None
 
-    plans, setup = checked.plans, checked.setup
+    plans, setup = check.plans, check.setup
     looks = part("self check", done.looks) if plans.seconds is not None else None
     waves = {
         i: w
@@ -86,43 +86,43 @@ def judge(checked: Checked, gathered: Gathered, wall: float, damage: str = "") -
     )
     if ended:
         reasons.insert(0, f"ended early: {ended}")
-    verifier = Verifier(checked.scene, checked.about.voxel)
-    mount = mount_of(checked, len(done.numbers), built, verifier)
-    coverage = [coverage_of(checked, rod, built) for rod in rods]
+    verifier = Verifier(check.scene, check.about.voxel)
+    mount = mount_of(check, len(done.numbers), built, verifier)
+    coverage = [coverage_of(check, rod, built) for rod in rods]
     differs = differences(looks, waves, mount, coverage, built)
     lacks, too_much = missing(
         plans, looks, waves, len(setup.rings), mount, len(done.numbers), coverage
     )
     reasons += differs + lacks
     result = CheckResult(
-        setup=checked.about.setup,
-        simulated=checked.about.injected,
-        seed=checked.about.seed,
+        setup=check.about.setup,
+        simulated=check.about.injected,
+        seed=check.about.seed,
         recorded=time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(wall)),
         seconds=seconds_of(gathered),
         verdict="unfinished" if ended or too_much else "differs" if differs else "as proposed",
         reasons=reasons,
         warnings=warnings,
         robot=link_of(gathered),
-        lines=lines_of(setup, checked.ports, gathered),
+        lines=lines_of(setup, check.ports, gathered),
         events=events_of(gathered),
         self_check=looks_of(looks, waves),
         mount=mount,
         coverage=coverage,
-        version=checked.about.version,
+        version=check.about.version,
     )
-    return Judged(result, looks, done.numbers, read, built, rods, verifier)
+    return Assessment(result, looks, done.numbers, read, built, rods, verifier)
 
 
 class _Parts:
     """The parts, from readings and steps."""
 
-    def __init__(self, checked: Checked, readings: Readings, steps: Sequence[Span]) -> None:
-        self._checked, self._readings, self._steps = checked, readings, steps
-        plan, rings = checked.plans.mount, len(checked.setup.rings)
+    def __init__(self, check: PlannedCheck, readings: Readings, steps: Sequence[Span]) -> None:
+        self._check, self._readings, self._steps = check, readings, steps
+        plan, rings = check.plans.mount, len(check.setup.rings)
         most = {
             "mount": 0 if plan is None else len(plan.joints),
-            "wave": rings if checked.plans.wave else 0,
+            "wave": rings if check.plans.wave else 0,
         }
         self.numbers, self.waved = (
             sorted({s.number for s in steps if s.what == what and 0 <= s.number < n})
@@ -139,23 +139,23 @@ class _Parts:
         return self._readings.only(some)
 
     def looks(self) -> SelfCheck:
-        return self_check(self._checked.scene, self._checked.setup, self._of("self"))
+        return self_check(self._check.scene, self._check.setup, self._of("self"))
 
     def waving(self, ring: int) -> Waving:
-        return waved(self._of("wave", ring), self._checked.setup, ring)
+        return waved(self._of("wave", ring), self._check.setup, ring)
 
     def stops(self) -> Stops | None:
-        plan = self._checked.plans.mount
+        plan = self._check.plans.mount
         if plan is None or not self.numbers:
             return None
         parts = [self._of("mount", n) for n in self.numbers]
-        return at_stops(joined(parts), self._checked.setup, plan.joints[self.numbers])
+        return at_stops(joined(parts), self._check.setup, plan.joints[self.numbers])
 
     def built(self, read: Stops | None) -> AsBuilt:
         if read is None:
             raise ValueError("no stop was read")
-        fits = fit_mount(self._checked.scene, self._checked.setup, read)
-        return AsBuilt(self._checked.scene, self._checked.setup, fits)
+        fits = fit_mount(self._check.scene, self._check.setup, read)
+        return AsBuilt(self._check.scene, self._check.setup, fits)
 
     def rods(self) -> list[RodCheck]:
         done, first, found = (
@@ -165,8 +165,8 @@ class _Parts:
         )
         if not done:
             raise ValueError("no trial was done")
-        for plan in self._checked.plans.rods:
+        for plan in self._check.plans.rods:
             numbers = range(first, first := first + len(plan.stratum))
             trials = [self._of("trial", i) if i in done else None for i in numbers]
-            found.append(check_rod(plan, self._checked.setup, self._of("before"), trials))
+            found.append(check_rod(plan, self._check.setup, self._of("before"), trials))
         return found

@@ -8,7 +8,7 @@ from ..mount.as_built import AsBuilt
 from ..mount.model import LIMITS, NAMES
 from ..mount.waving import Waving
 from .models import CoverageModel, MountCheckModel
-from .procedure import Plans
+from .plans import Plans
 from .self_check import SelfCheck
 
 

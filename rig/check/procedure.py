@@ -7,8 +7,7 @@ the recording too.
 
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from jaxtyping import Float
@@ -16,9 +15,8 @@ from jaxtyping import Float
 from ..mount.stop_plan import MountPlan
 from ..rod.trial_plan import RodPlan
 from ..session.session import Session
+from .plans import Part, Plans
 
-Part = Literal["self", "mount", "coverage"]
-PARTS: tuple[Part, ...] = ("self", "mount", "coverage")
 _SLOWEST = 5.0  # frames a second of a ring that is waited for
 _PATIENCE = 1.0  # s, besides
 _LOOK = 0.02  # s
@@ -56,25 +54,6 @@ class Operator(Protocol):
     def show(self, part: Part, done: int, of: int) -> None:
         """So many steps of a part are done."""
         ...
-
-
-@dataclass(frozen=True)
-class Plans:
-    """What is to be done: s that the rig is looked at, stops, trials in each target; None or none:
-    not that part. wave: is a hand passed over the sensors, ring by ring? The rods' plans have the
-    same poses, and their trials are numbered one after another."""
-
-    seconds: float | None
-    mount: MountPlan | None
-    rods: tuple[RodPlan, ...] = ()
-    wave: bool = False
-
-    @property
-    def parts(self) -> list[Float[np.ndarray, "P J"]]:
-        """The poses at which the robot is to stand, (P, J) rad, for each part that has some, in
-        order.
-        """
-        return [plan.joints for plan in (self.mount, *self.rods[:1]) if plan is not None]
 
 
 class Span(NamedTuple):

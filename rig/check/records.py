@@ -30,7 +30,7 @@ from .models import (
     WavingModel,
     ZetaModel,
 )
-from .planned_check import Checked
+from .planned_check import PlannedCheck
 from .self_check import SelfCheck
 
 _SHOWN: dict[str, tuple[float, Literal["mm", "°"]]] = {
@@ -187,14 +187,14 @@ def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
 
 
 def mount_of(
-    checked: Checked, stops: int, built: AsBuilt | None, verifier: Verifier
+    check: PlannedCheck, stops: int, built: AsBuilt | None, verifier: Verifier
 ) -> MountCheckModel | None:
     """Of a mount check of which so many ``stops`` were read."""
-    plan, was = checked.plans.mount, checked.injected
+    plan, was = check.plans.mount, check.injected
     if plan is None or built is None:
         return None
     zeta = []
-    for goal in checked.scene.goals:
+    for goal in check.scene.goals:
         z = built.zeta(goal.target, verifier)
         percents = {
             f"{key}_percent": 100 * getattr(z, key) for key in ("proposed", "built", "alive")
@@ -210,20 +210,18 @@ def mount_of(
     )
 
 
-def coverage_of(checked: Checked, rod: RodCheck, built: AsBuilt | None) -> CoverageModel:
+def coverage_of(check: PlannedCheck, rod: RodCheck, built: AsBuilt | None) -> CoverageModel:
     """Of the trials in a target."""
-    plan, was, true, guess = rod.plan, checked.injected, None, None
+    plan, was, true, guess = rod.plan, check.injected, None, None
     if was is not None or built is not None:
-        where: Places = places(checked.scene, plan.target, plan.rod)
+        where: Places = places(check.scene, plan.target, plan.rod)
         if built is not None:
             guess = 100 * rod_zeta(
-                checked.scene, built.setup, where, plan.rod, plan.detection, built.alive
+                check.scene, built.setup, where, plan.rod, plan.detection, built.alive
             )
         if was is not None:
-            mounted = was.world(checked.scene).mounted
-            true = 100 * rod_zeta(
-                checked.scene, mounted, where, plan.rod, plan.detection, was.alive
-            )
+            mounted = was.world(check.scene).mounted
+            true = 100 * rod_zeta(check.scene, mounted, where, plan.rod, plan.detection, was.alive)
     size = [2000 * plan.rod.radius, 1000 * (plan.rod.length + 2 * plan.rod.radius)]
     return CoverageModel(
         target=plan.target.name,

@@ -6,24 +6,28 @@ from typing import Any
 
 import numpy as np
 
-from ..formats.writing import write_text
-from ..reporting.pages import csv_text, escaped, html, table
-from ..rig.check.assessment import Judged
-from ..rig.check.models import CheckResult, RingFitModel, WavingModel
-from ..rig.check.planned_check import Checked
-from ..rig.sensing.expected import expected
+from ...formats.writing import write_text
+from ...reporting.pages import csv_text, escaped, html, table
+from ..sensing.expected import expected
+from .assessment import Assessment
+from .models import CheckResult, RingFitModel, WavingModel
+from .planned_check import PlannedCheck
 
 
-def write_files(checked: Checked, judged: Judged, folder: Path) -> list[str]:
+def write_files(check: PlannedCheck, assessment: Assessment, folder: Path) -> list[str]:
     """Write what there is to say; the files' names."""
-    texts = {"check.html": html(page(judged.result), folder, f"Check of {judged.result.setup}")}
-    texts["check.json"] = judged.result.model_dump_json(indent=2) + "\n"
-    if judged.read is not None:
-        texts["stops.csv"] = csv_text(_stops(checked, judged))
-    if judged.rods:
-        texts["trials.csv"] = csv_text(_trials(judged))
-    if judged.built is not None:
-        texts["built.toml"] = judged.built.toml(f"{checked.about.setup}, as built", judged.verifier)
+    texts = {
+        "check.html": html(page(assessment.result), folder, f"Check of {assessment.result.setup}")
+    }
+    texts["check.json"] = assessment.result.model_dump_json(indent=2) + "\n"
+    if assessment.read is not None:
+        texts["stops.csv"] = csv_text(_stops(check, assessment))
+    if assessment.rods:
+        texts["trials.csv"] = csv_text(_trials(assessment))
+    if assessment.built is not None:
+        texts["built.toml"] = assessment.built.toml(
+            f"{check.about.setup}, as built", assessment.verifier
+        )
     for name, text in texts.items():
         write_text(folder / name, text)
     return list(texts)
@@ -33,12 +37,12 @@ def _number(value: float, digits: int = 4) -> Any:
     return round(float(value), digits) if np.isfinite(value) else ""
 
 
-def _stops(checked: Checked, judged: Judged) -> list[Mapping[str, Any]]:
+def _stops(check: PlannedCheck, assessment: Assessment) -> list[Mapping[str, Any]]:
     """Each sensor, as wired, at each stop: what should have been read as proposed, and what was."""
-    assert judged.read is not None
-    setup, read = checked.setup, judged.read
+    assert assessment.read is not None
+    setup, read = check.setup, assessment.read
     wanted, first = (
-        expected(checked.scene, setup, read.joints),
+        expected(check.scene, setup, read.joints),
         np.cumsum([0, *(r.count for r in setup.rings)]),
     )
     ring = setup.ring_of_sensor
@@ -53,15 +57,15 @@ def _stops(checked: Checked, judged: Judged) -> list[Mapping[str, Any]]:
             "valid": int(read.valid[p, k]),
             "readings": int(read.total[p, k]),
         }
-        for p, stop in enumerate(judged.stops)
+        for p, stop in enumerate(assessment.stops)
         for k in range(setup.sensors)
     ]
 
 
-def _trials(judged: Judged) -> list[Mapping[str, Any]]:
+def _trials(assessment: Assessment) -> list[Mapping[str, Any]]:
     """The trials in each target, numbered one after another."""
     rows = list[Mapping[str, Any]]()
-    for found in judged.rods:
+    for found in assessment.rods:
         plan = found.plan
         rows += [
             {
