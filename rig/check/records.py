@@ -128,7 +128,7 @@ def warnings_of(gathered: Gathered, damage: str) -> list[str]:
     ]
 
 
-def looks_of(found: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel | None:
+def self_check_of(found: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel | None:
     """Of the self check."""
     if found is None:
         return None

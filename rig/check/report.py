@@ -1,6 +1,6 @@
 """The files of a check: page, JSON, CSV, and the setup as built."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,26 +8,26 @@ import numpy as np
 
 from ...formats.writing import write_text
 from ...reporting.pages import csv_text, escaped, html, table
+from ..rod.coverage_estimate import RodCheck
 from ..sensing.expected import expected
+from ..sensing.readings import Stops
 from .assessment import Assessment
 from .models import CheckResult, RingFitModel, WavingModel
 from .planned_check import PlannedCheck
 
 
 def write_files(check: PlannedCheck, assessment: Assessment, folder: Path) -> list[str]:
-    """Write what there is to say; the files' names."""
-    texts = {
-        "check.html": html(page(assessment.result), folder, f"Check of {assessment.result.setup}")
-    }
-    texts["check.json"] = assessment.result.model_dump_json(indent=2) + "\n"
-    if assessment.read is not None:
-        texts["stops.csv"] = csv_text(_stops(check, assessment))
-    if assessment.rods:
-        texts["trials.csv"] = csv_text(_trials(assessment))
-    if assessment.built is not None:
-        texts["built.toml"] = assessment.built.toml(
-            f"{check.about.setup}, as built", assessment.verifier
-        )
+    """Write the report of a check; return the files' names."""
+    result, done = assessment.result, assessment.parts
+    texts = {"check.html": html(page(result), folder, f"Check of {result.setup}")}
+    texts["check.json"] = result.model_dump_json(indent=2) + "\n"
+    if done.read is not None:
+        texts["stops.csv"] = csv_text(_stops(check, done.stops, done.read))
+    if done.rods:
+        texts["trials.csv"] = csv_text(_trials(done.rods))
+    if done.built is not None:
+        name = f"{check.about.setup}, as built"
+        texts["built.toml"] = done.built.toml(name, assessment.verifier)
     for name, text in texts.items():
         write_text(folder / name, text)
     return list(texts)
@@ -37,14 +37,11 @@ def _number(value: float, digits: int = 4) -> Any:
     return round(float(value), digits) if np.isfinite(value) else ""
 
 
-def _stops(check: PlannedCheck, assessment: Assessment) -> list[Mapping[str, Any]]:
+def _stops(check: PlannedCheck, numbers: Sequence[int], read: Stops) -> list[Mapping[str, Any]]:
     """Each sensor, as wired, at each stop: what should have been read as proposed, and what was."""
-    assert assessment.read is not None
-    setup, read = check.setup, assessment.read
-    wanted, first = (
-        expected(check.scene, setup, read.joints),
-        np.cumsum([0, *(r.count for r in setup.rings)]),
-    )
+    setup = check.setup
+    wanted = expected(check.scene, setup, read.joints)
+    first = np.cumsum([0, *(r.count for r in setup.rings)])
     ring = setup.ring_of_sensor
     return [
         {
@@ -57,16 +54,16 @@ def _stops(check: PlannedCheck, assessment: Assessment) -> list[Mapping[str, Any
             "valid": int(read.valid[p, k]),
             "readings": int(read.total[p, k]),
         }
-        for p, stop in enumerate(assessment.stops)
+        for p, stop in enumerate(numbers)
         for k in range(setup.sensors)
     ]
 
 
-def _trials(assessment: Assessment) -> list[Mapping[str, Any]]:
+def _trials(rods: Sequence[RodCheck]) -> list[Mapping[str, Any]]:
     """The trials in each target, numbered one after another."""
     rows = list[Mapping[str, Any]]()
-    for found in assessment.rods:
-        plan = found.plan
+    for rod in rods:
+        plan = rod.plan
         rows += [
             {
                 "trial": len(rows) + i,
@@ -76,9 +73,9 @@ def _trials(assessment: Assessment) -> list[Mapping[str, Any]]:
                     zip(("x_m", "y_m", "z_m"), (_number(v) for v in plan.point[i]), strict=True)
                 ),
                 "predicted_seen": int(plan.covered[i]),
-                "tested": int(found.tested[i]),
-                "seen": int(found.seen[i]) if found.tested[i] else "",
-                "told_by": int(found.told[i].sum()) if found.tested[i] else "",
+                "tested": int(rod.tested[i]),
+                "seen": int(rod.seen[i]) if rod.tested[i] else "",
+                "told_by": int(rod.told[i].sum()) if rod.tested[i] else "",
             }
             for i in range(len(plan.stratum))
         ]
