@@ -2,7 +2,6 @@
 and replayed.
 """
 
-import fcntl
 import io
 import json
 import os
@@ -12,7 +11,6 @@ import select
 import signal
 import subprocess
 import sys
-import termios
 import threading
 import time
 from contextlib import nullcontext, suppress
@@ -630,6 +628,14 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
     assert result.mount is None or result.mount.injected_found is None
 
 
+# becomes Python with what follows, its input the terminal of its session: JAX forbids a fork here
+_IN_TERMINAL = (
+    "import fcntl, os, sys, termios;"
+    "fcntl.ioctl(0, termios.TIOCSCTTY, 0);"
+    "os.execv(sys.executable, [sys.executable, *sys.argv[1:]])"
+)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("end", ["SIGINT", "SIGTERM", "hang-up"])
 def test_signals_end_a_moving_check_in_order(tmp_path, end):
@@ -652,14 +658,13 @@ def test_signals_end_a_moving_check_in_order(tmp_path, end):
     ]
     master, slave = pty.openpty()
     with subprocess.Popen(
-        [sys.executable, "-m", "place_rings.cli.entry", *words],
+        [sys.executable, "-c", _IN_TERMINAL, "-m", "place_rings.cli.entry", *words],
         cwd=tmp_path,
         env={**os.environ, "TMPDIR": str(tmp_path / "temporary")},
         stdin=slave,
         stdout=slave,
         stderr=slave,
         start_new_session=True,
-        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
     ) as process:
         os.close(slave)
         ended = threading.Event()
