@@ -196,7 +196,7 @@ class Helper:
         )
 
 
-class Crew:
+class RobotAndHelper:
     """Robot, helper and who is shown how far it is, as one ``Operator``."""
 
     def __init__(

@@ -30,7 +30,7 @@ from ..session.gathering import Gathered
 from ..session.session import Session
 from ..simulated.process import SimulatedRig, SimulationError
 from ..simulated_cell.cell import simulated_rig, with_cell
-from .actors import Crew, GuidedRobot, Helper, MovedRobot, SimulatedHelper, hurried
+from .actors import GuidedRobot, Helper, MovedRobot, RobotAndHelper, SimulatedHelper, hurried
 from .models import AboutFile, PortModel
 from .plan_files import mount_plan_model, rod_plan_model
 from .planned_check import PlannedCheck, ring_names
@@ -219,7 +219,7 @@ class LiveCheck:
                 else SimulatedHelper(rig.simulated, setup, rod)
             )
             stack.enter_context(view)
-            run(session, plans, Crew(robot, helper, view.show))
+            run(session, plans, RobotAndHelper(robot, helper, view.show))
 
     def _moved_robot(
         self,

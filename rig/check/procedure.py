@@ -68,15 +68,15 @@ class Span(NamedTuple):
 
 def spans(said: Iterable[tuple[float, dict[str, Any]]]) -> list[Span]:
     """The steps that were done, from what was said; one that was not ended is none."""
-    found, begun = list[Span](), None
+    done, begun = list[Span](), None
     for at, words in said:
         match words:
             case {"what": "begin", "step": str(step), "number": int(number)}:
                 begun = (step, number, at)
             case {"what": "end"} if begun:
-                found.append(Span(*begun, at))
+                done.append(Span(*begun, at))
                 begun = None
-    return found
+    return done
 
 
 def run(session: Session, plans: Plans, operator: Operator) -> str:

@@ -1,4 +1,4 @@
-"""What was gathered and found, as the models of a check hold it."""
+"""What was gathered and measured, as the models of a check hold it."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
@@ -49,21 +49,21 @@ def seconds_of(gathered: Gathered) -> float:
     return round(times[-1] - times[0], 3)
 
 
-def _clock(found: Alignment | None) -> tuple[float | None, float | None]:
+def _clock(alignment: Alignment | None) -> tuple[float | None, float | None]:
     """Drift, ppm, and jitter, ms."""
     return (
         (None, None)
-        if found is None
-        else (round(1e6 * found.drift, 2), round(1000 * found.jitter, 3))
+        if alignment is None
+        else (round(1e6 * alignment.drift, 2), round(1000 * alignment.jitter, 3))
     )
 
 
 def link_of(gathered: Gathered) -> LinkModel:
     """Of the robot's link."""
-    told = [said for _, said in gathered.said if said.get("what") == "link ended"]
+    endings = [said for _, said in gathered.said if said.get("what") == "link ended"]
     ended = None
-    if told:
-        why, detail = (str(told[0].get(key, "")) for key in ("why", "detail"))
+    if endings:
+        why, detail = (str(endings[0].get(key, "")) for key in ("why", "detail"))
         ended = ": ".join(
             t for t in (Ended[why].value if why in Ended.__members__ else why, detail) if t
         )
@@ -90,23 +90,23 @@ def lines_of(setup: Setup, ports: Sequence[Port], gathered: Gathered) -> list[Li
 def events_of(gathered: Gathered) -> list[EventModel]:
     """What happened to rings' lines, in order."""
     start = min([s.time for s in gathered.states] + [e.time for e in gathered.events], default=0.0)
-    told = sorted(gathered.events, key=lambda e: (e.time, e.ring, e.what.name))
+    events = sorted(gathered.events, key=lambda e: (e.time, e.ring, e.what.name))
     return [
         EventModel(
             seconds=round(e.time - start, 3), ring=e.ring, what=e.what.value, detail=e.detail
         )
-        for e in told
+        for e in events
     ]
 
 
 def warnings_of(gathered: Gathered, damage: str) -> list[str]:
     """What speaks against believing the rest."""
-    found = [
+    happened = [
         f"ring {e.ring}: {e.what}{': ' + e.detail if e.detail else ''}" for e in events_of(gathered)
     ]
-    found = [
+    happened = [
         f
-        for f, e in zip(found, events_of(gathered), strict=True)
+        for f, e in zip(happened, events_of(gathered), strict=True)
         if e.what not in {w.value for w in _WORTH}
     ]
     link = link_of(gathered).ended
@@ -124,26 +124,26 @@ def warnings_of(gathered: Gathered, damage: str) -> list[str]:
         ),
         *([f"the robot's link ended: {link}"] if link else []),
         *([f"the recording is not whole: {damage}"] if damage else []),
-        *dict.fromkeys(found),
+        *dict.fromkeys(happened),
     ]
 
 
-def self_check_of(found: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel | None:
+def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel | None:
     """Of the self check."""
-    if found is None:
+    if done is None:
         return None
-    first, rings = np.cumsum([0, *(r.count for r in found.setup.rings)]), []
-    for i, health in enumerate(found.rings):
+    first, rings = np.cumsum([0, *(r.count for r in done.setup.rings)]), []
+    for i, health in enumerate(done.rings):
         k = slice(int(first[i]), int(first[i + 1]))
-        told = found.spread[k][np.isfinite(found.spread[k])]
+        spread = done.spread[k][np.isfinite(done.spread[k])]
         rings.append(
             LookModel(
                 ring=i,
                 frames=health.frames,
                 rate_hz=round(health.rate, 3),
                 gaps=health.gaps,
-                answering=int((found.answers[k] > 0).sum()),
-                scatter_mm=round(1000 * float(np.median(told)), 3) if len(told) else None,
+                answering=int((done.answers[k] > 0).sum()),
+                scatter_mm=round(1000 * float(np.median(spread)), 3) if len(spread) else None,
             )
         )
     keys = ("silent", "noisy", "lossy", "on_robot", "surprising")
@@ -157,7 +157,7 @@ def self_check_of(found: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfM
         for i, w in waved.items()
     ]
     return SelfModel(
-        rings=rings, waved=hands, **{key: found.named(getattr(found, key)) for key in keys}
+        rings=rings, waved=hands, **{key: done.named(getattr(done, key)) for key in keys}
     )
 
 
@@ -171,10 +171,8 @@ def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
         scale, unit = _SHOWN[name]
         key: Any = name
         was = None if truth is None else round(scale * float(truth[k]), _DIGITS)
-        found = round(scale * float(value), _DIGITS), round(scale * float(margin), _DIGITS)
-        errors.append(
-            ErrorModel(name=key, unit=unit, value=found[0], margin=found[1], injected=was)
-        )
+        value, margin = (round(scale * float(v), _DIGITS) for v in (value, margin))
+        errors.append(ErrorModel(name=key, unit=unit, value=value, margin=margin, injected=was))
     return RingFitModel(
         ring=number,
         link=fit.nominal.link,

@@ -126,10 +126,10 @@ def _self(r: CheckResult) -> list[str]:
     ]
 
 
-def _wired(found: WavingModel) -> str:
-    """What waving told."""
-    missed = [f"none was seen by {', '.join(map(str, found.missed))}"] * bool(found.missed)
-    return "; ".join(found.faults + missed) or "wired in order"
+def _wired(wave: WavingModel) -> str:
+    """Which sensor each wire has, by a hand."""
+    missed = [f"none was seen by {', '.join(map(str, wave.missed))}"] * bool(wave.missed)
+    return "; ".join(wave.faults + missed) or "wired in order"
 
 
 def _shown(value: float | None, digits: int = 1) -> str:
@@ -266,8 +266,8 @@ def _health(r: CheckResult) -> list[str]:
     )
     lines = ["## Links", "", table(heads, rows), clock, ""]
     if r.events:
-        told = [
+        rows = [
             (f"{e.seconds:.2f}", str(e.ring), escaped(e.what), escaped(e.detail)) for e in r.events
         ]
-        lines += ["## Events", "", table(("s", "ring", "what", "detail"), told)]
+        lines += ["## Events", "", table(("s", "ring", "what", "detail"), rows)]
     return lines
