@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy as np
 import psutil
-from place_rings.rig.listening.gathering import replay
-from place_rings.rig.listening.session import Session
 from place_rings.rig.recording.recording import Recorded, Recording
 from place_rings.rig.recording.records import Kind
 from place_rings.rig.rings.health import Port
 from place_rings.rig.robot.link import START
 from place_rings.rig.robot.vetting import STALE, LinkFaultError
+from place_rings.rig.session.gathering import replay
+from place_rings.rig.session.session import Session
 from place_rings.rig.simulated.process import SimulatedRig, command
 from rig_found import PLAIN, Found, row, until
 

@@ -1,4 +1,4 @@
-"""What must hold before a check moves the robot, and what is said before a person is asked."""
+"""What a check tells a person before it moves the robot, and the question whether it may."""
 
 import math
 
@@ -8,61 +8,17 @@ from ..coverage.rings.ring import Setup
 from ..formats.errors import UserError
 from ..objectives.scene import Scene
 from ..reporting.terminal import Terminal
-from ..rig.check_models import DISCLAIMER
-from ..rig.operators import Itinerary
-from ..rig.poses.clear import sunk
+from ..rig.check.models import DISCLAIMER
+from ..rig.check.planned_check import ring_names
+from ..rig.check.plans import Plans
+from ..rig.poses.itinerary import Itinerary
 from ..rig.poses.near_stops import NearStops, by_ring
-from ..rig.procedure import Plans
-from .rig_options import ring_names
 
 EXEMPT = (
     "The simulated rig knows its whole cell, and nobody can be hurt: it moves without --move,"
     " without a floor and [motion] cell_complete in the scene, and with relaxed limits of time. A"
     " real robot does not."
 )
-
-
-def require_known_cell(scene: Scene) -> None:
-    """UserError that says what to add, where a scene does not say all that a moving robot could
-    hit.
-    """
-    lacks = []
-    if not any("floor" in o.keys for o in scene.obstacles):
-        lacks.append("[[obstacles]] floor = HEIGHT_OF_YOUR_FLOOR (m, in the base frame)")
-    if not scene.robot.bodies:
-        lacks.append(
-            "a robot with bodies (`place-rings robot` fits them), as nothing else keeps it off the"
-            " cell and itself"
-        )
-    if not scene.motion.cell_complete:
-        lacks.append(
-            "cell_complete = true under [motion], once everything the robot can reach is in"
-            " [[obstacles]]"
-        )
-    if lacks:
-        raise UserError(f"--move: the cell is not known; add to the scene: {'; and '.join(lacks)}")
-    if inside := sunk(scene):
-        more = f" (and {len(inside) - 1} more)" if len(inside) > 1 else ""
-        raise UserError(
-            f"--move: {inside[0]}{more}; allowed: poses at which nothing stands in an obstacle"
-        )
-
-
-def require_near_stop(stops: NearStops, scene: Scene, waived: bool) -> None:
-    """UserError where too few sensors keep the near stop, unless that is waived."""
-    least = scene.motion.near_share
-    if stops.share >= least or waived:
-        return
-    hint = (
-        ""
-        if scene.motion.rings_as_proposed
-        else "; rings_as_proposed = true, if every ring is the right way round, helps"
-    )
-    raise UserError(
-        f"--move: along the route {100 * stops.share:.0f} % of the sensors keep the whole near"
-        f" stop, allowed: {100 * least:.0f} % and more (near_share under [motion]){hint};"
-        " --allow-reduced-near-stop moves all the same"
-    )
 
 
 def show_near_stops(stops: NearStops, setup: Setup, scene: Scene, console: Terminal) -> None:
@@ -108,7 +64,7 @@ def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Terminal)
             f" rings_as_proposed = {str(motion.rings_as_proposed).lower()}."
         ),
         (
-            f"The robot will move to {reached} of {sum(map(len, plans.parts))} poses, its leading"
+            f"The robot will move to {reached} of {sum(map(len, plans.poses))} poses, its leading"
             f" joint at up to {math.degrees(motion.speed):g}°/s and"
             f" {math.degrees(motion.acceleration):g}°/s². It stops on a near reading as in the"
             " table above, on a ring that is silent, frozen or reports failures, on a fault of a"

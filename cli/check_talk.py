@@ -4,16 +4,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..reporting.terminal import Terminal, say_json
-from ..rig.judge import Judged
+from ..rig.check.assessment import Assessment
 
 EXIT = {"as proposed": 0, "differs": 1, "unfinished": 3}  # 2: bad input
 
 
-def tell(judged: Judged, files: Sequence[str], folder: Path, as_json: bool) -> int:
+def tell(assessment: Assessment, files: Sequence[str], folder: Path, as_json: bool) -> int:
     """Print the verdict and where the files are, or the result as JSON; the exit code of the
     verdict.
     """
-    r = judged.result
+    r = assessment.result
     if as_json:
         say_json(r.model_dump_json(indent=2))
         return EXIT[r.verdict]

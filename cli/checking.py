@@ -107,9 +107,9 @@ def check(
 
     Example: place-rings check --replay place-rings-check/recording-1.rig --out again
     """
-    from ..rig.check_models import PortModel
-    from ..rig.procedure import PARTS
-    from .check import Asked, check_live, check_replay
+    from ..rig.check.models import PortModel
+    from ..rig.check.plans import PARTS, CheckOptions
+    from .check import check_live, check_replay
     from .rig_options import check_installed, check_ports, resolve_ports, resolve_rod
 
     if sum(given is not None for given in (rig, robot_host, replay)) != 1:
@@ -137,7 +137,7 @@ def check(
         ports = resolve_ports(setup, ring)
         check_ports(setup, ports)
     check_installed()
-    asked = Asked(
+    options = CheckOptions(
         parts, seconds, wave, stops, trials, rod, move, allow_reduced_near_stop, voxel, seed
     )
-    sys.exit(check_live(subject, setup, found, asked, robot_host, ports, out, as_json))
+    sys.exit(check_live(subject, setup, found, options, robot_host, ports, out, as_json))

@@ -8,24 +8,14 @@ from pathlib import Path
 
 from ..coverage.rings.ring import Setup
 from ..formats.errors import UserError, shown
-from ..rig.check_models import PortModel
+from ..rig.check.models import PortModel
+from ..rig.check.planned_check import ring_names
 from ..rig.rings.decoders import DECODERS
 from ..rig.rings.health import BAUD
 from ..rig.rod.rod import Rod
 
 _RING = re.compile(r"(?P<name>[^=]+)=(?P<port>[^,]+)(,(?P<decoder>[^,]*))?(,(?P<baud>\d{2,8}))?")
 _ROD = re.compile(r"(?P<thick>\d+(\.\d+)?)x(?P<long>\d+(\.\d+)?)")
-
-
-def ring_names(setup: Setup) -> list[str]:
-    """What each ring is called: by its link, and by its number among that link's where there are
-    several.
-    """
-    links = [r.link for r in setup.rings]
-    return [
-        link if links.count(link) == 1 else f"{link}.{links[:i].count(link)}"
-        for i, link in enumerate(links)
-    ]
 
 
 def resolve_ports(setup: Setup, asked: Sequence[str]) -> list[PortModel]:

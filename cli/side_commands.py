@@ -168,7 +168,7 @@ def schema(
 
     Example: place-rings schema scene
     """
-    from ..rig.check_models import CheckResult
+    from ..rig.check.models import CheckResult
 
     model = CheckResult if name == "check" else MODELS[name]
     say_json(json.dumps(model.model_json_schema(), indent=2))

@@ -36,7 +36,7 @@ from place_rings.reporting.pages import code, escaped, html, table
 from place_rings.reporting.plots import save
 from place_rings.reporting.rendering.sheet import write_png
 from place_rings.reporting.terminal import Terminal, say, say_json, say_lines
-from place_rings.rig.check_models import AboutFile, PortModel
+from place_rings.rig.check.models import AboutFile, PortModel
 from place_rings.rig.recording.recording import Recording
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.viewer import html as words

@@ -9,13 +9,13 @@ import time
 
 import numpy as np
 import pytest
-from place_rings.rig.listening.gathering import replay
-from place_rings.rig.listening.session import Session
 from place_rings.rig.recording.recording import Recorded, Recording
 from place_rings.rig.rings.health import Port
 from place_rings.rig.robot.link import Link
 from place_rings.rig.robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
 from place_rings.rig.robot.vetting import STALE, Ended, LinkFaultError
+from place_rings.rig.session.gathering import replay
+from place_rings.rig.session.session import Session
 from place_rings.rig.simulated.process import SimulatedRig, command
 
 pytest.importorskip("rtde_control")

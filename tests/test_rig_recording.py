@@ -14,7 +14,6 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from place_rings.formats.errors import UserError
-from place_rings.rig.listening.gathering import Gathered, replay
 from place_rings.rig.recording.clocks import Lag, align
 from place_rings.rig.recording.recording import Recorded, Recording
 from place_rings.rig.recording.records import DamagedError, Kind, Record, RecordReader
@@ -22,6 +21,7 @@ from place_rings.rig.rings.health import Event, Happened, Port
 from place_rings.rig.rings.protocol import encode
 from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import Ended
+from place_rings.rig.session.gathering import Gathered, replay
 
 records = st.builds(
     Record,

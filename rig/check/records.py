@@ -1,13 +1,23 @@
-"""What was gathered and found, as the models of a check hold it."""
+"""What was gathered and measured, as the models of a check hold it."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
 
-from ..coverage.rings.ring import Setup
-from ..objectives.verify import Verifier
-from .check_models import (
+from ...coverage.rings.ring import Setup
+from ...objectives.verify import Verifier
+from ..mount.as_built import AsBuilt, faults, truth_of
+from ..mount.fit import RingFit
+from ..mount.waving import Waving
+from ..recording.clocks import Alignment
+from ..rings.health import Happened, Port
+from ..robot.vetting import Ended
+from ..rod.coverage_estimate import RodCheck
+from ..rod.trial_plan import Places, places, rod_zeta
+from ..session.gathering import Gathered
+from ..simulated_cell.injected import Injected
+from .models import (
     CoverageModel,
     ErrorModel,
     EventModel,
@@ -20,18 +30,8 @@ from .check_models import (
     WavingModel,
     ZetaModel,
 )
-from .checked import Checked
-from .listening.gathering import Gathered
-from .mount.as_built import AsBuilt, faults, truth_of
-from .mount.fit import RingFit
-from .mount.waving import Waving
-from .recording.clocks import Alignment
-from .rings.health import Happened, Port
-from .robot.vetting import Ended
-from .rod.check import RodCheck
-from .rod.plan import Places, places, rod_zeta
+from .planned_check import PlannedCheck
 from .self_check import SelfCheck
-from .simulated_cell.injected import Injected
 
 _SHOWN: dict[str, tuple[float, Literal["mm", "°"]]] = {
     "slip": (1000.0, "mm"),
@@ -49,21 +49,21 @@ def seconds_of(gathered: Gathered) -> float:
     return round(times[-1] - times[0], 3)
 
 
-def _clock(found: Alignment | None) -> tuple[float | None, float | None]:
+def _clock(alignment: Alignment | None) -> tuple[float | None, float | None]:
     """Drift, ppm, and jitter, ms."""
     return (
         (None, None)
-        if found is None
-        else (round(1e6 * found.drift, 2), round(1000 * found.jitter, 3))
+        if alignment is None
+        else (round(1e6 * alignment.drift, 2), round(1000 * alignment.jitter, 3))
     )
 
 
 def link_of(gathered: Gathered) -> LinkModel:
     """Of the robot's link."""
-    told = [said for _, said in gathered.said if said.get("what") == "link ended"]
+    endings = [said for _, said in gathered.said if said.get("what") == "link ended"]
     ended = None
-    if told:
-        why, detail = (str(told[0].get(key, "")) for key in ("why", "detail"))
+    if endings:
+        why, detail = (str(endings[0].get(key, "")) for key in ("why", "detail"))
         ended = ": ".join(
             t for t in (Ended[why].value if why in Ended.__members__ else why, detail) if t
         )
@@ -90,23 +90,23 @@ def lines_of(setup: Setup, ports: Sequence[Port], gathered: Gathered) -> list[Li
 def events_of(gathered: Gathered) -> list[EventModel]:
     """What happened to rings' lines, in order."""
     start = min([s.time for s in gathered.states] + [e.time for e in gathered.events], default=0.0)
-    told = sorted(gathered.events, key=lambda e: (e.time, e.ring, e.what.name))
+    events = sorted(gathered.events, key=lambda e: (e.time, e.ring, e.what.name))
     return [
         EventModel(
             seconds=round(e.time - start, 3), ring=e.ring, what=e.what.value, detail=e.detail
         )
-        for e in told
+        for e in events
     ]
 
 
 def warnings_of(gathered: Gathered, damage: str) -> list[str]:
     """What speaks against believing the rest."""
-    found = [
+    happened = [
         f"ring {e.ring}: {e.what}{': ' + e.detail if e.detail else ''}" for e in events_of(gathered)
     ]
-    found = [
+    happened = [
         f
-        for f, e in zip(found, events_of(gathered), strict=True)
+        for f, e in zip(happened, events_of(gathered), strict=True)
         if e.what not in {w.value for w in _WORTH}
     ]
     link = link_of(gathered).ended
@@ -124,26 +124,26 @@ def warnings_of(gathered: Gathered, damage: str) -> list[str]:
         ),
         *([f"the robot's link ended: {link}"] if link else []),
         *([f"the recording is not whole: {damage}"] if damage else []),
-        *dict.fromkeys(found),
+        *dict.fromkeys(happened),
     ]
 
 
-def looks_of(found: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel | None:
+def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel | None:
     """Of the self check."""
-    if found is None:
+    if done is None:
         return None
-    first, rings = np.cumsum([0, *(r.count for r in found.setup.rings)]), []
-    for i, health in enumerate(found.rings):
+    first, rings = np.cumsum([0, *(r.count for r in done.setup.rings)]), []
+    for i, health in enumerate(done.rings):
         k = slice(int(first[i]), int(first[i + 1]))
-        told = found.spread[k][np.isfinite(found.spread[k])]
+        spread = done.spread[k][np.isfinite(done.spread[k])]
         rings.append(
             LookModel(
                 ring=i,
                 frames=health.frames,
                 rate_hz=round(health.rate, 3),
                 gaps=health.gaps,
-                answering=int((found.answers[k] > 0).sum()),
-                scatter_mm=round(1000 * float(np.median(told)), 3) if len(told) else None,
+                answering=int((done.answers[k] > 0).sum()),
+                scatter_mm=round(1000 * float(np.median(spread)), 3) if len(spread) else None,
             )
         )
     keys = ("silent", "noisy", "lossy", "on_robot", "surprising")
@@ -157,7 +157,7 @@ def looks_of(found: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel 
         for i, w in waved.items()
     ]
     return SelfModel(
-        rings=rings, waved=hands, **{key: found.named(getattr(found, key)) for key in keys}
+        rings=rings, waved=hands, **{key: done.named(getattr(done, key)) for key in keys}
     )
 
 
@@ -171,10 +171,8 @@ def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
         scale, unit = _SHOWN[name]
         key: Any = name
         was = None if truth is None else round(scale * float(truth[k]), _DIGITS)
-        found = round(scale * float(value), _DIGITS), round(scale * float(margin), _DIGITS)
-        errors.append(
-            ErrorModel(name=key, unit=unit, value=found[0], margin=found[1], injected=was)
-        )
+        value, margin = (round(scale * float(v), _DIGITS) for v in (value, margin))
+        errors.append(ErrorModel(name=key, unit=unit, value=value, margin=margin, injected=was))
     return RingFitModel(
         ring=number,
         link=fit.nominal.link,
@@ -187,14 +185,14 @@ def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
 
 
 def mount_of(
-    checked: Checked, stops: int, built: AsBuilt | None, verifier: Verifier
+    check: PlannedCheck, stops: int, built: AsBuilt | None, verifier: Verifier
 ) -> MountCheckModel | None:
     """Of a mount check of which so many ``stops`` were read."""
-    plan, was = checked.plans.mount, checked.injected
+    plan, was = check.plans.mount, check.injected
     if plan is None or built is None:
         return None
     zeta = []
-    for goal in checked.scene.goals:
+    for goal in check.scene.goals:
         z = built.zeta(goal.target, verifier)
         percents = {
             f"{key}_percent": 100 * getattr(z, key) for key in ("proposed", "built", "alive")
@@ -210,20 +208,18 @@ def mount_of(
     )
 
 
-def coverage_of(checked: Checked, rod: RodCheck, built: AsBuilt | None) -> CoverageModel:
+def coverage_of(check: PlannedCheck, rod: RodCheck, built: AsBuilt | None) -> CoverageModel:
     """Of the trials in a target."""
-    plan, was, true, guess = rod.plan, checked.injected, None, None
+    plan, was, true, guess = rod.plan, check.injected, None, None
     if was is not None or built is not None:
-        where: Places = places(checked.scene, plan.target, plan.rod)
+        where: Places = places(check.scene, plan.target, plan.rod)
         if built is not None:
             guess = 100 * rod_zeta(
-                checked.scene, built.setup, where, plan.rod, plan.detection, built.alive
+                check.scene, built.setup, where, plan.rod, plan.detection, built.alive
             )
         if was is not None:
-            mounted = was.world(checked.scene).mounted
-            true = 100 * rod_zeta(
-                checked.scene, mounted, where, plan.rod, plan.detection, was.alive
-            )
+            mounted = was.world(check.scene).mounted
+            true = 100 * rod_zeta(check.scene, mounted, where, plan.rod, plan.detection, was.alive)
     size = [2000 * plan.rod.radius, 1000 * (plan.rod.length + 2 * plan.rod.radius)]
     return CoverageModel(
         target=plan.target.name,

@@ -7,18 +7,16 @@ the recording too.
 
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from jaxtyping import Float
 
-from .listening.session import Session
-from .mount.plan import MountPlan
-from .rod.plan import RodPlan
+from ..mount.stop_plan import MountPlan
+from ..rod.trial_plan import RodPlan
+from ..session.session import Session
+from .plans import Part, Plans
 
-Part = Literal["self", "mount", "coverage"]
-PARTS: tuple[Part, ...] = ("self", "mount", "coverage")
 _SLOWEST = 5.0  # frames a second of a ring that is waited for
 _PATIENCE = 1.0  # s, besides
 _LOOK = 0.02  # s
@@ -58,25 +56,6 @@ class Operator(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class Plans:
-    """What is to be done: s that the rig is looked at, stops, trials in each target; None or none:
-    not that part. wave: is a hand passed over the sensors, ring by ring? The rods' plans have the
-    same poses, and their trials are numbered one after another."""
-
-    seconds: float | None
-    mount: MountPlan | None
-    rods: tuple[RodPlan, ...] = ()
-    wave: bool = False
-
-    @property
-    def parts(self) -> list[Float[np.ndarray, "P J"]]:
-        """The poses at which the robot is to stand, (P, J) rad, for each part that has some, in
-        order.
-        """
-        return [plan.joints for plan in (self.mount, *self.rods[:1]) if plan is not None]
-
-
 class Span(NamedTuple):
     """From when to when, s of the host's monotonic clock, what was read: ``self``, ``wave`` at a
     ring, ``mount`` at a stop, ``before`` at a pose without the rod, ``trial`` with it."""
@@ -89,15 +68,15 @@ class Span(NamedTuple):
 
 def spans(said: Iterable[tuple[float, dict[str, Any]]]) -> list[Span]:
     """The steps that were done, from what was said; one that was not ended is none."""
-    found, begun = list[Span](), None
+    done, begun = list[Span](), None
     for at, words in said:
         match words:
             case {"what": "begin", "step": str(step), "number": int(number)}:
                 begun = (step, number, at)
             case {"what": "end"} if begun:
-                found.append(Span(*begun, at))
+                done.append(Span(*begun, at))
                 begun = None
-    return found
+    return done
 
 
 def run(session: Session, plans: Plans, operator: Operator) -> str:

@@ -39,25 +39,25 @@ class Gathered:
     patience: float = 1.0
     lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def take(self, found: Frame | Event | State, ring: int = 0) -> None:
+    def take(self, piece: Frame | Event | State, ring: int = 0) -> None:
         """One more; from any thread."""
         with self.lock:
-            if isinstance(found, State):
-                self.states.append(found)
-            elif isinstance(found, Frame):
-                self.frames.append((ring, found))
+            if isinstance(piece, State):
+                self.states.append(piece)
+            elif isinstance(piece, Frame):
+                self.frames.append((ring, piece))
             else:
-                self.events.append(found)
+                self.events.append(piece)
 
     def clocks(self, rings: int) -> list[Alignment | None]:
         """Each ring's clock against the host's; None where it sends none, or too few."""
-        found = list[Alignment | None]()
+        alignments = list[Alignment | None]()
         for ring in range(rings):
             frames = [f for at, f in self.frames if at == ring and not np.isnan(f.clock)]
-            found.append(
+            alignments.append(
                 align(np.array([f.time for f in frames]), np.array([f.clock for f in frames]))
             )
-        return found
+        return alignments
 
     def clock(self) -> Alignment | None:
         """The robot's clock against the host's."""
@@ -124,29 +124,29 @@ def replay(recorded: Recorded, ports: Sequence[Port], stale: float = STALE) -> G
     Events are those that were found then, as what nobody sent leaves no bytes. A record that cannot
     be read is passed over.
     """
-    found, vetting, lines = Gathered(patience=stale / STALE), Vetting(stale), dict[int, Line]()
+    gathered, vetting, lines = Gathered(patience=stale / STALE), Vetting(stale), dict[int, Line]()
     for record in recorded.records():
         match record.kind:
-            case Kind.STATE | Kind.NOTE | Kind.CLOSED if found.fault is None:
+            case Kind.STATE | Kind.NOTE | Kind.CLOSED if gathered.fault is None:
                 try:
-                    found.take(vetting.take(record))
+                    gathered.take(vetting.take(record))
                 except LinkFaultError as fault:
-                    fault.time, found.fault = record.time, fault
+                    fault.time, gathered.fault = record.time, fault
             case Kind.BYTES if record.source < len(ports):
                 line = lines.setdefault(
                     record.source, Line(record.source, ports[record.source], record.time)
                 )
                 for each in line.take(record.data, record.time):
                     if isinstance(each, Frame):
-                        found.take(each, record.source)
+                        gathered.take(each, record.source)
             case Kind.OPENED if record.source in lines:
                 lines[record.source].opened(record.time)
             case Kind.HAPPENED:
                 with suppress(ValueError):
-                    found.take(Event.of(record))
+                    gathered.take(Event.of(record))
             case Kind.EVENT:
                 with suppress(ValueError):
                     if isinstance(said := json.loads(record.data), dict):
-                        found.said.append((record.time, said))
-    found.counts = [lines[i].counts if i in lines else Counts() for i in range(len(ports))]
-    return found
+                        gathered.said.append((record.time, said))
+    gathered.counts = [lines[i].counts if i in lines else Counts() for i in range(len(ports))]
+    return gathered

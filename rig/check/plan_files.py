@@ -7,15 +7,15 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from ..coverage.targets import Target
-from ..formats.loader import read_model
-from ..formats.schema.base_model import StrictModel, refuse
-from ..formats.schema.field_types import Metres, Percent
-from ..formats.writing import to_toml, write_text
-from .mount.plan import MountPlan
-from .rod.plan import RodPlan, Stratum
-from .rod.rod import Detection, Rod
-from .sensing.noise import Noise
+from ...coverage.targets import Target
+from ...formats.loader import read_model
+from ...formats.schema.base_model import StrictModel, refuse
+from ...formats.schema.field_types import Metres, Percent
+from ...formats.writing import to_toml, write_text
+from ..mount.stop_plan import MountPlan
+from ..rod.rod import Detection, Rod
+from ..rod.trial_plan import RodPlan, Stratum
+from ..sensing.noise import Noise
 
 _Angles = Annotated[
     list[Annotated[float, Field(ge=-720, le=720, description="degrees")]],

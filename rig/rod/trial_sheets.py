@@ -22,7 +22,7 @@ from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.solids.polyhedra import Polyhedron
 from ...formats.writing import write_bytes
 from ...objectives.scene import Scene
-from .plan import RodPlan
+from .trial_plan import RodPlan
 
 _A4 = (8.27, 11.69)  # inches
 _ROWS, _COLUMNS = 36, 2  # of the list on a page

@@ -5,29 +5,27 @@ put by a person.
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.rings.ring import Setup
-from ..objectives.scene import Scene
-from .listening.session import Session
-from .listening.stop_conditions import StopConditions, StopRules
-from .poses.clear import drawn
-from .poses.near_stops import STEP, NearStops, joined, near_stops
-from .poses.routes import Clearance, Roadmap, straight
-from .procedure import EndedError, Part
-from .rings.health import SILENT
-from .robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
-from .robot.state import State
-from .robot.vetting import LinkFaultError
-from .rod.rod import Rod
-from .sensing.readings import WITHIN
-from .simulated.process import SimulatedRig, SimulationError
+from ...coverage.rings.ring import Setup
+from ...objectives.scene import Scene
+from ..poses.itinerary import Itinerary
+from ..poses.near_stops import STEP, NearStops, joined
+from ..rings.health import SILENT
+from ..robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
+from ..robot.state import State
+from ..robot.vetting import LinkFaultError
+from ..rod.rod import Rod
+from ..sensing.readings import WITHIN
+from ..session.session import Session
+from ..session.stop_conditions import StopConditions, StopRules
+from ..simulated.process import SimulatedRig, SimulationError
+from .plans import Part
+from .procedure import EndedError
 
-_BETWEEN = 60  # poses between, over which ways may go
 _LOOK, _SETTLE = 0.1, 0.3  # s; an arm that has arrived still swings
 _STILL = 0.01  # rad/s
 _LATE = 0.05  # m, that what a simulated ring saw may have come nearer since
@@ -38,58 +36,6 @@ Ask = Callable[[str], bool]  # a person is told what to do: done, or left out; E
 Show = Callable[[Part, int, int], None]
 
 
-class Itinerary:
-    """The ways between where a robot is and the poses of a check.
-
-    Args:
-        scene, setup: robot, cell, limits, and the rings as proposed.
-        start: (J,) rad, where the robot is.
-        parts: of the check, in order: the poses (P, J) rad at which the robot is to stand.
-        seed: of the poses between.
-    """
-
-    def __init__(
-        self,
-        scene: Scene,
-        setup: Setup,
-        start: Float[np.ndarray, " J"],
-        parts: Sequence[Float[np.ndarray, "P J"]],
-        seed: int,
-    ) -> None:
-        self.clearance, self._scene, self._setup = Clearance(scene, setup), scene, setup
-        between = drawn(scene, _BETWEEN, seed, self.clearance.of)
-        self.map = Roadmap(np.concatenate([start[None], *parts, between]), self.clearance.of)
-        self.at, self.reached, self.legs = 0, list[list[int]](), list[tuple[int, int]]()
-        for joints in parts:
-            self.reached.append(self.order(joints))
-            for q in joints[self.reached[-1]]:
-                self.legs += pairwise([self.at, *self.next(q)])
-                self.at = self.node(q)
-        self.at = 0
-
-    def node(self, q: Float[np.ndarray, " J"]) -> int:
-        """The node at a pose."""
-        return int(np.abs(self.map.nodes - q).max(axis=1).argmin())
-
-    def order(self, joints: Float[np.ndarray, "P J"]) -> list[int]:
-        """Which of P poses can be reached, each the nearest of those left."""
-        nodes = {self.node(q): i for i, q in enumerate(joints)}
-        return [nodes[n] for n in self.map.order(self.at, list(nodes))]
-
-    def next(self, q: Float[np.ndarray, " J"]) -> list[int]:
-        """Nodes on the way there."""
-        return self.map.way(self.at, self.node(q)) or []
-
-    def near_stops(self) -> NearStops:
-        """The near stops along the whole route."""
-        ways = [straight(self.map.nodes[a], self.map.nodes[b], STEP) for a, b in self.legs]
-        return near_stops(self._scene, self._setup, np.concatenate([self.map.nodes[:1], *ways]))
-
-    def near_stops_to(self, node: int, q: Float[np.ndarray, " J"]) -> NearStops:
-        """The near stops along the way to a node from where the robot really is, ``q`` (J,) rad."""
-        return near_stops(self._scene, self._setup, straight(q, self.map.nodes[node], STEP))
-
-
 class MovedRobot:
     """A robot that is moved along an itinerary, and stopped by what the stop conditions say.
 
@@ -98,6 +44,7 @@ class MovedRobot:
         scene: with its limits.
         session: robot and rings.
         itinerary: with the ways.
+        route: the near stops along the whole of it.
         alarm: is told at once where the robot is not seen to stand still.
     """
 
@@ -107,6 +54,7 @@ class MovedRobot:
         scene: Scene,
         session: Session,
         itinerary: Itinerary,
+        route: NearStops,
         alarm: Callable[[str], None],
     ) -> None:
         limits, motion = scene.robot.limits, scene.motion
@@ -117,9 +65,14 @@ class MovedRobot:
         )
         self._itinerary, self._session, self._counts = itinerary, session, session.rings.sizes
         self._within = STEP + motion.speed * SILENT * session.patience  # a reading may be that old
-        # A simulated ring shows what it saw a while ago, maybe on another way.
-        self._route = itinerary.near_stops().lowered(_LATE) if session.patience > 1 else None
-        self._stops = itinerary.near_stops_to(itinerary.at, session.link.latest().q)
+        # A simulated ring shows what it saw a while ago, maybe on another way: there the near stops
+        # of the whole route hold. Else those of each way do, from where the robot really is.
+        self._by_way = session.patience <= 1
+        self._stops = (
+            itinerary.near_stops_to(itinerary.at, session.link.latest().q)
+            if self._by_way
+            else route.lowered(_LATE)
+        )
         self._mover = Mover(
             host,
             session.link,
@@ -138,16 +91,23 @@ class MovedRobot:
     def stand(self, q: Float[np.ndarray, " J"], words: str) -> bool:
         for node in self._itinerary.next(q):
             try:
-                way = self._itinerary.near_stops_to(node, self._session.link.latest().q)
-                # a reading may still be of the way before
-                self._stops = self._route or joined(self._stops, way)
-                self._mover.move(self._itinerary.map.nodes[node])
-                self._stops = way
+                self._move(node)
             except (MoveRefusedError, MoveStoppedError, LinkFaultError) as error:
                 raise EndedError(f"on the way to {words}: {error}") from error
             self._itinerary.at = node
         time.sleep(_SETTLE)
         return True
+
+    def _move(self, node: int) -> None:
+        """Move to a node, with the near stops of the way there."""
+        goal = self._itinerary.map.nodes[node]
+        if not self._by_way:
+            self._mover.move(goal)
+            return
+        way = self._itinerary.near_stops_to(node, self._session.link.latest().q)
+        self._stops = joined(self._stops, way)  # a reading may still be of the way before
+        self._mover.move(goal)
+        self._stops = way
 
     def _near(self, q: Float[np.ndarray, " J"]) -> list[Float[np.ndarray, " n"]]:
         """The near stops that hold at ``q`` (J,) rad, ring by ring."""
@@ -236,7 +196,7 @@ class Helper:
         )
 
 
-class Crew:
+class RobotAndHelper:
     """Robot, helper and who is shown how far it is, as one ``Operator``."""
 
     def __init__(

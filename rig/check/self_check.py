@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..coverage.rings.ring import Setup
-from ..objectives.scene import Scene
-from .sensing.expected import ROBOT, expected
-from .sensing.noise import Noise
-from .sensing.readings import Readings, at_stops
+from ...coverage.rings.ring import Setup
+from ...objectives.scene import Scene
+from ..sensing.expected import ROBOT, expected
+from ..sensing.noise import Noise
+from ..sensing.readings import Readings, at_stops
 
 _BODY = 0.05  # m, by which a robot's body may lie off the capsules that stand for it
 _SURE = 5.0  # deviations

@@ -21,7 +21,7 @@ from scipy import stats
 
 from ...coverage.rings.ring import Setup
 from ..sensing.readings import Readings, Stops, at_stops
-from .plan import RodPlan, Stratum
+from .trial_plan import RodPlan, Stratum
 
 CONFIDENCE = 0.95
 

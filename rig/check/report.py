@@ -1,29 +1,33 @@
 """The files of a check: page, JSON, CSV, and the setup as built."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..formats.writing import write_text
-from ..reporting.pages import csv_text, escaped, html, table
-from ..rig.check_models import CheckResult, RingFitModel, WavingModel
-from ..rig.checked import Checked
-from ..rig.judge import Judged
-from ..rig.sensing.expected import expected
+from ...formats.writing import write_text
+from ...reporting.pages import csv_text, escaped, html, table
+from ..rod.coverage_estimate import RodCheck
+from ..sensing.expected import expected
+from ..sensing.readings import Stops
+from .assessment import Assessment
+from .models import CheckResult, RingFitModel, WavingModel
+from .planned_check import PlannedCheck
 
 
-def write_files(checked: Checked, judged: Judged, folder: Path) -> list[str]:
-    """Write what there is to say; the files' names."""
-    texts = {"check.html": html(page(judged.result), folder, f"Check of {judged.result.setup}")}
-    texts["check.json"] = judged.result.model_dump_json(indent=2) + "\n"
-    if judged.read is not None:
-        texts["stops.csv"] = csv_text(_stops(checked, judged))
-    if judged.rods:
-        texts["trials.csv"] = csv_text(_trials(judged))
-    if judged.built is not None:
-        texts["built.toml"] = judged.built.toml(f"{checked.about.setup}, as built", judged.verifier)
+def write_files(check: PlannedCheck, assessment: Assessment, folder: Path) -> list[str]:
+    """Write the report of a check; return the files' names."""
+    result, done = assessment.result, assessment.parts
+    texts = {"check.html": html(page(result), folder, f"Check of {result.setup}")}
+    texts["check.json"] = result.model_dump_json(indent=2) + "\n"
+    if done.read is not None:
+        texts["stops.csv"] = csv_text(_stops(check, done.stops, done.read))
+    if done.rods:
+        texts["trials.csv"] = csv_text(_trials(done.rods))
+    if done.built is not None:
+        name = f"{check.about.setup}, as built"
+        texts["built.toml"] = done.built.toml(name, assessment.verifier)
     for name, text in texts.items():
         write_text(folder / name, text)
     return list(texts)
@@ -33,14 +37,11 @@ def _number(value: float, digits: int = 4) -> Any:
     return round(float(value), digits) if np.isfinite(value) else ""
 
 
-def _stops(checked: Checked, judged: Judged) -> list[Mapping[str, Any]]:
+def _stops(check: PlannedCheck, numbers: Sequence[int], read: Stops) -> list[Mapping[str, Any]]:
     """Each sensor, as wired, at each stop: what should have been read as proposed, and what was."""
-    assert judged.read is not None
-    setup, read = checked.setup, judged.read
-    wanted, first = (
-        expected(checked.scene, setup, read.joints),
-        np.cumsum([0, *(r.count for r in setup.rings)]),
-    )
+    setup = check.setup
+    wanted = expected(check.scene, setup, read.joints)
+    first = np.cumsum([0, *(r.count for r in setup.rings)])
     ring = setup.ring_of_sensor
     return [
         {
@@ -53,16 +54,16 @@ def _stops(checked: Checked, judged: Judged) -> list[Mapping[str, Any]]:
             "valid": int(read.valid[p, k]),
             "readings": int(read.total[p, k]),
         }
-        for p, stop in enumerate(judged.stops)
+        for p, stop in enumerate(numbers)
         for k in range(setup.sensors)
     ]
 
 
-def _trials(judged: Judged) -> list[Mapping[str, Any]]:
+def _trials(rods: Sequence[RodCheck]) -> list[Mapping[str, Any]]:
     """The trials in each target, numbered one after another."""
     rows = list[Mapping[str, Any]]()
-    for found in judged.rods:
-        plan = found.plan
+    for rod in rods:
+        plan = rod.plan
         rows += [
             {
                 "trial": len(rows) + i,
@@ -72,9 +73,9 @@ def _trials(judged: Judged) -> list[Mapping[str, Any]]:
                     zip(("x_m", "y_m", "z_m"), (_number(v) for v in plan.point[i]), strict=True)
                 ),
                 "predicted_seen": int(plan.covered[i]),
-                "tested": int(found.tested[i]),
-                "seen": int(found.seen[i]) if found.tested[i] else "",
-                "told_by": int(found.told[i].sum()) if found.tested[i] else "",
+                "tested": int(rod.tested[i]),
+                "seen": int(rod.seen[i]) if rod.tested[i] else "",
+                "told_by": int(rod.told[i].sum()) if rod.tested[i] else "",
             }
             for i in range(len(plan.stratum))
         ]
@@ -125,10 +126,10 @@ def _self(r: CheckResult) -> list[str]:
     ]
 
 
-def _wired(found: WavingModel) -> str:
-    """What waving told."""
-    missed = [f"none was seen by {', '.join(map(str, found.missed))}"] * bool(found.missed)
-    return "; ".join(found.faults + missed) or "wired in order"
+def _wired(wave: WavingModel) -> str:
+    """Which sensor each wire has, by a hand."""
+    missed = [f"none was seen by {', '.join(map(str, wave.missed))}"] * bool(wave.missed)
+    return "; ".join(wave.faults + missed) or "wired in order"
 
 
 def _shown(value: float | None, digits: int = 1) -> str:
@@ -265,8 +266,8 @@ def _health(r: CheckResult) -> list[str]:
     )
     lines = ["## Links", "", table(heads, rows), clock, ""]
     if r.events:
-        told = [
+        rows = [
             (f"{e.seconds:.2f}", str(e.ring), escaped(e.what), escaped(e.detail)) for e in r.events
         ]
-        lines += ["## Events", "", table(("s", "ring", "what", "detail"), told)]
+        lines += ["## Events", "", table(("s", "ring", "what", "detail"), rows)]
     return lines
