@@ -23,8 +23,8 @@ import numpy as np
 import psutil
 import pytest
 from place_rings.cli import check as command
+from place_rings.cli.app import app
 from place_rings.cli.check_before import require_known_cell, require_near_stop, show_near_stops
-from place_rings.cli.main import app
 from place_rings.coverage.targets import Target
 from place_rings.formats.convert.scenes import ring_models, scene_model
 from place_rings.formats.errors import UserError

@@ -7,13 +7,10 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..formats.errors import UserError
-from ..formats.loader import resolve
-from .app import Json, Radius, SceneFileOption, Seed, Targets, Voxel, app
-from .options import parse_goals, resolve_scene, with_goals
+from ...formats.errors import UserError
+from ..options.common import Json, Radius, SceneFileOption, Seed, Targets, Voxel
 
 
-@app.command
 def check(
     subject: Annotated[
         str | None,
@@ -107,10 +104,13 @@ def check(
 
     Example: place-rings check --replay place-rings-check/recording-1.rig --out again
     """
-    from ..rig.check_models import PortModel
-    from ..rig.procedure import PARTS
-    from .check import Asked, check_live, check_replay
-    from .rig_options import check_installed, check_ports, resolve_ports, resolve_rod
+    from ...formats.loader import resolve
+    from ...rig.check_models import PortModel
+    from ...rig.procedure import PARTS
+    from ..check import Asked, check_live, check_replay
+    from ..options.scenes import resolve_scene
+    from ..options.targets import parse_goals, with_goals
+    from ..rig_options import check_installed, check_ports, resolve_ports, resolve_rod
 
     if sum(given is not None for given in (rig, robot_host, replay)) != 1:
         raise UserError("check: allowed: one of --rig sim, --robot-host HOST, --replay FILE")

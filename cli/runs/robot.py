@@ -1,6 +1,4 @@
-"""The commands about robots: what is built in, and a robot from a URDF, with a picture to check and
-files to edit.
-"""
+"""A robot from a URDF or one that is built in, with a picture to check and files to edit."""
 
 import math
 import re
@@ -11,19 +9,18 @@ import numpy as np
 import tomli_w
 from rich.table import Table
 
-from ..coverage.robots.built_in import ROBOTS
-from ..coverage.robots.robot import Robot
-from ..formats.errors import UserError, shown
-from ..formats.escaping import printable
-from ..formats.robots.meshes import Meshes, Which
-from ..formats.robots.robot_fit import RobotFit, fit_robot, outlines
-from ..formats.robots.urdf import read_urdf
-from ..formats.robots.urdf_chain import pick_chain
-from ..formats.schema.robot_convert import robot_file
-from ..formats.writing import output_folder, to_toml, write_text
-from ..objectives.scene import Rules, Scene
-from ..reporting.robot_picture import robot_picture
-from ..reporting.terminal import Terminal
+from ...coverage.choices import Surface
+from ...coverage.robots.built_in import ROBOTS
+from ...coverage.robots.robot import Robot
+from ...formats.errors import UserError, shown
+from ...formats.escaping import printable
+from ...formats.robots.robot_fit import RobotFit, outlines
+from ...formats.schema.robot_convert import robot_file
+from ...formats.writing import output_folder, to_toml, write_text
+from ...objectives.scene import Rules, Scene
+from ...reporting.robot_picture import robot_picture
+from ...reporting.terminal import Terminal
+from ..options.urdf_robot import import_urdf
 
 _LIST = re.compile(r"\[\n[-+.\deE,\s]+\]")  # of numbers, over several lines
 _CLEARANCE = 0.02  # m, from what a ring surrounds to its sensors
@@ -33,56 +30,6 @@ start along axis
 (proximal to distal), in the frame of the joint that moves the link. A body is a capsule that \
 stands for a part.
 Of a URDF, reach (the radius of V_O) is an estimate: the data sheet knows better."""
-
-
-def import_urdf(
-    path: Path,
-    base: str | None = None,
-    tip: str | None = None,
-    packages: Sequence[Path] = (),
-    capsules: int = 3,
-    surface: Which = "collision",
-    name: str | None = None,
-) -> RobotFit:
-    """The robot in a URDF with bodies and mounts fitted to its meshes, told on stderr; UserError
-    for one that is bad.
-    """
-    urdf = read_urdf(path)
-    picked = pick_chain(urdf, base, tip)
-    log = Terminal(stderr=True)
-    with log.status("fitting") as status:
-
-        def tell(link: str) -> None:
-            status.update(f"fitting capsules to {link}")
-
-        fit = fit_robot(picked, Meshes(path, packages), name or urdf.name, capsules, surface, tell)
-    if picked.left_out:
-        names = ", ".join(picked.left_out)
-        log.print(
-            f"left out, as joints beside the chain move them: {names}",
-            highlight=False,
-            soft_wrap=True,
-        )
-    if not fit.links:
-        log.print("no link has a shape: no bodies, and no mount but the tool", highlight=False)
-    return fit
-
-
-def robots() -> None:
-    """Print the robots that are built in."""
-    table = Table(title="Robots that are built in", title_justify="left")
-    for column in ("name", "joints", "reach, m", "links with mounts (usable length, m)", "source"):
-        table.add_column(column, justify="right" if column in ("joints", "reach, m") else "left")
-    for robot in ROBOTS.values():
-        table.add_row(
-            robot.name, str(len(robot.chain)), f"{robot.reach:g}", _mounts(robot), robot.source
-        )
-    Terminal().print(table)
-
-
-def _mounts(robot: Robot) -> str:
-    lengths = [(m.link, m.length * (m.usable[1] - m.usable[0])) for m in robot.mounts]
-    return ", ".join(f"{link} {length:.2f}" if length > 0 else link for link, length in lengths)
 
 
 def ring_radius(robot: Robot) -> float:
@@ -116,7 +63,7 @@ def robot(
     tip: str | None,
     packages: Sequence[Path],
     capsules: int,
-    surface: Which,
+    surface: Surface,
     name: str | None,
     out: Path,
 ) -> None:

@@ -1,4 +1,4 @@
-"""The command that writes a setup for other programs."""
+"""The command export: a setup for other programs."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,17 +6,11 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..formats.errors import UserError, shown
-from ..formats.loader import resolve
-from ..formats.robots.urdf import read_urdf
-from ..formats.writing import output_folder, write_bytes
-from ..reporting.terminal import say
-from .app import RobotOption, SceneFileOption, Subject, app
-from .option_groups import NO_FRAMES, FrameOptions
-from .options import resolve_scene, urdf_of
+from ...formats.errors import UserError, shown
+from ..options.common import RobotOption, SceneFileOption, Subject
+from ..options.groups import NO_FRAMES, FrameOptions
 
 
-@app.command
 def export(
     subject: Subject,
     /,
@@ -58,8 +52,13 @@ def export(
 
     Example: place-rings export mounted.urdf --frames "tof_.*" --beam z --to json
     """
-    from ..formats.export.formats import FORMATS
-    from ..formats.export.placed import PlacedSetup
+    from ...formats.export.formats import FORMATS
+    from ...formats.export.placed import PlacedSetup
+    from ...formats.loader import resolve
+    from ...formats.robots.urdf import read_urdf
+    from ...formats.writing import output_folder, write_bytes
+    from ...reporting.terminal import say
+    from ..options.scenes import resolve_scene, urdf_of
 
     unknown = next((name for name in to if name not in FORMATS), None)
     if unknown is not None or not to:

@@ -2,12 +2,12 @@
 of its mounting.
 """
 
-from ..coverage.rings.ring import Setup
-from ..objectives.scene import Scene
-from ..reporting.robustness import Robustness, assess, lines, robustness_table
-from ..reporting.tables import target_label
-from ..reporting.terminal import Terminal, say_json
-from .scene_checks import check_scene, check_sight
+from ...coverage.rings.ring import Setup
+from ...formats.scene_checks import check_scene, check_sight
+from ...objectives.scene import Scene
+from ...reporting.robustness import Robustness, assess, lines, robustness_table
+from ...reporting.tables import target_label
+from ...reporting.terminal import Terminal, say_json
 
 
 def robustness(name: str, setup: Setup, scene: Scene, asked: Robustness, as_json: bool) -> None:

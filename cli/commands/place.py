@@ -1,30 +1,15 @@
-"""The command line: place-rings, and its sub-commands."""
+"""What runs without a command: the search."""
 
-import signal
-import sys
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import CycloptsError, Parameter
+from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..formats.errors import UserError
-from ..formats.loader import with_sensor
-from ..objectives.criterion import Losing
-from ..objectives.scene import Scene
-from ..placement.search.feasible_set import InfeasibleError
-from ..reporting.terminal import say
-from . import checking, export, judging, report, robots, side_commands, view  # noqa: F401  (they add their commands)
-from .aim_options import resolve_aim
-from .app import (
-    Count,
-    Floors,
-    Json,
-    Seed,
-    Voxel,
-    app,
-)
-from .option_groups import (
+from ...coverage.choices import Losing
+from ...formats.errors import UserError
+from ..options.common import Count, Floors, Json, Seed, Voxel
+from ..options.groups import (
     NO_MOTION,
     NO_SENSOR,
     REFERENCE,
@@ -32,15 +17,8 @@ from .option_groups import (
     SceneOptions,
     SensorOptions,
 )
-from .options import (
-    resolve_reach,
-    resolve_space,
-    resolve_time,
-    with_floors,
-)
 
 
-@app.default
 def place(
     *,
     where: SceneOptions = REFERENCE,
@@ -110,7 +88,13 @@ def place(
     sensors_per_ring
         Sensors on each ring; 16, or what a scene's rules allow next to it.
     """
-    from .place import place as run
+    from ...formats.loader import with_sensor
+    from ...objectives.scene import Scene
+    from ...placement.search.feasible_set import InfeasibleError
+    from ..options.criterion import resolve_aim
+    from ..options.search import resolve_reach, resolve_space, resolve_time
+    from ..options.targets import with_floors
+    from ..runs.place import place as run
 
     cap = resolve_time(time)
     asked = where.applied(where.given() or Scene())
@@ -125,14 +109,3 @@ def place(
         run(asked, space, share, seed, cap, voxel, out, as_json, aim)
     except InfeasibleError as error:
         raise UserError(f"{where.scene}: {error}" if where.scene else str(error)) from error
-
-
-def main() -> None:
-    """Run the command line; bad input is one line on stderr and exit code 2."""
-    if hasattr(signal, "SIGPIPE"):
-        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
-    try:
-        app(sys.argv[1:], exit_on_error=False, print_error=False)
-    except (UserError, CycloptsError, ValueError) as error:
-        say(f"place-rings: {' '.join(str(error).split())}", error=True)
-        sys.exit(2)

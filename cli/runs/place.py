@@ -8,36 +8,36 @@ from pathlib import Path
 
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ..coverage.rings.ring import Setup
-from ..formats.convert.results import tolerant_model
-from ..formats.convert.scenes import ring_models, scene_model
-from ..formats.convert.sensor_records import sensor_records
-from ..formats.schema.proposal_models import (
+from ...coverage.rings.ring import Setup
+from ...formats.convert.results import tolerant_model
+from ...formats.convert.scenes import ring_models, scene_model
+from ...formats.convert.sensor_records import sensor_records
+from ...formats.scene_checks import check_scene, check_scene_sight
+from ...formats.schema.proposal_models import (
     FoundModel,
     ProposalFile,
     ReachedModel,
     ReachModel,
     SearchFile,
 )
-from ..formats.schema.result_models import VerifyResult
-from ..formats.writing import made_folder, to_toml, write_text
-from ..objectives.criterion import Criterion, judge
-from ..objectives.pose_subset import MANY
-from ..objectives.scene import Scene
-from ..objectives.verify import Verified, Verifier
-from ..placement.search import search as searching
-from ..placement.search.design import Space
-from ..placement.search.fewest_sensors import fewest_sensors
-from ..placement.search.progress import Progress as Told
-from ..reporting.comparison import PAPER_TARGETS, compared, counted, papers
-from ..reporting.lines.motion import record_line, worst_line
-from ..reporting.lines.occlusion import mounting_lines, print_sight, without_lines
-from ..reporting.lines.protective_volume import protective_lines
-from ..reporting.lines.sensors import sensor_lines
-from ..reporting.placement_picture import placement_picture
-from ..reporting.tables import ring_table, target_label, zeta_table
-from ..reporting.terminal import Terminal, say_json
-from .scene_checks import check_scene, check_scene_sight
+from ...formats.schema.result_models import VerifyResult
+from ...formats.writing import made_folder, to_toml, write_text
+from ...objectives.criterion import Criterion, judge
+from ...objectives.pose_subset import MANY
+from ...objectives.scene import Scene
+from ...objectives.verify import Verified, Verifier
+from ...placement.search import search as searching
+from ...placement.search.design import Space
+from ...placement.search.fewest_sensors import fewest_sensors
+from ...placement.search.progress import Progress as Told
+from ...reporting.comparison import PAPER_TARGETS, compared, counted, papers
+from ...reporting.lines.motion import record_line, worst_line
+from ...reporting.lines.occlusion import mounting_lines, print_sight, without_lines
+from ...reporting.lines.protective_volume import protective_lines
+from ...reporting.lines.sensors import sensor_lines
+from ...reporting.placement_picture import placement_picture
+from ...reporting.tables import ring_table, target_label, zeta_table
+from ...reporting.terminal import Terminal, say_json
 
 PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
 

@@ -1,73 +1,16 @@
-"""Commands beside the main ones: cones, sensors, task, study, schema."""
+"""The command study."""
 
-import json
+import re
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ..coverage.robots.built_in import PAPER_ROBOTS
-from ..formats.errors import UserError, shown
-from ..formats.loader import read_scene, resolve
-from ..formats.schema.proposal_models import MODELS
-from ..objectives.scene import Scene
-from ..reporting.terminal import say_json
-from .app import Json, RobotOption, SceneFileOption, Subject, Targets, app
-from .options import (
-    check_machines,
-    resolve_pair,
-    resolve_scene,
-)
+from ...formats.errors import UserError, shown
+from ..options.common import SceneFileOption, Targets
 
 
-@app.command
-def cones(subject: Subject, /, *, scene: SceneFileOption = None, robot: RobotOption = None) -> None:
-    """Print every sensor's cone at every pose, as CSV in the base frame.
-
-    Example: place-rings cones n2_16_25 > cones.csv
-    """
-    from .inspect import cones as run
-
-    run(*resolve(subject, resolve_scene(scene, robot)))
-
-
-@app.command
-def sensors(*, as_json: Json = False) -> None:
-    """Print the catalogue of sensors: beams, ranges by light and target, rates, and where each
-    figure is from.
-
-    Example: place-rings sensors
-    """
-    from .sensing import sensors as run
-
-    run(as_json)
-
-
-@app.command
-def task(
-    *,
-    robot: RobotOption = None,
-    rate: Annotated[
-        float, Parameter(validator=Number(gte=1, lte=1000), help="Rows a second.")
-    ] = 25.0,
-) -> None:
-    """Print the paper's task (ten products from one table to the other, 100 s) as a recorded
-    motion: CSV in radians.
-
-    Example: place-rings task > task.csv
-    """
-    from .paper_task import task as run
-
-    if robot is not None and robot not in PAPER_ROBOTS:
-        raise UserError(
-            f"--robot: found {shown(robot)}, allowed: {', '.join(PAPER_ROBOTS)}, as the task is the"
-            " paper's"
-        )
-    run(resolve_scene(None, robot) or Scene(), rate)
-
-
-@app.command
 def study(
     name: Literal["bound", "convergence", "paper", "pareto", "robots"],
     /,
@@ -122,7 +65,10 @@ def study(
 
     Example: place-rings study pareto --sensors 64 --target V_S:0.5 --target V_OT
     """
-    from .study import study_bound, study_convergence, study_paper, study_pareto, study_robots
+    from ...formats.loader import read_scene
+    from ...objectives.scene import Scene
+    from ..options.targets import resolve_pair
+    from ..study import study_bound, study_convergence, study_paper, study_pareto, study_robots
 
     check_machines(workers, scheduler)
     folder = out or Path("results") / name
@@ -147,28 +93,13 @@ def study(
         study_pareto(folder, seed, resolve_pair(target, where), sensors, where, workers, scheduler)
 
 
-@app.command
-def schema(
-    name: Literal[
-        "scene",
-        "robot",
-        "proposal",
-        "verify",
-        "robustness",
-        "result",
-        "improve",
-        "safety",
-        "printing",
-        "check",
-        "sensors",
-    ],
-    /,
-) -> None:
-    """Print the JSON Schema of a file or of a command's JSON.
-
-    Example: place-rings schema scene
+def check_machines(workers: int, scheduler: str | None) -> None:
+    """Where a study shall run: on so many processes of this machine, or where a scheduler says;
+    UserError if on both.
     """
-    from ..rig.check_models import CheckResult
-
-    model = CheckResult if name == "check" else MODELS[name]
-    say_json(json.dumps(model.model_json_schema(), indent=2))
+    if scheduler is not None and not re.fullmatch(r"(tcp|tls)://\S+:\d+", scheduler):
+        raise UserError(
+            f"--scheduler: found {shown(scheduler)}, allowed: tcp://HOST:PORT or tls://HOST:PORT"
+        )
+    if scheduler is not None and workers != 1:
+        raise UserError(f"--workers: found {workers} beside --scheduler, allowed: one of the two")

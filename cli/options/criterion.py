@@ -2,11 +2,12 @@
 
 import math
 
-from ..coverage.rings.mounting_errors import Law, MountingErrors
-from ..formats.errors import UserError
-from ..objectives.criterion import Criterion, Losing, check_criterion
-from ..objectives.scene import Scene
-from ..reporting.robustness import Robustness
+from ...coverage.choices import Law, Losing
+from ...coverage.rings.mounting_errors import MountingErrors
+from ...formats.errors import UserError
+from ...objectives.criterion import Criterion, check_criterion
+from ...objectives.scene import Scene
+from ...reporting.robustness import Robustness
 
 POSITION_MM, DIRECTION_DEG = 5.0, 2.0  # errors of mounting where none are given
 _MOST_SEEN = 100  # sensors that see one point: more than any setup has use for

@@ -9,28 +9,28 @@ from pathlib import Path
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ..coverage.rings.ring import Setup
-from ..coverage.robots.robot import Robot
-from ..formats.convert.redesign_records import change_model, work_model
-from ..formats.convert.results import verify_result
-from ..formats.convert.scenes import ring_models, scene_model
-from ..formats.schema.proposal_models import ImproveResult, ProposalFile, StepModel
-from ..formats.schema.result_models import VerifyResult
-from ..formats.writing import made_folder, to_toml, write_text
-from ..objectives.scene import Scene
-from ..objectives.verify import Verifier
-from ..placement.redesign import redesign as improving
-from ..placement.redesign.beam_search import WORTH, Answer
-from ..placement.redesign.changes import Change, ChangeKind, turn
-from ..placement.search.progress import Outcome
-from ..placement.search.progress import Progress as Told
-from ..placement.search.search import SearchResult
-from ..reporting.placement_picture import comparison_picture
-from ..reporting.tables import target_label
-from ..reporting.terminal import Terminal, say_json
-from ..reporting.text import counted
+from ...coverage.rings.ring import Setup
+from ...coverage.robots.robot import Robot
+from ...formats.convert.redesign_records import change_model, work_model
+from ...formats.convert.results import verify_result
+from ...formats.convert.scenes import ring_models, scene_model
+from ...formats.scene_checks import check_scene, check_sight
+from ...formats.schema.proposal_models import ImproveResult, ProposalFile, StepModel
+from ...formats.schema.result_models import VerifyResult
+from ...formats.writing import made_folder, to_toml, write_text
+from ...objectives.scene import Scene
+from ...objectives.verify import Verifier
+from ...placement.redesign import redesign as improving
+from ...placement.redesign.beam_search import WORTH, Answer
+from ...placement.redesign.changes import Change, ChangeKind, turn
+from ...placement.search.progress import Outcome
+from ...placement.search.progress import Progress as Told
+from ...placement.search.search import SearchResult
+from ...reporting.placement_picture import comparison_picture
+from ...reporting.tables import target_label
+from ...reporting.terminal import Terminal, say_json
+from ...reporting.text import counted
 from .place import found_model
-from .scene_checks import check_scene, check_sight
 
 _MOST_TOLD = 5  # broken rules
 

@@ -4,20 +4,19 @@ of a URDF.
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from ..coverage.occlusion.model import Occlusion
-from ..coverage.rings.ring import Setup
-from ..coverage.sensors.sensor import Sensor
-from ..formats.loader import resolve
-from ..formats.sensors.sensor_frames import Along
-from ..formats.sensors.urdf_frames import PATTERN, FramePattern
-from ..objectives.scene import Scene
-from .app import Radius, RobotOption, SceneFileOption, Targets
-from .options import parse_goals, resolve_scene, with_goals, with_motion, with_occlusion
-from .sensing import resolve_sensor
+from ...coverage.choices import SENSOR_FRAMES, Along
+from ...coverage.occlusion.model import Occlusion
+from .common import Radius, RobotOption, SceneFileOption, Targets
+
+if TYPE_CHECKING:  # what the options stand for is imported when they are resolved
+    from ...coverage.rings.ring import Setup
+    from ...coverage.sensors.sensor import Sensor
+    from ...formats.sensors.urdf_frames import FramePattern
+    from ...objectives.scene import Scene
 
 
 @Parameter(name="*")
@@ -34,12 +33,17 @@ class SceneOptions:
         Parameter(help="The robot's own body: ignored, throws shadows, or blinds sensors."),
     ] = None
 
-    def given(self) -> Scene | None:
+    def given(self) -> "Scene | None":
         """The scene that the options describe; None where they leave it to a proposal."""
+        from .scenes import resolve_scene
+
         return resolve_scene(self.scene, self.robot, self.target, self.radius)
 
-    def applied(self, scene: Scene) -> Scene:
+    def applied(self, scene: "Scene") -> "Scene":
         """``scene`` with the targets and the occlusion that are asked for."""
+        from .scenes import with_occlusion
+        from .targets import parse_goals, with_goals
+
         return with_occlusion(
             with_goals(scene, parse_goals(self.target, self.radius)), self.occlusion
         )
@@ -65,14 +69,18 @@ class SensorOptions:
         Parameter(help="With --sensor: WIDTHxHEIGHT of the target, m. It fills the beam, else."),
     ] = None
 
-    def asked(self, own: Sensor | None = None) -> Sensor | None:
+    def asked(self, own: "Sensor | None" = None) -> "Sensor | None":
         """The sensor asked for; ``own`` is the one that conditions alone are about."""
+        from .sensors import resolve_sensor
+
         return resolve_sensor(self.sensor, self.ambient, self.reflectance, self.target_size, own)
 
     def resolve(
-        self, subject: str, scene: Scene | None, frames: FramePattern | None = None
-    ) -> tuple[Setup, Scene]:
+        self, subject: str, scene: "Scene | None", frames: "FramePattern | None" = None
+    ) -> "tuple[Setup, Scene]":
         """A setup and its scene, as ``resolve`` has them, with the sensor asked for."""
+        from ...formats.loader import resolve
+
         own = None
         if self.sensor is None and self != NO_SENSOR:
             own = resolve(subject, scene, frames=frames)[1].sensor
@@ -92,8 +100,10 @@ class MotionOptions:
         bool, Parameter(negative=(), help="The angles of --trajectory are in degrees, not radians.")
     ] = False
 
-    def applied(self, scene: Scene, worst: bool = False) -> Scene:
+    def applied(self, scene: "Scene", worst: bool = False) -> "Scene":
         """``scene`` along the motion; ``worst``: where the worst pose is to be made large."""
+        from .scenes import with_motion
+
         return with_motion(scene, self.trajectory, self.degrees, worst)
 
 
@@ -110,11 +120,13 @@ class FrameOptions:
         Along | None, Parameter(help="Of a .urdf: the axis along which these frames look: x.")
     ] = None
 
-    def resolve(self) -> FramePattern | None:
+    def resolve(self) -> "FramePattern | None":
         """What the two mean; None where nothing is asked."""
         if self == NO_FRAMES:
             return None
-        return FramePattern(PATTERN if self.frames is None else self.frames, self.beam or "x")
+        from ...formats.sensors.urdf_frames import FramePattern
+
+        return FramePattern(SENSOR_FRAMES if self.frames is None else self.frames, self.beam or "x")
 
 
 REFERENCE, NO_SENSOR, NO_MOTION, NO_FRAMES = (
@@ -135,7 +147,7 @@ class SubjectOptions:
     motion: MotionOptions = NO_MOTION
     mounted: FrameOptions = NO_FRAMES
 
-    def resolve(self, subject: str) -> tuple[Setup, Scene]:
+    def resolve(self, subject: str) -> "tuple[Setup, Scene]":
         """The setup of a file or of a name, and the scene in which the options want it looked
         at.
         """

@@ -3,9 +3,9 @@
 import csv
 import io
 
-from ..objectives.scene import Scene
-from ..reporting.terminal import say_lines
-from ..simulation.task import pick_and_place
+from ...objectives.scene import Scene
+from ...reporting.terminal import say_lines
+from ...simulation.task import pick_and_place
 
 
 def task(scene: Scene, rate: float) -> None:

@@ -3,13 +3,13 @@
 from pydantic import ValidationError
 
 from ..coverage.rings.ring import Ring, Setup
-from ..formats.convert.scenes import scene_model
-from ..formats.errors import UserError, explain
-from ..formats.schema.scene_models import SceneFile
 from ..objectives.occlusion import check_bodies, check_mounting
 from ..objectives.scene import Scene
 from ..objectives.separation_summary import separations
 from ..objectives.verify import check_voxel, target_voxels
+from .convert.scenes import scene_model
+from .errors import UserError, explain
+from .schema.scene_models import SceneFile
 
 _COARSE = 0.1  # m: from here on it is quick to see whether a target holds a voxel at all
 

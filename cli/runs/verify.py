@@ -1,22 +1,21 @@
-"""The commands that look at a setup: its exact zeta, its cones."""
+"""The exact coverage of a setup: count it and print it."""
 
-from ..coverage.rings.ring import Setup
-from ..coverage.voxels.certified_bounds import Bracket
-from ..formats.convert.occlusion_records import with_sight
-from ..formats.convert.results import verify_result
-from ..formats.convert.sensor_records import sensor_records
-from ..formats.sensors.sensor_lists import sensor_list
-from ..objectives.occlusion import unseeing
-from ..objectives.scene import Scene
-from ..objectives.verify import Verifier, by_occlusion
-from ..reporting.lines.motion import record_line, worst_line
-from ..reporting.lines.occlusion import mounting_lines, print_sight
-from ..reporting.lines.protective_volume import protective_lines
-from ..reporting.lines.sensors import sensor_lines
-from ..reporting.tables import percent, proof_line, target_label, zeta_table
-from ..reporting.terminal import Terminal, say_json, say_lines
-from .options import Counting
-from .scene_checks import check_scene, check_sight
+from ...coverage.rings.ring import Setup
+from ...coverage.voxels.certified_bounds import Bracket
+from ...formats.convert.occlusion_records import with_sight
+from ...formats.convert.results import verify_result
+from ...formats.convert.sensor_records import sensor_records
+from ...formats.scene_checks import check_scene, check_sight
+from ...objectives.occlusion import unseeing
+from ...objectives.scene import Scene
+from ...objectives.verify import Verifier, by_occlusion
+from ...reporting.lines.motion import record_line, worst_line
+from ...reporting.lines.occlusion import mounting_lines, print_sight
+from ...reporting.lines.protective_volume import protective_lines
+from ...reporting.lines.sensors import sensor_lines
+from ...reporting.tables import percent, proof_line, target_label, zeta_table
+from ...reporting.terminal import Terminal, say_json
+from ..options.counting import Counting
 
 _SHOWN = 16  # poses up to which each is shown
 
@@ -84,8 +83,3 @@ def how(counting: Counting) -> str:
     """Rule and size of voxels in words."""
     size = "" if counting.voxel is None else f", voxels of {counting.voxel:g} m"
     return f"rule {counting.rule}{size}"
-
-
-def cones(setup: Setup, scene: Scene) -> None:
-    """Print the sensors' beams at every pose of the scene as CSV, base frame."""
-    say_lines(sensor_list(setup, scene))

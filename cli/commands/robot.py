@@ -1,26 +1,14 @@
-"""The commands on robots: those that are built in, and one made from a URDF."""
+"""The command robot."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from .app import app
+from ...coverage.choices import Surface
 
 
-@app.command
-def robots() -> None:
-    """List the robots that are built in: joints, reach, links with mounts.
-
-    Example: place-rings robots
-    """
-    from .robot_file import robots as run
-
-    run()
-
-
-@app.command
 def robot(
     what: Annotated[
         str, Parameter(name="URDF_OR_NAME", help="A URDF, or a robot that is built in.")
@@ -41,9 +29,7 @@ def robot(
     capsules: Annotated[
         int, Parameter(validator=Number(gte=1, lte=8), help="Capsules of a link, at most.")
     ] = 3,
-    surface: Annotated[
-        Literal["collision", "visual"], Parameter(help="The meshes that capsules contain.")
-    ] = "collision",
+    surface: Annotated[Surface, Parameter(help="The meshes that capsules contain.")] = "collision",
     name: Annotated[str | None, Parameter(help="The robot's name: as in the URDF.")] = None,
     out: Annotated[Path, Parameter(help="Folder for robot.toml, scene.toml and robot.png.")] = Path(
         "place-rings-robot"
@@ -56,6 +42,6 @@ def robot(
 
     Example: place-rings --scene mine/scene.toml --target V_S --radius 0.5
     """
-    from .robot_file import robot as run
+    from ..runs.robot import robot as run
 
     run(what, base, tip, packages, capsules, surface, name, out)

@@ -12,24 +12,24 @@ from pathlib import Path
 import numpy as np
 from rich.progress import Progress
 
-from ..coverage.occlusion.model import Occlusion
-from ..coverage.rings.ring import Setup, sensor_optics
-from ..coverage.robots.separation_distance import separation, stopping_time
-from ..coverage.sensors.catalogue import MODELS
-from ..formats.convert.results import separation_model
-from ..formats.convert.sensor_records import sensor_records
-from ..formats.errors import UserError
-from ..formats.recorded_motion import check_limits, read_record
-from ..formats.schema.result_models import DirectionModel, SafetyResult, ShareModel
-from ..formats.writing import output_folder, write_text
-from ..objectives.scene import Scene
-from ..reporting import detection_page
-from ..reporting.detection_figure import picture
-from ..reporting.lines.protective_volume import formula
-from ..reporting.lines.sensors import sensor_lines
-from ..reporting.pages import csv_text
-from ..reporting.terminal import Terminal, say_json
-from ..simulation.detection import (
+from ...coverage.occlusion.model import Occlusion
+from ...coverage.rings.ring import Setup, sensor_optics
+from ...coverage.robots.separation_distance import separation, stopping_time
+from ...coverage.sensors.catalogue import MODELS
+from ...formats.convert.results import separation_model
+from ...formats.convert.sensor_records import sensor_records
+from ...formats.errors import UserError
+from ...formats.recorded_motion import check_limits, read_record
+from ...formats.schema.result_models import DirectionModel, SafetyResult, ShareModel
+from ...formats.writing import output_folder, write_text
+from ...objectives.scene import Scene
+from ...reporting import detection_page
+from ...reporting.detection_figure import picture
+from ...reporting.lines.protective_volume import formula
+from ...reporting.lines.sensors import sensor_lines
+from ...reporting.pages import csv_text
+from ...reporting.terminal import Terminal, say_json
+from ...simulation.detection import (
     Approaches,
     Timing,
     approach,
@@ -38,7 +38,7 @@ from ..simulation.detection import (
     start_of,
     walker,
 )
-from ..simulation.moments import STEP, Moments, moments_of_record, moments_of_scene
+from ...simulation.moments import STEP, Moments, moments_of_record, moments_of_scene
 
 ASSUMED_HZ = 20.0  # where no rate is sourced
 # reflectance where none is asked: the darkest that is sourced for the most common sensor

@@ -1,0 +1,32 @@
+"""The command schema."""
+
+import json
+from typing import Literal
+
+
+def schema(
+    name: Literal[
+        "scene",
+        "robot",
+        "proposal",
+        "verify",
+        "robustness",
+        "result",
+        "improve",
+        "safety",
+        "printing",
+        "check",
+        "sensors",
+    ],
+    /,
+) -> None:
+    """Print the JSON Schema of a file or of a command's JSON.
+
+    Example: place-rings schema scene
+    """
+    from ...formats.schema.proposal_models import MODELS
+    from ...reporting.terminal import say_json
+    from ...rig.check_models import CheckResult
+
+    model = CheckResult if name == "check" else MODELS[name]
+    say_json(json.dumps(model.model_json_schema(), indent=2))
