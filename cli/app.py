@@ -6,7 +6,6 @@ the command runs. place is what runs without a command.
 
 import signal
 import sys
-from importlib.metadata import version
 from pkgutil import iter_modules
 
 from cyclopts import App, CycloptsError
@@ -16,6 +15,13 @@ from ..reporting.terminal import Terminal, say
 from . import commands
 from .commands.place import place
 
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("place-rings")
+
+
 app = App(
     name="place-rings",
     help="""Find where rings of Time-of-Flight sensors belong on a robot arm, and prove how much \
@@ -24,7 +30,7 @@ they see.
 Examples: ``place-rings --target V_S --radius 0.5`` near the robot,
 ``place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4 --rings-per-link 3`` near and far,
 ``place-rings verify n2_16_25 --target V_O`` for a setup that is already there.""",
-    version=lambda: version("place-rings"),
+    version=_version,
     suppress_keyboard_interrupt=False,
     console=Terminal(),
     error_console=Terminal(stderr=True),

@@ -26,7 +26,10 @@ def schema(
     """
     from ...formats.schema.proposal_models import MODELS
     from ...reporting.terminal import say_json
-    from ...rig.check_models import CheckResult
 
-    model = CheckResult if name == "check" else MODELS[name]
-    say_json(json.dumps(model.model_json_schema(), indent=2))
+    models = MODELS
+    if name == "check":  # the rig's models are its own
+        from ...rig.check_models import CheckResult
+
+        models = {"check": CheckResult}
+    say_json(json.dumps(models[name].model_json_schema(), indent=2))
