@@ -11,7 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from place_rings.cli.main import app as commands
+from place_rings.cli.app import app as commands
 
 SLACK = 0.011  # points: the README rounds to two decimals
 FOUND_SLACK = 0.5  # points: a search may end a little elsewhere on another processor

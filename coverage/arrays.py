@@ -2,12 +2,17 @@
 namespace.
 """
 
-from typing import Any
+import sys
+from typing import TYPE_CHECKING, Any
 
-import jax
 import numpy as np
 
-Array = np.ndarray | jax.Array
+if TYPE_CHECKING or "jax" in sys.modules:
+    import jax
+
+    Array = np.ndarray | jax.Array
+else:  # shapes are checked in tests alone, which load JAX first
+    Array = np.ndarray
 
 
 def namespace(array: Any) -> Any:

@@ -7,7 +7,7 @@ import re
 from contextlib import redirect_stdout
 from typing import Any, get_args
 
-from place_rings.cli.side_commands import schema
+from place_rings.cli.commands.schema import schema
 
 _SHORT = 40  # characters of a default that is shown
 _BOUNDS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Float, Int
 
 from ..coverage.arrays import Array, namespace
+from ..coverage.trees import tree
 from .scene import Scene
 
 # of a link: positions are rounded to it in files, so bounds and spacings are rounded to the safe
@@ -109,7 +109,7 @@ def segments(
     return found
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Interval:
     """The segment of each of R rings, as arrays (R,): its number, low end, what is free of it

@@ -7,7 +7,6 @@ from typing import Any
 import jax
 import numpy as np
 from jaxtyping import Float
-from scipy.special import logsumexp, softmax
 
 from ..coverage.rings.mounting_errors import misplaced
 from ..coverage.rings.ring_kinematics import (
@@ -36,6 +35,8 @@ _AT_ONCE = 16  # setups
 
 def _soft_minimum(zetas: Any, among: Any) -> tuple[float, Any]:
     """The soft minimum of some of the zetas (P,), and its slope by each."""
+    from scipy.special import logsumexp, softmax
+
     lack = np.where(among, -zetas / TEMPERATURE, -np.inf)
     return TEMPERATURE * float(np.log(np.count_nonzero(among)) - logsumexp(lack)), softmax(lack)
 
@@ -224,6 +225,8 @@ class CoverageObjective:
         """The least of the zetas after each loss, softly: -s log sum exp(-zeta / s). Its slope is
         that of their mean by the weights that the soft minimum gives them, which takes a first run
         over all terms."""
+        from scipy.special import logsumexp, softmax
+
         share, softness = (
             poses[self._pose[some]] * self._goal_weights[self._goal[some]],
             width * _SOFTNESS,

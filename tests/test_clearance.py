@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.cli import main as command_line
+from place_rings.cli import app as command_line
 from place_rings.coverage.occlusion.circle_clearance import blocked, capsule_gap, circle, plane_gap
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones

@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 import trimesh
 from place_rings.cli.entry import never_lost
-from place_rings.cli.options import resolve_space, with_motion
+from place_rings.cli.options.scenes import with_motion
+from place_rings.cli.options.search import resolve_space
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10

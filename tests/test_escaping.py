@@ -20,7 +20,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from place_rings.cli.main import app
+from place_rings.cli.app import app
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.targets import Target
@@ -610,7 +610,7 @@ def test_comments_of_a_file_leave_it_toml(text):
 
 
 def test_names_of_any_kind_make_a_scene_that_reads_back(tmp_path):
-    from place_rings.cli.robot_file import scene_text
+    from place_rings.cli.runs.robot import scene_text
 
     scene, _ = hostile_scene()
     long = replace(scene.robot.mounts[0], link=f'"\\{NASTY}' + "x" * 60)

@@ -8,7 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.occlusion.ranging import BLOCK, ball_in_cone, least_gap, readings
+from place_rings.coverage.occlusion.ball_in_cone import ball_in_cone
+from place_rings.coverage.occlusion.ranging import BLOCK, least_gap, readings
 from place_rings.coverage.rings.ring import named_setup, sensor_optics
 from place_rings.coverage.rings.ring_kinematics import sensor_axes, sensor_cones
 from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, UR10

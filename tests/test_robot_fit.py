@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.cli import main as command_line
+from place_rings.cli import app as command_line
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.formats.convert.scenes import scene_model, scene_of

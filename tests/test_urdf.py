@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import trimesh
 from hypothesis import given, settings
-from place_rings.cli import main as command_line
+from place_rings.cli import app as command_line
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid

@@ -13,14 +13,13 @@ little: with one of either sign the distance is bracketed.
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-import jax
 import numpy as np
 from jaxtyping import Float
 
 from ..arrays import Array, cross, dot, namespace, root
 from ..solids.cones import cone
 from ..solids.polyhedra import Polyhedron
-from .ranging import ball_in_cone
+from .ball_in_cone import ball_in_cone
 
 _CANDIDATES = 1 << 18  # points looked at at once: some tens of megabytes
 MARGIN = 1e-9  # m and rad: rounding of what is in a beam
@@ -61,7 +60,9 @@ def cone_gap(beam: Beam, points: Any) -> Any:
 def _repeat(times: int, step: Any, state: Any) -> Any:
     """``step`` on pairs of arrays, so many times: compiled once where JAX runs this."""
     if namespace(state[0]) is not np:
-        return jax.lax.fori_loop(0, times, lambda _, s: step(*s), state)
+        from jax.lax import fori_loop
+
+        return fori_loop(0, times, lambda _, s: step(*s), state)
     for _ in range(times):
         state = step(*state)
     return state
@@ -107,7 +108,9 @@ def capsule_gap(
     shape = xp.broadcast_shapes(beam.half_angle.shape, along.shape[:-1], xp.shape(radius))
     still = beam, start, along
     if xp is not np:
-        still = jax.lax.stop_gradient(still)
+        from jax.lax import stop_gradient
+
+        still = stop_gradient(still)
     zero, one = xp.zeros(shape, along.dtype), xp.ones(shape, along.dtype)
     best = _golden(
         lambda place: cone_gap(still[0], still[1] + place[..., None] * still[2]), zero, one, steps
@@ -144,7 +147,9 @@ def capsule_in_beam(
     beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
     still = beam, start, along, radius
     if xp is not np:
-        still = jax.lax.stop_gradient(still)
+        from jax.lax import stop_gradient
+
+        still = stop_gradient(still)
 
     def gap_at(place: Any) -> Any:
         beam, start, along, radius = still

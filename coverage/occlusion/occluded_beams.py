@@ -10,7 +10,6 @@ a cell of the octree asks only for the shadows of the cones it still knows.
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
@@ -20,6 +19,7 @@ from ..solids.cones import Cones
 from ..solids.polyhedra import largest, planes_share
 from ..solids.shadows import Shadow, behind, nearest_ball, way
 from ..solids.volume_fraction import VolumeFraction, distance_tangent, union_bounds
+from ..trees import mapped
 from ..voxels.voxel_bitmask import Bitmask, BlockGrid, within, words
 from .shadow_bitmask import free_of_planes, free_of_shadows
 
@@ -159,7 +159,7 @@ class Beams(Parts):
         live = np.flatnonzero(self.cones.range_m > 0)
         if len(live) == 0:
             return np.zeros((2, 3))
-        return jax.tree.map(lambda a: a[live], self.cones).bounds()
+        return mapped(lambda a: a[live], self.cones).bounds()
 
 
 @words.register

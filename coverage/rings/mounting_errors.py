@@ -9,20 +9,19 @@ setup has the same errors in every pose.
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from ..arrays import Array, cross, dot, namespace
+from ..choices import Law
 from ..robots.kinematics import forward
 from ..robots.robot import Robot
 from ..solids.cones import Cones
 from ..solids.sensor_beams import optics
 from .ring import Setup, ring_values
 from .ring_kinematics import RingArrays, SensorPoses, ring_arrays, seen_from, sensor_poses
-
-Law = Literal["uniform", "normal"]
 
 
 @dataclass(frozen=True)

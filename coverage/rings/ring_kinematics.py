@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
@@ -16,10 +15,11 @@ from ..robots.kinematics import forward
 from ..robots.robot import Robot
 from ..solids.cones import Cones
 from ..solids.sensor_beams import optics
+from ..trees import tree
 from .ring import Ring, Setup, ring_values, sensor_optics
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class RingArrays:
     """R rings and K sensors; a sensor beyond those of the rings has the range minus infinity and

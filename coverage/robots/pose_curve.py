@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from scipy.integrate import quad
 
 from ..solids.swept_tube import Tube
 
@@ -56,6 +55,8 @@ class PoseCurve:
 
     def arc_length(self) -> float:
         """Length of the curve, m, by adaptive quadrature of the speed."""
+        from scipy.integrate import quad
+
         return sum(quad(piece.speed, 0, 1, limit=200)[0] for piece in self.pieces)
 
     def discs(
@@ -140,6 +141,8 @@ def washer_volume(
 
     ``outer`` and ``inner`` give the radii, m, at an arc length, m (the paper's washer form).
     """
+    from scipy.integrate import quad
+
     total, travelled = 0.0, 0.0
     for piece in curve.pieces:
         length = quad(piece.speed, 0, 1, limit=200)[0]

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from functools import reduce
 from typing import Any, Protocol, runtime_checkable
 
-import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, namespace
+from ..trees import tree
 from .volume_fraction import VolumeFraction
 
 
@@ -104,7 +104,7 @@ class Parts(ABC):
         """
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class _Combination:
     """Two solids joined by a rule on their values; subclasses name the rule and the box."""
@@ -119,7 +119,7 @@ class _Combination:
         return self.combine(self.a(points), self.b(points))
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Union(_Combination):
     """Points in ``a`` or in ``b``: min."""
@@ -132,7 +132,7 @@ class Union(_Combination):
         return np.stack([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Intersection(_Combination):
     """Points in ``a`` and in ``b``: max."""
@@ -146,7 +146,7 @@ class Intersection(_Combination):
         return np.stack([lower, np.maximum(lower, np.minimum(a[1], b[1]))])
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Difference(_Combination):
     """Points in ``a`` and not inside ``b``: max(a, -b). The surface of ``b`` belongs to the

@@ -3,16 +3,16 @@
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Float
 
 from ..arrays import Array, dot, namespace, root, rows
+from ..trees import tree
 from .base import Parts
 from .volume_fraction import VolumeFraction, distance_tangent, union_bounds
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Rods(Parts):
     """Capsules: start and end (K, 3) m of their axes, radius (K,) m. The distance from a segment

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Float
 
 from ..arrays import Array, dot, namespace, root, rows
+from ..trees import tree
 from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, away, curvature, union_bounds
 
@@ -48,7 +48,7 @@ def cone(points: Any, apex: Any, axis: Any, cosine: Any, sine: Any, range_m: Any
     return namespace(points).maximum(side, d)
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Cones(Parts):
     """A union of cones with flat bases: the field of view of K sensors.

@@ -9,12 +9,11 @@ the planes through the apex and an edge between a face that looks at it and one 
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.spatial import ConvexHull, QhullError
 
 from ..arrays import Array, dot, namespace
+from ..trees import tree
 from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, union_bounds
 
@@ -22,7 +21,7 @@ _DIGITS = 7  # of normals: faces of a hull that agree to these are one
 NOWHERE = 1e9  # m, offset that makes a plane function of normal 0 never count
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Polyhedron:
     """Points p with ``normal . p <= offset`` for all F faces, normal (F, 3) unit, offset (F,) m.
@@ -84,6 +83,8 @@ def hull(points: Float[np.ndarray, "N 3"]) -> Polyhedron:
     Raises:
         ValueError: if the points lie in a plane.
     """
+    from scipy.spatial import ConvexHull, QhullError
+
     try:
         found = ConvexHull(points)
     except (QhullError, ValueError) as error:
@@ -192,7 +193,7 @@ def planes_share(
     return total
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Polyhedra(Parts):
     """A union of convex polyhedra. normal (K, M, 3), offset (K, M): planes, filled up with normals

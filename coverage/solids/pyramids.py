@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Float
 
 from ..arrays import Array, cross, dot, namespace, rows
+from ..trees import tree
 from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, union_bounds
 
@@ -38,7 +38,7 @@ def pyramid(
     return xp.maximum(xp.maximum(*sides), d - range_m)
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Pyramids(Parts):
     """A union of pyramids with flat bases: apex (K, 3) m, axis and up (K, 3) unit and across each

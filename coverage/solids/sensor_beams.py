@@ -6,17 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Bool, Float
 
 from ..arrays import Array, namespace, rows
+from ..trees import mapped, tree
 from .cones import Cones, cone
 from .pyramids import Pyramids, pyramid
 from .volume_fraction import VolumeFraction
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Optics(Cones):
     """Cones of which some are pyramids, numbered together: a part with half_up (K,) rad above 0 is
@@ -83,9 +83,7 @@ class Optics(Cones):
         boxes = []
         for which, parts in self._by_shape(np.arange(len(self))):
             if which.any():
-                boxes.append(
-                    jax.tree.map(lambda a, which=which: np.asarray(a)[which], parts).bounds()
-                )
+                boxes.append(mapped(lambda a, which=which: np.asarray(a)[which], parts).bounds())
         return (
             np.stack([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]])
             if len(square)

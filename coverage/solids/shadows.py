@@ -17,10 +17,10 @@ rays through its ends (bounded by cones about the end's balls). Each of these is
 
 from typing import Any, NamedTuple
 
-import jax
 from jaxtyping import Float
 
 from ..arrays import Array, cross, dot, namespace, root, rows
+from ..trees import mapped
 
 # of radius over distance: an apex this near to a body's surface counts as that far from it
 _STEEPEST = 1 - 1e-9
@@ -54,7 +54,7 @@ class Shadow(NamedTuple):
 
     def rows(self, index: Any) -> "Shadow":
         """Those of ``index``, where there is one axis of shadows."""
-        return jax.tree.map(lambda a: rows(a, index) if a.ndim == 2 else a[index], self)
+        return mapped(lambda a: rows(a, index) if a.ndim == 2 else a[index], self)
 
 
 def _perpendicular(v: Any) -> Any:

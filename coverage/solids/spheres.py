@@ -3,16 +3,16 @@
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Float
 
 from ..arrays import Array, dot, root, rows
+from ..trees import tree
 from .base import Parts
 from .volume_fraction import VolumeFraction, distance_tangent, union_bounds
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Spheres(Parts):
     """A union of balls: centre (K, 3) m, radius (K,) m. ``|p - c| - r`` is a signed distance, hence

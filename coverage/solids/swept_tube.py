@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, dot, namespace, root, rows
+from ..trees import tree
 from .base import Parts
 from .volume_fraction import (
     Tangent,
@@ -19,7 +19,7 @@ from .volume_fraction import (
 )
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Tube(Parts):
     """Slabs between neighbouring discs: the points where the two plane functions differ in sign,

@@ -5,13 +5,14 @@ and plain shapes.
 import io
 from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
-from typing import Any, Literal
+from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
 import trimesh
 from jaxtyping import Float
 
+from ...coverage.choices import Surface
 from ..errors import UserError, shown
 from .urdf import UrdfShape, bounded_bytes, plain_xml
 from .urdf_chain import Carried
@@ -20,7 +21,6 @@ FORMATS = (".stl", ".dae", ".obj")
 LARGEST = 128 * 2**20  # bytes of a mesh
 MOST_TRIANGLES = 3_000_000
 FAR = 20.0  # m from its link's frame, beyond which no part of a shape is believed
-Which = Literal["collision", "visual"]
 
 
 class Meshes:
@@ -147,7 +147,7 @@ class Meshes:
             )
         return points
 
-    def surface(self, carried: Carried, which: Which) -> Float[np.ndarray, "T 3 3"]:
+    def surface(self, carried: Carried, which: Surface) -> Float[np.ndarray, "T 3 3"]:
         """Triangles (T, 3, 3) m of a link's shapes of that kind, or else of the other, in the frame
         that it rides on.
         """

@@ -11,10 +11,11 @@ import trimesh
 from jaxtyping import Float
 from scipy.spatial import ConvexHull, QhullError
 
+from ...coverage.choices import Surface
 from ...coverage.robots.kinematics import Chain, forward
 from ...coverage.robots.robot import BASE, Body, Mount, Robot
 from .capsule_fit import Capsule, fit_capsules, union_volume
-from .meshes import Meshes, Which
+from .meshes import Meshes
 from .tubes import find_tube
 from .urdf_chain import Picked
 
@@ -138,7 +139,7 @@ def fit_robot(
     meshes: Meshes,
     name: str,
     most: int = CAPSULES,
-    which: Which = "collision",
+    which: Surface = "collision",
     tell: Callable[[str], None] | None = None,
 ) -> RobotFit:
     """Fit capsules to every link's surface, and look for mount axes on its surface to be seen.

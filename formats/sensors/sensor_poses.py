@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 from pydantic import ValidationError
-from scipy.spatial.transform import Rotation
 
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import degrees
@@ -25,6 +24,8 @@ _DIGITS = 12
 
 def quaternion(T: Float[np.ndarray, "4 4"]) -> list[float]:
     """The rotation of a transform as x, y, z, w, with w at least 0."""
+    from scipy.spatial.transform import Rotation
+
     return [
         round(float(v), _DIGITS) + 0.0
         for v in Rotation.from_matrix(T[:3, :3]).as_quat(canonical=True)
@@ -67,6 +68,8 @@ def poses_file(scene: Scene, setup: Setup, pose: int) -> SensorPosesFile:
 
 
 def _transform(xyz: Sequence[float], xyzw: Sequence[float]) -> Float[np.ndarray, "4 4"]:
+    from scipy.spatial.transform import Rotation
+
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = Rotation.from_quat(xyzw).as_matrix(), xyz
     return T
@@ -125,6 +128,8 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
 
 def _check_base(where: str, T: Float[np.ndarray, "4 4"], stated: Float[np.ndarray, "4 4"]) -> None:
     """Is a sensor where the file says it is in the base frame?"""
+    from scipy.spatial.transform import Rotation
+
     mm = 1000 * float(np.linalg.norm(T[:3, 3] - stated[:3, 3]))
     deg = math.degrees(Rotation.from_matrix(T[:3, :3].T @ stated[:3, :3]).magnitude())
     if mm > TOLERANCE_MM or deg > TOLERANCE_DEG:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.choices import SENSOR_FRAMES, Along
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import BASE, Mount
 from ...objectives.scene import Scene
@@ -14,9 +15,8 @@ from ..errors import UserError, shown
 from ..robots.urdf import Urdf
 from ..robots.urdf_robot import find_robot
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
-from .sensor_frames import Along, SensorFrame, looking_along_z, rows_of
+from .sensor_frames import SensorFrame, looking_along_z, rows_of
 
-PATTERN = "tof_.*"
 _LONGEST = 200  # characters of a pattern
 
 
@@ -25,7 +25,7 @@ class FramePattern:
     """Which frames of a URDF are sensors, by a regular expression for their whole names, and along
     which of its axes each looks."""
 
-    pattern: str = PATTERN
+    pattern: str = SENSOR_FRAMES
     beam: Along = "x"
 
 

@@ -6,7 +6,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from ...coverage.rings.ring import Ring, Setup
@@ -203,6 +202,8 @@ def lengths_within(cones: Cones, outer: Solid) -> Any:
 def faces_within(body: Polyhedron, box: Any, longest: float) -> Any:
     """Faces (N, 4, 3) m of what of a polyhedron lies in the box (2, 3) m, triangles with a corner
     twice and edges up to ``longest`` m; none where that is nothing."""
+    from scipy.optimize import linprog
+
     normal = np.concatenate([np.asarray(body.normal), np.eye(3), -np.eye(3)])
     offset = np.concatenate([np.asarray(body.offset), box[1], -box[0]])
     middle = linprog(

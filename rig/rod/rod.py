@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...coverage.occlusion.ranging import ball_in_cone
+from ...coverage.occlusion.ball_in_cone import ball_in_cone
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import Capsules, robot_capsules, segment_to_segment

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, TypeVar
 
+from ...coverage.choices import Rule
 from ...coverage.rings.ring import Setup, named_setup
 from ...coverage.targets import Target
 from ...formats.convert.scenes import ring_models, scene_of, setup_of
@@ -19,7 +20,7 @@ from ...formats.schema.scene_models import SceneFile
 from ...objectives.criterion import Criterion
 from ...objectives.occlusion import unseeing
 from ...objectives.scene import Scene
-from ...objectives.verify import Rule, Verifier
+from ...objectives.verify import Verifier
 from ...placement.search.design import Space
 from ...placement.search.layout import ring_layout
 from ...placement.search.progress import Outcome

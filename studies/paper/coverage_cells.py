@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.choices import Rule
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.targets import Target
-from ...objectives.verify import Rule
 from ...simulation.task import TaskMotion, fastest, pick_and_place
 from ..engine.store import Cell
 from ..engine.tasks import Rings
