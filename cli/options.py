@@ -15,6 +15,7 @@ from ..coverage.robots.robot import Robot
 from ..coverage.targets import Target
 from ..formats.convert.scenes import scene_model
 from ..formats.errors import UserError, explain, shown
+from ..formats.extras import require
 from ..formats.loader import read_robot, read_scene
 from ..formats.recorded_motion import with_record
 from ..formats.schema.scene_models import SceneFile
@@ -308,8 +309,11 @@ def resolve_counting(
 
 
 def check_machines(workers: int, scheduler: str | None) -> None:
-    """Where a study shall run: on so many processes of this machine, or where a scheduler says;
-    UserError if on both.
+    """Check where a study shall run: on ``workers`` processes of this machine, or on the machines
+    of a scheduler.
+
+    Raises:
+        UserError: if on both, or if the libraries that either needs are not installed.
     """
     if scheduler is not None and not re.fullmatch(r"(tcp|tls)://\S+:\d+", scheduler):
         raise UserError(
@@ -317,3 +321,6 @@ def check_machines(workers: int, scheduler: str | None) -> None:
         )
     if scheduler is not None and workers != 1:
         raise UserError(f"--workers: found {workers} beside --scheduler, allowed: one of the two")
+    if scheduler is not None or workers != 1:
+        option = "--workers" if scheduler is None else "--scheduler"
+        require("cluster", option, "dask", "distributed", "cryptography")
