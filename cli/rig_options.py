@@ -1,6 +1,5 @@
 """What the options of ``check`` mean: where rings are, which parts, how large the rod is."""
 
-import importlib.util
 import os
 import re
 from collections.abc import Sequence
@@ -8,6 +7,7 @@ from pathlib import Path
 
 from ..coverage.rings.ring import Setup
 from ..formats.errors import UserError, shown
+from ..formats.extras import require
 from ..rig.check.models import PortModel
 from ..rig.check.planned_check import ring_names
 from ..rig.rings.decoders import DECODERS
@@ -84,10 +84,4 @@ def resolve_rod(text: str) -> Rod:
 
 def check_installed() -> None:
     """UserError that says what to install, where what speaks to robots and rings is not there."""
-    if not all(
-        importlib.util.find_spec(name) for name in ("rtde_receive", "rtde_control", "serial")
-    ):
-        raise UserError(
-            "check: needs ur-rtde and pyserial: pip install 'place-rings[rig]' on Python 3.11 or"
-            " 3.12"
-        )
+    require("rig", "check", "rtde_receive", "rtde_control", "serial")

@@ -29,7 +29,8 @@ from ..studies.bound import report as bound_report
 from ..studies.bound import study as bound
 from ..studies.convergence import report as convergence_report
 from ..studies.convergence import study as convergence
-from ..studies.engine.runner import program, run
+from ..studies.engine.digest import programs
+from ..studies.engine.runner import run
 from ..studies.engine.store import Cell, Store
 from ..studies.engine.tasks import TASKS
 from ..studies.paper import report as paper_page
@@ -73,7 +74,7 @@ def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Me
         TimeElapsedColumn(),
     )
     with (
-        Store(folder / "cells.sqlite", program(TASKS)) as store,
+        Store(folder / "cells.sqlite", programs(TASKS)) as store,
         Progress(*columns, console=Terminal(stderr=True), transient=True) as bar,
     ):
         try:

@@ -32,7 +32,7 @@ from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
 from place_rings.placement.search.schedule import Schedule, Stage
 from place_rings.reporting.comparison import comparable
-from place_rings.studies.engine.tasks import scene_from
+from place_rings.studies.engine.scenes import scene_from
 from place_rings.studies.pareto import study as pareto
 
 REFUSED = {

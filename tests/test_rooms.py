@@ -11,7 +11,7 @@ from functools import cache
 from types import SimpleNamespace
 
 import pytest
-from place_rings.studies.engine.runner import with_imported
+from place_rings.studies.engine.digest import import_closure
 
 from .rooms import ROOT, folders, modules, rooms, shaped_modules
 
@@ -180,7 +180,7 @@ def test_a_new_file_and_a_new_sub_room_need_no_edit_anywhere(house, tmp_path):
     assert set(shaped_modules(house)) - set(shaped_modules()) == {
         "place_rings.coverage.added.inner"
     }
-    assert house / "coverage/added/inner.py" in with_imported([house / "coverage/outer.py"])
+    assert house / "coverage/added/inner.py" in import_closure([house / "coverage/outer.py"], house)
     checker = tmp_path / "checker"
     checker.write_text("#!/bin/sh\nfind -L place_rings -name '*.py'\n")
     checker.chmod(0o755)

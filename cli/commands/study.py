@@ -94,8 +94,11 @@ def study(
 
 
 def check_machines(workers: int, scheduler: str | None) -> None:
-    """Where a study shall run: on so many processes of this machine, or where a scheduler says;
-    UserError if on both.
+    """Check where a study shall run: on ``workers`` processes of this machine, or on the machines
+    of a scheduler.
+
+    Raises:
+        UserError: if on both, or if the libraries that either needs are not installed.
     """
     if scheduler is not None and not re.fullmatch(r"(tcp|tls)://\S+:\d+", scheduler):
         raise UserError(
@@ -103,3 +106,8 @@ def check_machines(workers: int, scheduler: str | None) -> None:
         )
     if scheduler is not None and workers != 1:
         raise UserError(f"--workers: found {workers} beside --scheduler, allowed: one of the two")
+    if scheduler is not None or workers != 1:
+        from ...formats.extras import require
+
+        option = "--workers" if scheduler is None else "--scheduler"
+        require("cluster", option, "dask", "distributed", "cryptography")

@@ -18,8 +18,8 @@ from ...coverage.choices import Rule
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.targets import Target
 from ...simulation.task import TaskMotion, fastest, pick_and_place
+from ..engine.scenes import Rings
 from ..engine.store import Cell
-from ..engine.tasks import Rings
 
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
 THETAS = tuple(range(0, 61, 5))  # degrees, of n2_16_theta

@@ -15,8 +15,8 @@ from ...formats.convert.scenes import setup_of
 from ...formats.schema.mount_models import RingModel
 from ...simulation.approach import Approach
 from ...simulation.distance import MODES, THINGS, Series, Table, series, summary
+from ..engine.scenes import Rings
 from ..engine.store import Cell
-from ..engine.tasks import Rings
 from . import tasks  # noqa: F401  (they are registered)
 from .coverage_cells import SETUPS, task
 from .statements import Statement, Verdict

@@ -11,7 +11,7 @@ from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml
 from ...reporting.pages import csv_text, html, table
 from ...reporting.plots import COLOURS, INK, MARKERS, plain, save, sheet
-from ..engine.tasks import scene_from
+from ..engine.scenes import scene_from
 from .study import Point, dominated, front, hypervolume, is_papers, setup_of_point
 
 _POINTS = "points.csv"

@@ -15,8 +15,9 @@ from ...coverage.rings.ring import named_setup
 from ...coverage.targets import Target
 from ...formats.convert.scenes import ring_models, setup_of
 from ...formats.schema.mount_models import RingModel
+from ..engine import counting, searching  # noqa: F401  (they are registered)
+from ..engine.scenes import Rings, scene_from
 from ..engine.store import Cell
-from ..engine.tasks import Rings, scene_from
 from ..paper.coverage_cells import SETUPS
 
 POINTS = 24  # searches between the ends of the front that was asked for

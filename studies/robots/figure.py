@@ -16,7 +16,7 @@ from ...coverage.robots.link_bodies import robot_capsules
 from ...reporting.plots import COLOURS, GREY, INK, save, sheet
 from ...reporting.rendering.faces import add_robot
 from ...reporting.rendering.sheet import LINK_COLOURS, Sheet
-from ..engine.tasks import scene_from, setup_from
+from ..engine.scenes import scene_from, setup_from
 from .study import RobotRow, where
 
 SHOWN = "shadow"  # the search whose rings are drawn

@@ -9,7 +9,7 @@ from ...formats.schema.mount_models import RingModel
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml
 from ...reporting.pages import csv_text, html, table
-from ..engine.tasks import scene_from
+from ..engine.scenes import scene_from
 from .figure import picture
 from .study import PROCESSORS, SEARCHES, SECONDS, SENSORS, TARGET, VOXEL, RobotRow, pose_deg, where
 

@@ -15,8 +15,9 @@ import numpy as np
 from ...coverage.occlusion.model import OCCLUSIONS
 from ...coverage.targets import Target
 from ...formats.convert.scenes import ring_models
+from ..engine import counting, searching  # noqa: F401  (they are registered)
+from ..engine.scenes import Rings, scene_from, setup_from
 from ..engine.store import Cell
-from ..engine.tasks import Rings, scene_from, setup_from
 
 ROBOTS = ("ur3e", "ur5e", "ur10", "ur10e", "panda", "iiwa14")
 TARGET = Target("V_S", 0.5)

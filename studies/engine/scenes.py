@@ -1,0 +1,28 @@
+"""Scenes and setups from what a cell can hold."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from ...coverage.rings.ring import Setup, named_setup
+from ...formats.convert.scenes import scene_of, setup_of
+from ...formats.schema.mount_models import RingModel
+from ...formats.schema.scene_models import SceneFile
+from ...objectives.scene import Scene
+
+Rings = list[dict[str, Any]]
+
+
+def scene_from(scene: Mapping[str, Any]) -> Scene:
+    """A scene from the keys in which it differs from the reference scene, as a scene's file has
+    them.
+    """
+    return scene_of(SceneFile.model_validate(dict(scene)))
+
+
+def setup_from(setup: str | Rings, scene: Scene) -> Setup:
+    """A setup from the paper's name or from rings as a proposal's file has them."""
+    if isinstance(setup, str):
+        return named_setup(setup, scene.sensor, scene.ring_radius)
+    return setup_of(
+        [RingModel.model_validate(ring) for ring in setup], scene.sensor, scene.ring_radius
+    )
