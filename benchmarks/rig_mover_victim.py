@@ -12,8 +12,8 @@ import sys
 from multiprocessing.connection import Connection
 
 import numpy as np
-from place_rings.cli.check_view import View
 from place_rings.cli.pipes import ended_by_signals, gone_is_an_error
+from place_rings.cli.runs.check_view import View
 from place_rings.rig.check.procedure import EndedError
 from place_rings.rig.rings.health import Port
 from place_rings.rig.robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError

@@ -21,8 +21,8 @@ import numpy as np
 import psutil
 import pytest
 from place_rings.cli.app import app
-from place_rings.cli.check import check_live
-from place_rings.cli.check_before import show_near_stops
+from place_rings.cli.runs.check import check_live
+from place_rings.cli.runs.check_before import show_near_stops
 from place_rings.coverage.targets import Target
 from place_rings.formats.convert.scenes import ring_models, scene_model
 from place_rings.formats.errors import UserError

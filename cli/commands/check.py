@@ -107,10 +107,10 @@ def check(
     from ...formats.loader import resolve
     from ...rig.check.models import PortModel
     from ...rig.check.plans import PARTS, CheckOptions
-    from ..check import check_live, check_replay
+    from ..options.rig import check_installed, check_ports, resolve_ports, resolve_rod
     from ..options.scenes import resolve_scene
     from ..options.targets import parse_goals, with_goals
-    from ..rig_options import check_installed, check_ports, resolve_ports, resolve_rod
+    from ..runs.check import check_live, check_replay
 
     if sum(given is not None for given in (rig, robot_host, replay)) != 1:
         raise UserError("check: allowed: one of --rig sim, --robot-host HOST, --replay FILE")

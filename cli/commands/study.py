@@ -68,7 +68,7 @@ def study(
     from ...formats.loader import read_scene
     from ...objectives.scene import Scene
     from ..options.targets import resolve_pair
-    from ..study import study_bound, study_convergence, study_paper, study_pareto, study_robots
+    from ..runs.study import study_bound, study_convergence, study_paper, study_pareto, study_robots
 
     check_machines(workers, scheduler)
     folder = out or Path("results") / name

@@ -17,29 +17,29 @@ from rich.progress import (
     TimeElapsedColumn,
 )
 
-from ..coverage.targets import Target
-from ..formats.convert.scenes import scene_model
-from ..formats.writing import made_folder, output_folder, write_text
-from ..objectives.scene import Scene
-from ..placement.search.design import Space
-from ..placement.search.feasible_set import InfeasibleError
-from ..reporting.pages import csv_text
-from ..reporting.terminal import Terminal, say
-from ..studies.bound import report as bound_report
-from ..studies.bound import study as bound
-from ..studies.convergence import report as convergence_report
-from ..studies.convergence import study as convergence
-from ..studies.engine.digest import programs
-from ..studies.engine.runner import run
-from ..studies.engine.store import Cell, Store
-from ..studies.engine.tasks import TASKS
-from ..studies.paper import report as paper_page
-from ..studies.paper import study as paper_study
-from ..studies.pareto import report as pareto_report
-from ..studies.pareto import study as pareto
-from ..studies.robots import report as robots_report
-from ..studies.robots import study as robots
-from .pipes import gone_is_an_error
+from ...coverage.targets import Target
+from ...formats.convert.scenes import scene_model
+from ...formats.writing import made_folder, output_folder, write_text
+from ...objectives.scene import Scene
+from ...placement.search.design import Space
+from ...placement.search.feasible_set import InfeasibleError
+from ...reporting.pages import csv_text
+from ...reporting.terminal import Terminal, say
+from ...studies.bound import report as bound_report
+from ...studies.bound import study as bound
+from ...studies.convergence import report as convergence_report
+from ...studies.convergence import study as convergence
+from ...studies.engine.digest import programs
+from ...studies.engine.runner import run
+from ...studies.engine.store import Cell, Store
+from ...studies.engine.tasks import TASKS
+from ...studies.paper import report as paper_page
+from ...studies.paper import study as paper_study
+from ...studies.pareto import report as pareto_report
+from ...studies.pareto import study as pareto
+from ...studies.robots import report as robots_report
+from ...studies.robots import study as robots
+from ..pipes import gone_is_an_error
 
 _SENSORS, _PAPERS = 80, (24, 48, 80, 112)  # of the front with most points, and of the others
 Measure = Callable[[str, list[Cell]], list[Any]]
@@ -53,7 +53,7 @@ def _runner(workers: int, scheduler: str | None) -> Iterator[Callable[..., list[
     if workers == 1 and scheduler is None:
         yield run
         return
-    from ..studies.engine import cluster
+    from ...studies.engine import cluster
 
     with (
         gone_is_an_error(),

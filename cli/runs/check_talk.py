@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..reporting.terminal import Terminal, say_json
-from ..rig.check.assessment import Assessment
+from ...reporting.terminal import Terminal, say_json
+from ...rig.check.assessment import Assessment
 
 EXIT = {"as proposed": 0, "differs": 1, "unfinished": 3}  # 2: bad input
 

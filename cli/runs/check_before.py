@@ -4,15 +4,15 @@ import math
 
 from rich.table import Table
 
-from ..coverage.rings.ring import Setup
-from ..formats.errors import UserError
-from ..objectives.scene import Scene
-from ..reporting.terminal import Terminal
-from ..rig.check.models import DISCLAIMER
-from ..rig.check.planned_check import ring_names
-from ..rig.check.plans import Plans
-from ..rig.poses.itinerary import Itinerary
-from ..rig.poses.near_stops import NearStops, by_ring
+from ...coverage.rings.ring import Setup
+from ...formats.errors import UserError
+from ...objectives.scene import Scene
+from ...reporting.terminal import Terminal
+from ...rig.check.models import DISCLAIMER
+from ...rig.check.planned_check import ring_names
+from ...rig.check.plans import Plans
+from ...rig.poses.itinerary import Itinerary
+from ...rig.poses.near_stops import NearStops, by_ring
 
 EXEMPT = (
     "The simulated rig knows its whole cell, and nobody can be hurt: it moves without --move,"

@@ -12,12 +12,12 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from ..rig.check.models import DISCLAIMER
-from ..rig.check.plans import Part
-from ..rig.check.procedure import EndedError
-from ..rig.rings.protocol import Frame, Status
-from ..rig.robot.vetting import LinkFaultError
-from ..rig.session.session import Session
+from ...rig.check.models import DISCLAIMER
+from ...rig.check.plans import Part
+from ...rig.check.procedure import EndedError
+from ...rig.rings.protocol import Frame, Status
+from ...rig.robot.vetting import LinkFaultError
+from ...rig.session.session import Session
 
 _BARS = "█▇▆▅▄▃▂▁"  # near to far
 _WORDS = {"self": "self check", "mount": "mount check", "coverage": "coverage check"}

@@ -4,26 +4,26 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from ..coverage.rings.ring import Setup
-from ..formats.errors import UserError
-from ..formats.writing import output_folder
-from ..objectives.scene import Scene
-from ..reporting.terminal import Terminal, say
-from ..rig.check.assessment import assess
-from ..rig.check.live import LiveCheck
-from ..rig.check.models import PortModel
-from ..rig.check.planned_check import PlannedCheck, ring_names
-from ..rig.check.plans import CheckOptions, Plans, plan_check, write_plans
-from ..rig.check.report import write_files
-from ..rig.poses.itinerary import Itinerary
-from ..rig.poses.near_stops import NearStops
-from ..rig.recording.recording import Recorded
-from ..rig.session.gathering import replay
-from ..rig.session.session import Session
+from ...coverage.rings.ring import Setup
+from ...formats.errors import UserError
+from ...formats.writing import output_folder
+from ...objectives.scene import Scene
+from ...reporting.terminal import Terminal, say
+from ...rig.check.assessment import assess
+from ...rig.check.live import LiveCheck
+from ...rig.check.models import PortModel
+from ...rig.check.planned_check import PlannedCheck, ring_names
+from ...rig.check.plans import CheckOptions, Plans, plan_check, write_plans
+from ...rig.check.report import write_files
+from ...rig.poses.itinerary import Itinerary
+from ...rig.poses.near_stops import NearStops
+from ...rig.recording.recording import Recorded
+from ...rig.session.gathering import replay
+from ...rig.session.session import Session
+from ..pipes import ended_by_signals, gone_is_an_error
 from .check_before import EXEMPT, confirm, show_near_stops
 from .check_talk import tell
 from .check_view import View
-from .pipes import ended_by_signals, gone_is_an_error
 
 
 class TerminalAttendant:

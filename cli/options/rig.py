@@ -5,14 +5,14 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..coverage.rings.ring import Setup
-from ..formats.errors import UserError, shown
-from ..formats.extras import require
-from ..rig.check.models import PortModel
-from ..rig.check.planned_check import ring_names
-from ..rig.rings.decoders import DECODERS
-from ..rig.rings.health import BAUD
-from ..rig.rod.rod import Rod
+from ...coverage.rings.ring import Setup
+from ...formats.errors import UserError, shown
+from ...formats.extras import require
+from ...rig.check.models import PortModel
+from ...rig.check.planned_check import ring_names
+from ...rig.rings.decoders import DECODERS
+from ...rig.rings.health import BAUD
+from ...rig.rod.rod import Rod
 
 _RING = re.compile(r"(?P<name>[^=]+)=(?P<port>[^,]+)(,(?P<decoder>[^,]*))?(,(?P<baud>\d{2,8}))?")
 _ROD = re.compile(r"(?P<thick>\d+(\.\d+)?)x(?P<long>\d+(\.\d+)?)")
