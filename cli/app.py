@@ -14,6 +14,7 @@ from ..formats.errors import UserError
 from ..reporting.terminal import Terminal, say
 from . import commands
 from .commands.place import place
+from .compilation_cache import keep_compiled
 
 
 def _version() -> str:
@@ -45,6 +46,7 @@ def main() -> None:
     """Run the command line; bad input is one line on stderr and exit code 2."""
     if hasattr(signal, "SIGPIPE"):
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    keep_compiled()
     words = sys.argv[1:]
     if not set(app.help_flags).isdisjoint(words):
         app.resolved_commands()  # the list of commands shows the first line of each one's docstring
