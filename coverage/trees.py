@@ -46,15 +46,24 @@ def _register(cls: type) -> None:
 
 
 class _OnceJaxIsThere(MetaPathFinder):
-    """Finds JAX as Python does, and registers the trees that wait for it once it is loaded."""
+    """Finds JAX as Python does, and registers the trees that wait for it once it is loaded.
+
+    To look whether JAX is there, without loading it, changes nothing.
+    """
+
+    def __init__(self) -> None:
+        self._looking = False
 
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        if name != "jax":
+        if name != "jax" or self._looking:
             return None
-        sys.meta_path.remove(self)
-        spec = find_spec(name)
+        self._looking = True
+        try:
+            spec = find_spec(name)
+        finally:
+            self._looking = False
         if spec is None or spec.loader is None:
             return spec
         load = spec.loader.exec_module

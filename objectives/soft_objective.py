@@ -135,17 +135,15 @@ class CoverageObjective:
     def _looks(self, slots: RingArrays, here: SensorPoses, some: Any) -> Rows:
         """What the terms of numbers ``some`` (T,) look at of a setup in its seats."""
         at, pose = np.unique(self._pose[some], return_inverse=True)
-        parts = seen_from(slots, here, self._frames[at], slots.half_up is not None)
+        parts = seen_from(slots, here, self._frames[at], slots.beams.square)
         apex, axis, *up = (v[self._mounting[some], pose] for v in parts)
         lost = {None: None, "ring": slots.ring, "sensor": np.arange(len(slots.ring))}[
             self.aim.losing
         ]
-        half_angle, range_m, half_up, zoned, group = (
-            None if a is None else np.broadcast_to(a, (len(some), *np.shape(a)))
-            for a in (slots.half_angle, slots.range_m, slots.half_up, slots.zoned, lost)
+        beams, group = jax.tree.map(
+            lambda a: np.broadcast_to(a, (len(some), *np.shape(a))), (slots.beams, lost)
         )
-        rows = Rows(some, self._pose[some], apex, axis, half_angle, range_m)
-        return rows._replace(up=up[0] if up else None, half_up=half_up, zoned=zoned, group=group)
+        return Rows(some, self._pose[some], apex, axis, beams, up[0] if up else None, group)
 
     def _worth(self, zetas: Any, some: Any, poses: Any) -> tuple[float, Any, Any]:
         """Value of a setup whose ``some`` terms have these zetas (T,), its slopes by these, and

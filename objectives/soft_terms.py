@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..coverage.robots.link_bodies import Capsules, robot_capsules
+from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.soft.estimator import Seen, Soft
 from ..coverage.soft.k_coverage import soft_seen
 from ..coverage.soft.leave_one_out import soft_losses
@@ -17,7 +17,7 @@ from ..coverage.soft.obstacle_occlusion import InCell
 from ..coverage.soft.robot_occlusion import Hidden
 from ..coverage.soft.sampling import Cloud
 from ..coverage.solids.cones import Cones
-from ..coverage.solids.sensor_beams import optics
+from ..coverage.solids.sensor_beams import BeamShapes
 from .scene import Scene
 
 # rows in one call, and how many of these at once: on a CPU one after the other,
@@ -27,20 +27,16 @@ _ROWS_ELSEWHERE = (256, 4)  # on an accelerator several, as memory holds them
 
 class Rows(NamedTuple):
     """What N rows look at, each one setup's K sensors at one pose and the points of one term:
-    numbers of the term and of the pose (N,); apexes m and axes (N, K, 3), half angles and ranges
-    (N, K); where beams may be square ups (N, K, 3), half angles along them and whether they are
-    zoned (N, K), else None. Where losses count: the group (N, K) that each sensor is lost with, and
-    the weights (N, G) of the losses in slopes."""
+    numbers of the term and of the pose (N,); apexes m and axes (N, K, 3), and the shapes (N, K) of
+    the beams; where these may be square ups (N, K, 3), else None. Where losses count: the group
+    (N, K) that each sensor is lost with, and the weights (N, G) of the losses in slopes."""
 
     term: Any
     pose: Any
     apex: Any
     axis: Any
-    half_angle: Any
-    range_m: Any
+    beams: BeamShapes
     up: Any = None
-    half_up: Any = None
-    zoned: Any = None
     group: Any = None
     weights: Any = None
 
@@ -88,9 +84,7 @@ class SoftTerms:
             zetas = () if row.group is None else row.weights.shape
 
             def look() -> Soft:
-                beams = optics(
-                    row.apex, row.axis, row.half_angle, row.range_m, row.up, row.half_up, row.zoned
-                )
+                beams = row.beams.solids(row.apex, row.axis, row.up)
                 seen, points = (
                     self._past(beams, row.pose),
                     jax.tree.map(lambda a: a[row.term], clouds),
@@ -111,8 +105,8 @@ class SoftTerms:
         """What the scene's occlusion and obstacles leave of cones at a pose."""
         seen: Cones | Hidden = cones
         if self._bodies is not None:
-            start, end, radius = (jnp.asarray(a) for a in self._bodies)
-            seen = Hidden(cones, Capsules(start[pose], end[pose], radius), self._occlusion)
+            bodies = jax.tree.map(jnp.asarray, self._bodies).at(pose)
+            seen = Hidden(cones, bodies, self._occlusion)
         return InCell(seen, self._obstacles) if self._obstacles else seen
 
 

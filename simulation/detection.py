@@ -30,10 +30,10 @@ from ..coverage.occlusion.model import Occlusion
 from ..coverage.occlusion.ranging import readings, slabs
 from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.rings.ring_kinematics import sensor_axes
-from ..coverage.robots.link_bodies import Capsules, segment_to_segment
 from ..coverage.robots.robot import Robot
-from ..coverage.sensors.sensor import Sensor
+from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.polyhedra import Polyhedron
+from ..coverage.solids.segments import segment_to_segment
 from ..objectives.scene import Scene
 from .human import BALL_ERROR, PEDESTAL, Bones, Posture, ball_counts, balls_along, bones
 from .moments import STEP, Moments
@@ -206,7 +206,7 @@ def _seen(
 ) -> Any:
     """Does each sensor see the person at each moment? (T, K)"""
     apex, axis = (np.asarray(a) for a in sensor_axes(robot, setup, m.frames[at]))
-    bodies = Capsules(m.bodies.start[at], m.bodies.end[at], m.bodies.radius)
+    bodies = m.bodies.at(at)
     hiding = None if occlusion == "ignore" else bodies
     (half, range_m), (centre, radius) = sensor_optics(setup), balls
     found = readings(apex, axis, half, range_m, centre, radius, hiding, obstacles).distance
@@ -222,7 +222,7 @@ def stops(
 ) -> Float[np.ndarray, "T K"]:
     """How far sensors see before the robot or an obstacle in their beams answers, m; infinite where
     they have many zones. The robot is read as balls that hold its bodies, 1 mm larger at most."""
-    start, end, radius = (np.asarray(a) for a in bodies)
+    start, end, radius = (np.asarray(a) for a in bodies.arrays())
     radius = radius + BALL_ERROR
     balls = balls_along(
         start,
@@ -231,7 +231,7 @@ def stops(
         ball_counts(np.linalg.norm((end - start)[0], axis=1), radius, BALL_ERROR),
     )
     half, range_m = (
-        np.concatenate([np.full(r.count, _around(r.sensor)) for r in setup.rings]),
+        np.concatenate([np.full(r.count, r.sensor.circumscribed_half_angle) for r in setup.rings]),
         sensor_optics(setup)[1],
     )
     stop = readings(apex, axis, half, range_m, *balls).distance
@@ -246,13 +246,6 @@ def stops(
         np.repeat([r.sensor.zoned for r in setup.rings], [r.count for r in setup.rings]),
         np.inf,
         stop,
-    )
-
-
-def _around(sensor: Sensor) -> float:
-    """Half angle of the narrowest cone around a beam, rad."""
-    return math.atan(
-        math.hypot(math.tan(sensor.fov / 2), math.tan(sensor.fov_up / 2) if sensor.fov_up else 0.0)
     )
 
 

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from ..arrays import dot, namespace, root
+from ..arrays import Array, Numbers, dot, namespace, root
 
 
 def ball_in_cone(
-    apex: Any, axis: Any, half_angle: Any, range_m: Any, centre: Any, radius: Any
+    apex: Array, axis: Array, half_angle: Numbers, range_m: Numbers, centre: Array, radius: Numbers
 ) -> tuple[Any, Any]:
     """Nearest point to the apex of a ball's part in a cone with a flat base; all arguments
     broadcast.

@@ -6,17 +6,18 @@ many zones reports the nearest thing in itself: what stands in some leaves the o
 and ``blind`` does to the beam what ``shadow`` does.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..robots.link_bodies import Capsules, gap_to_capsules
+from ..arrays import Array, Index
 from ..solids.base import Parts
+from ..solids.capsules import Capsules, gap_to_capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
-from ..solids.sensor_beams import Optics
 from ..solids.shadows import Shadow, capsule_shadow
 from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, polyhedron_in_beam
 from .model import Occlusion
@@ -42,7 +43,7 @@ class Occluders:
         """
         gaps = [np.full((len(apex), 1), np.inf)]
         if self.bodies is not None:
-            start, end, radius = (a[None] for a in self.bodies)
+            start, end, radius = (a[None] for a in self.bodies.arrays())
             each = [
                 gap_to_capsules(apex, start[:, [i]], end[:, [i]], radius[:, [i]])
                 for i in range(radius.shape[1])
@@ -65,7 +66,7 @@ def beams(
     are shadowed under ``blind``, too: none of them is blinded as a whole.
 
     Args:
-        cones: of K sensors, or ``Optics``, 64-bit NumPy.
+        cones: beams of K sensors, 64-bit NumPy.
         occluders: bodies and obstacles at the same pose.
         occlusion: ``ignore`` leaves out the robot's bodies.
         bracketed: keep bounds of where sensors are blinded, for the certified rule.
@@ -77,23 +78,23 @@ def beams(
     within_, _ = occluders.holds(np.asarray(cones.apex))
     live = within_ < 0
     cones = replace(cones, range_m=np.where(live, cones.range_m, -np.inf))
-    stops = live & ~_zoned(cones) & (occlusion == "blind")
+    stops = live & ~cones.is_zoned() & (occlusion == "blind")
     stop, late = _stops(cones, np.flatnonzero(stops), occluders, bracketed)
     return _beams(cones, stop, late, *_shadows(cones, np.flatnonzero(live & ~stops), occluders))
 
 
-def _zoned(cones: Cones) -> Any:
-    """Which of the beams are read zone by zone (K,)."""
-    return np.asarray(cones.zoned) if isinstance(cones, Optics) else np.zeros(len(cones), bool)
-
-
-def _looks(cones: Cones, k: Any) -> Beam:
+def _looks(cones: Cones, k: Index) -> Beam:
     """The cones around beams ``k`` (K,)."""
     around = cones.around()
     return Beam(*(np.asarray(a)[k] for a in vars(around).values()))
 
 
-def _in_capsules(function: Any, looks: Beam, bodies: Capsules | None, margin: float) -> Any:
+def _in_capsules(
+    function: Callable[..., tuple[Array, Array]],
+    looks: Beam,
+    bodies: Capsules | None,
+    margin: float,
+) -> Any:
     """What ``function`` of beam and capsule finds first (K, N)."""
     if bodies is None:
         return np.full((len(looks.apex), 0), np.inf)
@@ -107,7 +108,7 @@ def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:
     return np.stack(each, axis=1) if each else np.full((len(looks.apex), 0), np.inf)
 
 
-def _stops(cones: Cones, k: Any, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
+def _stops(cones: Cones, k: Index, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
     """Where sensors are blinded (K,) m, of which ``k`` can be: early and late, the same array where
     not bracketed.
     """
@@ -122,7 +123,7 @@ def _stops(cones: Cones, k: Any, occluders: Occluders, bracketed: bool) -> tuple
     return stops[0], stops[-1]
 
 
-def _shadows(cones: Cones, k: Any, occluders: Occluders) -> tuple[Shadow | None, list, list]:
+def _shadows(cones: Cones, k: Index, occluders: Occluders) -> tuple[Shadow | None, list, list]:
     """The shadows in beams ``k``: of bodies, the sensor of each, and of obstacles (sensor, normal,
     offset).
     """
@@ -146,7 +147,7 @@ def _shadows(cones: Cones, k: Any, occluders: Occluders) -> tuple[Shadow | None,
 
 
 def _beams(
-    cones: Cones, stop: Any, late: Any, shadows: Shadow | None, sensor: list, planes: list
+    cones: Cones, stop: Array, late: Array, shadows: Shadow | None, sensor: list, planes: list
 ) -> Beams:
     """Shadows of ``sensor`` (S,) and planes (sensor, normal, offset) in the order of their
     sensors.

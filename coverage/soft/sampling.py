@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ..arrays import Array
-from ..solids.base import Parts, Solid, fold
+from ..solids.base import VALUES, Solid, fold, leaves
 from ..trees import tree
 from .sobol import sobol
 
@@ -25,11 +25,8 @@ def _inside(solid: Solid, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, 
     """Which points lie inside, but for those on a surface: NumPy is done before a compiler would
     have begun.
     """
-
-    def verdicts(parts: Parts) -> Float[np.ndarray, " N"]:
-        return np.where(parts.holds(points), -1.0, 1.0)
-
-    return fold(solid, verdicts) < 0
+    verdicts = [np.where(parts.holds(points), -1.0, 1.0) for parts in leaves(solid)]
+    return fold(solid, verdicts, VALUES) < 0
 
 
 def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:

@@ -18,9 +18,9 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.occlusion.first_return import Beam, capsule_in_beam, polyhedron_in_beam
 from ...coverage.occlusion.occluders import Occluders
-from ...coverage.robots.link_bodies import segment_to_segment
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
+from ...coverage.solids.segments import segment_to_segment
 
 # of the grid: along the mount, around it, from one end of it to the other
 _HEIGHTS, _TURNS, _TILTS = 12, 24, 9
@@ -110,11 +110,13 @@ def lookout(
 
 
 def _stop(apex: Any, look: Any, sensor: Sensor, occluders: Occluders) -> Float[np.ndarray, "C T"]:
-    half = min(sensor.fov, sensor.fov_up or sensor.fov) / 2
     beam = Beam(
         np.repeat(apex, _TILTS, axis=0),
         look.reshape(-1, 3),
-        *(np.full(look.shape[0] * _TILTS, v) for v in (half, sensor.range_m)),
+        *(
+            np.full(look.shape[0] * _TILTS, v)
+            for v in (sensor.inscribed_half_angle, sensor.range_m)
+        ),
     )
     found = np.full(len(beam.apex), np.inf)
     if (bodies := occluders.bodies) is not None:
