@@ -12,7 +12,6 @@ from pydantic import ValidationError
 
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
-from ..formats.convert.scenes import ring_models, scene_model
 from ..formats.errors import UserError, explain
 from ..formats.schema.proposal_models import ProposalFile
 from ..formats.writing import output_folder
@@ -123,7 +122,7 @@ def check_live(
             ]
         about = AboutFile(
             setup=name,
-            proposal=ProposalFile(rings=ring_models(setup, scene.sensor), scene=scene_model(scene)),
+            proposal=ProposalFile.of(setup, scene),
             seed=asked.seed,
             injected=rig is not None,
             moved=moved,

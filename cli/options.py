@@ -13,7 +13,6 @@ from ..coverage.occlusion.model import Occlusion
 from ..coverage.robots.built_in import robot as built_in
 from ..coverage.robots.robot import Robot
 from ..coverage.targets import Target
-from ..formats.convert.scenes import scene_model
 from ..formats.errors import UserError, explain, shown
 from ..formats.loader import read_robot, read_scene
 from ..formats.recorded_motion import with_record
@@ -122,7 +121,7 @@ def _on_robot(path: Path | None, scene: Scene | None, robot: Robot) -> Scene:
         scene = replace(scene, poses=(Pose(robot.rest),))
     moved = replace(scene, robot=robot)
     try:
-        scene_model(moved)
+        SceneFile.from_domain(moved)
     except ValidationError as error:
         raise explain(f"--robot {robot.name}: {path}", error, SceneFile) from error
     return moved

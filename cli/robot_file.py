@@ -19,7 +19,7 @@ from ..formats.robots.meshes import Meshes, Which
 from ..formats.robots.robot_fit import RobotFit, fit_robot, outlines
 from ..formats.robots.urdf import read_urdf
 from ..formats.robots.urdf_chain import pick_chain
-from ..formats.schema.robot_convert import robot_file
+from ..formats.schema.robot_models import RobotFile
 from ..formats.writing import output_folder, to_toml, write_text
 from ..objectives.scene import Rules, Scene
 from ..reporting.robot_picture import robot_picture
@@ -135,7 +135,7 @@ def robot(
     folder = output_folder(out)
     files = [folder / file for file in ("robot.toml", "scene.toml", "robot.png")]
     robot_picture(files[2], found, fit.links)
-    text = to_toml(robot_file(found), _HEADING.format(file=files[0].name))
+    text = to_toml(RobotFile.from_domain(found), _HEADING.format(file=files[0].name))
     write_text(
         files[0],
         _LIST.sub(lambda m: "[" + ", ".join(m[0][1:-1].replace(",", " ").split()) + "]", text),

@@ -16,11 +16,11 @@ from ..coverage.occlusion.model import Occlusion
 from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.robots.separation_distance import separation, stopping_time
 from ..coverage.sensors.catalogue import MODELS
-from ..formats.convert.results import separation_model
-from ..formats.convert.sensor_records import sensor_records
 from ..formats.errors import UserError
 from ..formats.recorded_motion import check_limits, read_record
-from ..formats.schema.result_models import DirectionModel, SafetyResult, ShareModel
+from ..formats.schema.results import separation_model
+from ..formats.schema.sensor_records import sensor_records
+from ..formats.schema.separation_models import DirectionModel, SafetyResult, ShareModel
 from ..formats.writing import output_folder, write_text
 from ..objectives.scene import Scene
 from ..reporting import detection_page

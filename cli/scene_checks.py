@@ -3,7 +3,6 @@
 from pydantic import ValidationError
 
 from ..coverage.rings.ring import Ring, Setup
-from ..formats.convert.scenes import scene_model
 from ..formats.errors import UserError, explain
 from ..formats.schema.scene_models import SceneFile
 from ..objectives.occlusion import check_bodies, check_mounting
@@ -17,7 +16,7 @@ _COARSE = 0.1  # m: from here on it is quick to see whether a target holds a vox
 def check_scene(scene: Scene, voxel: float) -> None:
     """Refuse what cannot be counted or written before anything is tried: UserError in one line."""
     try:
-        scene_model(scene)
+        SceneFile.from_domain(scene)
     except ValidationError as error:
         raise explain("the scene", error, SceneFile) from error
     for goal in scene.goals:

@@ -10,8 +10,8 @@ from rich.table import Table
 from ..coverage.sensors.catalogue import MODELS, Model
 from ..coverage.sensors.effective_range import effective, size_of
 from ..coverage.sensors.sensor import Sensor, Use
-from ..formats.convert.sensor_records import sensor_record
 from ..formats.errors import UserError
+from ..formats.schema.sensor_records import SensorRecord
 from ..reporting.terminal import Terminal, say, say_json
 
 
@@ -63,7 +63,10 @@ def sensors(as_json: bool) -> None:
     if as_json:
         say_json(
             json.dumps(
-                [sensor_record(effective(Use(name))).model_dump(mode="json") for name in MODELS],
+                [
+                    SensorRecord.from_domain(effective(Use(name))).model_dump(mode="json")
+                    for name in MODELS
+                ],
                 indent=2,
             )
         )

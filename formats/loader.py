@@ -12,15 +12,13 @@ from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
 from ..objectives.scene import Scene
-from .convert.obstacles import with_meshes
-from .convert.scenes import ring_models, scene_of, setup_of, thinning
 from .errors import UserError, explain, shown
+from .obstacle_meshes import with_meshes
 from .recorded_motion import with_record
 from .robots.urdf import read_urdf
-from .schema.mount_models import RingModel
 from .schema.proposal_models import FoundModel, ProposalFile
-from .schema.robot_convert import robot_of
-from .schema.robot_models import RobotFile
+from .schema.ring_models import RingModel, ring_models, setup_of
+from .schema.robot_models import RobotFile, robot_of
 from .schema.scene_models import SceneFile
 from .sensors.sensor_lists import mounted_setup
 from .sensors.sensor_poses import setup_of_poses
@@ -125,12 +123,12 @@ def _scene(path: Path, file: SceneFile, key: str = "") -> Scene:
         at = _beside(path, where.removeprefix(f"{path}: "), name)
         return at, _bytes(at, "mesh")
 
-    scene, asked = scene_of(file), file.trajectory
+    scene, asked = file.to_domain(), file.trajectory
     scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read)
     if asked is None:
         return scene
     record = _beside(path, f"{key}trajectory.file", asked.file)
-    return with_record(scene, record, thinning(asked), asked.unit == "deg")
+    return with_record(scene, record, asked.to_domain(), asked.unit == "deg")
 
 
 def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from ..formats.schema.base_model import StrictModel, refuse
 from ..formats.schema.field_types import Percent
 from ..formats.schema.proposal_models import ProposalFile
-from ..formats.schema.robot_convert import robot_of
+from ..formats.schema.robot_models import robot_of
 from .plan_files import MountPlanFile, RodPlanFile
 
 DISCLAIMER = (

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from ..coverage.rings.ring import Setup
-from ..formats.convert.scenes import scene_of, setup_of
+from ..formats.schema.ring_models import setup_of
 from ..objectives.scene import Scene
 from .check_models import AboutFile
 from .plan_files import mount_plan_of, rod_plan_of
@@ -24,7 +24,7 @@ class Checked:
     @staticmethod
     def of(about: AboutFile) -> "Checked":
         """All of it."""
-        scene = scene_of(about.proposal.scene)
+        scene = about.proposal.scene.to_domain()
         stops = mount_plan_of(about.stops) if about.stops else None
         plans = Plans(about.seconds, stops, tuple(rod_plan_of(t) for t in about.trials), about.wave)
         return Checked(

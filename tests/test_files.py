@@ -14,10 +14,10 @@ from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.coverage.targets import Shape, Target
 from place_rings.formats import writing
-from place_rings.formats.convert.scenes import ring_models, scene_model, scene_of, setup_of
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_scene, resolve
 from place_rings.formats.schema.proposal_models import ProposalFile
+from place_rings.formats.schema.ring_models import ring_models, setup_of
 from place_rings.formats.schema.scene_models import SceneFile
 from place_rings.formats.writing import to_toml, write_text
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
@@ -116,7 +116,7 @@ def test_what_is_no_file_is_one_line(tmp_path):
 def test_the_empty_scene_is_the_reference_scene(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text("")
-    assert scene_model(read_scene(path)) == scene_model(Scene()) == SceneFile()
+    assert SceneFile.from_domain(read_scene(path)) == SceneFile.from_domain(Scene()) == SceneFile()
 
 
 def drawn_scene(rng):
@@ -139,13 +139,17 @@ def drawn_scene(rng):
 def test_what_is_written_reads_back(tmp_path_factory, seed):
     rng = np.random.default_rng(seed)
     scene, setup = drawn_scene(rng), drawing.setup(rng)
-    file = ProposalFile(rings=ring_models(setup, scene.sensor), scene=scene_model(scene))
+    file = ProposalFile.of(setup, scene)
     path = tmp_path_factory.mktemp("files") / "proposal.toml"
     write_text(path, to_toml(file, "two\nlines"))
     again, its_scene, read = read_proposal(path)
     assert read == file
     assert again == rounded(setup, scene.sensor) == rounded(again, scene.sensor)
-    assert scene_model(its_scene) == scene_model(scene) == scene_model(scene_of(scene_model(scene)))
+    assert (
+        SceneFile.from_domain(its_scene)
+        == SceneFile.from_domain(scene)
+        == SceneFile.from_domain(SceneFile.from_domain(scene).to_domain())
+    )
     assert path.read_text().startswith("# two\n# lines\n[[rings]]\n")
 
 
@@ -194,7 +198,7 @@ def test_a_name_keeps_the_limits_of_a_file(tmp_path, monkeypatch):
 def test_names_and_files_resolve(tmp_path):
     setup, scene = resolve("n2_16_25", None)
     assert setup == named_setup("n2_16_25")
-    assert scene_model(scene) == SceneFile()
+    assert SceneFile.from_domain(scene) == SceneFile()
     path = tmp_path / "mine.toml"
     path.write_text(RING)
     assert resolve(str(path), None)[0].sensors == 8

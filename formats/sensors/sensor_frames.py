@@ -19,7 +19,7 @@ from ...coverage.rings.ring_kinematics import ring_arrays, sensor_poses, up_of
 from ...coverage.robots.kinematics import Chain, forward
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
-from ..schema.mount_models import ConeRow, SquareConeRow
+from ..schema.ring_models import ConeRow, SquareConeRow
 
 Along = Literal["x", "y", "z"]
 _TURNS = {"z": 0, "x": 1, "y": 2}

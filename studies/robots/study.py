@@ -14,7 +14,7 @@ import numpy as np
 
 from ...coverage.occlusion.model import OCCLUSIONS
 from ...coverage.targets import Target
-from ...formats.convert.scenes import ring_models
+from ...formats.schema.ring_models import ring_models
 from ..engine.store import Cell
 from ..engine.tasks import Rings, scene_from, setup_from
 
