@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from .base_model import StrictModel, refuse
-from .mount_models import SensorModel
+from .sensor_models import SensorModel
 
 _Name = Annotated[str, Field(min_length=1, max_length=100)]
 _Xyz = Annotated[
