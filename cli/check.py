@@ -14,6 +14,7 @@ from ..coverage.rings.ring import Setup
 from ..coverage.rings.rounding import rounded
 from ..formats.errors import UserError, explain
 from ..formats.schema.proposal_models import ProposalFile
+from ..formats.schema.versions import FROM_FILE
 from ..formats.writing import output_folder
 from ..objectives.scene import Scene
 from ..reporting.terminal import Terminal, say
@@ -173,7 +174,7 @@ def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> i
 
 def _read_about(name: str, found: object) -> AboutFile:
     try:
-        return AboutFile.model_validate(found)
+        return AboutFile.model_validate(found, context=FROM_FILE)
     except ValidationError as error:
         raise explain(name, error, AboutFile) from error
 

@@ -15,7 +15,7 @@ from ..formats.schema.proposal_models import ProposalFile
 from ..formats.schema.redesign_models import ChangeModel, ImproveResult, StepModel, WorkModel
 from ..formats.schema.result_models import VerifyResult
 from ..formats.schema.ring_models import ring_models
-from ..formats.schema.scene_models import SceneFile
+from ..formats.schema.scene_models import SceneModel
 from ..formats.writing import made_folder, to_toml, write_text
 from ..objectives.scene import Scene
 from ..objectives.verify import Verifier
@@ -149,7 +149,7 @@ def _record(
     zetas = _verified(name, scene, [found.mounted, *found.steps], voxel, log)
     return ImproveResult(
         setup=name,
-        scene=SceneFile.from_domain(scene),
+        scene=SceneModel.from_domain(scene),
         most_changes=most,
         add_sensors=add_sensors,
         outcome=found.outcome.value,

@@ -16,7 +16,7 @@ from ..coverage.targets import Target
 from ..formats.errors import UserError, explain, shown
 from ..formats.loader import read_robot, read_scene
 from ..formats.recorded_motion import with_record
-from ..formats.schema.scene_models import SceneFile
+from ..formats.schema.scene_models import SceneModel
 from ..objectives.scene import Goal, Pose, Rules, Scene
 from ..objectives.verify import VOXEL, Rule
 from ..placement.search.design import Space
@@ -121,9 +121,9 @@ def _on_robot(path: Path | None, scene: Scene | None, robot: Robot) -> Scene:
         scene = replace(scene, poses=(Pose(robot.rest),))
     moved = replace(scene, robot=robot)
     try:
-        SceneFile.from_domain(moved)
+        SceneModel.from_domain(moved)
     except ValidationError as error:
-        raise explain(f"--robot {robot.name}: {path}", error, SceneFile) from error
+        raise explain(f"--robot {robot.name}: {path}", error, SceneModel) from error
     return moved
 
 

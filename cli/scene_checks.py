@@ -4,7 +4,7 @@ from pydantic import ValidationError
 
 from ..coverage.rings.ring import Ring, Setup
 from ..formats.errors import UserError, explain
-from ..formats.schema.scene_models import SceneFile
+from ..formats.schema.scene_models import SceneModel
 from ..objectives.occlusion import check_bodies, check_mounting
 from ..objectives.scene import Scene
 from ..objectives.separation_summary import separations
@@ -16,9 +16,9 @@ _COARSE = 0.1  # m: from here on it is quick to see whether a target holds a vox
 def check_scene(scene: Scene, voxel: float) -> None:
     """Refuse what cannot be counted or written before anything is tried: UserError in one line."""
     try:
-        SceneFile.from_domain(scene)
+        SceneModel.from_domain(scene)
     except ValidationError as error:
-        raise explain("the scene", error, SceneFile) from error
+        raise explain("the scene", error, SceneModel) from error
     for goal in scene.goals:
         try:
             separations(scene, goal.target)

@@ -18,7 +18,7 @@ from rich.progress import (
 )
 
 from ..coverage.targets import Target
-from ..formats.schema.scene_models import SceneFile
+from ..formats.schema.scene_models import SceneModel
 from ..formats.writing import made_folder, output_folder, write_text
 from ..objectives.scene import Scene
 from ..placement.search.design import Space
@@ -133,7 +133,7 @@ def study_pareto(
     numbers of sensors that the scene's rules allow; InfeasibleError where they do not allow
     ``sensors``."""
     keys, wanted = (
-        SceneFile.from_domain(scene).model_dump(mode="json", exclude_defaults=True),
+        SceneModel.from_domain(scene).model_dump(mode="json", exclude_defaults=True),
         sensors or _SENSORS,
     )
     Space(scene, sensors=wanted)

@@ -18,8 +18,9 @@ from .recorded_motion import with_record
 from .robots.urdf import read_urdf
 from .schema.proposal_models import FoundModel, ProposalFile
 from .schema.ring_models import RingModel, ring_models, setup_of
-from .schema.robot_models import RobotFile, robot_of
-from .schema.scene_models import SceneFile
+from .schema.robot_models import RobotFile, RobotModel, robot_of
+from .schema.scene_models import SceneFile, SceneModel
+from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
 from .sensors.sensor_lists import mounted_setup
 from .sensors.sensor_poses import setup_of_poses
 from .sensors.urdf_frames import FramePattern, setup_of_urdf
@@ -60,7 +61,10 @@ def read_model(path: Path, model: type[_Model]) -> _Model:
     """The TOML file at ``path`` as ``model``; UserError in one line otherwise."""
     name, text = str(path), _text(path, "TOML")
     try:
-        return model.model_validate(_with_robot(path, tomllib.loads(text), model))
+        raw = tomllib.loads(text)
+        if issubclass(model, VersionedFile):
+            refuse_newer(raw)
+        return model.model_validate(_with_robot(path, raw, model), context=FROM_FILE)
     except ValidationError as error:
         raise explain(name, error, model) from error
     except (ValueError, RecursionError) as error:
@@ -81,7 +85,9 @@ def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict
             f"{path}: {key}: found {shown(asked)}, allowed: a robot's file (.toml), which robot"
             " makes of a URDF"
         )
-    inside = {**scene, "robot": read_model(_beside(path, key, asked), RobotFile)}
+    robot = read_model(_beside(path, key, asked), RobotFile)
+    table = RobotModel(**{name: getattr(robot, name) for name in RobotModel.model_fields})
+    inside = {**scene, "robot": table}
     return {**raw, "scene": inside} if model is ProposalFile else inside
 
 
@@ -114,7 +120,7 @@ def read_scene(path: Path) -> Scene:
     return _scene(path, read_model(path, SceneFile))
 
 
-def _scene(path: Path, file: SceneFile, key: str = "") -> Scene:
+def _scene(path: Path, file: SceneModel, key: str = "") -> Scene:
     """The scene of the file at ``path``, with the meshes and the poses of the record that it names
     below ``key``.
     """

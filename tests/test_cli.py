@@ -26,7 +26,7 @@ from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.schema.proposal_models import SearchFile
 from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.formats.schema.robustness_models import RobustnessResult
-from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.separation_models import SafetyResult
 from place_rings.objectives.scene import Rules, Scene
 from place_rings.objectives.verify import Verifier
@@ -167,7 +167,7 @@ def test_a_front_is_of_the_scene_with_its_motion_and_its_meshes(run, tmp_path, m
     code, _, err = run("study", "pareto", "--scene", "cell.toml", "--sensors", "64")
     assert (code, err.strip()) == (2, "place-rings: enough")
     ((where, budgets),) = measured
-    assert SceneFile.from_domain(scene_from(where)) == SceneFile.from_domain(
+    assert SceneModel.from_domain(scene_from(where)) == SceneModel.from_domain(
         read_scene(tmp_path / "cell.toml")
     )
     assert len(where["poses"]) == 6

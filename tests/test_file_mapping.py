@@ -22,8 +22,8 @@ from place_rings.coverage.targets import Shape, Target
 from place_rings.formats.loader import read_proposal, read_robot, read_scene
 from place_rings.formats.schema.mapping import DEGREES, MappedModel, Of
 from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.schema.robot_models import RobotFile
-from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.schema.robot_models import RobotModel
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Goal, Limits, Motion, Pose, Recorded, Rules, Scene
@@ -207,14 +207,14 @@ def plain(value: object) -> object:
 def test_a_scene_is_what_its_file_says(tmp_path_factory, scene):
     scene = made(scene)
     path = tmp_path_factory.mktemp("files") / "scene.toml"
-    table = SceneFile.from_domain(scene)
+    table = SceneModel.from_domain(scene)
     path.write_text(to_toml(table))
     again = read_scene(path)
     if scene.robot is not UR10:  # in-line: rounded as files are
-        assert RobotFile.from_domain(again.robot) == RobotFile.from_domain(scene.robot)
+        assert RobotModel.from_domain(again.robot) == RobotModel.from_domain(scene.robot)
         again = dataclasses.replace(again, robot=scene.robot)
     assert plain(again) == plain(scene)
-    assert SceneFile.from_domain(again) == table
+    assert SceneModel.from_domain(again) == table
 
 
 @settings(max_examples=60)
@@ -239,10 +239,10 @@ def test_a_sensor_is_what_its_table_says(sensor):
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_robot_is_what_its_file_says(tmp_path, name):
     """Frames are rounded in files: what has been read once stays as it is."""
-    path, file = tmp_path / "robot.toml", RobotFile.from_domain(ROBOTS[name])
+    path, file = tmp_path / "robot.toml", RobotModel.from_domain(ROBOTS[name])
     path.write_text(to_toml(file))
     robot = read_robot(path)
-    assert RobotFile.from_domain(robot) == file
+    assert RobotModel.from_domain(robot) == file
     for a, b in ((robot.chain.origin, ROBOTS[name].chain.origin), (robot.home, ROBOTS[name].home)):
         if b is not None:
             np.testing.assert_allclose(a, b, atol=1e-11)

@@ -30,7 +30,7 @@ from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels
 from place_rings.formats.schema.ring_models import ring_models, setup_of
-from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, Limits, Scene
@@ -258,10 +258,10 @@ def test_errors_of_mounting_turn_square_beams_with_their_rings():
 
 def test_mixed_setups_and_sensors_of_links_read_back():
     scene = Scene(sensor=SQUARE, limits={"forearm": Limits(sensor=FLAT)})
-    assert SceneFile.from_domain(scene).to_domain().limits_of(
+    assert SceneModel.from_domain(scene).to_domain().limits_of(
         "forearm"
     ).sensor.fov_up == pytest.approx(FLAT.fov_up)
-    assert SceneFile.from_domain(scene).to_domain().limits_of("forearm").sensor.zones == 1
+    assert SceneModel.from_domain(scene).to_domain().limits_of("forearm").sensor.zones == 1
     again = setup_of(ring_models(MIXED, scene.sensor), scene.sensor)
     assert again == rounded(again, scene.sensor)
     assert [r.sensor.fov_up is None for r in again.rings] == [False, True, False]

@@ -30,7 +30,7 @@ from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.schema.ring_models import ring_models
-from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Goal, Motion
 from place_rings.reporting.terminal import Terminal
@@ -335,7 +335,7 @@ def proposal(motion, obstacles=SCENE.obstacles):
     """A proposal in a scene with such a motion and cell, as TOML."""
     scene = replace(SCENE, motion=motion, obstacles=obstacles)
     return to_toml(
-        ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=SceneFile.from_domain(scene))
+        ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=SceneModel.from_domain(scene))
     )
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.link_bodies import Capsules
 from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_of
-from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.scene import Motion, Pose
 from place_rings.rig.mount.fit import fit_mount
 from place_rings.rig.mount.plan import planned
@@ -163,5 +163,5 @@ def test_what_was_injected_is_found_by_the_same_seed():
 
 def test_limits_of_motion_stand_in_a_scene():
     scene = replace(SCENE, motion=Motion(0.5, 1.0, 0.2, 0.05, 0.3, 0.7, 0.4, 12, True, True))
-    back = SceneFile.from_domain(scene).to_domain().motion
+    back = SceneModel.from_domain(scene).to_domain().motion
     np.testing.assert_allclose(list(vars(back).values()), list(vars(scene.motion).values()))

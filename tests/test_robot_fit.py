@@ -19,8 +19,8 @@ from place_rings.formats.robots.capsule_fit import Capsule, enclosing, fit_capsu
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.tubes import find_tube
 from place_rings.formats.robots.urdf import UrdfShape
-from place_rings.formats.schema.robot_models import RobotFile, robot_of
-from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.schema.robot_models import RobotModel, robot_of
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Pose, Scene
 from scipy.spatial.transform import Rotation
@@ -154,7 +154,7 @@ def test_plain_shapes_are_where_they_should_be(tmp_path, shape, inside, outside)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_robot_reads_back_from_its_file(tmp_path, name):
     robot = ROBOTS[name]
-    (tmp_path / "r.toml").write_text(to_toml(RobotFile.from_domain(robot)))
+    (tmp_path / "r.toml").write_text(to_toml(RobotModel.from_domain(robot)))
     again = read_robot(tmp_path / "r.toml")
     q = drawing.pose(np.random.default_rng(0), len(robot.chain))
     assert np.abs(forward(again.chain, q) - forward(robot.chain, q)).max() < 1e-10
@@ -163,31 +163,31 @@ def test_every_robot_reads_back_from_its_file(tmp_path, name):
     for a, b in zip((*again.mounts, *again.bodies), (*robot.mounts, *robot.bodies), strict=True):
         assert a.frame == b.frame
         assert np.allclose(a.start, b.start, atol=1e-11)
-    assert RobotFile.from_domain(robot_of(RobotFile.from_domain(robot))) == RobotFile.from_domain(
-        again
-    )
+    assert RobotModel.from_domain(
+        robot_of(RobotModel.from_domain(robot))
+    ) == RobotModel.from_domain(again)
 
 
 def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
-    mine = robot_of(RobotFile.from_domain(ROBOTS["panda"]).model_copy(update={"name": "mine"}))
+    mine = robot_of(RobotModel.from_domain(ROBOTS["panda"]).model_copy(update={"name": "mine"}))
     scene = Scene(robot=mine, poses=(Pose(mine.rest),))
-    (tmp_path / "inline.toml").write_text(to_toml(SceneFile.from_domain(scene)))
-    (tmp_path / "mine.toml").write_text(to_toml(RobotFile.from_domain(mine)))
+    (tmp_path / "inline.toml").write_text(to_toml(SceneModel.from_domain(scene)))
+    (tmp_path / "mine.toml").write_text(to_toml(RobotModel.from_domain(mine)))
     (tmp_path / "named.toml").write_text('robot = "mine.toml"\n')
     (tmp_path / "proposal.toml").write_text(
         "[[rings]]\nlink = 'forearm'\ncount = 8\n[scene]\nrobot = 'mine.toml'\n"
     )
     inline, named = (read_scene(tmp_path / f"{n}.toml") for n in ("inline", "named"))
     assert (
-        SceneFile.from_domain(inline)
-        == SceneFile.from_domain(named)
-        == SceneFile.from_domain(scene)
+        SceneModel.from_domain(inline)
+        == SceneModel.from_domain(named)
+        == SceneModel.from_domain(scene)
     )
-    assert SceneFile.from_domain(
+    assert SceneModel.from_domain(
         read_proposal(tmp_path / "proposal.toml")[1]
-    ) == SceneFile.from_domain(scene)
+    ) == SceneModel.from_domain(scene)
     assert len(named.poses[0].q) == 7
-    assert SceneFile.from_domain(SceneFile(robot="panda").to_domain()).robot == "panda"
+    assert SceneModel.from_domain(SceneModel(robot="panda").to_domain()).robot == "panda"
 
 
 @pytest.mark.parametrize(
@@ -243,7 +243,7 @@ def test_a_bad_robot_file_is_one_line(tmp_path, change, line):
     import tomli_w
 
     text = (
-        tomli_w.dumps(RobotFile.from_domain(UR10).model_dump(exclude_none=True))
+        tomli_w.dumps(RobotModel.from_domain(UR10).model_dump(exclude_none=True))
         .replace("\n    ", " ")
         .replace(",\n]", "]")
     )

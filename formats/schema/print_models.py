@@ -3,6 +3,7 @@
 from pydantic import Field
 
 from .base_model import StrictModel
+from .versions import VersionedFile
 
 
 class PrintCheck(StrictModel):
@@ -37,7 +38,7 @@ class PrintedRing(StrictModel):
     checks: list[PrintCheck]
 
 
-class PrintResult(StrictModel):
+class PrintResult(VersionedFile):
     """What ``export --to stl`` leaves in printing.json."""
 
     rings: list[PrintedRing]

@@ -14,10 +14,11 @@ from .result_models import VerifyResult
 from .ring_models import RingModel, ring_models
 from .robot_models import RobotFile, robot_of
 from .robustness_models import ErrorsModel, RobustnessResult
-from .scene_models import SceneFile
+from .scene_models import SceneFile, SceneModel
 from .sensor_pose_models import SensorPosesFile
 from .sensor_records import SensorRecord
 from .separation_models import SafetyResult
+from .versions import VersionedFile
 
 
 class FoundModel(StrictModel):
@@ -42,13 +43,13 @@ class FoundModel(StrictModel):
     tolerant: ErrorsModel | None = Field(default=None, description="errors that were kept in mind")
 
 
-class ProposalFile(StrictModel):
+class ProposalFile(VersionedFile):
     """A proposal (TOML): the setup first, then the scene it is for, its verified zeta, and how it
     was found.
     """
 
     rings: list[RingModel] = Field(min_length=1, max_length=1000)
-    scene: SceneFile = SceneFile()
+    scene: SceneModel = SceneModel()
     zeta: list[VerifyResult] = Field(default=[])
     found: FoundModel | None = None
 
@@ -56,7 +57,7 @@ class ProposalFile(StrictModel):
     def of(cls, setup: Setup, scene: Scene, **more: Any) -> Self:
         """Return the proposal of a setup for a scene, with ``more`` keys."""
         rings = ring_models(setup, scene.sensor)
-        return cls(rings=rings, scene=SceneFile.from_domain(scene), **more)
+        return cls(rings=rings, scene=SceneModel.from_domain(scene), **more)
 
     @model_validator(mode="after")
     def _on_the_robot(self) -> Self:
@@ -83,7 +84,7 @@ class ReachModel(StrictModel):
     tried: list[ReachedModel]
 
 
-class SearchFile(StrictModel):
+class SearchFile(VersionedFile):
     """``result.json`` of a search: the proposal, and its zeta beside the paper's setups by the same
     verifier; the same of what was asked for, where that was not zeta itself."""
 

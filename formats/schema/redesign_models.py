@@ -13,7 +13,8 @@ from .field_types import Percent
 from .mapping import MappedModel, Of, rounded_degrees, rounded_millimetres
 from .result_models import VerifyResult
 from .ring_models import RingModel, ring_models
-from .scene_models import SceneFile
+from .scene_models import SceneModel
+from .versions import VersionedFile
 
 _MOVED = Of("moved", rounded_millimetres(3))
 _TILTED = Of("tilted", rounded_degrees(DIGITS_DEG))
@@ -77,13 +78,13 @@ class StepModel(StrictModel):
     zeta: list[VerifyResult]
 
 
-class ImproveResult(StrictModel):
+class ImproveResult(VersionedFile):
     """What ``improve --json`` prints: the setup as mounted, the scene's rules that it breaks, and
     step by step the best with ever more changes; a number of changes that gains nothing more has no
     step."""
 
     setup: str
-    scene: SceneFile
+    scene: SceneModel
     most_changes: int
     add_sensors: int
     outcome: str

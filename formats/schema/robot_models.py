@@ -14,6 +14,7 @@ from ...coverage.robots.kinematics import Chain, rpy_of, transform
 from ...coverage.robots.robot import BASE, Body, Mount, Robot
 from .base_model import StrictModel, refuse
 from .mapping import MappedModel, Of, decimals, rounded_degrees
+from .versions import VersionedFile
 
 BASE_FRAME, TCP_FRAME = "base", "tcp"
 _Place = Annotated[float, Field(ge=-100, le=100, description="metres")]
@@ -90,8 +91,8 @@ class BodyModel(MappedModel[Body]):
     radius: Annotated[float, _LENGTH] = Field(gt=0, le=10, description="metres")
 
 
-class RobotFile(MappedModel[Robot]):
-    """A robot (TOML): a chain of revolute joints, mount axes, and the capsules that stand for its
+class RobotModel(MappedModel[Robot]):
+    """A robot: a chain of revolute joints, mount axes, and the capsules that stand for its
     links.
     """
 
@@ -212,6 +213,12 @@ class RobotFile(MappedModel[Robot]):
         )
 
 
+class RobotFile(RobotModel, VersionedFile):
+    """A robot (TOML): a chain of revolute joints, mount axes, and the capsules that stand for its
+    links.
+    """
+
+
 def _origin(place: JointModel | TcpModel) -> Float[np.ndarray, "4 4"]:
     return transform(place.xyz, [math.radians(angle) for angle in place.rpy_deg])
 
@@ -227,13 +234,13 @@ def _limits_deg(limits: Float[np.ndarray, " 2"] | None) -> list[float] | None:
     return None if limits is None or not np.isfinite(limits).all() else _ANGLES.write(limits)
 
 
-def robot_of(key: str | RobotFile) -> Robot:
+def robot_of(key: str | RobotModel) -> Robot:
     """The robot that a scene's ``robot`` means: a built-in one by its name (KeyError if there is
     none), or one in-line.
     """
     return ROBOTS[key] if isinstance(key, str) else key.to_domain()
 
 
-def robot_key(robot: Robot) -> str | RobotFile:
+def robot_key(robot: Robot) -> str | RobotModel:
     """A robot as a scene names it: by its name if it is built in, in-line otherwise."""
-    return robot.name if built_in(robot) else RobotFile.from_domain(robot)
+    return robot.name if built_in(robot) else RobotModel.from_domain(robot)

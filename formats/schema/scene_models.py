@@ -30,8 +30,9 @@ from .motion_models import MotionModel, PoseModel, RecordedModel, SafetyModel, T
 from .mount_models import MountModel, PrintingModel, RulesModel
 from .obstacle_models import ObstacleModel, obstacles_of
 from .ring_models import RingModel, ring_models, setup_of
-from .robot_models import RobotFile, robot_key, robot_of
+from .robot_models import RobotModel, robot_key, robot_of
 from .sensor_models import SensorModel
+from .versions import VersionedFile
 
 
 class TargetModel(MappedModel[Goal]):
@@ -83,13 +84,13 @@ class CurveModel(MappedModel[Shape]):
 
 
 RobotKey = Annotated[
-    Annotated[str, Tag(NAMED)] | Annotated[RobotFile, Tag(IN_LINE)],
-    Discriminator(lambda found: IN_LINE if isinstance(found, dict | RobotFile) else NAMED),
+    Annotated[str, Tag(NAMED)] | Annotated[RobotModel, Tag(IN_LINE)],
+    Discriminator(lambda found: IN_LINE if isinstance(found, dict | RobotModel) else NAMED),
 ]
 
 
-class SceneFile(MappedModel[Scene]):
-    """A scene (TOML). Every key has a default: the empty file is the reference scene."""
+class SceneModel(MappedModel[Scene]):
+    """A scene. Every key has a default: without any it is the reference scene."""
 
     robot: RobotKey = Field(
         default="ur10", description="a built-in robot, a robot's file (.toml), or a robot in-line"
@@ -128,7 +129,7 @@ class SceneFile(MappedModel[Scene]):
 
     @field_validator("robot")
     @classmethod
-    def _known(cls, robot: str | RobotFile) -> str | RobotFile:
+    def _known(cls, robot: str | RobotModel) -> str | RobotModel:
         if isinstance(robot, str) and robot not in ROBOTS:
             raise fault(robot, f"{', '.join(ROBOTS)}, or a robot's file (.toml)")
         return robot
@@ -238,3 +239,7 @@ class SceneFile(MappedModel[Scene]):
             obstacles=[ObstacleModel(**obstacle.keys) for obstacle in value.obstacles],
             **given,
         )
+
+
+class SceneFile(SceneModel, VersionedFile):
+    """A scene (TOML). Every key has a default: the empty file is the reference scene."""

@@ -12,6 +12,7 @@ from .base_model import StrictModel
 from .field_types import Percent
 from .mapping import MappedModel, Of
 from .sensor_records import SensorRecord
+from .versions import VersionedFile
 
 
 class SeparationModel(MappedModel[Terms]):
@@ -68,7 +69,7 @@ class DirectionModel(ShareModel):
     approaches: int
 
 
-class SafetyResult(StrictModel):
+class SafetyResult(VersionedFile):
     """What ``safety --json`` prints: the share of approaches reported in time, by direction, and if
     the sensors saw as far as is asked; what was asked, with each term; what the sensors see, and
     how late they say so. No safety rating follows."""

@@ -17,6 +17,7 @@ from ..errors import UserError, explain, shown
 from ..schema.robot_models import TCP_FRAME
 from ..schema.sensor_models import SensorModel
 from ..schema.sensor_pose_models import RingPosesModel, SensorPoseModel, SensorPosesFile
+from ..schema.versions import FROM_FILE
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
 from .sensor_frames import SensorFrame, looking_along_z, rows_of, sensor_frames
 
@@ -81,7 +82,7 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
             ring form none.
     """
     try:
-        file = SensorPosesFile.model_validate_json(text)
+        file = SensorPosesFile.model_validate_json(text, context=FROM_FILE)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         if first["type"] == "json_invalid":

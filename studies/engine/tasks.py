@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 from ...coverage.rings.ring import Setup, named_setup
 from ...coverage.targets import Target
 from ...formats.schema.ring_models import RingModel, ring_models, setup_of
-from ...formats.schema.scene_models import SceneFile
+from ...formats.schema.scene_models import SceneModel
 from ...objectives.criterion import Criterion
 from ...objectives.occlusion import unseeing
 from ...objectives.scene import Scene
@@ -35,7 +35,7 @@ def scene_from(scene: Mapping[str, Any]) -> Scene:
     """A scene from the keys in which it differs from the reference scene, as a scene's file has
     them.
     """
-    return SceneFile.model_validate(dict(scene)).to_domain()
+    return SceneModel.model_validate(dict(scene)).to_domain()
 
 
 def setup_from(setup: str | Rings, scene: Scene) -> Setup:
