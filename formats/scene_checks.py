@@ -7,9 +7,8 @@ from ..objectives.occlusion import check_bodies, check_mounting
 from ..objectives.scene import Scene
 from ..objectives.separation_summary import separations
 from ..objectives.verify import check_voxel, target_voxels
-from .convert.scenes import scene_model
 from .errors import UserError, explain
-from .schema.scene_models import SceneFile
+from .schema.scene_models import SceneModel
 
 _COARSE = 0.1  # m: from here on it is quick to see whether a target holds a voxel at all
 
@@ -17,9 +16,9 @@ _COARSE = 0.1  # m: from here on it is quick to see whether a target holds a vox
 def check_scene(scene: Scene, voxel: float) -> None:
     """Refuse what cannot be counted or written before anything is tried: UserError in one line."""
     try:
-        scene_model(scene)
+        SceneModel.from_domain(scene)
     except ValidationError as error:
-        raise explain("the scene", error, SceneFile) from error
+        raise explain("the scene", error, SceneModel) from error
     for goal in scene.goals:
         try:
             separations(scene, goal.target)

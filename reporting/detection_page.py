@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..formats.escaping import printable_lines
-from ..formats.schema.result_models import SafetyResult
+from ..formats.schema.separation_models import SafetyResult
 from ..simulation.detection import Approaches
 from ..simulation.moments import STEP, Moments
 from .pages import table

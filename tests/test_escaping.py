@@ -24,7 +24,6 @@ from place_rings.cli.app import app
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.targets import Target
-from place_rings.formats.convert.scenes import ring_models, scene_model
 from place_rings.formats.errors import UserError
 from place_rings.formats.escaping import printable, printable_json, printable_lines
 from place_rings.formats.loader import read_scene
@@ -428,7 +427,7 @@ def test_a_hostile_recording_shows(run, tmp_path):
     scene, setup = hostile_scene()
     about = AboutFile(
         setup=f"small{NASTY}",
-        proposal=ProposalFile(rings=ring_models(setup, scene.sensor), scene=scene_model(scene)),
+        proposal=ProposalFile.of(setup, scene),
         seed=3,
         injected=False,
         moved=False,

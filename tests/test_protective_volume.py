@@ -21,7 +21,7 @@ from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count
-from place_rings.formats.convert.scenes import scene_model, scene_of
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.separation_summary import separations
 from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
@@ -186,7 +186,10 @@ def test_a_link_that_only_turns_about_itself_has_a_speed():
 def test_safety_and_speeds_read_back_from_a_scene():
     pose = Pose(np.zeros(6), 1.0, None, np.radians([10.0, 0, 0, 0, 0, -3.5]))
     scene = Scene(poses=(pose,), safety=Safety(1.7, 0.2, 0.3, 0.4, 0.05, 0.06, 0.25))
-    again = scene_of(scene_model(scene))
+    again = SceneModel.from_domain(scene).to_domain()
     assert again.safety == scene.safety
     np.testing.assert_allclose(again.poses[0].rate, pose.rate, atol=1e-10)
-    assert scene_of(scene_model(replace(scene, poses=(Pose(np.zeros(6)),)))).poses[0].rate is None
+    assert (
+        SceneModel.from_domain(replace(scene, poses=(Pose(np.zeros(6)),))).to_domain().poses[0].rate
+        is None
+    )

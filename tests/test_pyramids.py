@@ -29,15 +29,9 @@ from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels
-from place_rings.formats.convert.scenes import (
-    ring_models,
-    scene_model,
-    scene_of,
-    sensor_model,
-    sensor_of,
-    setup_of,
-)
-from place_rings.formats.schema.mount_models import SensorModel
+from place_rings.formats.schema.ring_models import ring_models, setup_of
+from place_rings.formats.schema.scene_models import SceneModel
+from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, Limits, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
@@ -300,10 +294,10 @@ def test_errors_of_mounting_turn_square_beams_with_their_rings():
 
 def test_mixed_setups_and_sensors_of_links_read_back():
     scene = Scene(sensor=SQUARE, limits={"forearm": Limits(sensor=FLAT)})
-    assert scene_of(scene_model(scene)).limits_of("forearm").sensor.fov_up == pytest.approx(
-        FLAT.fov_up
-    )
-    assert scene_of(scene_model(scene)).limits_of("forearm").sensor.zones == 1
+    assert SceneModel.from_domain(scene).to_domain().limits_of(
+        "forearm"
+    ).sensor.fov_up == pytest.approx(FLAT.fov_up)
+    assert SceneModel.from_domain(scene).to_domain().limits_of("forearm").sensor.zones == 1
     again = setup_of(ring_models(MIXED, scene.sensor), scene.sensor)
     assert again == rounded(again, scene.sensor)
     assert [r.sensor.fov_up is None for r in again.rings] == [False, True, False]
@@ -318,7 +312,7 @@ def test_zones_are_the_models_or_those_that_are_said_and_one_else():
         {"fov_up_deg": 30, "zones": 4},
         {},
     )
-    found = [sensor_of(SensorModel(**keys)) for keys in said]
+    found = [SensorModel(**keys).to_domain() for keys in said]
     assert [(s.zones, s.zoned) for s in found] == [
         (1, False),
         (8, True),
@@ -326,7 +320,7 @@ def test_zones_are_the_models_or_those_that_are_said_and_one_else():
         (4, True),
         (1, False),
     ]
-    assert [sensor_of(sensor_model(s)).zones for s in found] == [1, 8, 1, 4, 1]
+    assert [SensorModel.from_domain(s).to_domain().zones for s in found] == [1, 8, 1, 4, 1]
     for wrong in (
         {"zones": 4},
         {"model": "vl53l1x", "zones": 8},

@@ -24,10 +24,11 @@ from place_rings.cli.app import app
 from place_rings.cli.runs.check import check_live
 from place_rings.cli.runs.check_before import show_near_stops
 from place_rings.coverage.targets import Target
-from place_rings.formats.convert.scenes import ring_models, scene_model
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.schema.proposal_models import ProposalFile
+from place_rings.formats.schema.ring_models import ring_models
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Goal, Motion
 from place_rings.reporting.terminal import Terminal
@@ -69,7 +70,7 @@ def about():
     ]
     return AboutFile(
         setup="small.toml",
-        proposal=ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=scene_model(SCENE)),
+        proposal=ProposalFile.of(SETUP, SCENE),
         seed=3,
         injected=True,
         moved=True,
@@ -283,7 +284,7 @@ def test_a_recording_of_something_else_is_refused(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-PROPOSAL = to_toml(ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=scene_model(SCENE)))
+PROPOSAL = to_toml(ProposalFile.of(SETUP, SCENE))
 
 
 @pytest.mark.parametrize(
@@ -334,7 +335,9 @@ def test_bad_input_is_one_line(tmp_path, monkeypatch, words, text):
 def proposal(motion, obstacles=SCENE.obstacles):
     """A proposal in a scene with such a motion and cell, as TOML."""
     scene = replace(SCENE, motion=motion, obstacles=obstacles)
-    return to_toml(ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=scene_model(scene)))
+    return to_toml(
+        ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=SceneModel.from_domain(scene))
+    )
 
 
 @pytest.mark.parametrize("part", ["mount", "coverage"])
@@ -560,7 +563,7 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
     pytest.importorskip("rtde_control")
     motion = Motion(np.radians(60), np.radians(120), cell_complete=True, rings_as_proposed=True)
     scene = replace(SCENE, motion=motion)
-    model = ProposalFile(rings=ring_models(SETUP, scene.sensor), scene=scene_model(scene))
+    model = ProposalFile.of(SETUP, scene)
     (tmp_path / "small.toml").write_text(to_toml(model))
 
     def run(rig, *words, said=""):

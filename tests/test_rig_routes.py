@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.solids.capsules import Capsules
-from place_rings.formats.convert.obstacles import obstacles_of
-from place_rings.formats.convert.scenes import scene_model, scene_of
-from place_rings.formats.schema.scene_models import ObstacleModel, SceneFile
+from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_of
+from place_rings.formats.schema.scene_models import SceneFile, SceneModel
 from place_rings.objectives.scene import Motion, Pose
 from place_rings.rig.check import actors
 from place_rings.rig.mount.fit import fit_mount
@@ -205,7 +204,7 @@ def test_a_robot_moves_by_the_near_stops_of_each_way_and_a_simulated_one_by_the_
 
 @pytest.mark.parametrize("name", [*ROBOTS])
 def test_at_every_built_in_robots_home_only_neighbours_are_near_each_other(name):
-    scene = scene_of(SceneFile(robot=name))
+    scene = SceneFile(robot=name).to_domain()
     home = gaps(scene, np.array([p.q for p in scene.poses]))[0].min(axis=0)
     near, free = home < scene.motion.own, neighbours(scene)
     assert near.any()
@@ -244,5 +243,5 @@ def test_what_was_injected_is_found_by_the_same_seed():
 
 def test_limits_of_motion_stand_in_a_scene():
     scene = replace(SCENE, motion=Motion(0.5, 1.0, 0.2, 0.05, 0.3, 0.7, 0.4, 12, True, True))
-    back = scene_of(scene_model(scene)).motion
+    back = SceneModel.from_domain(scene).to_domain().motion
     np.testing.assert_allclose(list(vars(back).values()), list(vars(scene.motion).values()))

@@ -14,15 +14,14 @@ from place_rings.cli import app as command_line
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.coverage.solids.capsules import Capsules
-from place_rings.formats.convert.scenes import scene_model, scene_of
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_robot, read_scene
 from place_rings.formats.robots.capsule_fit import enclosing, fit_capsules, union_volume
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.tubes import find_tube
 from place_rings.formats.robots.urdf import UrdfShape
-from place_rings.formats.schema.robot_convert import robot_file, robot_of
-from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.schema.robot_models import RobotModel, robot_of
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Pose, Scene
 from scipy.spatial.transform import Rotation
@@ -156,7 +155,7 @@ def test_plain_shapes_are_where_they_should_be(tmp_path, shape, inside, outside)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_robot_reads_back_from_its_file(tmp_path, name):
     robot = ROBOTS[name]
-    (tmp_path / "r.toml").write_text(to_toml(robot_file(robot)))
+    (tmp_path / "r.toml").write_text(to_toml(RobotModel.from_domain(robot)))
     again = read_robot(tmp_path / "r.toml")
     q = drawing.pose(np.random.default_rng(0), len(robot.chain))
     assert np.abs(forward(again.chain, q) - forward(robot.chain, q)).max() < 1e-10
@@ -170,23 +169,31 @@ def test_every_robot_reads_back_from_its_file(tmp_path, name):
         strict=True,
     ):
         assert np.allclose(a.start, b.start, atol=1e-11)
-    assert robot_file(robot_of(robot_file(robot))) == robot_file(again)
+    assert RobotModel.from_domain(
+        robot_of(RobotModel.from_domain(robot))
+    ) == RobotModel.from_domain(again)
 
 
 def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
-    mine = robot_of(robot_file(ROBOTS["panda"]).model_copy(update={"name": "mine"}))
+    mine = robot_of(RobotModel.from_domain(ROBOTS["panda"]).model_copy(update={"name": "mine"}))
     scene = Scene(robot=mine, poses=(Pose(mine.rest),))
-    (tmp_path / "inline.toml").write_text(to_toml(scene_model(scene)))
-    (tmp_path / "mine.toml").write_text(to_toml(robot_file(mine)))
+    (tmp_path / "inline.toml").write_text(to_toml(SceneModel.from_domain(scene)))
+    (tmp_path / "mine.toml").write_text(to_toml(RobotModel.from_domain(mine)))
     (tmp_path / "named.toml").write_text('robot = "mine.toml"\n')
     (tmp_path / "proposal.toml").write_text(
         "[[rings]]\nlink = 'forearm'\ncount = 8\n[scene]\nrobot = 'mine.toml'\n"
     )
     inline, named = (read_scene(tmp_path / f"{n}.toml") for n in ("inline", "named"))
-    assert scene_model(inline) == scene_model(named) == scene_model(scene)
-    assert scene_model(read_proposal(tmp_path / "proposal.toml")[1]) == scene_model(scene)
+    assert (
+        SceneModel.from_domain(inline)
+        == SceneModel.from_domain(named)
+        == SceneModel.from_domain(scene)
+    )
+    assert SceneModel.from_domain(
+        read_proposal(tmp_path / "proposal.toml")[1]
+    ) == SceneModel.from_domain(scene)
     assert len(named.poses[0].q) == 7
-    assert scene_model(scene_of(SceneFile(robot="panda"))).robot == "panda"
+    assert SceneModel.from_domain(SceneModel(robot="panda").to_domain()).robot == "panda"
 
 
 @pytest.mark.parametrize(
@@ -242,7 +249,7 @@ def test_a_bad_robot_file_is_one_line(tmp_path, change, line):
     import tomli_w
 
     text = (
-        tomli_w.dumps(robot_file(UR10).model_dump(exclude_none=True))
+        tomli_w.dumps(RobotModel.from_domain(UR10).model_dump(exclude_none=True))
         .replace("\n    ", " ")
         .replace(",\n]", "]")
     )

@@ -10,11 +10,10 @@ from pydantic import ValidationError
 from ...coverage.occlusion.model import Occlusion
 from ...coverage.robots.built_in import robot as built_in
 from ...coverage.robots.robot import Robot
-from ...formats.convert.scenes import scene_model
 from ...formats.errors import UserError, explain
 from ...formats.loader import read_robot, read_scene
 from ...formats.recorded_motion import with_record
-from ...formats.schema.scene_models import SceneFile
+from ...formats.schema.scene_models import SceneModel
 from ...objectives.scene import Pose, Scene
 from .targets import parse_goals, with_goals
 
@@ -65,9 +64,9 @@ def _on_robot(path: Path | None, scene: Scene | None, robot: Robot) -> Scene:
         scene = replace(scene, poses=(Pose(robot.rest),))
     moved = replace(scene, robot=robot)
     try:
-        scene_model(moved)
+        SceneModel.from_domain(moved)
     except ValidationError as error:
-        raise explain(f"--robot {robot.name}: {path}", error, SceneFile) from error
+        raise explain(f"--robot {robot.name}: {path}", error, SceneModel) from error
     return moved
 
 

@@ -11,12 +11,12 @@ from rich.table import Table
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import Robot
-from ...formats.convert.redesign_records import change_model, work_model
-from ...formats.convert.results import verify_result
-from ...formats.convert.scenes import ring_models, scene_model
 from ...formats.scene_checks import check_scene, check_sight
-from ...formats.schema.proposal_models import ImproveResult, ProposalFile, StepModel
+from ...formats.schema.proposal_models import ProposalFile
+from ...formats.schema.redesign_models import ChangeModel, ImproveResult, StepModel, WorkModel
 from ...formats.schema.result_models import VerifyResult
+from ...formats.schema.ring_models import ring_models
+from ...formats.schema.scene_models import SceneModel
 from ...formats.writing import made_folder, to_toml, write_text
 from ...objectives.scene import Scene
 from ...objectives.verify import Verifier
@@ -149,7 +149,7 @@ def _record(
     zetas = _verified(name, scene, [found.mounted, *found.steps], voxel, log)
     return ImproveResult(
         setup=name,
-        scene=scene_model(scene),
+        scene=SceneModel.from_domain(scene),
         most_changes=most,
         add_sensors=add_sensors,
         outcome=found.outcome.value,
@@ -174,7 +174,7 @@ def _verified(
             label = f"{name}, {len(answer.changes)} changes" if answer.changes else name
             found.append(
                 [
-                    verify_result(label, verifier.verify(answer.setup, goal.target))
+                    VerifyResult.of(label, verifier.verify(answer.setup, goal.target))
                     for goal in scene.goals
                 ]
             )
@@ -191,8 +191,8 @@ def _step(
         exact_percent=100 * answer.exact,
         gain_percent=100 * (answer.exact - found.mounted.exact),
         short_percent=100 * answer.short,
-        work=work_model(answer.work),
-        changes=[change_model(c, mounted, scene.sensor) for c in answer.changes],
+        work=WorkModel.from_domain(answer.work),
+        changes=[ChangeModel.of(c, mounted, scene.sensor) for c in answer.changes],
         rings=ring_models(answer.setup, scene.sensor),
         zeta=zeta,
     )

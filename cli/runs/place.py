@@ -9,9 +9,6 @@ from pathlib import Path
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ...coverage.rings.ring import Setup
-from ...formats.convert.results import tolerant_model
-from ...formats.convert.scenes import ring_models, scene_model
-from ...formats.convert.sensor_records import sensor_records
 from ...formats.scene_checks import check_scene, check_scene_sight
 from ...formats.schema.proposal_models import (
     FoundModel,
@@ -21,6 +18,8 @@ from ...formats.schema.proposal_models import (
     SearchFile,
 )
 from ...formats.schema.result_models import VerifyResult
+from ...formats.schema.robustness_models import ErrorsModel
+from ...formats.schema.sensor_records import sensor_records
 from ...formats.writing import made_folder, to_toml, write_text
 from ...objectives.criterion import Criterion, judge
 from ...objectives.pose_subset import MANY
@@ -180,9 +179,9 @@ def place(
         goals = {(g.target.name, g.target.radius) for g in scene.goals}
         mine = [r for r in comparison if r.setup == "proposal" and (r.target, r.radius) in goals]
         files = {key: folder / name for key, name in _FILES.items()}
-        proposal = ProposalFile(
-            rings=ring_models(result.setup, scene.sensor),
-            scene=scene_model(scene),
+        proposal = ProposalFile.of(
+            result.setup,
+            scene,
             zeta=(
                 mine
                 if len(scene.poses) <= MANY
@@ -298,5 +297,5 @@ def found_model(
         versions={name: version(name) for name in PACKAGES} | {"python": sys.version.split()[0]},
         redundancy=aim.seen,
         losing=aim.losing,
-        tolerant=tolerant_model(aim),
+        tolerant=ErrorsModel.of(aim),
     )

@@ -15,7 +15,7 @@ from ...coverage.robots.robot import Robot
 from ...formats.errors import UserError, shown
 from ...formats.escaping import printable
 from ...formats.robots.robot_fit import RobotFit, outlines
-from ...formats.schema.robot_convert import robot_file
+from ...formats.schema.robot_models import RobotFile
 from ...formats.writing import output_folder, to_toml, write_text
 from ...objectives.scene import Rules, Scene
 from ...reporting.robot_picture import robot_picture
@@ -82,7 +82,7 @@ def robot(
     folder = output_folder(out)
     files = [folder / file for file in ("robot.toml", "scene.toml", "robot.png")]
     robot_picture(files[2], found, fit.links)
-    text = to_toml(robot_file(found), _HEADING.format(file=files[0].name))
+    text = to_toml(RobotFile.from_domain(found), _HEADING.format(file=files[0].name))
     write_text(
         files[0],
         _LIST.sub(lambda m: "[" + ", ".join(m[0][1:-1].replace(",", " ").split()) + "]", text),

@@ -16,11 +16,15 @@ from ...coverage.occlusion.model import Occlusion
 from ...coverage.rings.ring import Setup, sensor_optics
 from ...coverage.robots.separation_distance import separation, stopping_time
 from ...coverage.sensors.catalogue import MODELS
-from ...formats.convert.results import separation_model
-from ...formats.convert.sensor_records import sensor_records
 from ...formats.errors import UserError
 from ...formats.recorded_motion import check_limits, read_record
-from ...formats.schema.result_models import DirectionModel, SafetyResult, ShareModel
+from ...formats.schema.sensor_records import sensor_records
+from ...formats.schema.separation_models import (
+    DirectionModel,
+    SafetyResult,
+    SeparationModel,
+    ShareModel,
+)
 from ...formats.writing import output_folder, write_text
 from ...objectives.scene import Scene
 from ...reporting import detection_page
@@ -204,13 +208,14 @@ def _result(
             for k, (low, high) in enumerate(pairwise(edges))
             if (sector == k).any()
         ],
-        separation=separation_model(
-            float(full.asked.min()),
-            float(moments.weight @ full.asked.mean(axis=1)),
+        separation=SeparationModel.from_domain(
             largest,
-            fastest,
-            known,
-            whole,
+            least_m=float(full.asked.min()),
+            mean_m=float(moments.weight @ full.asked.mean(axis=1)),
+            fastest_m_s=fastest,
+            speeds_known=known,
+            human_speed=whole.human,
+            reaction_s=whole.reaction,
         ),
         separation_at_report_m=float(moments.asked.max()),
         period_s=float(when.period.max()),

@@ -7,7 +7,7 @@ from rich.table import Table
 from ...coverage.sensors.catalogue import MODELS, Model
 from ...coverage.sensors.effective_range import effective
 from ...coverage.sensors.sensor import Use
-from ...formats.convert.sensor_records import sensor_record
+from ...formats.schema.sensor_records import SensorRecord
 from ...reporting.terminal import Terminal, say, say_json
 
 
@@ -24,7 +24,10 @@ def sensors(as_json: bool) -> None:
     if as_json:
         say_json(
             json.dumps(
-                [sensor_record(effective(Use(name))).model_dump(mode="json") for name in MODELS],
+                [
+                    SensorRecord.from_domain(effective(Use(name))).model_dump(mode="json")
+                    for name in MODELS
+                ],
                 indent=2,
             )
         )

@@ -18,7 +18,7 @@ from rich.progress import (
 )
 
 from ...coverage.targets import Target
-from ...formats.convert.scenes import scene_model
+from ...formats.schema.scene_models import SceneModel
 from ...formats.writing import made_folder, output_folder, write_text
 from ...objectives.scene import Scene
 from ...placement.search.design import Space
@@ -134,7 +134,7 @@ def study_pareto(
     numbers of sensors that the scene's rules allow; InfeasibleError where they do not allow
     ``sensors``."""
     keys, wanted = (
-        scene_model(scene).model_dump(mode="json", exclude_defaults=True),
+        SceneModel.from_domain(scene).model_dump(mode="json", exclude_defaults=True),
         sensors or _SENSORS,
     )
     Space(scene, sensors=wanted)

@@ -2,10 +2,9 @@
 
 from ...coverage.rings.ring import Setup
 from ...coverage.voxels.certified_bounds import Bracket
-from ...formats.convert.occlusion_records import with_sight
-from ...formats.convert.results import verify_result
-from ...formats.convert.sensor_records import sensor_records
 from ...formats.scene_checks import check_scene, check_sight
+from ...formats.schema.result_models import VerifyResult
+from ...formats.schema.sensor_records import sensor_records
 from ...objectives.occlusion import unseeing
 from ...objectives.scene import Scene
 from ...objectives.verify import Verifier, by_occlusion
@@ -42,8 +41,8 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
         counted = [verifier.verify(setup, goal.target) for goal in scene.goals]
         blocked = unseeing(scene, setup)
         results = [
-            with_sight(
-                verify_result(name, one, scene), scene, by_occlusion(verifier, setup, one), blocked
+            VerifyResult.of(name, one, scene).with_occlusion(
+                scene, by_occlusion(verifier, setup, one), blocked
             )
             for one in counted
         ]

@@ -36,6 +36,16 @@ def rotation_rpy(roll: float, pitch: float, yaw: float) -> Float[np.ndarray, "3 
     return z @ y @ x
 
 
+def rpy_of(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, " 3"]:
+    """URDF's angles of a rotation, rad; where pitch is a quarter turn, only one of the others is of
+    use, and yaw is 0.
+    """
+    pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
+    if math.hypot(R[0, 0], R[1, 0]) < 1e-9:
+        return np.array([math.atan2(-R[1, 2], R[1, 1]), pitch, 0.0])
+    return np.array([math.atan2(R[2, 1], R[2, 2]), pitch, math.atan2(R[1, 0], R[0, 0])])
+
+
 def transform(xyz: Vector = (0, 0, 0), rpy: Vector = (0, 0, 0)) -> Float[np.ndarray, "4 4"]:
     """Homogeneous transform from a translation (3,) m and URDF angles (3,) rad."""
     T = np.eye(4)

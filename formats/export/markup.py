@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 from jaxtyping import Float
 
-from ..schema.robot_convert import rpy_of
+from ...coverage.robots.kinematics import rpy_of
 
 
 def words(values: Iterable[float]) -> str:

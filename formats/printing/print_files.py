@@ -6,7 +6,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.sensors.board_packing import Printing
 from ...objectives.scene import Scene
 from ..errors import UserError
-from ..schema.result_models import PrintedRing, PrintResult
+from ..schema.print_models import PrintedRing, PrintResult
 from .print_checks import check_ring, stl
 from .print_plan import MM, PrintPlan, UnbuildableError, plan_ring
 from .ring_pictures import assembled_picture, ring_picture

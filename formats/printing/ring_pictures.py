@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from ..escaping import printable_lines
-from ..schema.result_models import PrintedRing
+from ..schema.print_models import PrintedRing
 from .depth_buffer import frame_of, looking, render
 from .primitives import union
 from .print_plan import PrintPlan

@@ -19,7 +19,7 @@ from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
 from ...objectives.scene import Scene
 from ..errors import UserError
-from ..schema.mount_models import ConeRow, SquareConeRow
+from ..schema.ring_models import ConeRow, SquareConeRow
 
 TOLERANCE_MM, TOLERANCE_DEG = 2.0, 1.0  # by which a sensor may be off its ring
 _UNIT = 1e-3  # by which an axis may be longer or shorter than 1

@@ -20,7 +20,7 @@ from ...coverage.rings.ring_kinematics import ring_arrays, sensor_poses, up_of
 from ...coverage.robots.kinematics import Chain, forward
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
-from ..schema.mount_models import ConeRow, SquareConeRow
+from ..schema.ring_models import ConeRow, SquareConeRow
 
 _TURNS = {"z": 0, "x": 1, "y": 2}
 _POSES = 3  # any ones: sensors of a link form a ring on that link in all of them, and on no other

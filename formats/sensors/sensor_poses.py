@@ -12,10 +12,11 @@ from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import degrees
 from ...coverage.robots.kinematics import forward
 from ...objectives.scene import Scene
-from ..convert.scenes import sensor_model, sensor_of
 from ..errors import UserError, explain, shown
 from ..schema.robot_models import TCP_FRAME
+from ..schema.sensor_models import SensorModel
 from ..schema.sensor_pose_models import RingPosesModel, SensorPoseModel, SensorPosesFile
+from ..schema.versions import FROM_FILE
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
 from .sensor_frames import SensorFrame, looking_along_z, rows_of, sensor_frames
 
@@ -51,7 +52,7 @@ def poses_file(scene: Scene, setup: Setup, pose: int) -> SensorPosesFile:
             RingPosesModel(
                 link=ring.link,
                 frame=names[some[0].frame],
-                sensor=sensor_model(ring.sensor),
+                sensor=SensorModel.from_domain(ring.sensor),
                 sensors=[
                     SensorPoseModel(
                         name=s.name,
@@ -84,7 +85,7 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
             ring form none.
     """
     try:
-        file = SensorPosesFile.model_validate_json(text)
+        file = SensorPosesFile.model_validate_json(text, context=FROM_FILE)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         if first["type"] == "json_invalid":
@@ -106,7 +107,7 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
                 raise UserError(
                     f"{name}: rings[{i}].{key}: found {shown(value)}, allowed: {', '.join(allowed)}"
                 )
-        frame, unit = names.index(ring.frame), sensor_of(ring.sensor)
+        frame, unit = names.index(ring.frame), ring.sensor.to_domain()
         for k, sensor in enumerate(ring.sensors):
             T = _transform(sensor.xyz, sensor.xyzw)
             if frames is not None and sensor.base_xyz is not None and sensor.base_xyzw is not None:
@@ -120,7 +121,7 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
     setup = fitted_setup(name, *rows_of(found, robot.chain), scene, links)
     return Setup(
         tuple(
-            replace(r, sensor=sensor_of(ring.sensor))
+            replace(r, sensor=ring.sensor.to_domain())
             for r, ring in zip(setup.rings, file.rings, strict=True)
         )
     )

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from ...coverage.rings.ring import Setup
 from ...coverage.sensors.catalogue import MODELS, SUPPLIES, Supply
 from ...coverage.sensors.sensor import Sensor
-from ...formats.convert.sensor_records import title
+from ...formats.schema.sensor_records import title
 from ..pages import table
 from .directions import plain
 

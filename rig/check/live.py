@@ -12,7 +12,6 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import rounded
-from ...formats.convert.scenes import ring_models, scene_model
 from ...formats.errors import UserError
 from ...formats.schema.proposal_models import ProposalFile
 from ...objectives.scene import Scene
@@ -178,10 +177,9 @@ class LiveCheck:
             yield _Rig(rig.address, own, rig)
 
     def _about(self, plans: Plans, rig: _Rig) -> AboutFile:
-        rings = ring_models(self.setup, self.scene.sensor)
         return AboutFile(
             setup=self.name,
-            proposal=ProposalFile(rings=rings, scene=scene_model(self.scene)),
+            proposal=ProposalFile.of(self.setup, self.scene),
             seed=self.options.seed,
             injected=rig.simulated is not None,
             moved=self.moved,

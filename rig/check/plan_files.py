@@ -11,6 +11,7 @@ from ...coverage.targets import Target
 from ...formats.loader import read_model
 from ...formats.schema.base_model import StrictModel, refuse
 from ...formats.schema.field_types import Metres, Percent
+from ...formats.schema.versions import VersionedFile
 from ...formats.writing import to_toml, write_text
 from ..mount.stop_plan import MountPlan
 from ..rod.rod import Detection, Rod
@@ -31,7 +32,7 @@ class StopModel(StrictModel):
     q_deg: _Angles
 
 
-class MountPlanFile(StrictModel):
+class MountPlanFile(VersionedFile):
     """Where the robot stops for a mount check, how many frames are read there, and what is to be
     learned of each ring: the information about slip, tilt, phase and offset, in units of 20 mm, 5°,
     5° and 20 mm."""
@@ -89,7 +90,7 @@ class TrialModel(StrictModel):
     point: Annotated[list[_Place], Field(min_length=3, max_length=3)]
 
 
-class RodPlanFile(StrictModel):
+class RodPlanFile(VersionedFile):
     """Where a test rod is put at each pose, upright, its middle at each point."""
 
     target: Literal["V_O", "V_T", "V_OT", "V_S", "V_P"]

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from pydantic import ValidationError
 
 from ...coverage.rings.ring import Setup
-from ...formats.convert.scenes import scene_of, setup_of
 from ...formats.errors import explain
+from ...formats.schema.ring_models import setup_of
+from ...formats.schema.versions import FROM_FILE
 from ...objectives.scene import Scene
 from ..rings.health import Port
 from ..simulated_cell.injected import Injected, injected
@@ -31,7 +32,7 @@ class PlannedCheck:
     @staticmethod
     def of(about: AboutFile) -> "PlannedCheck":
         """The check that a model describes."""
-        scene = scene_of(about.proposal.scene)
+        scene = about.proposal.scene.to_domain()
         stops = mount_plan_of(about.stops) if about.stops else None
         plans = Plans(about.seconds, stops, tuple(rod_plan_of(t) for t in about.trials), about.wave)
         return PlannedCheck(
@@ -42,7 +43,7 @@ class PlannedCheck:
     def read(name: str, content: object) -> "PlannedCheck":
         """The check of a recording's table; UserError, which names ``name``, if it is none."""
         try:
-            return PlannedCheck.of(AboutFile.model_validate(content))
+            return PlannedCheck.of(AboutFile.model_validate(content, context=FROM_FILE))
         except ValidationError as error:
             raise explain(name, error, AboutFile) from error
 

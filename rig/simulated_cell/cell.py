@@ -16,11 +16,9 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...coverage.solids.capsules import Capsules
-from ...formats.convert.obstacles import obstacles_of
-from ...formats.convert.scenes import ring_models, scene_model
 from ...formats.loader import read_proposal
+from ...formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from ...formats.schema.proposal_models import ProposalFile
-from ...formats.schema.scene_models import ObstacleModel
 from ...formats.writing import to_toml, write_text
 from ...objectives.scene import Scene
 from ..rod.rod import Rod
@@ -107,7 +105,7 @@ def simulated_rig(scene: Scene, setup: Setup, seed: int, folder: Path) -> Simula
     file = folder / FILE
     write_text(
         file,
-        to_toml(ProposalFile(rings=ring_models(setup, scene.sensor), scene=scene_model(scene))),
+        to_toml(ProposalFile.of(setup, scene)),
     )
     return SimulatedRig((("-m", __name__), (str(file), str(seed))))
 

@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from ...coverage.rings.ring import Setup, named_setup
-from ...formats.convert.scenes import scene_of, setup_of
-from ...formats.schema.mount_models import RingModel
-from ...formats.schema.scene_models import SceneFile
+from ...formats.schema.ring_models import RingModel, setup_of
+from ...formats.schema.scene_models import SceneModel
 from ...objectives.scene import Scene
 
 Rings = list[dict[str, Any]]
@@ -16,7 +15,7 @@ def scene_from(scene: Mapping[str, Any]) -> Scene:
     """A scene from the keys in which it differs from the reference scene, as a scene's file has
     them.
     """
-    return scene_of(SceneFile.model_validate(dict(scene)))
+    return SceneModel.model_validate(dict(scene)).to_domain()
 
 
 def setup_from(setup: str | Rings, scene: Scene) -> Setup:

@@ -5,7 +5,7 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ...formats.convert.scenes import ring_models
+from ...formats.schema.ring_models import ring_models
 from ...objectives.criterion import Criterion
 from ...placement.search.design import Space
 from ...placement.search.layout import ring_layout

@@ -11,8 +11,7 @@ import numpy as np
 from ...coverage.rings.ring import named_setup
 from ...coverage.robots.built_in import ROBOTS
 from ...coverage.sensors.sensor import PAPER_SENSOR
-from ...formats.convert.scenes import setup_of
-from ...formats.schema.mount_models import RingModel
+from ...formats.schema.ring_models import RingModel, setup_of
 from ...simulation.approach import Approach
 from ...simulation.distance import MODES, THINGS, Series, Table, series, summary
 from ..engine.scenes import Rings

@@ -8,7 +8,7 @@ import numpy as np
 from ...coverage.rings.ring import RING_RADIUS, named_setup
 from ...coverage.sensors.sensor import PAPER_SENSOR
 from ...coverage.targets import Target
-from ...formats.convert.scenes import ring_models
+from ...formats.schema.ring_models import ring_models
 from ..engine.scenes import Rings
 from .coverage_cells import COUNTS, FAR, NEAR, CoverageRow, Question, question, scene
 

@@ -5,7 +5,6 @@ from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...formats.convert.scenes import ring_models, scene_model
 from ...formats.escaping import printable_lines
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml
@@ -103,8 +102,7 @@ def _proposal(p: Point, names: tuple[str, str], where: dict[str, Any]) -> str:
         f"Found as: {p.name}. {names[0]} {p.first:.2f} %, {names[1]} {p.second:.2f} % (rule centre,"
         " voxels of 1 cm)."
     )
-    rings = ring_models(setup_of_point(p, where), scene.sensor)
-    return to_toml(ProposalFile(rings=rings, scene=scene_model(scene)), heading)
+    return to_toml(ProposalFile.of(setup_of_point(p, where), scene), heading)
 
 
 def _page(

@@ -13,9 +13,7 @@ from typing import Any
 
 from ...coverage.rings.ring import named_setup
 from ...coverage.targets import Target
-from ...formats.convert.scenes import ring_models, setup_of
-from ...formats.schema.mount_models import RingModel
-from ..engine import counting, searching  # noqa: F401  (they are registered)
+from ...formats.schema.ring_models import RingModel, ring_models, setup_of
 from ..engine.scenes import Rings, scene_from
 from ..engine.store import Cell
 from ..paper.coverage_cells import SETUPS

@@ -14,8 +14,7 @@ import numpy as np
 
 from ...coverage.occlusion.model import OCCLUSIONS
 from ...coverage.targets import Target
-from ...formats.convert.scenes import ring_models
-from ..engine import counting, searching  # noqa: F401  (they are registered)
+from ...formats.schema.ring_models import ring_models
 from ..engine.scenes import Rings, scene_from, setup_from
 from ..engine.store import Cell
 

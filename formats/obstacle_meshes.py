@@ -1,4 +1,4 @@
-"""The obstacles of a scene's file: boxes, meshes, hulls of points, the floor."""
+"""Reads the meshes that a scene names as obstacles."""
 
 import io
 from dataclasses import replace
@@ -6,47 +6,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
-from ...coverage.robots.kinematics import transform
-from ...coverage.solids.polyhedra import box, half_space, hull
-from ...objectives.scene import Obstacle, Scene
-from ..errors import UserError, shown
-from ..schema.field_types import FARTHEST, LONGEST_NAME
-from ..schema.scene_models import ObstacleModel
+from ..coverage.solids.polyhedra import hull
+from ..objectives.scene import Obstacle, Scene
+from .errors import UserError, shown
+from .schema.field_types import FARTHEST, LONGEST_NAME
+from .schema.obstacle_models import ObstacleModel
 
 MESHES = ("stl", "ply", "off", "obj")
 _PIECES = 64  # separate parts of a mesh, at most
 _FACES = 2000  # of a part's hull, at most: each throws a plane of shadow
 _DIGITS = 9  # decimals of a corner, m, in a file
-
-
-def _pose(model: ObstacleModel) -> Float[np.ndarray, "4 4"]:
-    return transform(tuple(model.centre), tuple(np.radians(model.rpy_deg)))
-
-
-def obstacles_of(models: list[ObstacleModel]) -> tuple[Obstacle, ...]:
-    """The obstacles that need no file; a mesh is added by ``with_meshes``."""
-    found = []
-    for i, model in enumerate(models):
-        name, keys = model.name or f"obstacle {i}", model.model_dump(exclude_defaults=True)
-        T = _pose(model)
-        if model.floor is not None:
-            found.append(Obstacle(model.name or "floor", half_space(model.floor), keys))
-        elif model.size is not None:
-            found.append(Obstacle(name, box(model.centre, model.size, T[:3, :3]), keys))
-        elif model.points is not None:
-            found.append(
-                Obstacle(name, hull(np.array(model.points) @ T[:3, :3].T + T[:3, 3]), keys)
-            )
-    return tuple(found)
-
-
-def obstacle_models(obstacles: tuple[Obstacle, ...]) -> list[ObstacleModel]:
-    """The obstacles as a file lists them; a mesh's parts by their corners, so that the file stands
-    alone.
-    """
-    return [ObstacleModel(**o.keys) for o in obstacles]
 
 
 def with_meshes(scene: Scene, models: list[ObstacleModel], where: str, read: Any) -> Scene:
@@ -90,7 +60,7 @@ def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obst
         ) from error
     if not 0 < len(pieces) <= _PIECES:
         raise UserError(f"{key}: found {len(pieces)} separate parts, allowed: 1 to {_PIECES}")
-    T, found = _pose(model), []
+    T, found = model.transform, []
     for n, piece in enumerate(pieces):
         corners = np.asarray(piece.vertices, float) * model.scale
         try:
