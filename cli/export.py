@@ -58,8 +58,8 @@ def export(
 
     Example: place-rings export mounted.urdf --frames "tof_.*" --beam z --to json
     """
-    from ..formats.export.formats import FORMATS
     from ..formats.export.placed import PlacedSetup
+    from ..reporting.export_formats import FORMATS
 
     unknown = next((name for name in to if name not in FORMATS), None)
     if unknown is not None or not to:
