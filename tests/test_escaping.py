@@ -27,13 +27,12 @@ from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
 from place_rings.formats.escaping import printable, printable_json, printable_lines
 from place_rings.formats.loader import read_scene
-from place_rings.formats.printing.ring_pictures import _png
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Goal, Scene
 from place_rings.reporting.pages import code, escaped, html, table
 from place_rings.reporting.plots import save
-from place_rings.reporting.rendering.sheet import write_png
+from place_rings.reporting.rendering.figures import write_png
 from place_rings.reporting.terminal import Terminal, say, say_json, say_lines
 from place_rings.rig.check.models import AboutFile, PortModel
 from place_rings.rig.recording.recording import Recording
@@ -544,18 +543,15 @@ def test_pages_show_all_text(tmp_path_factory, text):
     assert unreadable(escaped(text)) == unreadable(code(text)) == set()
 
 
-@pytest.mark.parametrize("write", ["sheet", "plot", "printing"])
+@pytest.mark.parametrize("write", ["rendering", "plot"])
 def test_names_in_pictures_show(tmp_path, write):
     """matplotlib warns of characters that no font has, and warnings are errors here."""
     figure = Figure(figsize=(2, 2))
     figure.subplots().set_title(NASTY)
     figure.text(0, 0, f"a{NASTY}\nb")
     figure.legend(handles=[Patch(label=NASTY)])
-    if write == "printing":
-        assert _png(figure).startswith(b"\x89PNG")
-    else:
-        kept = tmp_path / "x.png"
-        write_png(kept, figure) if write == "sheet" else save(figure, kept)
+    kept = tmp_path / "x.png"
+    write_png(kept, figure) if write == "rendering" else save(figure, kept)
     shown = [t.get_text() for t in figure.findobj(lambda a: hasattr(a, "get_text"))]
     assert printable_lines(f"a{NASTY}\nb") in shown
     assert unreadable("".join(shown)) == set()

@@ -42,6 +42,7 @@ from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fresh, vary
 from place_rings.reporting.lines.occlusion import mounting_lines
+from place_rings.reporting.ring_pictures import ring_pictures
 
 from . import drawing
 
@@ -273,7 +274,7 @@ def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_cou
 )
 def test_what_cannot_be_printed_is_refused(ring, says):
     with pytest.raises(UserError, match=f"ring 0 \\(forearm\\): .*{says}"):
-        ring_files(Setup((ring,)), Scene())
+        ring_files(Setup((ring,)), Scene(), ring_pictures)
 
 
 def test_a_check_can_fail():
@@ -301,7 +302,9 @@ def test_files_and_pictures_of_a_proposal():
         mounts=tuple(replace(m, link=r"$\frac$") if m.link == "tool" else m for m in ur10.mounts),
     )
     result, data = ring_files(
-        Setup((Ring(r"$\frac$", 0.0, 3, -0.3, 0.0, 0.07, L4CD),)), Scene(robot=named)
+        Setup((Ring(r"$\frac$", 0.0, 3, -0.3, 0.0, 0.07, L4CD),)),
+        Scene(robot=named),
+        ring_pictures,
     )
     names = {
         "ring0___frac__a.stl",

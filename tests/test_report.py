@@ -33,7 +33,7 @@ from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting import comparison
 from place_rings.reporting.pages import code, escaped, html, table
-from place_rings.reporting.rendering.sheet import write_png
+from place_rings.reporting.rendering.figures import write_png
 from place_rings.reporting.setup_report.bill_of_materials import materials
 from place_rings.reporting.setup_report.blind_spot_picture import coarse
 from place_rings.reporting.setup_report.directions import bearing, beside, heading

@@ -52,11 +52,11 @@ def export(
 
     Example: place-rings export mounted.urdf --frames "tof_.*" --beam z --to json
     """
-    from ...formats.export.formats import FORMATS
     from ...formats.export.placed import PlacedSetup
     from ...formats.loader import resolve
     from ...formats.robots.urdf import read_urdf
     from ...formats.writing import output_folder, write_bytes
+    from ...reporting.export_formats import FORMATS
     from ...reporting.terminal import say
     from ..options.scenes import resolve_scene, urdf_of
 

@@ -1,25 +1,20 @@
-"""Solids as flat faces for a ``Sheet``: circles, balls and rods, a robot with its rings, cones,
-discs and hulls.
-"""
+"""Solids as meshes: circles, balls, rods, capsules, cones, rings and hulls."""
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.spatial import ConvexHull, HalfspaceIntersection
+from jaxtyping import Float
 
-from ...coverage.rings.ring import Ring, Setup
-from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.rings.ring import Ring
 from ...coverage.robots.robot import Robot
 from ...coverage.solids.base import Solid, Union
 from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import Cones
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.spheres import Spheres
-from .sheet import Sheet
+from .canvas import Surface
 
-_LINK, _JOINT = "#b4bbc3", "#7d8791"
-_LINK_RADIUS, _JOINT_RADIUS, _FOOT, RING_WIDTH = 0.048, 0.062, 0.095, 0.04  # m
+RING_WIDTH = 0.04  # m
 
 
 def _polygon(corners: int) -> Any:
@@ -40,10 +35,30 @@ def circle(centre: Any, axis: Any, radius: float, polygon: Any = DISC) -> Any:
     return centre + radius / np.linalg.norm(u) * (polygon @ np.stack([u, np.cross(axis, u)]))
 
 
-def loft(circles: Any) -> Any:
-    """Faces (N, 4, 3) m between neighbouring circles (C, T, 3)."""
-    turned = np.roll(circles, -1, axis=1)
-    return np.stack([circles[:-1], turned[:-1], turned[1:], circles[1:]], axis=2).reshape(-1, 4, 3)
+def tube(circles: Float[np.ndarray, "C T 3"]) -> Surface:
+    """The surface between neighbouring circles, which they share: so it is shaded smoothly. Its
+    triangles turn anti-clockwise as seen from outside where the circles follow their axes."""
+    c, t = circles.shape[:2]
+    i, j = np.meshgrid(np.arange(c - 1), np.arange(t), indexing="ij")
+    a, b = i * t + j, i * t + (j + 1) % t
+    faces = np.stack([np.stack([a, b, b + t], -1), np.stack([a, b + t, a + t], -1)], axis=2)
+    return circles.reshape(-1, 3), faces.reshape(-1, 3)
+
+
+def joined(some: list[Surface]) -> Surface:
+    """Several surfaces as one."""
+    first = np.cumsum([0, *(len(v) for v, _ in some)])
+    if not some:
+        return np.zeros((0, 3)), np.zeros((0, 3), int)
+    return np.concatenate([v for v, _ in some]), np.concatenate(
+        [f + n for (_, f), n in zip(some, first, strict=False)]
+    )
+
+
+def closed(circles: Float[np.ndarray, "C T 3"]) -> Surface:
+    """The surface between neighbouring circles with its ends drawn together in their middles."""
+    low, high = (np.broadcast_to(c.mean(axis=0), (1, *c.shape)) for c in (circles[0], circles[-1]))
+    return tube(np.concatenate([low, circles, high]))
 
 
 def ball(c: Any, r: float, n: int) -> Any:
@@ -57,24 +72,20 @@ def ball(c: Any, r: float, n: int) -> Any:
 
 
 def rod(a: Any, b: Any, radius: float) -> Any:
-    """Circles (C, T, 3) m from ``a`` to ``b``, close enough together to be sorted by depth."""
+    """Circles (C, T, 3) m from ``a`` to ``b``, evenly spaced."""
     return np.array(
         [circle(p, (b - a) / np.linalg.norm(b - a), radius) for p in np.linspace(a, b, 20)]
     )
 
 
-def cone(apex: Any, axis: Any, half_angle: float, range_m: float, steps: int) -> Any:
-    """Faces (N, 4, 3) m of a cone's side and base, in so many steps along its side that cones which
-    cross can be sorted by depth."""
-    share, tangent = np.linspace(1e-3, 1, steps + 1), np.tan(half_angle)
-    side = [(apex + range_m * t * axis, range_m * t * tangent) for t in share]
-    base = [(apex + range_m * axis, range_m * t * tangent) for t in share[::-3]]
-    return loft(np.array([circle(c, axis, r, _FINE_DISC) for c, r in side + base]))
-
-
-def disc(centre: Any, axis: Any, radius: float) -> Any:
-    """Faces (N, 4, 3) m of a filled disc."""
-    return loft(np.array([circle(centre, axis, r, _FINE_DISC) for r in (1e-3 * radius, radius)]))
+def cone(apex: Any, axis: Any, half_angle: float, range_m: float) -> Surface:
+    """A cone's side and base, with a crease between them."""
+    base, wide = apex + range_m * axis, range_m * np.tan(half_angle)
+    near, rim, middle = (
+        circle(c, axis, r, _FINE_DISC)
+        for c, r in ((apex, 1e-3 * wide), (base, wide), (base, 1e-3 * wide))
+    )
+    return joined([tube(np.stack([near, rim])), tube(np.stack([rim, middle]))])
 
 
 def body(robot: Robot, frames: Any) -> Any:
@@ -91,9 +102,7 @@ def body(robot: Robot, frames: Any) -> Any:
 
 
 def capsule(a: Any, b: Any, radius: float) -> Any:
-    """Circles (C, T, 3) m of the capsule of ``radius`` about the segment from ``a`` to ``b``, close
-    together as of a rod.
-    """
+    """Circles (C, T, 3) m of the capsule of ``radius`` about the segment from ``a`` to ``b``."""
     length = float(np.linalg.norm(b - a))
     axis = (b - a) / length if length > 1e-9 else _UP
     bend = np.pi / 2 * np.linspace(0.02, 1, 7)
@@ -118,50 +127,6 @@ def band(robot: Robot, frames: Any, ring: Ring, width: float = RING_WIDTH) -> An
     return np.array([circle(origin + R @ end, R @ m.axis, ring.radius) for end in ends])
 
 
-def add_robot(
-    sheet: Sheet,
-    robot: Robot,
-    frames: Any,
-    setup: Setup,
-    colour: dict[str, str],
-    real: bool = False,
-    width: float = RING_WIDTH,
-) -> None:
-    """Add the robot's links, joints and foot, and its rings in the colours of their links.
-
-    Args:
-        frames: T_base_frame (F, 4, 4) from ``forward``.
-        real: draw the robot's bodies, if it has any, and not a stick along its joints and mounts.
-        width: of a ring along its axis, m.
-    """
-    if real and robot.bodies:
-        _add_bodies(sheet, robot, frames)
-    else:
-        _add_stick(sheet, robot, frames)
-    for ring in setup.rings:
-        sheet.surface(loft(band(robot, frames, ring, width)), colour[ring.link])
-
-
-def _add_bodies(sheet: Sheet, robot: Robot, frames: Any) -> None:
-    bodies = robot_capsules(robot, frames)
-    for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
-        sheet.surface(loft(capsule(a, b, float(r))), _LINK)
-
-
-def _add_stick(sheet: Sheet, robot: Robot, frames: Any) -> None:
-    line = body(robot, frames)
-    for a, b in pairwise(line):
-        sheet.surface(loft(rod(a, b, _LINK_RADIUS)), _LINK)
-    foot = np.array(
-        [
-            circle(line[0] + height * _UP, _UP, r)
-            for height, r in ((0, _FOOT), (0.03, _FOOT), (0.03, 0.001))
-        ]
-    )
-    for circles in (foot, *(ball(p, _JOINT_RADIUS, 13) for p in line[1:-1])):
-        sheet.surface(loft(circles), _JOINT)
-
-
 def rim_of(cones: Cones, k: int, length: float) -> Any:
     """Points (_, 3) m around beam ``k`` at ``length`` m along its axis: a circle, or a square
     beam's corners.
@@ -184,10 +149,11 @@ def lengths_within(cones: Cones, outer: Solid) -> Any:
     return cones.range_m * np.where(inside, share, 0.1).max(axis=1)
 
 
-def faces_within(body: Polyhedron, box: Any, longest: float) -> Any:
-    """Faces (N, 4, 3) m of what of a polyhedron lies in the box (2, 3) m, triangles with a corner
-    twice and edges up to ``longest`` m; none where that is nothing."""
+def faces_within(body: Polyhedron, box: Any) -> Any:
+    """Triangles (N, 3, 3) m of what of a polyhedron lies in the box (2, 3) m; none where that is
+    nothing."""
     from scipy.optimize import linprog
+    from scipy.spatial import ConvexHull, HalfspaceIntersection
 
     normal = np.concatenate([np.asarray(body.normal), np.eye(3), -np.eye(3)])
     offset = np.concatenate([np.asarray(body.offset), box[1], -box[0]])
@@ -198,16 +164,9 @@ def faces_within(body: Polyhedron, box: Any, longest: float) -> Any:
         bounds=[(None, None)] * 4,
     )
     if not middle.success or middle.x[3] < _THINNEST:
-        return np.zeros((0, 4, 3))
+        return np.zeros((0, 3, 3))
     corners = HalfspaceIntersection(np.column_stack([normal, -offset]), middle.x[:3]).intersections
-    tri = corners[ConvexHull(corners).simplices]
-    while np.linalg.norm(tri - np.roll(tri, 1, axis=1), axis=2).max() > longest:
-        a, b, c = np.moveaxis(tri, 1, 0)
-        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-        tri = np.concatenate(
-            [np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-        )
-    return tri[:, [0, 1, 2, 2]]
+    return corners[ConvexHull(corners).simplices]
 
 
 def convex_pieces(outer: Any) -> list[Any]:
