@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-if TYPE_CHECKING or "jax" in sys.modules:
+if TYPE_CHECKING:
     import jax
 
     Array: TypeAlias = np.ndarray | jax.Array
+elif "jax" in sys.modules:
+    # NumPy turns arrays without axes into its scalars, which its own types overlook.
+    Array: TypeAlias = np.ndarray | np.generic | sys.modules["jax"].Array
 else:
-    Array: TypeAlias = np.ndarray
+    Array: TypeAlias = np.ndarray | np.generic
 
 Numbers: TypeAlias = Array | float
 """Numbers of any shape that broadcast: an array, or a single one."""
