@@ -10,6 +10,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from ..coverage.rings.ring import Setup
 from ..coverage.soft.sampling import EmptySolidError
 from ..formats.errors import UserError
 from ..formats.loader import resolve
@@ -68,7 +69,7 @@ def view(
 
 def run(
     scene: Scene,
-    setups: dict,
+    setups: dict[str, Setup],
     urdf: Path | None,
     packages: tuple[Path, ...],
     out: Path | None,

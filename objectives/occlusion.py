@@ -147,7 +147,7 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
     ]
 
 
-def _order(item: tuple) -> tuple[int, str]:
+def _order(item: tuple[tuple[int, str | None], object]) -> tuple[int, str]:
     (sensor, name), _ = item
     return sensor, name or ""
 
@@ -161,9 +161,11 @@ def _within_beam(cones: Cones, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[
             for i, half in ((1, cones.half_angle), (2, cones.half_up))
         )
         along = axis + wide[:, None] * cross(cones.up[k], axis) + high[:, None] * cones.up[k]
-        return cones.apex[k] + d[:, None] * along
+        point: np.ndarray = cones.apex[k] + d[:, None] * along
+        return point
     across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     across /= np.linalg.norm(across)
     rho, turn = d * np.tan(cones.half_angle[k]) * np.sqrt(unit[:, 1]), 2 * np.pi * unit[:, 2]
     aside = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * np.cross(axis, across)
-    return cones.apex[k] + d[:, None] * axis + rho[:, None] * aside
+    point = cones.apex[k] + d[:, None] * axis + rho[:, None] * aside
+    return point

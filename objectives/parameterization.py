@@ -5,7 +5,6 @@ keep every rule.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import numpy as np
@@ -124,7 +123,11 @@ class Interval:
     sign: Float[Array, "*batch R"]
 
 
-def stretch(found: list[Segment], which: Int[np.ndarray, " R"], shared: Any = None) -> Interval:
+def stretch(
+    found: list[Segment],
+    which: Int[np.ndarray, " R"],
+    shared: Float[np.ndarray, " R"] | None = None,
+) -> Interval:
     """The stretches of rings that sit on segments ``which`` (R,), -1 for a place without a ring;
     ``shared``: signs (R,) of the one tilt that all rings have, None where each has its own."""
     none = Segment("", 0.0, 0.0, 0, 0.0)
@@ -156,7 +159,8 @@ def decode(where: Interval, values: Float[Array, "3 R"]) -> Float[Array, "3 R"]:
     )
     rank = xp.sum(below & (where.segment[None] == where.segment[:, None]), axis=1)
     position = where.low + along * where.free + rank * where.gap
-    return xp.stack([position, where.sign * values[1][where.tilt_of], values[2]])
+    placed: Array = xp.stack([position, where.sign * values[1][where.tilt_of], values[2]])
+    return placed
 
 
 def value_slopes(

@@ -48,7 +48,8 @@ def _beam(cones: Cones, i: int) -> Float[np.ndarray, "P 3"]:
 
 def beam_outline(cones: Cones, i: int, turn: float, flat: list[int]) -> Float[np.ndarray, "P 2"]:
     """The outline of cone ``i`` on two axes, after everything is turned about z by ``turn`` rad."""
-    return _outline(turned(_beam(cones, i), turn)[:, flat])
+    outline: np.ndarray = _outline(turned(_beam(cones, i), turn)[:, flat])
+    return outline
 
 
 def robot_outlines(bodies: Capsules, at: int, turn: float, flat: list[int]) -> list[Any]:

@@ -82,10 +82,12 @@ def html(markdown: str, folder: Path, title: str) -> str:
         image = base64.b64encode((folder / match[1]).read_bytes()).decode()
         return f'src="data:image/png;base64,{image}"'
 
+    def picture(url: str) -> bool:
+        return _PICTURE.fullmatch(url) is not None and (folder / url).is_file()
+
     parser = MarkdownIt("commonmark", {"html": False}).enable("table")
-    parser.validateLink = lambda url: (
-        _PICTURE.fullmatch(url) is not None and (folder / url).is_file()
-    )  # type: ignore[method-assign]
+    # markdown-it's own way of saying which links it keeps
+    parser.validateLink = picture  # type: ignore[method-assign]
     head = (
         '<meta charset="utf-8"><meta http-equiv="Content-Security-Policy"'
         f' content="{_POLICY}"><meta name="viewport"'

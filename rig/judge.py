@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -73,9 +74,7 @@ def judge(checked: Checked, gathered: Gathered, wall: float, damage: str = "") -
     plans, setup = checked.plans, checked.setup
     looks = part("self check", done.looks) if plans.seconds is not None else None
     waves = {
-        i: w
-        for i in done.waved
-        if (w := part("self check", lambda i=i: done.waving(i))) is not None
+        i: w for i in done.waved if (w := part("self check", partial(done.waving, i))) is not None
     }
     read = done.stops() if plans.mount is not None else None
     built = part("mount check", lambda: done.built(read)) if plans.mount is not None else None

@@ -58,7 +58,8 @@ def render(
     fours = image.reshape(shape[0] // 2, 2, width, 2, 4)
     alpha = fours[..., 3:].sum(axis=(1, 3))
     mean = (fours[..., :3] * fours[..., 3:]).sum(axis=(1, 3)) / np.maximum(alpha, 1.0)
-    return np.clip(np.concatenate([mean, alpha / 4], axis=2), 0.0, 1.0)
+    halved: np.ndarray = np.clip(np.concatenate([mean, alpha / 4], axis=2), 0.0, 1.0)
+    return halved
 
 
 def _fill(

@@ -44,7 +44,10 @@ class Capsule:
         """Signed distance (N,) m of points from the surface, positive inside."""
         along = self.end - self.start
         t = np.clip((points - self.start) @ along / max(float(along @ along), 1e-300), 0, 1)
-        return self.radius - np.linalg.norm(points - self.start - t[:, None] * along, axis=1)
+        depth: np.ndarray = self.radius - np.linalg.norm(
+            points - self.start - t[:, None] * along, axis=1
+        )
+        return depth
 
 
 def _corners(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "M 3"]:
@@ -52,7 +55,8 @@ def _corners(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "M 3"]:
     if len(points) < 8:
         return points
     try:
-        return points[ConvexHull(points).vertices]
+        corners: np.ndarray = points[ConvexHull(points).vertices]
+        return corners
     except QhullError:
         return points
 
@@ -122,7 +126,7 @@ def enclosing(
 
     def line(
         x: Float[np.ndarray, " 5"], axis: Float[np.ndarray, " 3"]
-    ) -> tuple[np.ndarray, np.ndarray, tuple]:
+    ) -> tuple[np.ndarray, np.ndarray, tuple[float, float, float]]:
         frame = across(axis)
         through = x[:2] @ frame
         direction = axis + x[2:4] @ frame

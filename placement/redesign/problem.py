@@ -134,7 +134,8 @@ class RedesignProblem:
         """Set the bounds of the touched rings' tilts; False where a shared tilt is beyond a link's
         limits.
         """
-        limits = {i: self.scene.limits_of(t.rings[i].link).tilt for i in rings}  # type: ignore[union-attr]
+        old = {i: ring for i in rings if (ring := t.rings[i]) is not None}
+        limits = {i: self.scene.limits_of(ring.link).tilt for i, ring in old.items()}
         if not self.scene.rules.shared_tilt:
             for i in rings:
                 low[1, i], high[1, i] = limits[i]
@@ -144,7 +145,7 @@ class RedesignProblem:
             for i, ring in enumerate(self.before)
             if ring is not None and i not in (*t.free, *self.fixed)
         ]
-        signs = {i: math.copysign(1.0, t.rings[i].tilt) for i in rings}  # type: ignore[union-attr]
+        signs = {i: math.copysign(1.0, ring.tilt) for i, ring in old.items()}
         if own:
             tilt = commonest_tilt(own)
             for i in rings:

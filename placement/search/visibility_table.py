@@ -47,10 +47,12 @@ class VisibilityTable:
         up = np.rint(height * ((_HEIGHTS - 1) / self.length)).astype(int) if self.length else 0
         cell = up * _TURNS + np.rint(azimuth * (_TURNS / (2 * math.pi))).astype(int) % _TURNS
         if self.clear is not None:
-            return self.clear[cell, number]
+            clear: np.ndarray = self.clear[cell, number]
+            return clear
         assert self.stop is not None
         way = np.rint((tilt / math.pi + 0.5) * (_TILTS - 1)).astype(int)
-        return square <= self.stop[self.pose[number], cell, way] ** 2
+        reached: np.ndarray = square <= self.stop[self.pose[number], cell, way] ** 2
+        return reached
 
 
 def lookout(

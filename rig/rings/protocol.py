@@ -212,7 +212,10 @@ class Decoder:
     @staticmethod
     def _right(frame: memoryview) -> bool:
         with frame:
-            return zlib.crc32(frame[: -_CHECK.size]) == _CHECK.unpack(frame[-_CHECK.size :])[0]
+            right: bool = (
+                zlib.crc32(frame[: -_CHECK.size]) == _CHECK.unpack(frame[-_CHECK.size :])[0]
+            )
+            return right
 
 
 def measured(mm: np.ndarray, status: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -89,9 +89,9 @@ def to_cell(beams: Optics, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarray, 
     """Distance (R,) m of the nearest of convex bodies in each of R beams; infinite where there is
     none, 0 within one.
     """
-    return np.min([to_body(beams, body) for body in bodies], axis=0, initial=np.inf) + np.zeros(
-        len(beams)
-    )
+    each = [to_body(beams, body) for body in bodies]
+    nearest: np.ndarray = np.min(each, axis=0, initial=np.inf) + np.zeros(len(beams))
+    return nearest
 
 
 def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:

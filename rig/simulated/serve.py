@@ -79,7 +79,7 @@ class Simulation:
             None,
             None,
         )
-        looking: asyncio.Future | None = None
+        looking: asyncio.Future[Any] | None = None
         while True:
             due = max(due + 1 / self._rig.rate, time.monotonic() - 1.0)
             await asyncio.sleep(due - time.monotonic())

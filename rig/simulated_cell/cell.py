@@ -51,9 +51,9 @@ class Cell:
     def see(self, q: Float[np.ndarray, " 6"]) -> Float[np.ndarray, " K"]:
         """True distances, m, as wired: infinite without a target, nan of the dead."""
         joints = np.asarray(q, float)[None]
-        return self._world.distances(
-            joints, self._rod if self._hand is None else self._before(joints, self._hand)
-        )[0]
+        rod = self._rod if self._hand is None else self._before(joints, self._hand)
+        distance: np.ndarray = self._world.distances(joints, rod)[0]
+        return distance
 
     def measure(self, seen: Float[np.ndarray, " K"], rng: np.random.Generator) -> list[Measured]:
         """The same through noise."""
