@@ -18,7 +18,7 @@ from place_rings.rig.listening.session import Session
 from place_rings.rig.listening.stop_conditions import StopConditions, StopRules
 from place_rings.rig.procedure import EndedError
 from place_rings.rig.rings.health import Port
-from place_rings.rig.robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
+from place_rings.rig.robot.motion import MotionLimits, Mover, MoveRefusedError, MoveStoppedError
 from place_rings.rig.robot.vetting import LinkFaultError
 from rich.console import Console
 
@@ -73,7 +73,7 @@ def check(address: str, ports: list[str]) -> None:
         session.link.wait()
         session.rings.wait(3.0)
         stops = StopConditions(session, lambda q: least, StopRules())
-        limits = Limits(np.tile([-2 * np.pi, 2 * np.pi], (6, 1)))
+        limits = MotionLimits(np.tile([-2 * np.pi, 2 * np.pi], (6, 1)))
         with Mover(address, session.link, limits, danger=stops) as mover:
             say("ready")
             view = View(

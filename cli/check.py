@@ -36,7 +36,7 @@ from ..rig.operators import (
 from ..rig.plan_files import mount_plan_model, rod_plan_model, write_mount_plan, write_rod_plan
 from ..rig.poses.routes import SLACK, Clearance
 from ..rig.procedure import Part, Plans, run
-from ..rig.recording.recording import Recorded, Recording
+from ..rig.recording.recording import Recording, RecordingReader
 from ..rig.rings.health import BAUD
 from ..rig.robot.link import START
 from ..rig.robot.motion import MoveRefusedError
@@ -146,7 +146,7 @@ def check_live(
             session.close()
     try:
         with console.status("judging"):
-            judged = judge(checked, session.gathered, _wall(Recorded(file)))
+            judged = judge(checked, session.gathered, _wall(RecordingReader(file)))
         return tell(
             judged, [*write_files(checked, judged, folder), *files, file.name], folder, as_json
         )
@@ -159,7 +159,7 @@ def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> i
     """The report of a recording, anew, and the exit code of its verdict. ``subject``: what it must
     be of.
     """
-    recorded = Recorded(path)
+    recorded = RecordingReader(path)
     checked = Checked.of(_read_about(str(path), recorded.about.get("check")))
     if subject is not None and subject != checked.about.setup:
         raise UserError(
@@ -179,7 +179,7 @@ def _read_about(name: str, found: object) -> AboutFile:
         raise explain(name, error, AboutFile) from error
 
 
-def _wall(recorded: Recorded) -> float:
+def _wall(recorded: RecordingReader) -> float:
     """When it was recorded, s since 1970; 0 where that is not told."""
     found = recorded.about.get("wall")
     return found if isinstance(found, float) and 0 <= found < _LAST else 0.0

@@ -20,7 +20,7 @@ from .poses.near_stops import STEP, NearStops, joined, near_stops
 from .poses.routes import Clearance, Roadmap, straight
 from .procedure import EndedError, Part
 from .rings.health import SILENT
-from .robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
+from .robot.motion import MotionLimits, Mover, MoveRefusedError, MoveStoppedError
 from .robot.state import State
 from .robot.vetting import LinkFaultError
 from .rod.rod import Rod
@@ -123,7 +123,7 @@ class MovedRobot:
         self._mover = Mover(
             host,
             session.link,
-            Limits(joints, motion.speed, motion.acceleration),
+            MotionLimits(joints, motion.speed, motion.acceleration),
             itinerary.clearance.fault,
             StopConditions(
                 session, self._near, StopRules(motion.failed_share, motion.frozen_frames)

@@ -36,7 +36,7 @@ FILE = "world.toml"
 _HAND, _AWAY, _DEEP = 0.04, 0.14, 0.01  # m: a hand's radius, its middle from a sensor, its depth
 
 
-class Cell:
+class SimulatedCell:
     """What rings of a ``World`` see, of the robot, the cell and, where there is one, a rod or a
     hand.
     """
@@ -118,7 +118,7 @@ def main() -> None:
     """
     folder, address, file, seed = sys.argv[1:5]
     setup, scene, _ = read_proposal(Path(file))
-    cell, q = Cell(injected(scene, setup, int(seed)).world(scene)), scene.poses[0].q
+    cell, q = SimulatedCell(injected(scene, setup, int(seed)).world(scene)), scene.poses[0].q
     for rod in ([0.0, 0.0, 10.0], None):
         cell.tell({"rod": rod})
         cell.see(q)
