@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..coverage.arrays import Array, namespace
+from ..coverage.rings.ring_kinematics import RingArrays
 from .scene import Scene
 
 # of a link: positions are rounded to it in files, so bounds and spacings are rounded to the safe
@@ -121,6 +122,10 @@ class Interval:
     gap: Float[Array, "*batch R"]
     tilt_of: Int[Array, "*batch R"]
     sign: Float[Array, "*batch R"]
+
+
+# a setup's rings, and the segments they sit on
+SetupArrays = tuple[RingArrays, Interval]
 
 
 def stretch(

@@ -23,7 +23,7 @@ from ..coverage.robots.kinematics import forward
 from ..coverage.soft.estimator import SHARP, Soft
 from ..coverage.soft.sampling import BLOCK, Cloud, cloud, sample
 from .criterion import Criterion, check_criterion
-from .parameterization import Interval, decode, value_slopes
+from .parameterization import Interval, SetupArrays, decode, value_slopes
 from .scene import Scene
 from .soft_terms import Rows, SoftTerms
 
@@ -33,9 +33,6 @@ TEMPERATURE = 0.005
 STEEP = 300.0  # of the parabola under a floor: 0.01 short costs 0.03, and 6 for each further
 _SOFTNESS = 0.1  # of the minimum over losses, for each m of a sigmoid's width
 _AT_ONCE = 16  # setups
-
-# rings and the segments they sit on; of S setups, stacked along a first axis
-SetupArrays = tuple[RingArrays, Interval]
 
 
 def _soft_minimum(

@@ -10,7 +10,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from string import punctuation
-from typing import Any
 
 from markdown_it import MarkdownIt
 
@@ -64,7 +63,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]], right: Collection
     return "\n".join(lines) + "\n"
 
 
-def csv_text(records: Sequence[Mapping[str, Any]]) -> str:
+def csv_text(records: Sequence[Mapping[str, object]]) -> str:
     """Records with the same keys as CSV with a head."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")

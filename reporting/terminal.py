@@ -68,11 +68,11 @@ class Terminal(Console):
 class _Status(Status):
     """A status that takes later texts as plain text."""
 
-    def update(self, status: Any = None, **more: Any) -> None:
-        super().update(_plain(status), **more)
+    def update(self, status: RenderableType | None = None, **more: Any) -> None:
+        super().update(None if status is None else _plain(status), **more)
 
 
-def _plain(text: Any) -> Any:
+def _plain(text: RenderableType) -> RenderableType:
     return Text(printable(text)) if isinstance(text, str) else text
 
 

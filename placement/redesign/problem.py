@@ -7,7 +7,6 @@ what they have, broken rules and all, and the touched rings keep every rule agai
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -17,7 +16,15 @@ from ...coverage.rings.ring_kinematics import any_square, ring_arrays
 from ...coverage.rings.rounding import rounded
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.violations import commonest_tilt, faults, held
-from ...objectives.parameterization import Interval, Segment, decode, encode, segments, stretch
+from ...objectives.parameterization import (
+    Interval,
+    Segment,
+    SetupArrays,
+    decode,
+    encode,
+    segments,
+    stretch,
+)
 from ...objectives.scene import Scene
 from .changes import Rings, Touched, turn
 
@@ -30,7 +37,7 @@ class Placed:
     ``decode`` reads them, and their bounds, which are equal but for the touched rings."""
 
     touched: Touched
-    arrays: tuple[Any, Interval]
+    arrays: SetupArrays
     low: Values
     high: Values
     values: Values

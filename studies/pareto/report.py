@@ -3,7 +3,6 @@
 import re
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 from ...formats.convert.scenes import ring_models, scene_model
 from ...formats.escaping import printable_lines
@@ -58,7 +57,7 @@ def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None
 def write(
     points: Sequence[Point],
     names: tuple[str, str],
-    where: dict[str, Any],
+    where: dict[str, object],
     folder: Path,
     command: str,
 ) -> dict[str, str]:
@@ -97,7 +96,7 @@ def _file(p: Point, kept: Sequence[Point]) -> str:
     return f"point_{p.sensors}_{kept.index(p):02d}.toml" if p in kept else ""
 
 
-def _proposal(p: Point, names: tuple[str, str], where: dict[str, Any]) -> str:
+def _proposal(p: Point, names: tuple[str, str], where: dict[str, object]) -> str:
     scene = scene_from(where)
     heading = (
         f"Found as: {p.name}. {names[0]} {p.first:.2f} %, {names[1]} {p.second:.2f} % (rule centre,"

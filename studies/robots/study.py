@@ -62,7 +62,7 @@ class RobotRow:
         return self.finished is not None
 
 
-def where(robot: str, keys: Mapping[str, Any]) -> dict[str, Any]:
+def where(robot: str, keys: Mapping[str, object]) -> dict[str, Any]:
     """Keys of the scene of a robot in its own pose."""
     return {"robot": robot, "targets": [{"name": TARGET.name, "radius": TARGET.radius}], **keys}
 
