@@ -190,7 +190,7 @@ class Scene:
     def square(self) -> bool:
         """May a setup of the scene have sensors with square beams?"""
         sensors = (self.sensor, *(self.sensor_of(link) for link in self.robot.links))
-        return any(s.fov_up is not None for s in (*sensors, *(r.sensor for r in self.rules.fixed)))
+        return any(s.square for s in (*sensors, *(r.sensor for r in self.rules.fixed)))
 
     @property
     def real(self) -> bool:

@@ -143,21 +143,15 @@ class CoverageObjective:
     def _looks(self, slots: RingArrays, here: SensorPoses, some: Int[np.ndarray, " T"]) -> Rows:
         """What the terms of numbers ``some`` (T,) look at of a setup in its seats."""
         at, pose = np.unique(self._pose[some], return_inverse=True)
-        parts = seen_from(slots, here, self._frames[at], slots.half_up is not None)
+        parts = seen_from(slots, here, self._frames[at], slots.beams.square)
         apex, axis, *up = (v[self._mounting[some], pose] for v in parts)
         lost = {None: None, "ring": slots.ring, "sensor": np.arange(len(slots.ring))}[
             self.aim.losing
         ]
-
-        def for_each(a: Array) -> np.ndarray:
-            return np.broadcast_to(a, (len(some), *np.shape(a)))
-
-        half_angle, range_m = for_each(slots.half_angle), for_each(slots.range_m)
-        half_up, zoned, group = (
-            None if a is None else for_each(a) for a in (slots.half_up, slots.zoned, lost)
+        beams, group = jax.tree.map(
+            lambda a: np.broadcast_to(a, (len(some), *np.shape(a))), (slots.beams, lost)
         )
-        rows = Rows(some, self._pose[some], apex, axis, half_angle, range_m)
-        return rows._replace(up=up[0] if up else None, half_up=half_up, zoned=zoned, group=group)
+        return Rows(some, self._pose[some], apex, axis, beams, up[0] if up else None, group)
 
     def _worth(
         self,

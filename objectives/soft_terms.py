@@ -20,7 +20,7 @@ from ..coverage.soft.obstacle_occlusion import InCell
 from ..coverage.soft.robot_occlusion import Hidden
 from ..coverage.soft.sampling import Cloud
 from ..coverage.solids.cones import Cones
-from ..coverage.solids.sensor_beams import optics
+from ..coverage.solids.sensor_beams import BeamShapes
 from .scene import Scene
 
 # rows in one call, and how many of these at once: on a CPU one after the other,
@@ -30,20 +30,16 @@ _ROWS_ELSEWHERE = (256, 4)  # on an accelerator several, as memory holds them
 
 class Rows(NamedTuple):
     """What N rows look at, each one setup's K sensors at one pose and the points of one term:
-    numbers of the term and of the pose (N,); apexes m and axes (N, K, 3), half angles and ranges
-    (N, K); where beams may be square ups (N, K, 3), half angles along them and whether they are
-    zoned (N, K), else None. Where losses count: the group (N, K) that each sensor is lost with, and
-    the weights (N, G) of the losses in slopes."""
+    numbers of the term and of the pose (N,); apexes m and axes (N, K, 3), and the shapes (N, K) of
+    the beams; where these may be square ups (N, K, 3), else None. Where losses count: the group
+    (N, K) that each sensor is lost with, and the weights (N, G) of the losses in slopes."""
 
     term: Int[Array, "*N"]
     pose: Int[Array, "*N"]
     apex: Float[Array, "*N K 3"]
     axis: Float[Array, "*N K 3"]
-    half_angle: Float[Array, "*N K"]
-    range_m: Float[Array, "*N K"]
+    beams: BeamShapes
     up: Float[Array, "*N K 3"] | None = None
-    half_up: Float[Array, "*N K"] | None = None
-    zoned: Bool[Array, "*N K"] | None = None
     group: Int[Array, "*N K"] | None = None
     weights: Float[Array, "*N G"] | None = None
 
@@ -102,9 +98,7 @@ class SoftTerms:
             zetas = () if weights is None else weights.shape
 
             def look() -> Soft:
-                beams = optics(
-                    row.apex, row.axis, row.half_angle, row.range_m, row.up, row.half_up, row.zoned
-                )
+                beams = row.beams.solids(row.apex, row.axis, row.up)
                 seen, points = (
                     self._past(beams, row.pose),
                     jax.tree.map(lambda a: a[row.term], clouds),

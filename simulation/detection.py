@@ -32,7 +32,6 @@ from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.rings.ring_kinematics import sensor_axes
 from ..coverage.robots.link_bodies import Capsules, segment_to_segment
 from ..coverage.robots.robot import Robot
-from ..coverage.sensors.sensor import Sensor
 from ..coverage.solids.polyhedra import Polyhedron
 from ..objectives.scene import Scene
 from .human import BALL_ERROR, PEDESTAL, Bones, Posture, ball_counts, balls_along, bones
@@ -232,7 +231,7 @@ def stops(
         ball_counts(np.linalg.norm((end - start)[0], axis=1), radius, BALL_ERROR),
     )
     half, range_m = (
-        np.concatenate([np.full(r.count, _around(r.sensor)) for r in setup.rings]),
+        np.concatenate([np.full(r.count, r.sensor.circumscribed_half_angle) for r in setup.rings]),
         sensor_optics(setup)[1],
     )
     stop = readings(apex, axis, half, range_m, *balls).distance
@@ -247,13 +246,6 @@ def stops(
         np.repeat([r.sensor.zoned for r in setup.rings], [r.count for r in setup.rings]),
         np.inf,
         stop,
-    )
-
-
-def _around(sensor: Sensor) -> float:
-    """Half angle of the narrowest cone around a beam, rad."""
-    return math.atan(
-        math.hypot(math.tan(sensor.fov / 2), math.tan(sensor.fov_up / 2) if sensor.fov_up else 0.0)
     )
 
 

@@ -16,7 +16,6 @@ from ..robots.link_bodies import Capsules, gap_to_capsules
 from ..solids.base import Parts
 from ..solids.cones import Cones
 from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
-from ..solids.sensor_beams import Optics
 from ..solids.shadows import Shadow, capsule_shadow
 from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, polyhedron_in_beam
 from .model import Occlusion
@@ -65,7 +64,7 @@ def beams(
     are shadowed under ``blind``, too: none of them is blinded as a whole.
 
     Args:
-        cones: of K sensors, or ``Optics``, 64-bit NumPy.
+        cones: beams of K sensors, 64-bit NumPy.
         occluders: bodies and obstacles at the same pose.
         occlusion: ``ignore`` leaves out the robot's bodies.
         bracketed: keep bounds of where sensors are blinded, for the certified rule.
@@ -77,14 +76,9 @@ def beams(
     within_, _ = occluders.holds(np.asarray(cones.apex))
     live = within_ < 0
     cones = replace(cones, range_m=np.where(live, cones.range_m, -np.inf))
-    stops = live & ~_zoned(cones) & (occlusion == "blind")
+    stops = live & ~cones.is_zoned() & (occlusion == "blind")
     stop, late = _stops(cones, np.flatnonzero(stops), occluders, bracketed)
     return _beams(cones, stop, late, *_shadows(cones, np.flatnonzero(live & ~stops), occluders))
-
-
-def _zoned(cones: Cones) -> Any:
-    """Which of the beams are read zone by zone (K,)."""
-    return np.asarray(cones.zoned) if isinstance(cones, Optics) else np.zeros(len(cones), bool)
 
 
 def _looks(cones: Cones, k: Any) -> Beam:

@@ -18,7 +18,6 @@ from ..arrays import Array, cross, dot, namespace
 from ..robots.kinematics import forward
 from ..robots.robot import Robot
 from ..solids.cones import Cones
-from ..solids.sensor_beams import optics
 from .ring import Setup, ring_values
 from .ring_kinematics import RingArrays, SensorPoses, ring_arrays, seen_from, sensor_poses
 
@@ -140,7 +139,4 @@ def misplaced_cones(
     here = ring_arrays(robot, setup.rings)
     there = misplaced(here, sensor_poses(here, v.position, v.tilt, v.phase), errors)
     each = zip(*seen_from(here, there, forward(robot.chain, q), up=True), strict=True)
-    return [
-        optics(a, x, here.half_angle, here.range_m, up, here.half_up, here.zoned)
-        for a, x, up in each
-    ]
+    return [here.beams.solids(*seats) for seats in each]

@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from ..arrays import Array, cross, dot, namespace, root
 from ..robots.kinematics import forward
 from ..robots.robot import Robot
 from ..solids.cones import Cones
-from ..solids.sensor_beams import optics
-from .ring import Ring, Setup, ring_values, sensor_optics
+from ..solids.sensor_beams import BeamShapes
+from .ring import Ring, Setup, ring_values
 
 
 @jax.tree_util.register_dataclass
@@ -27,9 +27,7 @@ class RingArrays:
 
     Of rings: frame (R,), index into ``forward``'s frames; start (R, 3) m, axis, zero and side (R,
     3) of the mount; length (R,) m of the mount; radius (R,) m. Of sensors: ring (K,) each belongs
-    to; turn (K,) rad from the first of its ring; half_angle (K,) rad; range_m (K,); half_up (K,)
-    rad, 0 of cones, and zoned (K,), is it read
-    zone by zone; None where all are cones.
+    to; turn (K,) rad from the first of its ring; beams: their shapes (K,).
     """
 
     frame: Int[Array, "*batch R"]
@@ -41,15 +39,12 @@ class RingArrays:
     radius: Float[Array, "*batch R"]
     ring: Int[Array, "*batch K"]
     turn: Float[Array, "*batch K"]
-    half_angle: Float[Array, "*batch K"]
-    range_m: Float[Array, "*batch K"]
-    half_up: Float[Array, "*batch K"] | None = None
-    zoned: Bool[Array, "*batch K"] | None = None
+    beams: BeamShapes
 
 
 def any_square(rings: Iterable[Ring]) -> bool:
     """Has a ring sensors with a square beam?"""
-    return any(r.sensor.fov_up is not None for r in rings)
+    return any(r.sensor.square for r in rings)
 
 
 def ring_arrays(
@@ -90,10 +85,12 @@ def ring_arrays(
         np.array([r.radius for r in rings]),
         each(np.arange(len(rings)), 0).astype(int),
         turn,
-        each([r.sensor.fov / 2 for r in rings], np.pi / 4),
-        each([r.sensor.range_m for r in rings], -np.inf),
-        each([(r.sensor.fov_up or 0.0) / 2 for r in rings], 0.0) if some_square else None,
-        each([r.sensor.zoned for r in rings], 0.0) > 0 if some_square else None,
+        BeamShapes(
+            each([r.sensor.half_angle for r in rings], np.pi / 4),
+            each([r.sensor.range_m for r in rings], -np.inf),
+            each([r.sensor.half_angle_up for r in rings], 0.0) if some_square else None,
+            each([r.sensor.zoned for r in rings], 0.0) > 0 if some_square else None,
+        ),
     )
 
 
@@ -251,7 +248,5 @@ def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cone
     (64-bit NumPy).
     """
     here, v, frames = ring_arrays(robot, setup.rings), ring_values(setup), forward(robot.chain, q)
-    if here.half_up is None:
-        return Cones(*sensor_axes(robot, setup, frames), *sensor_optics(setup))
-    apex, axis, up = ring_beams(here, v.position, v.tilt, v.phase, frames)
-    return optics(apex, axis, here.half_angle, here.range_m, up, here.half_up, here.zoned)
+    seats = sensor_poses(here, v.position, v.tilt, v.phase)
+    return here.beams.solids(*seen_from(here, seats, frames, here.beams.square))

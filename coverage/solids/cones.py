@@ -5,7 +5,7 @@ from typing import Any
 
 import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ..arrays import Array, dot, namespace, root, rows
 from .base import Parts
@@ -106,6 +106,29 @@ class Cones(Parts):
     def around(self) -> "Cones":
         """Cones that hold each part: themselves."""
         return self
+
+    def is_square(self) -> Bool[np.ndarray, " K"]:
+        """Which parts are pyramids: none."""
+        return np.zeros(len(self), bool)
+
+    def is_zoned(self) -> Bool[np.ndarray, " K"]:
+        """Which parts are read zone by zone: none."""
+        return np.zeros(len(self), bool)
+
+    def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
+        """The corners of part ``k``'s section at ``length`` m along its axis, as seen from the axis
+        there, m, in their order around it: a cone has none.
+        """
+        return np.zeros((0, 3))
+
+    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        """Points m spread evenly over part ``k``, by numbers in the unit cube."""
+        axis, d = self.axis[k], self.range_m[k] * unit[:, 0] ** (1 / 3)
+        across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+        across /= np.linalg.norm(across)
+        rho, turn = d * np.tan(self.half_angle[k]) * np.sqrt(unit[:, 1]), 2 * np.pi * unit[:, 2]
+        aside = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * np.cross(axis, across)
+        return self.apex[k] + d[:, None] * axis + rho[:, None] * aside
 
     def shares(
         self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float

@@ -5,7 +5,7 @@ from typing import Any
 
 import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ..arrays import Array, cross, dot, namespace, rows
 from .base import Parts
@@ -74,6 +74,20 @@ class Pyramids(Parts):
                 values.append(sign * dot(v, across) * c - d * s)
                 normals.append(sign * c[:, None] * across - s[:, None] * axis)
         return np.stack(values), np.stack(normals)
+
+    def ways(
+        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
+    ) -> Float[np.ndarray, "P N 3"]:
+        """Ways from the apex of each pyramid ``index`` through places of its section, -1 to 1 from
+        side to side, across ``up`` and along it; 1 m along the axis.
+        """
+        axis, up, half, half_up = (
+            np.asarray(a) for a in (self.axis, self.up, self.half_angle, self.half_up)
+        )
+        x = place[..., 0] * np.tan(half[index])[:, None]
+        y = place[..., 1] * np.tan(half_up[index])[:, None]
+        side = cross(up, axis)[index, None]
+        return axis[index, None] + x[..., None] * side + y[..., None] * up[index, None]
 
     def each_share(
         self, points: Any, index: Any, side: float, slack: float

@@ -4,16 +4,42 @@ one setup.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..arrays import Array, namespace, rows
+from ..arrays import Array, cross, namespace, rows
 from .cones import Cones, cone
 from .pyramids import Pyramids, pyramid
 from .volume_fraction import VolumeFraction
+
+
+class BeamShapes(NamedTuple):
+    """Shapes of the beams of K sensors, whose seats are known elsewhere."""
+
+    half_angle: Float[Array, "*batch K"]
+    """Half angles, rad, in (0, pi/2); of a square beam that along its ring."""
+    range_m: Float[Array, "*batch K"]
+    """Ranges, m; minus infinity: a sensor that sees nothing."""
+    half_up: Float[Array, "*batch K"] | None = None
+    """Half angles of square beams along ``up``, rad; 0 of cones. None: there are no others."""
+    zoned: Bool[Array, "*batch K"] | None = None
+    """Which beams are read zone by zone; None beside a ``half_up`` of None."""
+
+    @property
+    def square(self) -> bool:
+        """May some beams be square, so that they need an ``up``?"""
+        return self.half_up is not None
+
+    def solids(self, apex: Any, axis: Any, up: Any = None) -> Cones:
+        """V_FOV of sensors at ``apex`` (K, 3) m that look along ``axis`` (K, 3), whose square beams
+        have ``up`` (K, 3): plain cones where none may be square, which are sooner counted.
+        """
+        if self.half_up is None:
+            return Cones(apex, axis, self.half_angle, self.range_m)
+        return Optics(apex, axis, self.half_angle, self.range_m, up, self.half_up, self.zoned)
 
 
 @jax.tree_util.register_dataclass
@@ -35,12 +61,13 @@ class Optics(Cones):
 
     def _by_shape(self, index: Any) -> tuple[tuple[Any, Cones | Pyramids], ...]:
         """Which pairs have which shape, and the union of that shape; both numbered as here."""
-        square = np.asarray(self.half_up)[index] > 0
+        square = self.is_square()[index]
         round_ = Cones(self.apex, self.axis, self.half_angle, self.range_m)
-        square_ = Pyramids(
-            self.apex, self.axis, self.half_angle, self.range_m, self.up, self.half_up
-        )
-        return (~square, round_), (square, square_)
+        return (~square, round_), (square, self.pyramids())
+
+    def pyramids(self) -> Pyramids:
+        """The parts as pyramids, of which those are meant that are."""
+        return Pyramids(self.apex, self.axis, self.half_angle, self.range_m, self.up, self.half_up)
 
     def split(self, index: Any, work: Callable[[Any, Any], Any]) -> list[Any]:
         """``work(which pairs, union)`` for each of the shapes that occur among pairs of part
@@ -78,8 +105,37 @@ class Optics(Cones):
             self.apex, self.axis, xp.where(self.half_up > 0, corner, self.half_angle), self.range_m
         )
 
+    def is_square(self) -> Bool[np.ndarray, " K"]:
+        """Which parts are pyramids."""
+        return np.asarray(self.half_up) > 0
+
+    def is_zoned(self) -> Bool[np.ndarray, " K"]:
+        """Which parts are read zone by zone."""
+        return np.asarray(self.zoned)
+
+    def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
+        """See ``Cones.corners_across``: four of a pyramid."""
+        if not self.half_up[k] > 0:
+            return super().corners_across(k, length)
+        up, axis = self.up[k], self.axis[k]
+        x = length * np.tan(self.half_angle[k]) * cross(up, axis)
+        y = length * np.tan(self.half_up[k]) * up
+        return np.array([x + y, y - x, -x - y, x - y])
+
+    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        """See ``Cones.within``."""
+        if not self.half_up[k] > 0:
+            return super().within(k, unit)
+        axis, up, d = self.axis[k], self.up[k], self.range_m[k] * unit[:, 0] ** (1 / 3)
+        wide, high = (
+            np.tan(half[k]) * (2 * unit[:, i] - 1)
+            for i, half in ((1, self.half_angle), (2, self.half_up))
+        )
+        along = axis + wide[:, None] * cross(up, axis) + high[:, None] * up
+        return self.apex[k] + d[:, None] * along
+
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        square = np.asarray(self.half_up) > 0
+        square = self.is_square()
         boxes = []
         for which, parts in self._by_shape(np.arange(len(self))):
             if which.any():
@@ -100,14 +156,3 @@ def beam(points: Any, apex: Any, axis: Any, half: Any, range_m: Any, up: Any, ha
     xp = namespace(half_up)
     round_ = cone(points, apex, axis, xp.cos(half), xp.sin(half), range_m)
     return xp.where(half_up > 0, pyramid(points, apex, axis, up, half, half_up, range_m), round_)
-
-
-def optics(
-    apex: Any, axis: Any, half: Any, range_m: Any, up: Any, half_up: Any, zoned: Any
-) -> Cones:
-    """V_FOV of K sensors: plain cones where no beam is square, which are sooner counted. half_up
-    None: there is none.
-    """
-    if half_up is None:
-        return Cones(apex, axis, half, range_m)
-    return Optics(apex, axis, half, range_m, up, half_up, zoned)

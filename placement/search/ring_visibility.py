@@ -88,10 +88,7 @@ def _in_cones(
     """Of points at a radius m and so far above the ring's plane, m, and sensors whose azimuth
     differs by ``turn`` rad: the part of the way along the sensor's axis, m, its squared length,
     m^2, and is it in the endless cone?"""
-    half, R = (
-        min(ring.sensor.fov, ring.sensor.fov_up or ring.sensor.fov) / 2,
-        np.float32(ring.radius),
-    )
+    half, R = ring.sensor.inscribed_half_angle, np.float32(ring.radius)
     part = np.cos(turn)
     part *= radius
     square = above * above

@@ -124,11 +124,13 @@ def _stop(
     sensor: Sensor,
     occluders: Occluders,
 ) -> Float[np.ndarray, "C T"]:
-    half = min(sensor.fov, sensor.fov_up or sensor.fov) / 2
     beam = Beam(
         np.repeat(apex, _TILTS, axis=0),
         look.reshape(-1, 3),
-        *(np.full(look.shape[0] * _TILTS, v) for v in (half, sensor.range_m)),
+        *(
+            np.full(look.shape[0] * _TILTS, v)
+            for v in (sensor.inscribed_half_angle, sensor.range_m)
+        ),
     )
     found = np.full(len(beam.apex), np.inf)
     if (bodies := occluders.bodies) is not None:

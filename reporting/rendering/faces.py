@@ -16,8 +16,6 @@ from ...coverage.solids.base import Solid, Union
 from ...coverage.solids.capsules import Rods
 from ...coverage.solids.cones import Cones
 from ...coverage.solids.polyhedra import Polyhedron
-from ...coverage.solids.pyramids import Pyramids
-from ...coverage.solids.sensor_beams import Optics
 from ...coverage.solids.spheres import Spheres
 from .sheet import Sheet
 
@@ -169,23 +167,10 @@ def rim_of(cones: Cones, k: int, length: float) -> Any:
     """Points (_, 3) m around beam ``k`` at ``length`` m along its axis: a circle, or a square
     beam's corners.
     """
-    if isinstance(cones, Optics) and cones.half_up[k] > 0:
-        one = slice(k, k + 1)
-        height = np.array([length])
-        parts = (
-            cones.apex[one],
-            cones.axis[one],
-            cones.half_angle[one],
-            height,
-            cones.up[one],
-            cones.half_up[one],
-        )
-        return Pyramids(*parts).corners()[0]
-    return circle(
-        cones.apex[k] + length * cones.axis[k],
-        cones.axis[k],
-        float(length * np.tan(cones.half_angle[k])),
-    )
+    centre, corners = cones.apex[k] + length * cones.axis[k], cones.corners_across(k, length)
+    if len(corners):
+        return centre + corners
+    return circle(centre, cones.axis[k], float(length * np.tan(cones.half_angle[k])))
 
 
 def lengths_within(cones: Cones, outer: Solid) -> Any:

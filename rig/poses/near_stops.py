@@ -129,8 +129,7 @@ def _slipped(scene: Scene, ring: Ring, by: float) -> Ring:
 
 
 def _wider(sensor: Sensor) -> Sensor:
-    up = None if sensor.fov_up is None else min(sensor.fov_up + 2 * _ASTRAY, _WIDEST)
-    return replace(sensor, fov=min(sensor.fov + 2 * _ASTRAY, _WIDEST), fov_up=up)
+    return sensor.with_angles(lambda angle: min(angle + 2 * _ASTRAY, _WIDEST))
 
 
 @dataclass(frozen=True)

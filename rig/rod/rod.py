@@ -101,7 +101,7 @@ def seen(
         np.inf,
     )
     found, pairs = np.zeros(len(points), bool), []
-    reach, around = rod.length / 2 + rod.radius, beams.around()
+    reach, around, square = rod.length / 2 + rod.radius, beams.around(), beams.is_square()
     for k in np.flatnonzero(np.ones(len(beams), bool) if alive is None else alive):
         left = np.flatnonzero(~found)
         cosine, sine = np.cos(around.half_angle[k]), np.sin(around.half_angle[k])
@@ -114,7 +114,7 @@ def seen(
             around.range_m[k],
         )
         near = left[off <= reach]
-        if beams.half_up[k] <= 0:
+        if not square[k]:
             one = (beams.apex[k], beams.axis[k], beams.half_angle[k], beams.range_m[k])
             found[near] = ball_in_cone(*one, points[near], np.array(rod.radius))[0] < limit[k]
         near = near[~found[near]]
