@@ -159,7 +159,8 @@ class Beams(Parts):
         live = np.flatnonzero(self.cones.range_m > 0)
         if len(live) == 0:
             return np.zeros((2, 3))
-        return jax.tree.map(lambda a: a[live], self.cones).bounds()
+        box: np.ndarray = jax.tree.map(lambda a: a[live], self.cones).bounds()
+        return box
 
 
 @words.register

@@ -21,6 +21,8 @@ from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, polyhedron
 from .model import Occlusion
 from .occluded_beams import Beams
 
+# an obstacle that stands in a beam: the sensor, normals (F, 3) and offsets (F,) m of its shadow
+Plane = tuple[int, np.ndarray, np.ndarray]
 INSIDE = 1e-6  # m, an apex this near to a body's surface counts as within
 
 
@@ -39,7 +41,7 @@ class Occluders:
         """In which body or obstacle (K,) each apex stands deepest, bodies numbered first; -1: in
         none; and how deep, m.
         """
-        gaps = [np.full((len(apex), 1), np.inf)]
+        gaps: list[np.ndarray] = [np.full((len(apex), 1), np.inf)]
         if self.bodies is not None:
             start, end, radius = (a[None] for a in self.bodies)
             each = [
@@ -47,7 +49,7 @@ class Occluders:
                 for i in range(radius.shape[1])
             ]
             gaps.append(np.stack(each, axis=-1))
-        gaps += [body(apex)[:, None] for body in self.obstacles]
+        gaps += [np.asarray(body(apex))[:, None] for body in self.obstacles]
         gap = np.concatenate(gaps[1:] or gaps, axis=1)
         least = gap.min(axis=1)
         return np.where(least <= INSIDE, gap.argmin(axis=1), -1), np.maximum(-least, 0.0)
@@ -116,7 +118,9 @@ def _stops(cones: Cones, k: Any, occluders: Occluders, bracketed: bool) -> tuple
     return stops[0], stops[-1]
 
 
-def _shadows(cones: Cones, k: Any, occluders: Occluders) -> tuple[Shadow | None, list, list]:
+def _shadows(
+    cones: Cones, k: Any, occluders: Occluders
+) -> tuple[Shadow | None, list[int], list[Plane]]:
     """The shadows in beams ``k``: of bodies, the sensor of each, and of obstacles (sensor, normal,
     offset).
     """
@@ -140,7 +144,12 @@ def _shadows(cones: Cones, k: Any, occluders: Occluders) -> tuple[Shadow | None,
 
 
 def _beams(
-    cones: Cones, stop: Any, late: Any, shadows: Shadow | None, sensor: list, planes: list
+    cones: Cones,
+    stop: Any,
+    late: Any,
+    shadows: Shadow | None,
+    sensor: list[int],
+    planes: list[Plane],
 ) -> Beams:
     """Shadows of ``sensor`` (S,) and planes (sensor, normal, offset) in the order of their
     sensors.

@@ -29,7 +29,8 @@ def _inside(solid: Solid, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, 
     def verdicts(parts: Parts) -> Float[np.ndarray, " N"]:
         return np.where(parts.holds(points), -1.0, 1.0)
 
-    return fold(solid, verdicts) < 0
+    inside: np.ndarray = fold(solid, verdicts) < 0
+    return inside
 
 
 def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:

@@ -54,7 +54,8 @@ class Shadow(NamedTuple):
 
     def rows(self, index: Any) -> "Shadow":
         """Those of ``index``, where there is one axis of shadows."""
-        return jax.tree.map(lambda a: rows(a, index) if a.ndim == 2 else a[index], self)
+        some: Shadow = jax.tree.map(lambda a: rows(a, index) if a.ndim == 2 else a[index], self)
+        return some
 
 
 def _perpendicular(v: Any) -> Any:

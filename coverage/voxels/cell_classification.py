@@ -38,7 +38,8 @@ def values(
             value[..., cell[first]] = np.minimum.reduceat(each, first, axis=-1)
         return value
 
-    return fold(solid, least)
+    value: np.ndarray = fold(solid, least)
+    return value
 
 
 def verdicts(

@@ -138,7 +138,8 @@ class Descent:
             return words(parts, grid, rows(points, cell), index).union(cell, len(cells))
 
         found = fold(self.solid, union)
-        word, open_ = found.sure, found.sure != found.maybe
+        word: np.ndarray = found.sure
+        open_ = found.sure != found.maybe
         if open_.any():
             word[open_] = np.concatenate(
                 [self._exact(run) for run in cells.only(open_).slices(self.chunk // VOXELS)]

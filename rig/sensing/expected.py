@@ -76,7 +76,9 @@ def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> Op
         np.asarray(a).reshape(-1, 3) for a in ring_beams(here, v.position, v.tilt, v.phase, frames)
     )
     shapes = BeamShapes(*(np.tile(np.asarray(a), len(joints)) for a in here.beams))
-    return shapes.solids(apex, axis, up)
+    beams = shapes.solids(apex, axis, up)
+    assert isinstance(beams, Optics)
+    return beams
 
 
 def only(beams: Optics, some: Any) -> Optics:
