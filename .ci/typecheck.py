@@ -1,13 +1,12 @@
 """Type check of the package as it is installed, seen from an empty folder.
 
-From the checkout's root a checker may find a few files by their own names and pass, so that the
-number of files is compared with what the rule of setup.py installs.
+From the checkout's root a checker may find a few files by their own names and pass, so that what it
+has checked is compared with what the rule of setup.py installs.
 
-Usage: PYTHON .ci/types.py, with the interpreter of an environment in which ``pip install .`` and
-mypy are.
+Usage: PYTHON .ci/typecheck.py, with the interpreter of an environment that has mypy and, by
+``pip install .``, the package.
 """
 
-import re
 import runpy
 import subprocess
 import sys
@@ -19,7 +18,6 @@ from types import SimpleNamespace
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "place_rings"
-_SEEN = re.compile(r"no issues found in (\d+) source files?")
 
 
 def handed_to_setuptools(root: Path = ROOT) -> dict[str, object]:
@@ -36,23 +34,23 @@ def handed_to_setuptools(root: Path = ROOT) -> dict[str, object]:
     return handed
 
 
-def installed_files(root: Path = ROOT) -> set[Path]:
-    """The Python files that the rule of setup.py installs."""
+def installed_modules(root: Path = ROOT) -> dict[str, Path]:
+    """The files that the rule of setup.py installs, by the names they are imported by."""
     handed = handed_to_setuptools(root)
     folders: dict[str, str] = handed["package_dir"]  # type: ignore[assignment]
     packages: list[str] = handed["packages"]  # type: ignore[assignment]
-    files: set[Path] = set()
+    modules = {}
     for package in packages:
         mapped = max((p for p in folders if f"{package}.".startswith(f"{p}.")), key=len)
         inner = package[len(mapped) :].strip(".").split(".")
-        files |= set(root.joinpath(folders[mapped], *inner).glob("*.py"))
-    return files
+        for file in root.joinpath(folders[mapped], *inner).glob("*.py"):
+            modules[package if file.stem == "__init__" else f"{package}.{file.stem}"] = file
+    return modules
 
 
-def seen(output: str) -> int:
-    """How many files a checker that is content has seen; 0 where it says nothing of the kind."""
-    said = _SEEN.search(output)
-    return int(said[1]) if said else 0
+def seen(report: str) -> set[str]:
+    """The modules that mypy's report of lines names: checked ones, and folders without any."""
+    return {line.split()[-1] for line in report.splitlines()[1:]}
 
 
 def main() -> None:
@@ -64,13 +62,15 @@ def main() -> None:
         if not (place / "py.typed").exists():
             Path(empty, PACKAGE).symlink_to(place)  # else a checker leaves it out as untyped
         command = [sys.executable, "-m", "mypy", "--config-file", str(ROOT / "pyproject.toml")]
-        command += ["--cache-dir", str(Path(empty, "cache")), "-p", PACKAGE]
-        done = subprocess.run(command, cwd=empty, stdout=subprocess.PIPE, text=True)
-    print(done.stdout, end="")
-    if done.returncode:
-        sys.exit(done.returncode)
-    if seen(done.stdout) != (count := len(installed_files())):
-        sys.exit(f"the checker saw {seen(done.stdout)} files, setup.py installs {count}")
+        command += ["--cache-dir", "cache", "--linecount-report", "lines", "-p", PACKAGE]
+        done = subprocess.run(command, cwd=empty)
+        if done.returncode:
+            sys.exit(done.returncode)
+        checked = seen(Path(empty, "lines", "linecount.txt").read_text())
+    expected = set(installed_modules())
+    if unseen := sorted(expected - checked):
+        sys.exit(f"{len(unseen)} of {len(expected)} files were not checked: {', '.join(unseen)}")
+    print(f"all {len(expected)} files were checked")
 
 
 if __name__ == "__main__":
