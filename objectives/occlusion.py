@@ -13,7 +13,7 @@ from ..coverage.occlusion.occluders import INSIDE, Occluders, beams
 from ..coverage.rings.ring import Setup, ring_values
 from ..coverage.rings.ring_kinematics import ring_arrays, sensor_cones, sensor_poses
 from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import point_to_segment, robot_capsules
+from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.ring_section import tube_of
 from ..coverage.solids.base import Parts
 from ..coverage.solids.cones import Cones
@@ -87,13 +87,13 @@ def check_mounting(scene: Scene, setup: Setup) -> None:
     for i, ring in enumerate(setup.rings):
         for body in tube_of(scene.robot.mount(ring.link), scene.robot.bodies):
             some = apex[first[i] : first[i + 1]]
-            gap = point_to_segment(some, body.start[None], body.end[None]) - body.radius
+            gap = body.capsule.distance(some)
             if len(some) and gap.min() <= INSIDE:
                 k = int(gap.argmin())
                 raise ValueError(
                     f"ring {i}, sensor {k} ({ring.link}): found {-1000 * gap[k]:.1f} mm within body"
-                    f" {body.name}, of radius {body.radius:g} m; allowed under {scene.occlusion}:"
-                    " outside of it"
+                    f" {body.name}, of radius {body.capsule.radius:g} m; allowed under"
+                    f" {scene.occlusion}: outside of it"
                 )
 
 

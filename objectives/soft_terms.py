@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..coverage.arrays import Array
-from ..coverage.robots.link_bodies import Capsules, robot_capsules
+from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.soft.estimator import Seen, Soft
 from ..coverage.soft.k_coverage import soft_seen
 from ..coverage.soft.leave_one_out import soft_losses
@@ -121,8 +121,8 @@ class SoftTerms:
         """What the scene's occlusion and obstacles leave of cones at a pose."""
         seen: Cones | Hidden = cones
         if self._bodies is not None:
-            start, end, radius = (jnp.asarray(a) for a in self._bodies)
-            seen = Hidden(cones, Capsules(start[pose], end[pose], radius), self._occlusion)
+            bodies = jax.tree.map(jnp.asarray, self._bodies).at(pose)
+            seen = Hidden(cones, bodies, self._occlusion)
         return InCell(seen, self._obstacles) if self._obstacles else seen
 
 

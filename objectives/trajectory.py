@@ -69,7 +69,7 @@ def _travelled(
             turned = np.linalg.norm(np.diff(frames[..., :3, :3], axis=0), axis=(2, 3)) / math.sqrt(
                 2
             )
-            spin = [turned[:, b.frame] * b.radius * (b.frame != BASE) for b in robot.bodies]
+            spin = [turned[:, b.frame] * b.capsule.radius * (b.frame != BASE) for b in robot.bodies]
             gone[:, 1:] += np.stack(spin * 2, axis=1)
         tcp.append(gone[:, 0])
         most.append(gone.max(axis=1))

@@ -16,8 +16,9 @@ from ..coverage.arrays import Array
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import Capsules, gap_to_capsules, robot_capsules
+from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Robot
+from ..coverage.solids.capsules import Capsules, gap_to_capsules
 from ..coverage.solids.cones import Cones
 from ..simulation.approach import Approach
 from ..simulation.detection import turned
@@ -77,7 +78,7 @@ def _view(
     beams = [_outline(_beam(cones, i)[:, flat]) for i in range(len(cones))]
     ax.add_collection(PolyCollection(beams, facecolor=_BEAM, alpha=0.07, lw=0))
     ax.add_collection(PolyCollection(beams, facecolor="none", edgecolor=_BEAM, alpha=0.35, lw=0.4))
-    links = capsule_outlines(*bodies, flat)
+    links = capsule_outlines(*bodies.arrays(), flat)
     ax.add_collection(PolyCollection(links, facecolor=_ROBOT, edgecolor=INK, lw=0.7, zorder=3))
     for k, found in enumerate(approaches):
         line = _along(found.path)[:, flat]

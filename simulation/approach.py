@@ -22,8 +22,9 @@ from ..coverage.occlusion.ranging import slabs
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import gap_to_capsules, robot_capsules
+from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Robot
+from ..coverage.solids.capsules import gap_to_capsules
 from ..coverage.solids.cones import cone
 from .human import PEDESTAL
 
@@ -55,7 +56,7 @@ class _Scene:
         chosen = np.array([b.frame > 0 or not moving_only for b in robot.bodies])
         c = self.cones
         cones = (c.apex, c.axis, np.cos(c.half_angle), np.sin(c.half_angle), c.range_m)
-        self.fixed = tuple(jnp.asarray(a) for a in (*cones, *self.bodies, chosen))
+        self.fixed = tuple(jnp.asarray(a) for a in (*cones, *self.bodies.arrays(), chosen))
 
     def values(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 2"]:
         """Clearance (N,) m from cones and robot, and distance (N,) m from the parts of the robot

@@ -30,9 +30,10 @@ from ..coverage.occlusion.model import Occlusion
 from ..coverage.occlusion.ranging import readings, slabs
 from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.rings.ring_kinematics import sensor_axes
-from ..coverage.robots.link_bodies import Capsules, segment_to_segment
 from ..coverage.robots.robot import Robot
+from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.polyhedra import Polyhedron
+from ..coverage.solids.segments import segment_to_segment
 from ..objectives.scene import Scene
 from .human import BALL_ERROR, PEDESTAL, Bones, Posture, ball_counts, balls_along, bones
 from .moments import STEP, Moments
@@ -206,7 +207,7 @@ def _seen(
 ) -> Bool[np.ndarray, "T K"]:
     """Does each sensor see the person at each moment? (T, K)"""
     apex, axis = (np.asarray(a) for a in sensor_axes(robot, setup, m.frames[at]))
-    bodies = Capsules(m.bodies.start[at], m.bodies.end[at], m.bodies.radius)
+    bodies = m.bodies.at(at)
     hiding = None if occlusion == "ignore" else bodies
     (half, range_m), (centre, radius) = sensor_optics(setup), balls
     found = readings(apex, axis, half, range_m, centre, radius, hiding, obstacles).distance
@@ -222,7 +223,7 @@ def stops(
 ) -> Float[np.ndarray, "T K"]:
     """How far sensors see before the robot or an obstacle in their beams answers, m; infinite where
     they have many zones. The robot is read as balls that hold its bodies, 1 mm larger at most."""
-    start, end, radius = (np.asarray(a) for a in bodies)
+    start, end, radius = (np.asarray(a) for a in bodies.arrays())
     radius = radius + BALL_ERROR
     balls = balls_along(
         start,

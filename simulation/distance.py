@@ -30,8 +30,9 @@ from ..coverage.occlusion.ranging import least_gap, readings, slabs
 from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.rings.ring_kinematics import sensor_axes
 from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import Capsules, gap_to_capsules, robot_capsules
+from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Robot
+from ..coverage.solids.capsules import Capsules, gap_to_capsules
 from .human import body_balls
 from .objects import SHAPES, object_balls
 from .walk import walk

@@ -9,10 +9,11 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import Capsules, robot_capsules
+from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.protective_volume import distances, moving
 from ..coverage.robots.robot import Robot
 from ..coverage.robots.separation_distance import Safety
+from ..coverage.solids.capsules import Capsules
 from ..objectives.scene import Scene
 from ..objectives.trajectory import MotionRecord
 

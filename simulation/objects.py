@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from ..coverage.robots.link_bodies import Capsules
+from ..coverage.solids.capsules import Capsules
 from .human import PEDESTAL, ball_counts, balls_along
 
 # m; a test rod of 70 mm, the coarsest resolution that protects a hazardous area

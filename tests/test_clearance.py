@@ -17,8 +17,9 @@ from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.link_bodies import point_to_segment, robot_capsules
+from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.polyhedra import box
+from place_rings.coverage.solids.segments import point_to_segment
 from place_rings.formats.convert.scenes import scene_model, scene_of
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene

@@ -151,9 +151,11 @@ def test_a_beam_lies_between_its_inscribed_and_its_circumscribed_cone(fov, fov_u
         for half in (sensor.inscribed_half_angle, sensor.circumscribed_half_angle)
     )
     points = inner.within(0, rng.random((200, 3)))
-    assert np.all(inner(points) <= 1e-9) and np.all(beam(points) <= 1e-9)
+    assert np.all(inner(points) <= 1e-9)
+    assert np.all(beam(points) <= 1e-9)
     points = beam.within(0, rng.random((200, 3)))
-    assert np.all(beam(points) <= 1e-9) and np.all(outer(points) <= 1e-9)
+    assert np.all(beam(points) <= 1e-9)
+    assert np.all(outer(points) <= 1e-9)
     np.testing.assert_allclose(beam.around().half_angle, [sensor.circumscribed_half_angle])
     # The corners touch the outer cone: none narrower would do.
     corners = 0.9 * axis[0] + beam.corners_across(0, 0.9)

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
-from place_rings.coverage.robots.link_bodies import Capsules
+from place_rings.coverage.solids.capsules import Capsules
 from place_rings.formats.convert.obstacles import obstacles_of
 from place_rings.formats.convert.scenes import scene_model, scene_of
 from place_rings.formats.schema.scene_models import ObstacleModel

@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 from place_rings.cli import main as command_line
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.solids.capsules import Capsules
 from place_rings.formats.convert.scenes import scene_model, scene_of
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_robot, read_scene
-from place_rings.formats.robots.capsule_fit import Capsule, enclosing, fit_capsules, union_volume
+from place_rings.formats.robots.capsule_fit import enclosing, fit_capsules, union_volume
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.tubes import find_tube
 from place_rings.formats.robots.urdf import UrdfShape
@@ -66,7 +67,7 @@ def test_capsules_contain_the_surface(seed, most):
     points = np.concatenate(
         [soup.reshape(-1, 3), np.einsum("tnk,tkd->tnd", w, soup).reshape(-1, 3)]
     )
-    assert np.max([c.depth(points) for c in capsules], axis=0).min() > -1e-9
+    assert np.max([-c.distance(points) for c in capsules], axis=0).min() > -1e-9
 
 
 @settings(max_examples=15)
@@ -76,7 +77,7 @@ def test_points_on_a_capsule_get_it_back(seed):
     made = trimesh.creation.capsule(rng.uniform(0.05, 0.5), rng.uniform(0.03, 0.1), count=[16, 24])
     triangles, _ = turned(made, rng)
     found = enclosing(triangles.reshape(-1, 3))
-    assert found.depth(triangles.reshape(-1, 3)).min() > -1e-9
+    assert -found.distance(triangles.reshape(-1, 3)).max() > -1e-9
     assert found.volume < 1.03 * made.volume
 
 
@@ -97,11 +98,11 @@ def test_an_arm_takes_a_few_tight_capsules(seed):
     one, three = (fit_capsules(triangles, most=n) for n in (1, 3))
     assert len(three) == 3
     assert union_volume(three) < 0.8 * union_volume(one)
-    assert np.max([c.depth(triangles.reshape(-1, 3)) for c in three], axis=0).min() > -1e-9
+    assert np.max([-c.distance(triangles.reshape(-1, 3)) for c in three], axis=0).min() > -1e-9
 
 
 def test_volume_of_a_union():
-    a = Capsule(np.zeros(3), np.array([0.0, 0, 1]), 0.2)
+    a = Capsules(np.zeros(3), np.array([0.0, 0, 1]), 0.2)
     assert union_volume([a]) == pytest.approx(a.volume, rel=0.01)
     assert union_volume([a, a]) == pytest.approx(a.volume, rel=0.01)
 
@@ -163,6 +164,11 @@ def test_every_robot_reads_back_from_its_file(tmp_path, name):
     assert np.allclose(again.limits, robot.limits)
     for a, b in zip((*again.mounts, *again.bodies), (*robot.mounts, *robot.bodies), strict=True):
         assert a.frame == b.frame
+    for a, b in zip(
+        (*again.mounts, *(b.capsule for b in again.bodies)),
+        (*robot.mounts, *(b.capsule for b in robot.bodies)),
+        strict=True,
+    ):
         assert np.allclose(a.start, b.start, atol=1e-11)
     assert robot_file(robot_of(robot_file(robot))) == robot_file(again)
 
@@ -293,8 +299,8 @@ def test_from_a_urdf_to_a_scene(tmp_path, monkeypatch, capsys):
     assert (out / "robot.png").stat().st_size > 10_000
     vertices = mesh.vertices
     for frame in (0, 1):
-        capsules = [Capsule(b.start, b.end, b.radius) for b in robot.bodies if b.frame == frame]
-        assert np.max([c.depth(vertices) for c in capsules], axis=0).min() > -1e-9
+        capsules = [b.capsule for b in robot.bodies if b.frame == frame]
+        assert np.max([-c.distance(vertices) for c in capsules], axis=0).min() > -1e-9
     monkeypatch.chdir(tmp_path)
     ring = "[[rings]]\nlink = 'link_1'\nposition = 0.5\ncount = 8\n"
     (tmp_path / "p.toml").write_text(ring)

@@ -9,7 +9,7 @@ from ..coverage.arrays import Array
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Robot
 from ..coverage.solids.base import Solid, Union
-from ..coverage.solids.capsules import Rods
+from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.cones import Cones
 from ..coverage.solids.spheres import Spheres
 from ..coverage.solids.swept_tube import Tube
@@ -112,7 +112,7 @@ def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
             for c, r in zip(outer.centre, outer.radius, strict=True)
             for axis in np.eye(3)
         ]
-    elif isinstance(outer, Rods):
+    elif isinstance(outer, Capsules):
         ends = [
             (a, b - a, float(r))
             for a, b, r in zip(outer.start, outer.end, outer.radius, strict=True)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..robots.link_bodies import point_to_segment
+from ..solids.segments import point_to_segment
 
 _CAPSULE_POINTS = 72  # of a circle against a capsule: within some 0.2 mm
 # of a circle against planes, where only the Lipschitz bound holds: within 1 mm at a radius of 0.1 m

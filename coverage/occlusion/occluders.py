@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..robots.link_bodies import Capsules, gap_to_capsules
 from ..solids.base import Parts
+from ..solids.capsules import Capsules, gap_to_capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
 from ..solids.shadows import Shadow, capsule_shadow
@@ -43,7 +43,7 @@ class Occluders:
         """
         gaps: list[np.ndarray] = [np.full((len(apex), 1), np.inf)]
         if self.bodies is not None:
-            start, end, radius = (a[None] for a in self.bodies)
+            start, end, radius = (a[None] for a in self.bodies.arrays())
             each = [
                 gap_to_capsules(apex, start[:, [i]], end[:, [i]], radius[:, [i]])
                 for i in range(radius.shape[1])

@@ -19,9 +19,10 @@ import numpy as np
 from jaxtyping import Float
 
 from ..arrays import dot, namespace, root
-from ..robots.link_bodies import Capsules, gap_to_capsules, segment_to_segment
+from ..solids.capsules import Capsules, gap_to_capsules
 from ..solids.cones import cone
 from ..solids.polyhedra import Polyhedron, crossed, polyhedra
+from ..solids.segments import segment_to_segment
 
 BLOCK = 16  # neighbouring balls that are sought together
 _ROWS, _HITS = 1 << 12, 1 << 13  # rows and pairs worked on at once: some megabytes
@@ -186,7 +187,7 @@ def readings(
             (apex[t], axis[t], half_angle, range_m),
             centre[t],
             radius,
-            bodies and Capsules(bodies.start[t], bodies.end[t], bodies.radius),
+            None if bodies is None else bodies.at(t),
             obstacles,
         )
         for t in some

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 
 from ..arrays import dot, root
 from ..occlusion.first_return import Beam, cone_gap, meeting_points
-from ..robots.link_bodies import Capsules
+from ..solids.capsules import Capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import Polyhedron, largest
 

@@ -21,9 +21,10 @@ import jax.numpy as jnp
 from ..arrays import dot, root
 from ..occlusion.first_return import Beam, capsule_gap
 from ..occlusion.model import Occlusion
-from ..robots.link_bodies import Capsules, from_segment
+from ..solids.capsules import Capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import Polyhedron
+from ..solids.segments import from_segment
 from ..solids.sensor_beams import Optics
 from ..solids.shadows import capsule_shadow, nearest_ball
 from .cones import Near, SoftBeams, by_apex
@@ -77,7 +78,7 @@ class HiddenBeams(SoftBeams):
             self.parts = (*self.parts, jnp.append(stop, jnp.zeros(1, stop.dtype)))
         if not self.shadows:
             return
-        start, end, radius = (a[None] for a in self.bodies)
+        start, end, radius = (a[None] for a in self.bodies.arrays())
         looks = Beam(*(a[:, None] for a in vars(around).values()))
         matters = capsule_gap(looks, start, end, radius, steps=_STEPS)[0] < _MARGIN
         depth, _ = self._depth(cones.apex[:, None], start, end, radius)

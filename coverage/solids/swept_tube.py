@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import Array, dot, namespace, root, rows
 from .base import Parts
+from .segments import from_segment
 from .volume_fraction import (
     Tangent,
     VolumeFraction,
@@ -46,15 +47,11 @@ class Tube(Parts):
         """Signed distances of ``points`` from the first and second disc's plane of slab ``index``,
         m, and the way (..., 3) from the nearest point of the segment between the discs' centres, m.
         """
-        xp = namespace(points)
         i = self.first[index]
         start, end = rows(self.centre, i), rows(self.centre, i + 1)
-        v, along = points - start, end - start
-        before = dot(v, rows(self.normal, i))
+        before = dot(points - start, rows(self.normal, i))
         after = dot(points - end, rows(self.normal, i + 1))
-        length2 = dot(along, along)
-        t = xp.clip(dot(v, along) / xp.where(length2 > 0, length2, 1.0), 0.0, 1.0)
-        return before, after, v - t[..., None] * along
+        return before, after, from_segment(points, start, end)
 
     def part(self, points: Any, index: Any) -> Any:
         before, after, across = self._slab(points, index)

@@ -17,7 +17,7 @@ from jaxtyping import Float, Int, UInt64
 
 from ..arrays import cross, dot, rows
 from ..solids.base import Parts
-from ..solids.capsules import Rods
+from ..solids.capsules import Capsules
 from ..solids.cones import Cones
 from ..solids.pyramids import Pyramids
 from ..solids.sensor_beams import Optics
@@ -211,7 +211,7 @@ def _(parts: Spheres, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
 
 
 @words.register
-def _(parts: Rods, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
+def _(parts: Capsules, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
     """In the ball about either end, or in the cylinder between them."""
     start, end = rows(parts.start, index), rows(parts.end, index)
     return _beside(grid, points, start, end, parts.radius[index])

@@ -13,7 +13,8 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ...coverage.robots.kinematics import Chain, forward
 from ...coverage.robots.robot import BASE, Body, Mount, Robot
-from .capsule_fit import Capsule, fit_capsules, union_volume
+from ...coverage.solids.capsules import Capsules
+from .capsule_fit import fit_capsules, union_volume
 from .meshes import Meshes, Which
 from .tubes import find_tube
 from .urdf_chain import Picked
@@ -34,7 +35,7 @@ class FittedLink:
     name: str
     frame: int
     triangles: Float[np.ndarray, "T 3 3"]
-    capsules: tuple[Capsule, ...]
+    capsules: tuple[Capsules, ...]
     volume: float
     contained: float
 
@@ -176,7 +177,7 @@ def fit_robot(
         )
         for i, c in enumerate(capsules):
             label = carried.link.name + (f"_{i}" if len(capsules) > 1 else "")
-            bodies.append(Body(label, carried.frame, c.start, c.end, c.radius))
+            bodies.append(Body(label, carried.frame, c))
         names.setdefault(carried.frame, carried.link.name)
         seen.setdefault(carried.frame, []).append(meshes.surface(carried, "visual"))
     mounts = [

@@ -8,6 +8,7 @@ from jaxtyping import Float
 from ...coverage.robots.built_in import ROBOTS, built_in
 from ...coverage.robots.kinematics import Chain, transform
 from ...coverage.robots.robot import BASE, Body, Mount, Robot
+from ...coverage.solids.capsules import Capsules
 from .robot_models import (
     BASE_FRAME,
     TCP_FRAME,
@@ -60,7 +61,9 @@ def robot_of(model: str | RobotFile) -> Robot:
         reach=model.reach,
         bodies=tuple(
             Body(
-                b.name, frames[b.frame], np.array(b.start, float), np.array(b.end, float), b.radius
+                b.name,
+                frames[b.frame],
+                Capsules(np.array(b.start, float), np.array(b.end, float), b.radius),
             )
             for b in model.bodies
         ),
@@ -134,9 +137,9 @@ def robot_file(robot: Robot) -> RobotFile:
             BodyModel(
                 name=b.name,
                 frame=frames[b.frame],
-                start=_numbers(b.start),
-                end=_numbers(b.end),
-                radius=round(b.radius, _DIGITS),
+                start=_numbers(b.capsule.start),
+                end=_numbers(b.capsule.end),
+                radius=round(b.capsule.radius, _DIGITS),
             )
             for b in robot.bodies
         ],

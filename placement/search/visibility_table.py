@@ -17,9 +17,9 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.occlusion.first_return import Beam, capsule_in_beam, polyhedron_in_beam
 from ...coverage.occlusion.occluders import Occluders
-from ...coverage.robots.link_bodies import segment_to_segment
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
+from ...coverage.solids.segments import segment_to_segment
 
 # of the grid: along the mount, around it, from one end of it to the other
 _HEIGHTS, _TURNS, _TILTS = 12, 24, 9

@@ -13,7 +13,7 @@ from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import Robot
 from ...coverage.solids.base import Solid, Union
-from ...coverage.solids.capsules import Rods
+from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import Cones
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.spheres import Spheres
@@ -219,7 +219,7 @@ def convex_pieces(outer: Any) -> list[Any]:
         return [
             ball(c, r, 41).reshape(-1, 3) for c, r in zip(outer.centre, outer.radius, strict=True)
         ]
-    if isinstance(outer, Rods):
+    if isinstance(outer, Capsules):
         ends = zip(outer.start, outer.end, outer.radius, strict=True)
         return [np.concatenate([ball(c, r, 21).reshape(-1, 3) for c in (a, b)]) for a, b, r in ends]
     discs = [circle(c, n, outer.radius) for c, n in zip(outer.centre, outer.normal, strict=True)]

@@ -8,7 +8,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.link_bodies import Capsules, robot_capsules, segment_to_segment
+from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.solids.capsules import Capsules
+from ...coverage.solids.segments import segment_to_segment
 from ...objectives.scene import Scene
 
 CELL, OWN = 0.1, 0.04  # m, clearance of the robot's bodies: rings stand out of them
@@ -25,7 +27,7 @@ def gaps(
     """Of the robot's bodies at P poses, m: distances (P, A) of each two, and (P, B) of each from
     each obstacle; see ``from_cell``."""
     bodies = robot_capsules(scene.robot, forward(scene.robot.chain, np.asarray(joints, float)))
-    start, end, radius = bodies
+    start, end, radius = bodies.arrays()
     pairs = np.array(list(itertools.combinations(range(len(radius)), 2))).reshape(-1, 2)
     a, b = pairs.T
     own = segment_to_segment(start[:, a], end[:, a], start[:, b], end[:, b]) - radius[a] - radius[b]
@@ -35,7 +37,7 @@ def gaps(
 def from_cell(scene: Scene, bodies: Capsules) -> Float[np.ndarray, "P B"]:
     """Distances (P, N * O) m of N capsules from O obstacles, by points of their axes: at most 1/64
     of an axis too large, as an obstacle's function is convex along it."""
-    start, end, radius = (np.asarray(a) for a in bodies)
+    start, end, radius = (np.asarray(a) for a in bodies.arrays())
     each = [_from_body(o.body, start, end) - radius for o in scene.obstacles]
     return (
         np.stack(each, axis=-1).reshape(len(start), -1)

@@ -141,7 +141,7 @@ def _view(
     if scene.robot.bodies:
         start, end, radius = robot_capsules(
             scene.robot, forward(scene.robot.chain, plan.joints[pose])
-        )
+        ).arrays()
         for a, b, r in zip(start, end, radius, strict=True):
             ring = r * np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
             ax.add_patch(

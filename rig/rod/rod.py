@@ -14,8 +14,10 @@ from jaxtyping import Bool, Float
 from ...coverage.occlusion.ranging import ball_in_cone
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.link_bodies import Capsules, robot_capsules, segment_to_segment
+from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import cone
+from ...coverage.solids.segments import segment_to_segment
 from ...objectives.scene import Scene
 from ..poses.clear import from_cell
 from ..sensing.expected import beams_at, expected, in_beams, only
@@ -70,7 +72,7 @@ def placeable(
     stands = rod.at(points)
     good = np.asarray((from_cell(scene, stands) >= clear).all(axis=1))
     if scene.robot.bodies:
-        start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, q))
+        start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, q)).arrays()
         for a, b, r in zip(start, end, radius, strict=True):
             a, b = (np.broadcast_to(v, points.shape) for v in (a, b))
             good &= (

@@ -17,9 +17,11 @@ from ...coverage.occlusion.ranging import slabs
 from ...coverage.rings.ring import Setup, ring_values
 from ...coverage.rings.ring_kinematics import ring_arrays, ring_beams
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.link_bodies import Capsules, point_to_segment, robot_capsules
+from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import cone
 from ...coverage.solids.polyhedra import Polyhedron
+from ...coverage.solids.segments import point_to_segment
 from ...coverage.solids.sensor_beams import BeamShapes, Optics
 from ...objectives.scene import Scene
 from .fan import nearest_in_square, ray_to_capsule, ray_to_polyhedron
@@ -125,7 +127,7 @@ def to_capsules(
     """Distance (R,) m of the nearest of capsules, start and end (T, M, 3) m, of which beam r is
     among those of ``of[r]``; one that is not nearer than ``within`` (R,) m may be left out."""
     found = np.full(len(beams), np.inf)
-    start, end, radius = (np.asarray(a) for a in capsules)
+    start, end, radius = (np.asarray(a) for a in capsules.arrays())
     reach = np.linalg.norm(end - start, axis=2) / (2 * _PIECES) + radius + _NEAR
     pairs = []
     for m, thick in enumerate(radius):

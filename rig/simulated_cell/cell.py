@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
-from ...coverage.robots.link_bodies import Capsules
+from ...coverage.solids.capsules import Capsules
 from ...formats.convert.obstacles import obstacles_of
 from ...formats.convert.scenes import ring_models, scene_model
 from ...formats.loader import read_proposal
