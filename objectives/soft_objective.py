@@ -3,6 +3,7 @@ share of points.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import jax
 import numpy as np
@@ -184,9 +185,9 @@ class CoverageObjective:
         """Slopes (3, R) by the values, from those by what ``some`` terms look at, (T, K, 3)
         each.
         """
-        by = [np.zeros_like(here.apex) if a is not None else None for a in slopes]
+        by: list[Any] = [np.zeros_like(here.apex) if a is not None else None for a in slopes]
         for total, slope in zip(by, slopes, strict=True):
-            if total is not None:
+            if slope is not None:
                 np.add.at(
                     total,
                     self._mounting[some],

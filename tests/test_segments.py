@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.library.ur10 import UR10
 from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.capsules import Capsules, gap_to_capsules
 from place_rings.coverage.solids.segments import from_segment, point_to_segment

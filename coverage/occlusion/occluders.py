@@ -6,12 +6,14 @@ many zones reports the nearest thing in itself: what stands in some leaves the o
 and ``blind`` does to the beam what ``shadow`` does.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..arrays import Array, Index
 from ..solids.base import Parts
 from ..solids.capsules import Capsules, gap_to_capsules
 from ..solids.cones import Cones
@@ -83,13 +85,18 @@ def beams(
     return _beams(cones, stop, late, *_shadows(cones, np.flatnonzero(live & ~stops), occluders))
 
 
-def _looks(cones: Cones, k: Any) -> Beam:
+def _looks(cones: Cones, k: Index) -> Beam:
     """The cones around beams ``k`` (K,)."""
     around = cones.around()
     return Beam(*(np.asarray(a)[k] for a in vars(around).values()))
 
 
-def _in_capsules(function: Any, looks: Beam, bodies: Capsules | None, margin: float) -> Any:
+def _in_capsules(
+    function: Callable[..., tuple[Array, Array]],
+    looks: Beam,
+    bodies: Capsules | None,
+    margin: float,
+) -> Any:
     """What ``function`` of beam and capsule finds first (K, N)."""
     if bodies is None:
         return np.full((len(looks.apex), 0), np.inf)
@@ -103,7 +110,7 @@ def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:
     return np.stack(each, axis=1) if each else np.full((len(looks.apex), 0), np.inf)
 
 
-def _stops(cones: Cones, k: Any, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
+def _stops(cones: Cones, k: np.ndarray, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
     """Where sensors are blinded (K,) m, of which ``k`` can be: early and late, the same array where
     not bracketed.
     """
@@ -119,7 +126,7 @@ def _stops(cones: Cones, k: Any, occluders: Occluders, bracketed: bool) -> tuple
 
 
 def _shadows(
-    cones: Cones, k: Any, occluders: Occluders
+    cones: Cones, k: np.ndarray, occluders: Occluders
 ) -> tuple[Shadow | None, list[int], list[Plane]]:
     """The shadows in beams ``k``: of bodies, the sensor of each, and of obstacles (sensor, normal,
     offset).
@@ -145,8 +152,8 @@ def _shadows(
 
 def _beams(
     cones: Cones,
-    stop: Any,
-    late: Any,
+    stop: np.ndarray,
+    late: np.ndarray,
     shadows: Shadow | None,
     sensor: list[int],
     planes: list[Plane],

@@ -11,6 +11,7 @@ ball lies outside. The other rows are worked on in slabs of one size, so that th
 serve every number of poses, sensors and balls.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -18,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from ..arrays import dot, namespace, root
+from ..arrays import Array, Numbers, dot, namespace, root
 from ..solids.capsules import Capsules, gap_to_capsules
 from ..solids.cones import cone
 from ..solids.polyhedra import Polyhedron, crossed, polyhedra
@@ -38,7 +39,7 @@ class RangeReadings(NamedTuple):
 
 
 def ball_in_cone(
-    apex: Any, axis: Any, half_angle: Any, range_m: Any, centre: Any, radius: Any
+    apex: Array, axis: Array, half_angle: Numbers, range_m: Numbers, centre: Array, radius: Numbers
 ) -> tuple[Any, Any]:
     """Nearest point to the apex of a ball's part in a cone with a flat base; all arguments
     broadcast.
@@ -92,7 +93,10 @@ def ball_in_cone(
 
 
 def slabs(
-    function: Any, rows: tuple[Any, ...], fixed: tuple[Any, ...] = (), size: int = _ROWS
+    function: Callable[..., Array],
+    rows: tuple[Array, ...],
+    fixed: tuple[Array, ...] = (),
+    size: int = _ROWS,
 ) -> Any:
     """``function(rows, fixed)`` over slabs of ``size`` rows, the last filled up with its last row:
     one shape for all calls.
@@ -123,7 +127,7 @@ def blocks(
 
 
 @jax.jit
-def _in_cones(rows: Any, fixed: Any) -> Any:
+def _in_cones(rows: tuple[Array, ...], fixed: tuple[Array, ...]) -> Any:
     """Distances (R, BLOCK) of the balls of each row in its cone."""
     apex, axis, half, range_m, centre, radius = rows
     return ball_in_cone(
@@ -132,7 +136,7 @@ def _in_cones(rows: Any, fixed: Any) -> Any:
 
 
 @jax.jit
-def _hidden(rows: Any, fixed: Any) -> Any:
+def _hidden(rows: tuple[Array, ...], fixed: tuple[Array, ...]) -> Any:
     """Does a body or an obstacle stand between an eye and a point, both (R, 3)? Bodies start and
     end (R, N, 3), thick (N,); obstacles' planes (O, M, 3) and (O, M)."""
     eye, point, start, end = rows
@@ -144,7 +148,7 @@ def _hidden(rows: Any, fixed: Any) -> Any:
 
 
 @jax.jit
-def _gaps(rows: Any, fixed: Any) -> Any:
+def _gaps(rows: tuple[Array, ...], fixed: tuple[Array, ...]) -> Any:
     """Least distance (R,) between the balls of each row and the bodies of its pose."""
     centre, radius, start, end = rows
     (thick,) = fixed
@@ -196,9 +200,9 @@ def readings(
 
 
 def _read(
-    sensors: Any,
-    centre: Any,
-    radius: Any,
+    sensors: tuple[Array, ...],
+    centre: np.ndarray,
+    radius: np.ndarray,
     bodies: Capsules | None,
     obstacles: tuple[Polyhedron, ...],
 ) -> tuple[Any, Any]:
@@ -230,7 +234,14 @@ def _read(
 
 
 def _hide(
-    found: Any, t: Any, k: Any, g: Any, eyes: Any, balls: Any, bodies: Capsules, obstacles: Any
+    found: np.ndarray,
+    t: np.ndarray,
+    k: np.ndarray,
+    g: np.ndarray,
+    eyes: tuple[Array, ...],
+    balls: tuple[Array, ...],
+    bodies: Capsules,
+    obstacles: tuple[Polyhedron, ...],
 ) -> None:
     """Make the distances ``found`` (R, BLOCK) of hidden balls infinite, as far as that matters.
 
@@ -240,7 +251,7 @@ def _hide(
     stands = polyhedra(obstacles, np.zeros((2, 3)))
     fixed = tuple(jnp.asarray(a) for a in (bodies.radius, stands.normal, stands.offset))
 
-    def test(row: Any, ball: Any) -> Any:
+    def test(row: np.ndarray, ball: np.ndarray) -> Any:
         where = t[row], g[row], ball
         seen = ball_in_cone(
             apex[row], axis[row], half[row], range_m[row], centre[where], size[where[1:]]
@@ -261,7 +272,7 @@ def _hide(
         test(row, ball)
 
 
-def _nearest_rows(near: Any, t: Any, k: Any) -> Any:
+def _nearest_rows(near: np.ndarray, t: np.ndarray, k: np.ndarray) -> Any:
     """Of rows with the distances ``near`` (R,) the index of the nearest for each pose and sensor
     that sees anything.
     """

@@ -98,7 +98,7 @@ def misplaced(arrays: RingArrays, meant: SensorPoses, errors: Misplaced) -> Sens
     apex, look, centre, along, radial = (v[None] for v in meant)
     xp, dtype, ring = namespace(look), look.dtype, arrays.ring
 
-    def like(values: Any) -> Any:
+    def like(values: Array) -> Any:
         return xp.asarray(values, dtype=dtype)
 
     astray = np.hypot(errors.seat[..., 0], errors.seat[..., 1])
@@ -120,7 +120,7 @@ def misplaced(arrays: RingArrays, meant: SensorPoses, errors: Misplaced) -> Sens
     )
     turn = turn[:, ring]
 
-    def turned(v: Any) -> Any:
+    def turned(v: Array) -> Any:
         """``v`` by the rings' rotations (Rodrigues): exactly itself without one."""
         across = cross(turn, v)
         return v + (sine * across + cosine * cross(turn, across))

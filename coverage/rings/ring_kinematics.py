@@ -63,7 +63,7 @@ def ring_arrays(
     if spare < 0:
         raise ValueError(f"{counts.sum()} sensors do not fit in {sensors}")
 
-    def each(values: Any, nothing: float) -> Any:
+    def each(values: list[float] | np.ndarray, nothing: float) -> Any:
         return np.concatenate(
             [np.repeat(np.asarray(values, float), counts), np.full(spare, nothing)]
         )
@@ -117,7 +117,7 @@ def sensor_poses(
     """The poses of all sensors; for the arguments see ``ring_axes``."""
     xp, ring = namespace(position), arrays.ring
 
-    def of_sensor(values: Any) -> Any:
+    def of_sensor(values: Array) -> Any:
         return xp.asarray(values, dtype=position.dtype)[ring]
 
     start, axis, zero, side = (
@@ -131,7 +131,7 @@ def sensor_poses(
     return SensorPoses(apex, xp.cos(lean) * radial + xp.sin(lean) * axis, centre, axis, radial)
 
 
-def in_base(arrays: RingArrays, apex: Any, look: Any, frames: Any) -> tuple[Any, Any]:
+def in_base(arrays: RingArrays, apex: Array, look: Array, frames: Array) -> tuple[Any, Any]:
     """Apexes (..., K, 3) m and unit axes (..., K, 3) from the frames of their links to the base
     frame, where the robot's frames are ``frames``, T_base_frame (..., F, 4, 4); leading axes
     broadcast, and are as many."""
@@ -141,7 +141,7 @@ def in_base(arrays: RingArrays, apex: Any, look: Any, frames: Any) -> tuple[Any,
     return origin + dot(rotation, apex), dot(rotation, look)
 
 
-def in_links(arrays: RingArrays, vectors: Any, frames: Any) -> Any:
+def in_links(arrays: RingArrays, vectors: Array, frames: Array) -> Any:
     """Vectors (..., K, 3) of the sensors from the base frame to those of their links; for the
     others see ``in_base``.
     """
@@ -149,7 +149,7 @@ def in_links(arrays: RingArrays, vectors: Any, frames: Any) -> Any:
     return dot(rotation.swapaxes(-1, -2), vectors[..., None, :])
 
 
-def up_of(look: Any, along: Any, radial: Any) -> Any:
+def up_of(look: Array, along: Array, radial: Array) -> Any:
     """Unit ``up`` of square beams (..., 3): across the sensor's axis ``look`` and the ring's
     tangent. For a sensor in its seat the two are across each other; one that looks astray is not
     turned about its own axis."""
@@ -158,7 +158,11 @@ def up_of(look: Any, along: Any, radial: Any) -> Any:
 
 
 def ring_slopes(
-    arrays: RingArrays, here: SensorPoses, by_apex: Any, by_look: Any, by_up: Any = None
+    arrays: RingArrays,
+    here: SensorPoses,
+    by_apex: Array,
+    by_look: Array,
+    by_up: Array | None = None,
 ) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
     """How fast a value grows by the rings' positions, tilts and phases, where it grows by
     ``by_apex`` (..., K, 3), 1/m, by ``by_look`` and by ``by_up`` with what the sensors in their
@@ -184,13 +188,13 @@ def ring_beams(
     position: Float[Array, " R"],
     tilt: Float[Array, " R"],
     phase: Float[Array, " R"],
-    frames: Any,
+    frames: Array,
 ) -> tuple[Any, ...]:
     """As ``ring_axes``, and the unit vectors ``up`` (..., K, 3) of square beams."""
     return seen_from(arrays, sensor_poses(arrays, position, tilt, phase), frames, up=True)
 
 
-def seen_from(arrays: RingArrays, here: SensorPoses, frames: Any, up: bool) -> tuple[Any, ...]:
+def seen_from(arrays: RingArrays, here: SensorPoses, frames: Array, up: bool) -> tuple[Any, ...]:
     """Apexes m and unit axes of sensors in their seats, and with ``up`` the vectors of square
     beams, in the base frame, each with the leading axes of the seats, then those of ``frames``,
     then (K, 3)."""
@@ -199,7 +203,7 @@ def seen_from(arrays: RingArrays, here: SensorPoses, frames: Any, up: bool) -> t
         frames.reshape((1,) * (here.apex.ndim - 2) + frames.shape),
     )
 
-    def beside(v: Any) -> Any:
+    def beside(v: Array) -> Any:
         return v.reshape(*v.shape[:-2], *batch, *v.shape[-2:])
 
     apex, look = beside(here.apex), beside(here.look)
@@ -219,7 +223,7 @@ def ring_axes(
     position: Float[Array, " R"],
     tilt: Float[Array, " R"],
     phase: Float[Array, " R"],
-    frames: Any,
+    frames: Array,
 ) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
     """Apexes (..., K, 3) m and unit axes (..., K, 3) of all sensors in the base frame.
 

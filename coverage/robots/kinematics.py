@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..arrays import Array, namespace
+from ..arrays import Array, Vector, namespace
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def rotation_rpy(roll: float, pitch: float, yaw: float) -> Float[np.ndarray, "3 
     return rotation
 
 
-def transform(xyz: Any = (0, 0, 0), rpy: Any = (0, 0, 0)) -> Float[np.ndarray, "4 4"]:
+def transform(xyz: Vector = (0, 0, 0), rpy: Vector = (0, 0, 0)) -> Float[np.ndarray, "4 4"]:
     """Homogeneous transform from a translation (3,) m and URDF angles (3,) rad."""
     T = np.eye(4)
     T[:3, :3] = rotation_rpy(*rpy)
@@ -53,7 +53,7 @@ def dh_transform(d: float, a: float, alpha: float) -> Float[np.ndarray, "4 4"]:
     return T
 
 
-def _rotation(axis: Any, angle: Any) -> Any:
+def _rotation(axis: Array, angle: Array) -> Any:
     """Rodrigues' rotation (..., 4, 4) about a constant unit ``axis`` (3,) by ``angle`` (...)
     rad.
     """

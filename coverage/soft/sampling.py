@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from scipy.stats import qmc
 
 from ..arrays import Array
-from ..solids.base import Parts, Solid, fold
+from ..solids.base import VALUES, Solid, fold, leaves
 
 _BATCH = 1 << 10  # candidates tested at once: in cache
 _MOST = 32_000 * _BATCH  # candidates
@@ -25,11 +25,8 @@ def _inside(solid: Solid, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, 
     """Which points lie inside, but for those on a surface: NumPy is done before a compiler would
     have begun.
     """
-
-    def verdicts(parts: Parts) -> Float[np.ndarray, " N"]:
-        return np.where(parts.holds(points), -1.0, 1.0)
-
-    inside: np.ndarray = fold(solid, verdicts) < 0
+    verdicts = [np.where(parts.holds(points), -1.0, 1.0) for parts in leaves(solid)]
+    inside: np.ndarray = fold(solid, verdicts, VALUES) < 0
     return inside
 
 

@@ -5,9 +5,9 @@ from typing import Any
 
 import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from ..arrays import Array, dot, root, rows
+from ..arrays import Array, Index, Numbers, dot, root, rows
 from .base import Parts
 from .segments import from_segment, point_to_segment
 from .volume_fraction import VolumeFraction, distance_tangent, union_bounds
@@ -27,8 +27,8 @@ class Capsules(Parts):
     """Where the axes start, (..., N, 3) m."""
     end: Float[Array, "*shape 3"]
     """Where the axes end, (..., N, 3) m."""
-    radius: Float[Array, "*radii"] | float
-    """Radii, (N,) m."""
+    radius: Any
+    """Radii, (N,) m; a number of a single one."""
 
     def __len__(self) -> int:
         return self.start.shape[-2]
@@ -37,7 +37,7 @@ class Capsules(Parts):
         """Starts, ends and radii."""
         return self.start, self.end, self.radius
 
-    def at(self, pose: Any) -> "Capsules":
+    def at(self, pose: Index | slice) -> "Capsules":
         """Those of some poses of a batch: a number, a slice or numbers."""
         return Capsules(self.start[pose], self.end[pose], self.radius)
 
@@ -47,22 +47,28 @@ class Capsules(Parts):
         length = root(dot(self.end - self.start, self.end - self.start))
         return np.pi * self.radius**2 * (length + 4 / 3 * self.radius)
 
-    def distance(self, points: Any) -> Any:
+    def distance(self, points: Array) -> Any:
         """Signed distance m of ``points`` (..., 3) m from each capsule, negative inside; points and
         capsules broadcast.
         """
         return point_to_segment(points, self.start, self.end) - self.radius
 
-    def _away(self, points: Any, index: Any) -> Any:
+    def _away(self, points: Array, index: Index) -> Any:
         """The way (..., 3) m from the nearest point of the axis of part ``index``."""
         return from_segment(points, rows(self.start, index), rows(self.end, index))
 
-    def part(self, points: Any, index: Any) -> Any:
+    def part(self, points: Array, index: Index) -> Any:
         v = self._away(points, index)
         return root(dot(v, v)) - self.radius[index]
 
     def shares(
-        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
     ) -> VolumeFraction:
         """See ``Parts.shares``."""
         t = distance_tangent(self._away(points, index), self.radius[index], side)
@@ -78,7 +84,7 @@ class Capsules(Parts):
         return np.stack([lower.min(axis=0), upper.max(axis=0)])
 
 
-def gap_to_capsules(points: Any, start: Any, end: Any, radius: Any) -> Any:
+def gap_to_capsules(points: Array, start: Array, end: Array, radius: Numbers) -> Any:
     """Signed distance (...) m of ``points`` (..., 3) from the nearest of N capsules, negative
     inside one.
 

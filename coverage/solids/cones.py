@@ -5,14 +5,16 @@ from typing import Any
 
 import jax
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
-from ..arrays import Array, dot, namespace, root, rows
+from ..arrays import Array, Index, Numbers, dot, namespace, root, rows
 from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, away, curvature, union_bounds
 
 
-def cone(points: Any, apex: Any, axis: Any, cosine: Any, sine: Any, range_m: Any) -> Any:
+def cone(
+    points: Array, apex: Array, axis: Array, cosine: Numbers, sine: Numbers, range_m: Numbers
+) -> Any:
     """Implicit function of a right circular cone with a flat base; all arguments broadcast.
 
     The region {0 <= d <= range, rho <= d tan a} with d along the unit axis, rho the distance from
@@ -64,7 +66,7 @@ class Cones(Parts):
     def __len__(self) -> int:
         return self.apex.shape[0]
 
-    def part(self, points: Any, index: Any) -> Any:
+    def part(self, points: Array, index: Index) -> Any:
         xp = namespace(self.half_angle)
         cosine, sine = xp.cos(self.half_angle)[index], xp.sin(self.half_angle)[index]
         return cone(
@@ -77,7 +79,11 @@ class Cones(Parts):
         )
 
     def each_share(
-        self, points: Any, index: Any, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        index: Int[np.ndarray, " P"],
+        side: float,
+        slack: float,
     ) -> tuple[VolumeFraction, Any, Any]:
         """Bounds of the share of each pair's cube in its cone, and a plane below the cone's side:
         value and normal at the cube's centre. The side, rho cos a - d sin a, is convex and curves
@@ -132,7 +138,13 @@ class Cones(Parts):
         return point
 
     def shares(
-        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
     ) -> VolumeFraction:
         """See ``Parts.shares``."""
         return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)

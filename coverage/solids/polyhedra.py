@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import ConvexHull, QhullError
 
-from ..arrays import Array, dot, namespace
+from ..arrays import Array, Index, Vector, dot, namespace
 from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, union_bounds
 
@@ -49,7 +49,7 @@ def half_space(height: float) -> Polyhedron:
     )
 
 
-def box(centre: Any, size: Any, rotation: Any = None) -> Polyhedron:
+def box(centre: Vector, size: Vector, rotation: np.ndarray | None = None) -> Polyhedron:
     """A box: centre (3,) m, sides ``size`` (3,) m along the columns of ``rotation`` (3, 3).
 
     Raises:
@@ -147,7 +147,7 @@ def polyhedron_shadow(
     )
 
 
-def largest(points: Any, normal: Any, offset: Any) -> Any:
+def largest(points: Array, normal: Array, offset: Array) -> Any:
     """The largest plane function (...) m at ``points`` (..., 3) m of planes (..., M, 3) and (...,
     M); shapes broadcast.
     """
@@ -158,7 +158,7 @@ def largest(points: Any, normal: Any, offset: Any) -> Any:
     return value
 
 
-def crossed(a: Any, b: Any, normal: Any, offset: Any) -> Any:
+def crossed(a: Array, b: Array, normal: Array, offset: Array) -> Any:
     """Do segments ``a``-``b`` (..., 3) m meet polyhedra of planes (..., M, 3) and (..., M)? Clipped
     plane by plane; shapes broadcast."""
     xp = namespace(a)
@@ -206,11 +206,17 @@ class Polyhedra(Parts):
     def __len__(self) -> int:
         return len(self.offset)
 
-    def part(self, points: Any, index: Any) -> Any:
+    def part(self, points: Array, index: Index) -> Any:
         return largest(points, self.normal[index], self.offset[index])
 
     def shares(
-        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
     ) -> VolumeFraction:
         """See ``Parts.shares``: each face is a plane."""
         normal, offset = np.asarray(self.normal)[index], np.asarray(self.offset)[index]

@@ -7,13 +7,19 @@ import jax
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..arrays import Array, cross, dot, namespace, rows
+from ..arrays import Array, Index, Numbers, cross, dot, namespace, rows
 from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, union_bounds
 
 
 def pyramid(
-    points: Any, apex: Any, axis: Any, up: Any, half: Any, half_up: Any, range_m: Any
+    points: Array,
+    apex: Array,
+    axis: Array,
+    up: Array,
+    half: Numbers,
+    half_up: Numbers,
+    range_m: Numbers,
 ) -> Any:
     """Implicit function of a pyramid with a flat base; all arguments broadcast.
 
@@ -55,13 +61,15 @@ class Pyramids(Parts):
     def __len__(self) -> int:
         return self.apex.shape[0]
 
-    def part(self, points: Any, index: Any) -> Any:
+    def part(self, points: Array, index: Index) -> Any:
         apex, axis, up = (rows(a, index) for a in (self.apex, self.axis, self.up))
         return pyramid(
             points, apex, axis, up, self.half_angle[index], self.half_up[index], self.range_m[index]
         )
 
-    def planes(self, points: Any, index: Any) -> tuple[Any, Any]:
+    def planes(
+        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"]
+    ) -> tuple[Any, Any]:
         """Values (5, P) m at ``points`` (P, 3) and normals (5, P, 3) of the five planes of pyramid
         ``index`` (P,).
         """
@@ -93,7 +101,11 @@ class Pyramids(Parts):
         return corner
 
     def each_share(
-        self, points: Any, index: Any, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        index: Int[np.ndarray, " P"],
+        side: float,
+        slack: float,
     ) -> tuple[VolumeFraction, Any, Any]:
         """Bounds of the share of each pair's cube in its pyramid, and the furthest of its planes:
         value and normal at the cube's centre. All five surfaces are planes: nothing curves. Most
@@ -114,7 +126,13 @@ class Pyramids(Parts):
         return share, values[furthest, at], normals[furthest, at]
 
     def shares(
-        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
     ) -> VolumeFraction:
         """See ``Parts.shares``."""
         return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
-from ..arrays import Array, cross, namespace, rows
+from ..arrays import Array, Index, Numbers, cross, namespace, rows
 from .cones import Cones, cone
 from .pyramids import Pyramids, pyramid
 from .volume_fraction import VolumeFraction
@@ -33,13 +33,17 @@ class BeamShapes(NamedTuple):
         """May some beams be square, so that they need an ``up``?"""
         return self.half_up is not None
 
-    def solids(self, apex: Any, axis: Any, up: Any = None) -> Cones:
+    def solids(self, apex: Array, axis: Array, up: Array | None = None) -> Cones:
         """V_FOV of sensors at ``apex`` (K, 3) m that look along ``axis`` (K, 3), whose square beams
         have ``up`` (K, 3): plain cones where none may be square, which are sooner counted.
+
+        Raises:
+            ValueError: if some may be square, and there is no ``up``.
         """
         if self.half_up is None:
             return Cones(apex, axis, self.half_angle, self.range_m)
-        assert self.zoned is not None
+        if up is None or self.zoned is None:
+            raise ValueError("square beams need a vector across their axes, and what they report")
         return Optics(apex, axis, self.half_angle, self.range_m, up, self.half_up, self.zoned)
 
 
@@ -55,12 +59,12 @@ class Optics(Cones):
     half_up: Float[Array, " K"]
     zoned: Bool[Array, " K"]
 
-    def part(self, points: Any, index: Any) -> Any:
+    def part(self, points: Array, index: Index) -> Any:
         half, half_up, range_m = self.half_angle[index], self.half_up[index], self.range_m[index]
         apex, axis, up = (rows(a, index) for a in (self.apex, self.axis, self.up))
         return beam(points, apex, axis, half, range_m, up, half_up)
 
-    def _by_shape(self, index: Any) -> tuple[tuple[Any, Cones | Pyramids], ...]:
+    def _by_shape(self, index: Index) -> tuple[tuple[Any, Cones | Pyramids], ...]:
         """Which pairs have which shape, and the union of that shape; both numbered as here."""
         square = self.is_square()[index]
         round_ = Cones(self.apex, self.axis, self.half_angle, self.range_m)
@@ -70,7 +74,7 @@ class Optics(Cones):
         """The parts as pyramids, of which those are meant that are."""
         return Pyramids(self.apex, self.axis, self.half_angle, self.range_m, self.up, self.half_up)
 
-    def split(self, index: Any, work: Callable[[Any, Any], Any]) -> list[Any]:
+    def split(self, index: Index, work: Callable[[Any, Any], Any]) -> list[Any]:
         """``work(which pairs, union)`` for each of the shapes that occur among pairs of part
         ``index`` (P,).
         """
@@ -81,7 +85,11 @@ class Optics(Cones):
         ]
 
     def each_share(
-        self, points: Any, index: Any, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        index: Int[np.ndarray, " P"],
+        side: float,
+        slack: float,
     ) -> tuple[VolumeFraction, Any, Any]:
         """See ``Cones.each_share``: each pair by its shape."""
         n = len(index)
@@ -91,7 +99,7 @@ class Optics(Cones):
             np.zeros((n, 3)),
         )
 
-        def fill(k: Any, shape: Cones | Pyramids) -> None:
+        def fill(k: Index, shape: Cones | Pyramids) -> None:
             found, value[k], normal[k] = shape.each_share(rows(points, k), index[k], side, slack)
             share.low[k], share.high[k] = found.low, found.high
 
@@ -151,7 +159,15 @@ class Optics(Cones):
         )
 
 
-def beam(points: Any, apex: Any, axis: Any, half: Any, range_m: Any, up: Any, half_up: Any) -> Any:
+def beam(
+    points: Array,
+    apex: Array,
+    axis: Array,
+    half: Numbers,
+    range_m: Numbers,
+    up: Array,
+    half_up: Array,
+) -> Any:
     """Implicit function of a cone, or of a pyramid where ``half_up`` is above 0; for the arguments
     see ``pyramid``.
     """

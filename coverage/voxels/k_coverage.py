@@ -12,12 +12,11 @@ too".
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt64
 
-from ..arrays import rows
+from ..arrays import Array, rows
 from ..solids.base import Parts
 from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale
@@ -236,8 +235,8 @@ def _add_alone(
     cell: np.ndarray,
     thing: np.ndarray,
     word: np.ndarray,
-    whole: Any,
-    held: Any,
+    whole: Array,
+    held: Array,
 ) -> None:
     """Add to ``alone`` the voxels of blocks that one thing holds: by its word, or where it alone
     (``held`` is 1) holds the block, ``whole``."""

@@ -93,7 +93,7 @@ class VoxelSet:
     def __len__(self) -> int:
         return int((self.stop - self.start).sum())
 
-    def __eq__(self, other: Any) -> bool:
+    def __eq__(self, other: object) -> bool:
         return (
             isinstance(other, VoxelSet)
             and self.voxel == other.voxel

@@ -137,8 +137,8 @@ def robot_file(robot: Robot) -> RobotFile:
             BodyModel(
                 name=b.name,
                 frame=frames[b.frame],
-                start=_numbers(b.capsule.start),
-                end=_numbers(b.capsule.end),
+                start=_numbers(np.asarray(b.capsule.start)),
+                end=_numbers(np.asarray(b.capsule.end)),
                 radius=round(b.capsule.radius, _DIGITS),
             )
             for b in robot.bodies
