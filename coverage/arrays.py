@@ -23,7 +23,7 @@ Numbers: TypeAlias = Array | float
 """Numbers of any shape that broadcast: an array, or a single one."""
 Index: TypeAlias = Array | int
 """What chooses rows of an array: one number, or an array of numbers or truth values."""
-Vector: TypeAlias = np.ndarray | tuple[float, ...] | list[float]
+Vector: TypeAlias = Array | tuple[float, ...] | list[float]
 """Coordinates as a person or a file gives them."""
 
 

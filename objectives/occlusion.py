@@ -142,6 +142,6 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
     ]
 
 
-def _order(item: tuple) -> tuple[int, str]:
+def _order(item: tuple[tuple[int, str | None], object]) -> tuple[int, str]:
     (sensor, name), _ = item
     return sensor, name or ""

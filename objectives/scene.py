@@ -240,11 +240,13 @@ class Scene:
     @property
     def pose_weights(self) -> Float[np.ndarray, " P"]:
         """Weights of the poses, summing to 1."""
-        w = np.array([p.weight for p in self.poses], float)
-        return w / w.sum()
+        weight = np.array([p.weight for p in self.poses], float)
+        share: np.ndarray = weight / weight.sum()
+        return share
 
     @property
     def goal_weights(self) -> Float[np.ndarray, " G"]:
         """Weights of the goals, summing to 1."""
-        w = np.array([g.weight for g in self.goals], float)
-        return w / w.sum()
+        weight = np.array([g.weight for g in self.goals], float)
+        share: np.ndarray = weight / weight.sum()
+        return share

@@ -2,13 +2,16 @@
 of goals at poses.
 """
 
+from collections.abc import Callable
 from threading import Lock
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Bool, Float, Int
 
+from ..coverage.arrays import Array
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.soft.estimator import Seen, Soft
 from ..coverage.soft.k_coverage import soft_seen
@@ -31,21 +34,21 @@ class Rows(NamedTuple):
     the beams; where these may be square ups (N, K, 3), else None. Where losses count: the group
     (N, K) that each sensor is lost with, and the weights (N, G) of the losses in slopes."""
 
-    term: Any
-    pose: Any
-    apex: Any
-    axis: Any
+    term: Int[Array, "*N"]
+    pose: Int[Array, "*N"]
+    apex: Float[Array, "*N K 3"]
+    axis: Float[Array, "*N K 3"]
     beams: BeamShapes
-    up: Any = None
-    group: Any = None
-    weights: Any = None
+    up: Float[Array, "*N K 3"] | None = None
+    group: Int[Array, "*N K"] | None = None
+    weights: Float[Array, "*N G"] | None = None
 
 
 class SoftTerms:
     """Soft zetas and slopes of rows, in 32 bit. One object serves many threads, and compiles once
     for all clouds of one shape, widths, links, counts and numbers of rows."""
 
-    def __init__(self, scene: Scene, frames: Any, seen: int) -> None:
+    def __init__(self, scene: Scene, frames: Float[np.ndarray, "P F 4 4"], seen: int) -> None:
         """For a scene with the robot's ``frames`` at its poses; a point counts when so many sensors
         have ``seen`` it.
         """
@@ -53,7 +56,8 @@ class SoftTerms:
         self._obstacles = tuple(o.body for o in scene.obstacles)
         if scene.occlusion != "ignore":
             self._bodies = robot_capsules(scene.robot, np.asarray(frames, np.float32))
-        self._each, self._compiling, self._compiled = jax.jit(self._of_each), Lock(), False
+        self._each: Callable[..., Soft] = jax.jit(self._of_each)
+        self._compiling, self._compiled = Lock(), False
 
     def __call__(self, rows: Rows, clouds: Cloud, width: float, slopes: bool) -> Soft:
         """Zetas (N,), or (N, G) after each loss, and slopes (N, K, 3) by apexes, axes and ups,
@@ -63,25 +67,35 @@ class SoftTerms:
         for i in range(0, n, size):
             some = jax.tree.map(lambda a, i=i: _filled(a[i : i + size], size), rows)
             found.append(self._run(some, min(size, n - i), clouds, np.float32(width), slopes))
-        return jax.tree.map(lambda *a: np.concatenate(a)[:n], *found)
+        soft: Soft = jax.tree.map(lambda *a: np.concatenate(a)[:n], *found)
+        return soft
 
-    def _run(self, *arguments: Any) -> Any:
+    def _run(self, rows: Rows, count: int, clouds: Cloud, width: np.float32, slopes: bool) -> Soft:
         """The first call alone, so that of several threads only one compiles."""
         if self._compiled:
-            return self._each(*arguments)
+            return self._each(rows, count, clouds, width, slopes)
         with self._compiling:
-            found = self._each(*arguments)
+            soft = self._each(rows, count, clouds, width, slopes)
             self._compiled = True
-        return found
+        return soft
 
-    def _of_each(self, rows: Rows, count: Any, clouds: Cloud, width: Any, slopes: Any) -> Soft:
+    def _of_each(
+        self,
+        rows: Rows,
+        count: Int[jax.Array, ""],
+        clouds: Cloud,
+        width: Float[jax.Array, ""],
+        slopes: Bool[jax.Array, ""],
+    ) -> Soft:
         """Of the first ``count`` rows; the others only fill the shape, which is the same for any
         count.
         """
 
-        def one(numbered: Any) -> Soft:
+        def one(numbered: tuple[jax.Array, Rows]) -> Soft:
             i, row = numbered
-            zetas = () if row.group is None else row.weights.shape
+            group, weights = row.group, row.weights
+            assert (group is None) == (weights is None)
+            zetas = () if weights is None else weights.shape
 
             def look() -> Soft:
                 beams = row.beams.solids(row.apex, row.axis, row.up)
@@ -89,19 +103,21 @@ class SoftTerms:
                     self._past(beams, row.pose),
                     jax.tree.map(lambda a: a[row.term], clouds),
                 )
-                if row.group is None:
+                if group is None or weights is None:
                     return soft_seen(seen, points, width, self._seen, slopes=slopes)
-                return soft_losses(seen, row.group, points, width, row.weights, slopes=slopes)
+                return soft_losses(seen, group, points, width, jnp.asarray(weights), slopes=slopes)
 
             def skip() -> Soft:
                 by_apex, by_axis, by_up = jax.tree.map(jnp.zeros_like, (row.apex, row.axis, row.up))
                 return Soft(jnp.zeros(zetas, width.dtype), by_apex, by_axis, by_up)
 
-            return jax.lax.cond(i < count, look, skip)
+            soft: Soft = jax.lax.cond(i < count, look, skip)
+            return soft
 
-        return jax.lax.map(one, (jnp.arange(len(rows.term)), rows), batch_size=_rows()[1])
+        each: Soft = jax.lax.map(one, (jnp.arange(len(rows.term)), rows), batch_size=_rows()[1])
+        return each
 
-    def _past(self, cones: Cones, pose: Any) -> Seen:
+    def _past(self, cones: Cones, pose: Int[Array, ""]) -> Seen:
         """What the scene's occlusion and obstacles leave of cones at a pose."""
         seen: Cones | Hidden = cones
         if self._bodies is not None:
@@ -116,7 +132,7 @@ def _rows() -> tuple[int, int | None]:
 
 def _filled(array: np.ndarray, size: int) -> np.ndarray:
     """``array``, filled up to ``size`` along its first axis, in 32 bit."""
-    kind: Any = {"f": np.float32, "b": bool}.get(array.dtype.kind, np.int32)
+    kind = {"f": np.float32, "b": np.bool_}.get(array.dtype.kind, np.int32)
     found = np.zeros((size, *array.shape[1:]), kind)
     found[: len(array)] = array
     return found

@@ -74,7 +74,11 @@ def _mount(canvas: Canvas, T: Any, m: Any) -> None:
     name.
     """
     ax, R = canvas.ax, T[:3, :3]
-    place = lambda t: T[:3, 3] + R @ (m.start + t * m.length * m.axis)  # noqa: E731
+
+    def place(t: float) -> np.ndarray:
+        point: np.ndarray = T[:3, 3] + R @ (m.start + t * m.length * m.axis)
+        return point
+
     radius = max(m.section, 0.02)
     shares = [0.0] if m.length == 0 else np.linspace(m.usable[0], m.usable[1], 3)
     for t in shares:

@@ -3,6 +3,7 @@ mounting.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 from rich.progress import Progress
 from rich.table import Table
@@ -43,7 +44,7 @@ def assess(
             task = bar.add_task(str(goal.target), total=asked.draws * len(scene.poses))
             sure = redundancy(verifier, setup, goal.target, asked.most)
             drawing = (setup, goal.target, asked.errors, asked.draws, asked.seed)
-            astray = tolerance(verifier, *drawing, lambda task=task: bar.advance(task))  # type: ignore[misc]
+            astray = tolerance(verifier, *drawing, partial(bar.advance, task))
             results.append(RobustnessResult.of(name, setup, sure, astray))
     return results
 

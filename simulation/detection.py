@@ -16,8 +16,8 @@ stop.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -77,7 +77,7 @@ class Approaches:
     walk: int
 
     def share(
-        self, some: Any = slice(None), confidence: float = 0.95
+        self, some: slice | Bool[np.ndarray, " A"] = slice(None), confidence: float = 0.95
     ) -> tuple[float, float, float]:
         """Share in time of some approaches, and its interval after Wilson."""
         found = self.in_time[some]
@@ -109,7 +109,7 @@ def walker(speed: float, start: float, floor: float = -PEDESTAL) -> Bones:
 
 
 @jax.jit
-def _clearances(rows: Any, fixed: Any) -> Any:
+def _clearances(rows: tuple[jax.Array, ...], fixed: tuple[jax.Array, ...]) -> jax.Array:
     """For R moments the least distance of person and robot, and the least after S_p is taken off,
     (R, 2) m.
     """
@@ -123,7 +123,8 @@ def _clearances(rows: Any, fixed: Any) -> Any:
 def turned(points: Float[np.ndarray, "*any 3"], angle: float) -> Float[np.ndarray, "*any 3"]:
     """Points turned about the base's axis, z, by ``angle`` rad."""
     c, s = math.cos(angle), math.sin(angle)
-    return points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    new: np.ndarray = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return new
 
 
 def start_of(robot: Robot, setup: Setup, moments: Moments) -> float:
@@ -149,7 +150,7 @@ def approach(
     seed: int,
     occlusion: Occlusion = "shadow",
     start: float | None = None,
-    tell: Any = lambda done: None,
+    tell: Callable[[int], object] = lambda done: None,
     obstacles: tuple[Polyhedron, ...] = (),
     floor: float = -PEDESTAL,
 ) -> Approaches:
@@ -199,11 +200,11 @@ def _seen(
     robot: Robot,
     setup: Setup,
     m: Moments,
-    at: Any,
-    balls: Any,
+    at: Int[np.ndarray, " T"],
+    balls: tuple[Float[np.ndarray, "T B 3"], Float[np.ndarray, " B"]],
     occlusion: Occlusion,
     obstacles: tuple[Polyhedron, ...],
-) -> Any:
+) -> Bool[np.ndarray, "T K"]:
     """Does each sensor see the person at each moment? (T, K)"""
     apex, axis = (np.asarray(a) for a in sensor_axes(robot, setup, m.frames[at]))
     bodies = m.bodies.at(at)
@@ -256,10 +257,16 @@ def lasting(
     total = np.cumsum(np.pad(seen, ((0, 0), (1, 0), (0, 0))), axis=1)
     end = np.arange(seen.shape[1])[:, None] + steps + 1
     count = np.take_along_axis(total, np.minimum(end, seen.shape[1])[None], axis=1) - total[:, :-1]
-    return count == steps + 1
+    all_of_them: np.ndarray = count == steps + 1
+    return all_of_them
 
 
-def _judged(clear: Any, seen: Any, held: Any, late: Any) -> tuple[Any, ...]:
+def _judged(
+    clear: Float[np.ndarray, "A T 2"],
+    seen: Bool[np.ndarray, "A T K"],
+    held: Int[np.ndarray, " K"],
+    late: Int[np.ndarray, " K"],
+) -> tuple[np.ndarray, ...]:
     """Distances at first sight, first report and first break of S_p, the step of the break, and
     whether in time.
 
@@ -275,7 +282,7 @@ def _judged(clear: Any, seen: Any, held: Any, late: Any) -> tuple[Any, ...]:
     )
     sight, report = sight.min(axis=1), (start + late).min(axis=1)
 
-    def distance(step: Any) -> Any:
+    def distance(step: Int[np.ndarray, " A"]) -> Float[np.ndarray, " A"]:
         ok = step < touched
         return np.where(ok, gap[np.arange(a), np.minimum(step, steps - 1)], np.nan)
 

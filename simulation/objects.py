@@ -57,7 +57,8 @@ def _wander(rng: np.random.Generator, time_s: Float[np.ndarray, " T"]) -> Float[
     """
     frequency, phase = rng.uniform(0.02, _FASTEST, _WAVES), rng.uniform(0, 2 * np.pi, _WAVES)
     total = np.sin(2 * np.pi * frequency * time_s[:, None] + phase).sum(axis=1)
-    return 2 / np.pi * np.arcsin(np.sin(np.pi / 2 * total))
+    wave: np.ndarray = 2 / np.pi * np.arcsin(np.sin(np.pi / 2 * total))
+    return wave
 
 
 def object_balls(

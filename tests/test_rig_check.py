@@ -42,7 +42,7 @@ from place_rings.rig.check.preconditions import require_known_cell, require_near
 from place_rings.rig.check.procedure import spans
 from place_rings.rig.mount.stop_plan import planned
 from place_rings.rig.poses.near_stops import by_ring, near_stops
-from place_rings.rig.recording.recording import Recorded, Recording
+from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.rig.rings.protocol import encode
 from place_rings.rig.robot.motion import UNSEEN
@@ -52,7 +52,7 @@ from place_rings.rig.rod.rod import Rod
 from place_rings.rig.rod.trial_plan import places, plan_rod
 from place_rings.rig.session.gathering import replay
 from place_rings.rig.simulated.process import SimulatedRig
-from place_rings.rig.simulated_cell.cell import Cell, simulated_rig
+from place_rings.rig.simulated_cell.cell import SimulatedCell, simulated_rig
 
 from .rig_cell import SCENE as CELL
 from .rig_cell import SETUP
@@ -103,7 +103,7 @@ class Tape:
 
     def wave(self, q, ring):
         """A hand before one seat after another, four frames each."""
-        cell, seen = Cell(self.world), []
+        cell, seen = SimulatedCell(self.world), []
         for seat in range(cell.counts[ring]):
             cell.tell({"hand": [ring, seat]})
             seen += [cell.see(q)] * 4
@@ -154,7 +154,7 @@ def call(words):
 
 
 def assessed(file, checked):
-    recorded = Recorded(file)
+    recorded = RecordingReader(file)
     return assess(
         checked, replay(recorded, checked.ports, checked.about.stale_s), 0.0, recorded.damage
     )
@@ -450,7 +450,9 @@ def test_the_limits_of_a_real_rig_never_relax_and_those_of_a_simulated_one_do_to
         call(["check", "small.toml", *words, "--part", "self"])
     assert told["patience"] == patience
     assert told["ports"] == [patience] * 2
-    assert Recorded(told["stale"]).about["check"]["stale_s"] == pytest.approx(STALE * patience)
+    assert RecordingReader(told["stale"]).about["check"]["stale_s"] == pytest.approx(
+        STALE * patience
+    )
 
 
 def test_what_is_missing_is_said_before_anything_is_done(tmp_path, monkeypatch):

@@ -17,7 +17,7 @@ from ...rig.check.plans import CheckOptions, Plans, plan_check, write_plans
 from ...rig.check.report import write_files
 from ...rig.poses.itinerary import Itinerary
 from ...rig.poses.near_stops import NearStops
-from ...rig.recording.recording import Recorded
+from ...rig.recording.recording import RecordingReader
 from ...rig.session.gathering import replay
 from ...rig.session.session import Session
 from ..pipes import ended_by_signals, gone_is_an_error
@@ -77,7 +77,7 @@ def check_live(
         record = live.record(plans, ports, folder, TerminalAttendant(console))
     try:
         with console.status("judging"):
-            assessment = assess(record.check, record.gathered, Recorded(record.file).wall)
+            assessment = assess(record.check, record.gathered, RecordingReader(record.file).wall)
         files = [*write_files(record.check, assessment, folder), *files, record.file.name]
         return tell(assessment, files, folder, as_json)
     except KeyboardInterrupt:
@@ -90,7 +90,7 @@ def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> i
     """The report of a recording, anew, and the exit code of its verdict. ``subject``: what it must
     be of.
     """
-    recorded = Recorded(path)
+    recorded = RecordingReader(path)
     check = PlannedCheck.read(str(path), recorded.about.get("check"))
     if subject is not None and subject != check.about.setup:
         raise UserError(

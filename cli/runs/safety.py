@@ -159,7 +159,7 @@ def safety(
     _show(result, folder)
 
 
-def _share(found: Approaches, some: object = slice(None)) -> dict[str, float]:
+def _share(found: Approaches, some: slice | np.ndarray = slice(None)) -> dict[str, float]:
     share, low, high = found.share(some)
     return {"percent": 100 * share, "low_percent": 100 * low, "high_percent": 100 * high}
 

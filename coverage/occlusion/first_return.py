@@ -237,7 +237,8 @@ def polyhedron_in_beam(
         distance[k, n] = np.where(
             dot(points[k, n], normal) <= offset + MARGIN, distance[k, n], np.inf
         )
-    return distance.min(axis=1, initial=np.inf)
+    nearest: np.ndarray = distance.min(axis=1, initial=np.inf)
+    return nearest
 
 
 def _on_edges(

@@ -63,6 +63,7 @@ class Beams(Parts):
         """
         if np.ndim(index) == 0:
             return self._past_one(points, int(index), value)
+        assert not isinstance(index, int)
         value = value.copy()
         for first, behind_of in (
             (self.first_shadow, self._behind),
@@ -157,7 +158,7 @@ class Beams(Parts):
         )
 
     def _planes_share(
-        self, points: Array, entry: Index, side: float, slack: float, reach: float
+        self, points: np.ndarray, entry: np.ndarray, side: float, slack: float, reach: float
     ) -> tuple[Any, VolumeFraction]:
         near = np.flatnonzero(self._behind_planes(points, entry) <= reach)
         return near, planes_share(

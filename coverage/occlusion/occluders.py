@@ -23,6 +23,8 @@ from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, polyhedron
 from .model import Occlusion
 from .occluded_beams import Beams
 
+# an obstacle that stands in a beam: the sensor, normals (F, 3) and offsets (F,) m of its shadow
+Plane = tuple[int, np.ndarray, np.ndarray]
 INSIDE = 1e-6  # m, an apex this near to a body's surface counts as within
 
 
@@ -41,7 +43,7 @@ class Occluders:
         """In which body or obstacle (K,) each apex stands deepest, bodies numbered first; -1: in
         none; and how deep, m.
         """
-        gaps = [np.full((len(apex), 1), np.inf)]
+        gaps: list[np.ndarray] = [np.full((len(apex), 1), np.inf)]
         if self.bodies is not None:
             start, end, radius = (a[None] for a in self.bodies.arrays())
             each = [
@@ -49,7 +51,7 @@ class Occluders:
                 for i in range(radius.shape[1])
             ]
             gaps.append(np.stack(each, axis=-1))
-        gaps += [body(apex)[:, None] for body in self.obstacles]
+        gaps += [np.asarray(body(apex))[:, None] for body in self.obstacles]
         gap = np.concatenate(gaps[1:] or gaps, axis=1)
         least = gap.min(axis=1)
         return np.where(least <= INSIDE, gap.argmin(axis=1), -1), np.maximum(-least, 0.0)
@@ -108,7 +110,7 @@ def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:
     return np.stack(each, axis=1) if each else np.full((len(looks.apex), 0), np.inf)
 
 
-def _stops(cones: Cones, k: Index, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
+def _stops(cones: Cones, k: np.ndarray, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
     """Where sensors are blinded (K,) m, of which ``k`` can be: early and late, the same array where
     not bracketed.
     """
@@ -123,7 +125,9 @@ def _stops(cones: Cones, k: Index, occluders: Occluders, bracketed: bool) -> tup
     return stops[0], stops[-1]
 
 
-def _shadows(cones: Cones, k: Index, occluders: Occluders) -> tuple[Shadow | None, list, list]:
+def _shadows(
+    cones: Cones, k: np.ndarray, occluders: Occluders
+) -> tuple[Shadow | None, list[int], list[Plane]]:
     """The shadows in beams ``k``: of bodies, the sensor of each, and of obstacles (sensor, normal,
     offset).
     """
@@ -147,7 +151,12 @@ def _shadows(cones: Cones, k: Index, occluders: Occluders) -> tuple[Shadow | Non
 
 
 def _beams(
-    cones: Cones, stop: Array, late: Array, shadows: Shadow | None, sensor: list, planes: list
+    cones: Cones,
+    stop: np.ndarray,
+    late: np.ndarray,
+    shadows: Shadow | None,
+    sensor: list[int],
+    planes: list[Plane],
 ) -> Beams:
     """Shadows of ``sensor`` (S,) and planes (sensor, normal, offset) in the order of their
     sensors.

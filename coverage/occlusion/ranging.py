@@ -237,7 +237,8 @@ def least_gap(
     balls, size = blocks(centre, radius)
     poses, groups = balls.shape[:2]
     t, g = (i.ravel() for i in np.indices((poses, groups)))
-    gap = slabs(
+    gap: np.ndarray = slabs(
         _gaps, (balls[t, g], size[g], bodies.start[t], bodies.end[t]), (jnp.asarray(bodies.radius),)
     )
-    return gap.reshape(poses, groups).min(axis=1).astype(float)
+    least: np.ndarray = gap.reshape(poses, groups).min(axis=1).astype(float)
+    return least

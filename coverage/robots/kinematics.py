@@ -33,7 +33,8 @@ def rotation_rpy(roll: float, pitch: float, yaw: float) -> Float[np.ndarray, "3 
     x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
     z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    return z @ y @ x
+    rotation: np.ndarray = z @ y @ x
+    return rotation
 
 
 def rpy_of(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, " 3"]:
@@ -58,7 +59,8 @@ def dh_transform(d: float, a: float, alpha: float) -> Float[np.ndarray, "4 4"]:
     """Denavit-Hartenberg link transform at joint angle 0: along z by d, along x by a, about x by
     alpha (m, m, rad).
     """
-    return transform((0, 0, d)) @ transform((a, 0, 0), (alpha, 0, 0))
+    T: np.ndarray = transform((0, 0, d)) @ transform((a, 0, 0), (alpha, 0, 0))
+    return T
 
 
 def _rotation(axis: Array, angle: Array) -> Any:
@@ -101,7 +103,8 @@ def forward(chain: Chain, q: Float[Array, "*batch J"]) -> Float[Array, "*batch F
         T = T @ origin[j] @ _rotation(chain.axis[j], q[..., j])
         frames.append(T)
     frames.append(T @ origin[-1])
-    return xp.stack(frames, axis=-3)
+    stacked: Array = xp.stack(frames, axis=-3)
+    return stacked
 
 
 def joint_origins(chain: Chain, q: Float[np.ndarray, " J"]) -> Float[np.ndarray, "P 3"]:

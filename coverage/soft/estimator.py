@@ -131,7 +131,7 @@ def add_group(
 
     unseen = jax.lax.fori_loop(0, near.pieces, multiply, weight)
 
-    def differentiate(j: Index, slope: Array) -> Any:
+    def differentiate(j: Index, slope: jax.Array) -> Any:
         chosen, some = near.beams_of(j)
         t, *geometry = beams.pairs(points, some, width)
         pull = unseen[:, None] * free_and_occupied(t)[1]

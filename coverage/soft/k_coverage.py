@@ -76,7 +76,7 @@ def _add_group(
     points, weight, *_ = blocks
     nothing = jnp.zeros((least, *weight.shape), weight.dtype).at[0].set(1)
 
-    def forward(j: Index, state: tuple[Array, ...]) -> Any:
+    def forward(j: Index, state: tuple[jax.Array, ...]) -> Any:
         law, kept = state
         chances, _ = _along(beams, near, points, j, width)
         after, _ = jax.lax.scan(_one_more, law, chances)
@@ -85,7 +85,7 @@ def _add_group(
     kept = jnp.zeros((near.most, *nothing.shape), weight.dtype)
     law, kept = jax.lax.fori_loop(0, near.pieces, forward, (nothing, kept))
 
-    def backward(i: Index, state: tuple[Array, ...]) -> Any:
+    def backward(i: Index, state: tuple[jax.Array, ...]) -> Any:
         later, slope = state
         j = near.pieces - 1 - i
         chances, geometry = _along(beams, near, points, j, width)

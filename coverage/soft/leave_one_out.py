@@ -40,10 +40,10 @@ def soft_losses(
     return over_groups(add, seen, cloud, width, cut, slopes, weights.shape)
 
 
-def _all_but_one(products: Array) -> Any:
+def _all_but_one(products: jax.Array) -> Any:
     """For each of G factors (G, ...) the product of the others."""
 
-    def one_more(product: Array, factor: Array) -> tuple[Any, Any]:
+    def one_more(product: jax.Array, factor: jax.Array) -> tuple[Any, Any]:
         return product * factor, product
 
     _, before = jax.lax.scan(one_more, jnp.ones_like(products[0]), products)
@@ -68,7 +68,7 @@ def _add_group(
     points, weight, *_ = blocks
     row = jnp.arange(len(weight))[:, None]
 
-    def multiply(j: Index, products: Array) -> Any:
+    def multiply(j: Index, products: jax.Array) -> Any:
         chosen, some = near.beams_of(j)
         t, *_ = beams.pairs(points, some, width)
         return products.at[group[chosen], row].multiply(free_and_occupied(t)[0])
@@ -79,7 +79,7 @@ def _add_group(
     weighted = weights[:, None, None] * unseen
     others = jnp.moveaxis(weighted.sum(axis=0)[None] - weighted, 0, 1)
 
-    def differentiate(j: Index, slope: Array) -> Any:
+    def differentiate(j: Index, slope: jax.Array) -> Any:
         chosen, some = near.beams_of(j)
         t, *geometry = beams.pairs(points, some, width)
         own = jax.nn.one_hot(group[chosen], len(weights), dtype=t.dtype)

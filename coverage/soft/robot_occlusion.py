@@ -101,7 +101,7 @@ class HiddenBeams(SoftBeams):
         near, (g, size) = self._reach(blocks, width, cut), weight.shape
         bodies, count = self._matters.shape[1], self._matters.sum()
 
-        def look(i: Index, state: tuple[Array, ...]) -> tuple[Any, Any, Any]:
+        def look(i: Index, state: tuple[jax.Array, ...]) -> tuple[Any, Any, Any]:
             hidden, todo, number = state
             some = jax.lax.dynamic_slice_in_dim(self._pairs, i * _PAIRS, _PAIRS)
             beam, body = some // bodies, some % bodies
@@ -138,7 +138,7 @@ class HiddenBeams(SoftBeams):
             )
             return row, value[:, 0], [slope[:, 0] for slope in slopes]
 
-        def tell(i: Index, told: tuple[Array, ...]) -> Any:
+        def tell(i: Index, told: tuple[jax.Array, ...]) -> Any:
             row, value, slopes = say(i)
             most, *sums = told
             after = most.at[row].max(value, mode="drop")

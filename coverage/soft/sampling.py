@@ -26,7 +26,8 @@ def _inside(solid: Solid, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, 
     have begun.
     """
     verdicts = [np.where(parts.holds(points), -1.0, 1.0) for parts in leaves(solid)]
-    return fold(solid, verdicts, VALUES) < 0
+    inside: np.ndarray = fold(solid, verdicts, VALUES) < 0
+    return inside
 
 
 def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:

@@ -52,11 +52,14 @@ class Parts(ABC):
         fuses them all.
         """
         xp = namespace(points)
+        least: Array
         if len(self) == 0:
-            return xp.full(points.shape[:1], float("inf"), dtype=points.dtype)
-        if xp is not np:
-            return self.part(points[:, None, :], np.arange(len(self))[None]).min(axis=1)
-        return reduce(np.minimum, (self.part(points, i) for i in range(len(self))))
+            least = xp.full(points.shape[:1], float("inf"), dtype=points.dtype)
+        elif xp is not np:
+            least = self.part(points[:, None, :], np.arange(len(self))[None]).min(axis=1)
+        else:
+            least = reduce(np.minimum, (self.part(points, i) for i in range(len(self))))
+        return least
 
     def holds(self, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
         """Which points lie in the union."""
@@ -120,11 +123,13 @@ class Algebra(Generic[V]):
 
 
 def _least(a: Array, b: Array) -> Array:
-    return namespace(a).minimum(a, b)
+    least: Array = namespace(a).minimum(a, b)
+    return least
 
 
 def _largest(a: Array, b: Array) -> Array:
-    return namespace(a).maximum(a, b)
+    largest: Array = namespace(a).maximum(a, b)
+    return largest
 
 
 VALUES: Algebra[Any] = Algebra(_least, _largest, neg)
@@ -146,7 +151,8 @@ class _Combination:
         raise TypeError(f"{type(self).__name__} has no rule of combination")
 
     def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
-        return self.combine(self.a(points), self.b(points), VALUES)
+        value: Array = self.combine(self.a(points), self.b(points), VALUES)
+        return value
 
 
 @tree

@@ -134,7 +134,8 @@ class Cones(Parts):
         across /= np.linalg.norm(across)
         rho, turn = d * np.tan(self.half_angle[k]) * np.sqrt(unit[:, 1]), 2 * np.pi * unit[:, 2]
         aside = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * np.cross(axis, across)
-        return self.apex[k] + d[:, None] * axis + rho[:, None] * aside
+        point: np.ndarray = self.apex[k] + d[:, None] * axis + rho[:, None] * aside
+        return point
 
     def shares(
         self,

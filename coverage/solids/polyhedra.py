@@ -36,7 +36,8 @@ class Polyhedron:
     def __call__(self, points: Float[Array, "*batch 3"]) -> Float[Array, "*batch"]:
         """Implicit function (...) m: at most 0 inside, 1-Lipschitz."""
         each = dot(points[..., None, :], self.normal) - self.offset
-        return each.max(axis=-1)
+        farthest: Array = each.max(axis=-1)
+        return farthest
 
 
 def half_space(height: float) -> Polyhedron:

@@ -95,7 +95,10 @@ class Pyramids(Parts):
         x = place[..., 0] * np.tan(half[index])[:, None]
         y = place[..., 1] * np.tan(half_up[index])[:, None]
         side = cross(up, axis)[index, None]
-        return axis[index, None] + x[..., None] * side + y[..., None] * up[index, None]
+        corner: np.ndarray = (
+            axis[index, None] + x[..., None] * side + y[..., None] * up[index, None]
+        )
+        return corner
 
     def each_share(
         self,

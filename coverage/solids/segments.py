@@ -11,7 +11,8 @@ def from_segment(points: Array, start: Array, end: Array) -> Array:
     v, along = points - start, end - start
     square = dot(along, along)
     t = xp.clip(dot(v, along) / xp.where(square > 0, square, 1.0), 0.0, 1.0)
-    return v - t[..., None] * along
+    way: Array = v - t[..., None] * along
+    return way
 
 
 def point_to_segment(points: Array, start: Array, end: Array) -> Array:
@@ -19,7 +20,8 @@ def point_to_segment(points: Array, start: Array, end: Array) -> Array:
     three broadcast.
     """
     v = from_segment(points, start, end)
-    return root(dot(v, v))
+    distance: Array = root(dot(v, v))
+    return distance
 
 
 def segment_to_segment(a: Array, b: Array, start: Array, end: Array) -> Array:
@@ -45,4 +47,5 @@ def segment_to_segment(a: Array, b: Array, start: Array, end: Array) -> Array:
         xp.minimum(point_to_segment(a, start, end), point_to_segment(b, start, end)),
         xp.minimum(point_to_segment(start, a, b), point_to_segment(end, a, b)),
     )
-    return xp.where(within, xp.minimum(root(dot(gap, gap)), ends), ends)
+    least: Array = xp.where(within, xp.minimum(root(dot(gap, gap)), ends), ends)
+    return least

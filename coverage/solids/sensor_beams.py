@@ -141,7 +141,8 @@ class Optics(Cones):
             for i, half in ((1, self.half_angle), (2, self.half_up))
         )
         along = axis + wide[:, None] * cross(up, axis) + high[:, None] * up
-        return self.apex[k] + d[:, None] * along
+        point: np.ndarray = self.apex[k] + d[:, None] * along
+        return point
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         square = self.is_square()

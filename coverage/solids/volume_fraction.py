@@ -89,7 +89,7 @@ def share_under(
 def _cube(x: Float[np.ndarray, "2 N"]) -> Float[np.ndarray, "2 N"]:
     """Third power of what is positive; ``x`` is overwritten."""
     np.maximum(x, 0.0, out=x)
-    y = x * x
+    y: np.ndarray = x * x
     y *= x
     return y
 
@@ -128,7 +128,8 @@ class Tangent:
             axis = np.abs(self.normal).argmax(axis=1)
             q = np.abs(np.take_along_axis(self.along, axis[:, None], axis=1)[:, 0])
             mean = (np.sqrt(np.maximum(1 - q * q, 0.0) / 12) + q / 2) ** 2
-        return self.bend / 2 * mean * side / steep
+        off: np.ndarray = self.bend / 2 * mean * side / steep
+        return off
 
     def share(self, side: float, slack: float) -> VolumeFraction:
         """Bounds of the share of each cube where the function is at most 0; ``slack`` m, rounding

@@ -197,7 +197,7 @@ class _Pass:
         self,
         solid: Solid,
         points: Float[np.ndarray, "M 3"],
-        pairs: tuple,
+        pairs: tuple[tuple[np.ndarray, np.ndarray], ...],
         side: float,
         inside: np.ndarray,
     ) -> VolumeFraction:
@@ -213,7 +213,7 @@ class _Pass:
 
 def _unless(
     known: Bool[np.ndarray, " M"], pairs: tuple[Int[np.ndarray, " P"], Int[np.ndarray, " P"]]
-) -> tuple:
+) -> tuple[Int[np.ndarray, " Q"], Int[np.ndarray, " Q"]]:
     """The pairs of cells of which it is not known."""
     keep = ~known[pairs[0]]
     return pairs[0][keep], pairs[1][keep]

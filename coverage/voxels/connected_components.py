@@ -96,7 +96,8 @@ def ranges(start: Int[np.ndarray, " R"], stop: Int[np.ndarray, " R"]) -> Int[np.
     """All numbers from each start up to its stop."""
     length = stop - start
     before = np.cumsum(length) - length
-    return np.arange(length.sum()) + np.repeat(start - before, length)
+    numbers: np.ndarray = np.arange(length.sum()) + np.repeat(start - before, length)
+    return numbers
 
 
 def _across_faces(

@@ -152,7 +152,8 @@ class _Descent:
         counts = (held.count < self.most) & (held.count + undecided >= self.least)
         if self.group is not None:
             counts |= self._group_of(held) >= -1
-        return (undecided > 0) & counts
+        open_: np.ndarray = (undecided > 0) & counts
+        return open_
 
     def _group_of(self, held: Held) -> Int[np.ndarray, " M"]:
         """The group of the cones that hold a cell; -1 where there are none, -2 where they are of

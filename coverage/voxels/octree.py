@@ -137,7 +137,8 @@ class Descent:
             for parts, (cell, index) in zip(leaves(self.solid), cells.pairs, strict=True)
         ]
         found = fold(self.solid, unions, LOGIC)
-        word, open_ = found.sure, found.sure != found.maybe
+        word: np.ndarray = found.sure
+        open_ = found.sure != found.maybe
         if open_.any():
             word[open_] = np.concatenate(
                 [self._exact(run) for run in cells.only(open_).slices(self.chunk // VOXELS)]

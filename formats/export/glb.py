@@ -117,7 +117,8 @@ def _base(placed: PlacedSetup, origin: Float[np.ndarray, "4 4"]) -> Float[np.nda
     """T_base_link of the link that holds the first joint, which a URDF may have elsewhere than the
     scene's base.
     """
-    return placed.scene.robot.chain.origin[0] @ np.linalg.inv(origin)
+    T_base_link: np.ndarray = placed.scene.robot.chain.origin[0] @ np.linalg.inv(origin)
+    return T_base_link
 
 
 def _capsule(start: Any, end: Any, radius: float) -> Any:

@@ -22,4 +22,5 @@ def origin(T: Float[np.ndarray, "4 4"]) -> dict[str, str]:
 def document(root: ET.Element) -> bytes:
     """The tree as a file, indented."""
     ET.indent(root)
-    return ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+    text: bytes = ET.tostring(root, encoding="utf-8", xml_declaration=True)
+    return text + b"\n"

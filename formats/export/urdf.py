@@ -124,15 +124,14 @@ def _link(root: ET.Element, name: str, robot: Robot, frame: int) -> None:
 
 def _capsule(link: ET.Element, use: str, capsule: Capsules) -> None:
     """A capsule as what URDF has: a cylinder and two spheres."""
-    along = capsule.end - capsule.start
+    start, end = np.asarray(capsule.start), np.asarray(capsule.end)
+    along = end - start
     length, T = float(np.linalg.norm(along)), np.eye(4)
-    shapes: list[tuple[str, Float[np.ndarray, " 3"], dict[str, str]]] = [
-        ("sphere", capsule.start, {})
-    ]
+    shapes: list[tuple[str, Float[np.ndarray, " 3"], dict[str, str]]] = [("sphere", start, {})]
     if length > 0:
         T[:3, :3] = _turn_to(along / length)
-        middle = (capsule.start + capsule.end) / 2
-        shapes += [("sphere", capsule.end, {}), ("cylinder", middle, {"length": words([length])})]
+        middle = (start + end) / 2
+        shapes += [("sphere", end, {}), ("cylinder", middle, {"length": words([length])})]
     for kind, centre, size in shapes:
         part = ET.SubElement(link, use)
         T[:3, 3] = centre

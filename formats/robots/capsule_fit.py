@@ -28,7 +28,8 @@ def _corners(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "M 3"]:
     if len(points) < 8:
         return points
     try:
-        return points[ConvexHull(points).vertices]
+        corners: np.ndarray = points[ConvexHull(points).vertices]
+        return corners
     except QhullError:
         return points
 
@@ -98,7 +99,7 @@ def enclosing(
 
     def line(
         x: Float[np.ndarray, " 5"], axis: Float[np.ndarray, " 3"]
-    ) -> tuple[np.ndarray, np.ndarray, tuple]:
+    ) -> tuple[np.ndarray, np.ndarray, tuple[float, float, float]]:
         frame = across(axis)
         through = x[:2] @ frame
         direction = axis + x[2:4] @ frame

@@ -138,14 +138,14 @@ class Meshes:
             points = np.asarray(made.triangles) - [0, 0, float(made.bounds.mean(axis=0)[2])]
         T = shape.T_link_shape
         with np.errstate(over="ignore", invalid="ignore"):
-            points = points @ T[:3, :3].T + T[:3, 3]
-        far = float(np.nan_to_num(np.abs(points), nan=np.inf).max())
+            placed: np.ndarray = points @ T[:3, :3].T + T[:3, 3]
+        far = float(np.nan_to_num(np.abs(placed), nan=np.inf).max())
         if far > FAR:
             found = f"{shape.file or shape.kind}, {far:.3g} m from the link's frame"
             raise self._fail(
                 link, found, f"{FAR:g} m and less (a mesh in millimetres has scale 0.001)"
             )
-        return points
+        return placed
 
     def surface(self, carried: Carried, which: Surface) -> Float[np.ndarray, "T 3 3"]:
         """Triangles (T, 3, 3) m of a link's shapes of that kind, or else of the other, in the frame
@@ -161,7 +161,7 @@ class Meshes:
             return np.zeros((0, 3, 3))
         found = np.concatenate([self.shape(shape, link.name) for shape in shapes])
         R, origin = carried.T_frame_link[:3, :3], carried.T_frame_link[:3, 3]
-        points = found @ R.T + origin
+        points: np.ndarray = found @ R.T + origin
         if np.ptp(points.reshape(-1, 3), axis=0).max() < 1e-6:
             raise self._fail(link.name, shapes[0].file or shapes[0].kind, "a shape with an extent")
         return points

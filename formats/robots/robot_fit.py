@@ -88,7 +88,8 @@ def _zero(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"]:
     x, y, _ = np.eye(3)
     v = y if abs(float(axis @ x)) > 0.9 else x
     v = v - (v @ axis) * axis
-    return v / np.linalg.norm(v)
+    unit: np.ndarray = v / np.linalg.norm(v)
+    return unit
 
 
 def _mount(
@@ -198,11 +199,9 @@ def _drawn(limits: Float[np.ndarray, "J 2"]) -> Float[np.ndarray, "P J"]:
     """
     rng, shape, step = np.random.default_rng(0), (_POSES, len(limits)), np.radians(5)
     moved = rng.uniform(size=shape) < rng.uniform(0.1, 1, (_POSES, 1))
-    return np.clip(
-        moved * step * np.round(rng.uniform(-np.pi, np.pi, shape) / step),
-        limits[:, 0],
-        limits[:, 1],
-    )
+    angle = moved * step * np.round(rng.uniform(-np.pi, np.pi, shape) / step)
+    poses: np.ndarray = np.clip(angle, limits[:, 0], limits[:, 1])
+    return poses
 
 
 def _rest(chain: Chain, limits: Float[np.ndarray, "J 2"]) -> tuple[float, Float[np.ndarray, " J"]]:

@@ -151,7 +151,8 @@ def _turned(
     T: Float[np.ndarray, "P 4 4"], v: Float[np.ndarray, "P K 3"]
 ) -> Float[np.ndarray, "P K 3"]:
     """Vectors from the base frame to the frames T_base_frame."""
-    return np.einsum("pji,pkj->pki", T[:, :3, :3], v)
+    turned: np.ndarray = np.einsum("pji,pkj->pki", T[:, :3, :3], v)
+    return turned
 
 
 def _fit(

@@ -99,12 +99,10 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
     found = []
     for i, ring in enumerate(rings):
         first = ring[0].azimuth
-        for k, seat in enumerate(
-            sorted(ring, key=lambda s, first=first: (s.azimuth - first) % (2 * math.pi))
-        ):
-            found.append(
-                SensorFrame(i, k, seat.mount.frame, seat.T, scene.sensor_of(seat.mount.link))
-            )
+        turns = [(seat.azimuth - first) % (2 * math.pi) for seat in ring]
+        for k, j in enumerate(sorted(range(len(ring)), key=turns.__getitem__)):
+            mount, T = ring[j].mount, ring[j].T
+            found.append(SensorFrame(i, k, mount.frame, T, scene.sensor_of(mount.link)))
     setup = fitted_setup(name, *rows_of(found, scene.robot.chain), scene)
     return Setup(tuple(replace(r, sensor=scene.sensor_of(r.link)) for r in setup.rings))
 

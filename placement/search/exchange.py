@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, replace
 from itertools import repeat
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -173,7 +173,9 @@ class Exchange:
             values[:, 1] = c.values[1, i]
         return _Trials(segment, values, sign)
 
-    def _places_of(self, c: Candidate, i: int, values: Any, sign: Any) -> Float[np.ndarray, "3 K"]:
+    def _places_of(
+        self, c: Candidate, i: int, values: Float[np.ndarray, "K 3"], sign: Float[np.ndarray, " K"]
+    ) -> Float[np.ndarray, "3 K"]:
         """Where ring ``i`` is with other values (K, 3) and signs (K,): as ``decode`` would say of
         each.
         """
@@ -230,7 +232,9 @@ def share_of(space: Space, fields: Fields, c: Candidate) -> float:
     return here.value
 
 
-def _with(c: Candidate, i: int, segment: int, values: Any, sign: float) -> Candidate:
+def _with(
+    c: Candidate, i: int, segment: int, values: Float[np.ndarray, " 3"], sign: float
+) -> Candidate:
     """``c`` with other values of ring ``i``."""
     each, which, signs = c.values.copy(), c.segment.copy(), c.sign.copy()
     each[:, i], which[i], signs[i] = values, segment, sign

@@ -113,7 +113,10 @@ def normals(
     value = solid(ends.reshape(-1, 3)).reshape(len(points), 2, 3)
     way = value[:, 0] - value[:, 1]
     length = np.linalg.norm(way, axis=1, keepdims=True)
-    return np.where(length > _FLAT * step, way / np.maximum(length, _FLAT * step), np.eye(3)[2])
+    normal: np.ndarray = np.where(
+        length > _FLAT * step, way / np.maximum(length, _FLAT * step), np.eye(3)[2]
+    )
+    return normal
 
 
 def add_skin(

@@ -107,7 +107,7 @@ def _total(setup: Setup, length: Callable[[int], int]) -> str:
     rates = [rate_hz(ring.sensor) for ring in setup.rings]
     each = sum(ring.count * distances(ring.sensor) for ring in setup.rings)
     if None in rates:
-        bytes_ = sum(length(ring.count) for ring in setup.rings)
+        bytes_: float = sum(length(ring.count) for ring in setup.rings)
         return (
             f"{each:,} distances with each reading, {bytes_:,} bytes; how many readings a second is"
             " not known"

@@ -15,7 +15,7 @@ from ...objectives.scene import Scene
 from ..poses.itinerary import Itinerary
 from ..poses.near_stops import STEP, NearStops, joined
 from ..rings.health import SILENT
-from ..robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
+from ..robot.motion import MotionLimits, Mover, MoveRefusedError, MoveStoppedError
 from ..robot.state import State
 from ..robot.vetting import LinkFaultError
 from ..rod.rod import Rod
@@ -76,7 +76,7 @@ class MovedRobot:
         self._mover = Mover(
             host,
             session.link,
-            Limits(joints, motion.speed, motion.acceleration),
+            MotionLimits(joints, motion.speed, motion.acceleration),
             itinerary.clearance.fault,
             StopConditions(
                 session, self._near, StopRules(motion.failed_share, motion.frozen_frames)

@@ -59,7 +59,10 @@ class RingFit:
 
     def margins(self, confidence: float = CONFIDENCE) -> Float[np.ndarray, " p"]:
         """By how much each value may be off by itself, m and rad, by Student's t."""
-        return stats.t.ppf((1 + confidence) / 2, self.freedom) * np.sqrt(np.diag(self.covariance))
+        margin: np.ndarray = stats.t.ppf((1 + confidence) / 2, self.freedom) * np.sqrt(
+            np.diag(self.covariance)
+        )
+        return margin
 
     def statistic(self, truth: Float[np.ndarray, " p"]) -> float:
         """How far ``truth`` (p,) is from the values, squared, in deviations, for each of them: of
@@ -223,4 +226,5 @@ def _still(
         f(np.where(read, measured, fill), axis=0)
         for f, fill in ((np.min, np.inf), (np.max, -np.inf))
     )
-    return (read.sum(axis=0) > 2) & (high - low <= _STILL * sigma.max(axis=0))
+    still: np.ndarray = (read.sum(axis=0) > 2) & (high - low <= _STILL * sigma.max(axis=0))
+    return still

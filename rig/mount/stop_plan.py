@@ -43,7 +43,8 @@ class MountPlan:
         poses tell alone; infinite where they tell nothing."""
         value, vector = np.linalg.eigh(self.information)
         variance = (vector**2 / np.maximum(value, 1e-12)[:, None]).sum(axis=2)
-        return np.where(variance < 1e9, np.sqrt(variance), np.inf) * LIMITS
+        deviation: np.ndarray = np.where(variance < 1e9, np.sqrt(variance), np.inf) * LIMITS
+        return deviation
 
     def unobservable(self, scene: Scene, setup: Setup) -> list[tuple[int, str]]:
         """Rings and those of their errors which these poses leave open."""

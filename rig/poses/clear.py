@@ -80,9 +80,9 @@ def clear(
 ) -> Bool[np.ndarray, " P"]:
     """Which poses keep the joints' limits, and the distances of ``least_gaps``."""
     limits = scene.robot.limits
-    good: Any = np.ones(len(joints), bool)
+    good: np.ndarray = np.ones(len(joints), bool)
     if limits is not None:
-        good = ((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=1)
+        good &= ((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=1)
     if not scene.robot.bodies:
         return good
     for found, least in zip(gaps(scene, joints), least_gaps(scene, own, cell, slack), strict=True):
@@ -124,7 +124,8 @@ def neighbours(scene: Scene) -> Bool[np.ndarray, " A"]:
 def fixed(scene: Scene) -> Bool[np.ndarray, " B"]:
     """Which distances of bodies from obstacles (B,), in the order of ``gaps``, no joint changes."""
     joints = np.random.default_rng(0).uniform(-_TURN, _TURN, (_SOME, len(scene.robot.chain)))
-    return np.ptp(gaps(scene, joints)[1], axis=0) < _ROUNDING
+    still: np.ndarray = np.ptp(gaps(scene, joints)[1], axis=0) < _ROUNDING
+    return still
 
 
 def _bounds(scene: Scene) -> tuple[Float[np.ndarray, " J"], Float[np.ndarray, " J"]]:

@@ -56,7 +56,8 @@ class NearStops:
         ``within``
         rad of it in every joint; the full distance where there are none."""
         here = np.abs(self.joints - q).max(axis=1) <= within  # (P,)
-        return self.least[here].min(axis=0, initial=self.full)
+        least: np.ndarray = self.least[here].min(axis=0, initial=self.full)
+        return least
 
 
 def joined(*stops: NearStops) -> NearStops:

@@ -129,7 +129,7 @@ class Recording:
                 return
 
 
-class Recorded:
+class RecordingReader:
     """A recording as it is read. about: what was recorded. ended: whether its end was found.
     damage: why it was read no further, empty where all was read."""
 

@@ -124,12 +124,12 @@ def seen(
     if pairs:
         k, n = np.concatenate(pairs, axis=1)
         k, n = k[~found[n]], n[~found[n]]
-        start, end, radius = rod.at(points[n])
+        upright = rod.at(points[n])
         distance = in_beams(
             only(beams, k),
-            np.asarray(start[:, 0]),
-            np.asarray(end[:, 0]),
-            np.full(len(n), radius[0]),
+            np.asarray(upright.start[:, 0]),
+            np.asarray(upright.end[:, 0]),
+            np.full(len(n), rod.radius),
         )
         found[n[distance < limit[k]]] = True
     return found

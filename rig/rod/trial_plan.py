@@ -57,12 +57,14 @@ class RodPlan:
     @property
     def pose(self) -> Int[np.ndarray, " T"]:
         """Of each trial."""
-        return np.array([s.pose for s in self.strata], int)[self.stratum]
+        pose: np.ndarray = np.array([s.pose for s in self.strata], int)[self.stratum]
+        return pose
 
     @property
     def covered(self) -> Bool[np.ndarray, " T"]:
         """What is predicted of each trial."""
-        return np.array([s.covered for s in self.strata], bool)[self.stratum]
+        covered: np.ndarray = np.array([s.covered for s in self.strata], bool)[self.stratum]
+        return covered
 
     @property
     def zeta(self) -> float:

@@ -179,6 +179,7 @@ def _outline(points: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "M 2"]:
     a line.
     """
     try:
-        return points[ConvexHull(points).vertices]
+        corners: np.ndarray = points[ConvexHull(points).vertices]
+        return corners
     except QhullError:
         return points

@@ -78,7 +78,9 @@ def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> Op
         np.asarray(a).reshape(-1, 3) for a in ring_beams(here, v.position, v.tilt, v.phase, frames)
     )
     shapes = BeamShapes(*(np.tile(np.asarray(a), len(joints)) for a in here.beams))
-    return shapes.solids(apex, axis, up)
+    beams = shapes.solids(apex, axis, up)
+    assert isinstance(beams, Optics)
+    return beams
 
 
 def only(beams: Optics, some: Any) -> Optics:
@@ -90,9 +92,9 @@ def to_cell(beams: Optics, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarray, 
     """Distance (R,) m of the nearest of convex bodies in each of R beams; infinite where there is
     none, 0 within one.
     """
-    return np.min([to_body(beams, body) for body in bodies], axis=0, initial=np.inf) + np.zeros(
-        len(beams)
-    )
+    each = [to_body(beams, body) for body in bodies]
+    nearest: np.ndarray = np.min(each, axis=0, initial=np.inf) + np.zeros(len(beams))
+    return nearest
 
 
 def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:

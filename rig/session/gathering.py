@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..recording.clocks import Alignment, align
-from ..recording.recording import Recorded
+from ..recording.recording import RecordingReader
 from ..recording.records import Kind
 from ..rings.health import Event, Line, Port
 from ..rings.protocol import Counts, Frame
@@ -117,7 +117,7 @@ def _times(
     return times
 
 
-def replay(recorded: Recorded, ports: Sequence[Port], stale: float = STALE) -> Gathered:
+def replay(recorded: RecordingReader, ports: Sequence[Port], stale: float = STALE) -> Gathered:
     """What was gathered when it was recorded: all bytes and states go the same way again, with the
     link's ``stale`` s.
 

@@ -34,7 +34,7 @@ FILE = "world.toml"
 _HAND, _AWAY, _DEEP = 0.04, 0.14, 0.01  # m: a hand's radius, its middle from a sensor, its depth
 
 
-class Cell:
+class SimulatedCell:
     """What rings of a ``World`` see, of the robot, the cell and, where there is one, a rod or a
     hand.
     """
@@ -49,9 +49,9 @@ class Cell:
     def see(self, q: Float[np.ndarray, " 6"]) -> Float[np.ndarray, " K"]:
         """True distances, m, as wired: infinite without a target, nan of the dead."""
         joints = np.asarray(q, float)[None]
-        return self._world.distances(
-            joints, self._rod if self._hand is None else self._before(joints, self._hand)
-        )[0]
+        rod = self._rod if self._hand is None else self._before(joints, self._hand)
+        distance: np.ndarray = self._world.distances(joints, rod)[0]
+        return distance
 
     def measure(self, seen: Float[np.ndarray, " K"], rng: np.random.Generator) -> list[Measured]:
         """The same through noise."""
@@ -116,7 +116,7 @@ def main() -> None:
     """
     folder, address, file, seed = sys.argv[1:5]
     setup, scene, _ = read_proposal(Path(file))
-    cell, q = Cell(injected(scene, setup, int(seed)).world(scene)), scene.poses[0].q
+    cell, q = SimulatedCell(injected(scene, setup, int(seed)).world(scene)), scene.poses[0].q
     for rod in ([0.0, 0.0, 10.0], None):
         cell.tell({"rod": rod})
         cell.see(q)

@@ -92,8 +92,8 @@ class _Study:
         self.topic = f"place-rings-{uuid.uuid4()}"
         self.waiting = {cell.key: cell for cell in cells}
         # of finished cells, as text, and of ended batches
-        self.news: SimpleQueue[str | Future] = SimpleQueue()
-        self.out: dict[Future, list[str]] = {}
+        self.news: SimpleQueue[str | Future[Any]] = SimpleQueue()
+        self.out: dict[Future[Any], list[str]] = {}
         self.losses: Counter[str] = Counter()
         self.workers, self.looked, self.met = self._count(), time.monotonic(), time.monotonic()
         groups: dict[str, list[str]] = {}
@@ -127,7 +127,7 @@ class _Study:
             self.out[future] = keys
             future.add_done_callback(self.news.put)
 
-    def ended(self, future: Future) -> None:
+    def ended(self, future: "Future[Any]") -> None:
         """Raise what a batch ended by; put back what a lost worker left."""
         rest = [key for key in self.out.pop(future) if key in self.waiting]
         status, error = future.status, future.exception() if future.status == "error" else None

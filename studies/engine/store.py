@@ -87,7 +87,7 @@ class Store:
         found = self._base.execute(question, (cell.key, self._of(cell))).fetchone()
         return json.loads(found[0]) if found else None
 
-    def put(self, cell: Cell, result: Any, seconds: float) -> None:
+    def put(self, cell: Cell, result: object, seconds: float) -> None:
         """Keep the result of a cell; where there is one already, that one stays."""
         text = json.dumps(result, allow_nan=False)
         self._base.execute(

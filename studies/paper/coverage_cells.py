@@ -71,7 +71,7 @@ def scene(chain: str, q: Float[np.ndarray, " J"] | None = None, **keys: Any) -> 
 
 
 def question(
-    row: CoverageRow, where: Mapping[str, Any], setup: str | Rings, target: Target
+    row: CoverageRow, where: Mapping[str, object], setup: str | Rings, target: Target
 ) -> Question:
     """A row and the cell that fills it."""
     arguments = {

@@ -120,8 +120,8 @@ def gain(
     """
     pairs = zip(results[before, mode, thing], results[after, mode, thing], strict=True)
     differences = [
-        {"d": b[key] - a[key]} for a, b in pairs if a[key] is not None and b[key] is not None
-    ]  # type: ignore[operator]
+        {"d": y - x} for a, b in pairs if (x := a[key]) is not None and (y := b[key]) is not None
+    ]
     return summary(differences)["d"]
 
 

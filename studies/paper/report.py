@@ -253,7 +253,7 @@ def _monitored(f: Findings) -> Iterator[str]:
     yield "![the unseen approaches](approach.png)\n"
 
 
-def _short(number: Any) -> str:
+def _short(number: object) -> str:
     return f"{number:.4f}".rstrip("0").rstrip(".") if isinstance(number, float) else f"{number}"
 
 

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 from ...formats.escaping import printable_lines
 from ...formats.schema.proposal_models import ProposalFile
@@ -57,7 +56,7 @@ def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None
 def write(
     points: Sequence[Point],
     names: tuple[str, str],
-    where: dict[str, Any],
+    where: dict[str, object],
     folder: Path,
     command: str,
 ) -> dict[str, str]:
@@ -96,7 +95,7 @@ def _file(p: Point, kept: Sequence[Point]) -> str:
     return f"point_{p.sensors}_{kept.index(p):02d}.toml" if p in kept else ""
 
 
-def _proposal(p: Point, names: tuple[str, str], where: dict[str, Any]) -> str:
+def _proposal(p: Point, names: tuple[str, str], where: dict[str, object]) -> str:
     scene = scene_from(where)
     heading = (
         f"Found as: {p.name}. {names[0]} {p.first:.2f} %, {names[1]} {p.second:.2f} % (rule centre,"

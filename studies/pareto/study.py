@@ -77,8 +77,8 @@ def hypervolume(points: Sequence[tuple[float, float]]) -> float:
 
 
 def _place(
-    where: dict[str, Any],
-    goals: list[dict[str, Any]],
+    where: dict[str, object],
+    goals: list[dict[str, object]],
     sensors: int,
     seed: int,
     known: Sequence[Rings] = (),
@@ -93,13 +93,13 @@ def _place(
     return Cell("place", arguments | {"short": bool(known)})
 
 
-def _goal(target: Target, weight: float, at_least: float = 0.0) -> dict[str, Any]:
+def _goal(target: Target, weight: float, at_least: float = 0.0) -> dict[str, object]:
     return {"name": target.name, "radius": target.radius, "weight": weight, "at_least": at_least}
 
 
 def measure(
     run: Measure,
-    where: dict[str, Any],
+    where: dict[str, object],
     targets: tuple[Target, Target],
     budgets: dict[int, int],
     seed: int,
@@ -188,7 +188,7 @@ def _told(name: str, targets: tuple[Target, Target]) -> str:
 
 def _counted(
     run: Measure,
-    where: dict[str, Any],
+    where: dict[str, object],
     targets: tuple[Target, Target],
     setups: Sequence[tuple[int, str, Rings]],
 ) -> list[Point]:
@@ -215,7 +215,7 @@ def _counted(
     ]
 
 
-def _papers(run: Measure, where: dict[str, Any], targets: tuple[Target, Target]) -> list[Point]:
+def _papers(run: Measure, where: dict[str, object], targets: tuple[Target, Target]) -> list[Point]:
     """The paper's setups at the same scene; none where its robot lacks one of their links."""
     scene = scene_from(where)
     setups = []
@@ -235,7 +235,7 @@ def is_papers(point: Point) -> bool:
     return point.name in SETUPS
 
 
-def setup_of_point(point: Point, where: dict[str, Any]) -> Any:
+def setup_of_point(point: Point, where: dict[str, object]) -> Any:
     """The setup that a point stands for."""
     scene = scene_from(where)
     return setup_of(

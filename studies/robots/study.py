@@ -62,7 +62,7 @@ class RobotRow:
         return self.finished is not None
 
 
-def where(robot: str, keys: Mapping[str, Any]) -> dict[str, Any]:
+def where(robot: str, keys: Mapping[str, object]) -> dict[str, Any]:
     """Keys of the scene of a robot in its own pose."""
     return {"robot": robot, "targets": [{"name": TARGET.name, "radius": TARGET.radius}], **keys}
 
@@ -101,10 +101,11 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
     rows = []
     for robot in ROBOTS:
         for name in (*SEARCHES, *PAPERS):
-            percents = [round(zetas[robot, name, model]["zeta_percent"], 4) for model in OCCLUSIONS]
-            row = RobotRow(
-                robot, name, setups[robot, name], *percents, unseeing=unseeing[robot, name]
+            ignore, shadow, blind = (
+                round(zetas[robot, name, model]["zeta_percent"], 4) for model in OCCLUSIONS
             )
+            rings, none = setups[robot, name], unseeing[robot, name]
+            row = RobotRow(robot, name, rings, ignore, shadow, blind, none)
             if one := found.get((robot, name)):
                 row = replace(
                     row,

@@ -27,7 +27,8 @@ _Capsule = tuple[str, int, tuple[float, float, float], tuple[float, float, float
 
 
 def _unit(*v: float) -> np.ndarray:
-    return np.array(v) / np.linalg.norm(v)
+    unit: np.ndarray = np.array(v) / np.linalg.norm(v)
+    return unit
 
 
 def _bodies(rows: tuple[_Capsule, ...]) -> tuple[Body, ...]:
