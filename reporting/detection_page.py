@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..formats.escaping import printable_lines
-from ..formats.schema.result_models import ShareModel
-from ..formats.schema.separation_models import SafetyResult
+from ..formats.schema.separation_models import SafetyResult, ShareModel
 from ..simulation.detection import Approaches
 from ..simulation.moments import STEP, Moments
 from .pages import table
