@@ -14,7 +14,6 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 _Class = TypeVar("_Class", bound=type)
-_Tree = TypeVar("_Tree")
 _waiting: list[type] = []
 
 
@@ -28,7 +27,7 @@ def tree(cls: _Class) -> _Class:
     return cls
 
 
-def mapped(function: Callable[[Any], Any], values: _Tree) -> _Tree:
+def mapped(function: Callable[[Any], Any], values: Any) -> Any:
     """A tree with ``function`` of each of its arrays in their places."""
     if hasattr(values, "tree_fields"):
         return type(values)(

@@ -6,6 +6,7 @@ import threading
 import webbrowser
 from pathlib import Path
 
+from ...coverage.rings.ring import Setup
 from ...coverage.soft.sampling import EmptySolidError
 from ...formats.errors import UserError
 from ...formats.scene_checks import check_scene, check_sight
@@ -21,7 +22,7 @@ _PATIENCE = 0.5  # s, for the server to take leave of its pages
 
 def view(
     scene: Scene,
-    setups: dict,
+    setups: dict[str, Setup],
     urdf: Path | None,
     packages: tuple[Path, ...],
     out: Path | None,

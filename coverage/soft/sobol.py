@@ -41,7 +41,8 @@ def _combined(directions: UInt32[np.ndarray, "3 b"], number: int) -> UInt32[np.n
     """The exclusive or of the direction numbers over the bits of a number's Gray code."""
     gray = number ^ number >> 1
     bits = [b for b in range(_BITS) if gray >> b & 1]
-    return np.bitwise_xor.reduce(directions[:, bits], axis=1)
+    combined: np.ndarray = np.bitwise_xor.reduce(directions[:, bits], axis=1)
+    return combined
 
 
 def sobol(size: int, seed: int) -> Iterator[Float[np.ndarray, "{size} 3"]]:

@@ -4,6 +4,7 @@ one setup.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,10 @@ from ..trees import mapped, tree
 from .cones import Cones, cone
 from .pyramids import Pyramids, pyramid
 from .volume_fraction import VolumeFraction
+
+
+def _rows_where(which: Bool[np.ndarray, " K"], values: Array) -> np.ndarray:
+    return np.asarray(values)[which]
 
 
 class BeamShapes(NamedTuple):
@@ -149,7 +154,7 @@ class Optics(Cones):
         boxes = []
         for which, parts in self._by_shape(np.arange(len(self))):
             if which.any():
-                boxes.append(mapped(lambda a, which=which: np.asarray(a)[which], parts).bounds())
+                boxes.append(mapped(partial(_rows_where, which), parts).bounds())
         return (
             np.stack([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]])
             if len(square)

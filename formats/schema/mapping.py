@@ -120,7 +120,8 @@ class MappedModel(StrictModel, Generic[D]):
             for key, side in sides.items()
             if side.field in fields
         }
-        return domain(**stated, **given)
+        value: D = domain(**stated, **given)
+        return value
 
     @classmethod
     def from_domain(cls, value: D, **given: Any) -> Self:

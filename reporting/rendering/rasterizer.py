@@ -201,7 +201,8 @@ class DepthBuffer:
         some = np.flatnonzero(depth >= self.depth[pixel])
         pixel, depth = pixel[some], depth[some]
         np.maximum.at(self.depth, pixel, depth)
-        return some[depth == self.depth[pixel]]
+        nearest: np.ndarray = some[depth == self.depth[pixel]]
+        return nearest
 
     def outline(self, step: float, dark: float = 0.35) -> None:
         """Darken the pixels beside which depth changes by more than ``step``."""

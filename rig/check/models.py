@@ -10,7 +10,6 @@ from ...formats.schema.base_model import StrictModel, refuse
 from ...formats.schema.field_types import Percent
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.schema.robot_models import robot_of
-from ...formats.schema.versions import VersionedFile
 from .plan_files import MountPlanFile, RodPlanFile
 
 DISCLAIMER = (
@@ -33,7 +32,7 @@ class PortModel(StrictModel):
     patience: float = Field(default=1.0, ge=1, le=100)
 
 
-class AboutFile(VersionedFile):
+class AboutFile(StrictModel):
     """What a recording is of: all that a report needs beside the readings. stale_s: after which a
     state of the robot was none. injected: was the rig simulated, with what the seed injects?
     trials: of each target."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -53,7 +54,7 @@ def part_results(check: PlannedCheck, gathered: Gathered) -> PartResults:
     if plans.seconds is not None:
         done.self_check = part("self check", parts.self_check)
     for ring in parts.waved:
-        wave = part("self check", lambda ring=ring: parts.waving(ring))
+        wave = part("self check", partial(parts.waving, ring))
         if wave is not None:
             done.waves[ring] = wave
     if plans.mount is not None:
