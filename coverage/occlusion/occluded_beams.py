@@ -170,7 +170,8 @@ class Beams(Parts):
         live = np.flatnonzero(self.cones.range_m > 0)
         if len(live) == 0:
             return np.zeros((2, 3))
-        return mapped(lambda a: a[live], self.cones).bounds()
+        box: np.ndarray = mapped(lambda a: a[live], self.cones).bounds()
+        return box
 
 
 @words.register

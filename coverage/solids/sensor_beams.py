@@ -18,7 +18,8 @@ from .volume_fraction import VolumeFraction
 
 
 def _rows_where(which: Bool[np.ndarray, " K"], values: Array) -> np.ndarray:
-    return np.asarray(values)[which]
+    some: np.ndarray = np.asarray(values)[which]
+    return some
 
 
 class BeamShapes(NamedTuple):

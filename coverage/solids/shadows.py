@@ -54,7 +54,8 @@ class Shadow(NamedTuple):
 
     def rows(self, index: Index) -> "Shadow":
         """Those of ``index``, where there is one axis of shadows."""
-        return mapped(lambda a: rows(a, index) if a.ndim == 2 else a[index], self)
+        some: Shadow = mapped(lambda a: rows(a, index) if a.ndim == 2 else a[index], self)
+        return some
 
 
 def _perpendicular(v: Array) -> Any:
