@@ -11,7 +11,7 @@ from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 _Class = TypeVar("_Class", bound=type)
 _waiting: list[type] = []
@@ -34,8 +34,9 @@ def mapped(function: Callable[[Any], Any], values: Any) -> Any:
             **{name: mapped(function, getattr(values, name)) for name in values.tree_fields}
         )
     if isinstance(values, tuple):
-        return getattr(values, "_make", tuple)(mapped(function, value) for value in values)
-    return values if values is None else function(values)
+        make = getattr(values, "_make", tuple)  # named or not
+        return cast(_Tree, make(mapped(function, value) for value in values))
+    return values if values is None else cast(_Tree, function(values))
 
 
 def _register(cls: type) -> None:
