@@ -47,6 +47,11 @@ def tube(circles: Float[np.ndarray, "C T 3"]) -> Surface:
     return circles.reshape(-1, 3), faces.reshape(-1, 3)
 
 
+def loops(circles: Float[np.ndarray, "C T 3"]) -> Float[np.ndarray, "E 2 3"]:
+    """The edges of closed lines."""
+    return np.stack([circles, np.roll(circles, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+
+
 def joined(some: list[Surface]) -> Surface:
     """Several surfaces as one."""
     first = np.cumsum([0, *(len(v) for v, _ in some)])
