@@ -16,7 +16,7 @@ from ..formats.robots.robot_fit import FittedLink
 from .plots import GREY, INK
 from .rendering.canvas import Canvas
 from .rendering.figures import write_png
-from .rendering.meshes import capsule, circle
+from .rendering.meshes import FINE_DISC, circle
 
 _VIEWS = (("from the side", -90.0, 0.0), ("oblique view", -58.0, 22.0))
 _SKIN, _CAPSULE, _MOUNT, _CURVE = "#dbe0e5", "#0072B2", "#D55E00", "#009E73"
@@ -41,7 +41,8 @@ def _view(ax: Any, robot: Robot, skin: Any, box: Any, eye: tuple[float, float]) 
     if robot.bodies:
         bodies = robot_capsules(robot, frames)
         for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
-            outline = canvas.hull(capsule(a, b, float(r)).reshape(-1, 3))
+            rims = [circle(p, canvas.rotation[2], float(r), FINE_DISC) for p in (a, b)]
+            outline = canvas.hull(np.concatenate(rims))
             ax.add_patch(
                 Polygon(
                     outline, facecolor=(_CAPSULE, 0.09), edgecolor=(_CAPSULE, 0.7), lw=1.1, zorder=2

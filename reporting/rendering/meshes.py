@@ -26,7 +26,7 @@ def _polygon(corners: int) -> Any:
     )
 
 
-DISC, _FINE_DISC = _polygon(48), _polygon(96)
+DISC, FINE_DISC = _polygon(48), _polygon(96)
 _UP = np.eye(3)[2]
 _THINNEST = 1e-4  # m, of what is drawn of a polyhedron
 
@@ -89,7 +89,7 @@ def cone(apex: Any, axis: Any, half_angle: float, range_m: float) -> Surface:
     """A cone's side and base, with a crease between them."""
     base, wide = apex + range_m * axis, range_m * np.tan(half_angle)
     near, rim, middle = (
-        circle(c, axis, r, _FINE_DISC)
+        circle(c, axis, r, FINE_DISC)
         for c, r in ((apex, 1e-3 * wide), (base, wide), (base, 1e-3 * wide))
     )
     return joined([tube(np.stack([near, rim])), tube(np.stack([rim, middle]))])
