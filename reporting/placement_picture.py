@@ -97,10 +97,9 @@ def _draw_seen(canvas: Canvas, cones: Cones, colours: list[Any], outer: Solid) -
     """The target's outline and in it the cones, each in its colour (K,)."""
     from matplotlib.collections import PolyCollection
     from matplotlib.path import Path as Outline
-    from scipy.spatial import ConvexHull
 
     ax = canvas.ax
-    hulls = [xy[ConvexHull(xy).vertices] for xy, _ in map(canvas.project, convex_pieces(outer))]
+    hulls = [canvas.hull(points) for points in convex_pieces(outer)]
     # of the edges the outline stays
     for face, edge, width in (("none", _TARGET_EDGE, 2.2), (_TARGET, _TARGET, 0.3)):
         ax.add_collection(
@@ -109,9 +108,10 @@ def _draw_seen(canvas: Canvas, cones: Cones, colours: list[Any], outer: Solid) -
     veils = []  # depth, outline, colours of the face and of the edge, width of the edge
     for k, length in enumerate(lengths_within(cones, outer)):
         veil = min(0.16, 2 / colours.count(colours[k]))
-        xy, depth = canvas.project(np.vstack([cones.apex[k], rim_of(cones, k, length)]))
+        whole = np.vstack([cones.apex[k], rim_of(cones, k, length)])
+        xy, depth = canvas.project(whole)
         for outline, opacity, width in (
-            (xy[ConvexHull(xy).vertices], 0.12, 0.4),
+            (canvas.hull(whole), 0.12, 0.4),
             (xy[1:], 0.25, 0.5),
         ):
             line = (*rgb(colours[k]), opacity * max(1, 16 * veil))

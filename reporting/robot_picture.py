@@ -16,13 +16,10 @@ from ..formats.robots.robot_fit import FittedLink
 from .plots import GREY, INK
 from .rendering.canvas import Canvas
 from .rendering.figures import write_png
-from .rendering.meshes import circle
+from .rendering.meshes import FINE_DISC, circle
 
 _VIEWS = (("from the side", -90.0, 0.0), ("oblique view", -58.0, 22.0))
 _SKIN, _CAPSULE, _MOUNT, _CURVE = "#dbe0e5", "#0072B2", "#D55E00", "#009E73"
-_CORNERS = np.stack(
-    [f(np.linspace(0, 2 * np.pi, 72, endpoint=False)) for f in (np.cos, np.sin)], axis=1
-)
 
 
 def _surface(links: Sequence[FittedLink], frames: Any) -> Any:
@@ -32,14 +29,6 @@ def _surface(links: Sequence[FittedLink], frames: Any) -> Any:
         T = np.eye(4) if link.frame == BASE else frames[link.frame]
         triangles.append(link.triangles @ T[:3, :3].T + T[:3, 3])
     return np.concatenate(triangles)
-
-
-def _outline(canvas: Canvas, a: Any, b: Any, radius: float) -> Any:
-    """Outline (M, 2) of a capsule in the axes, from infinity."""
-    from scipy.spatial import ConvexHull
-
-    xy = np.concatenate([canvas.project(p)[0] + radius * _CORNERS for p in (a, b)])
-    return xy[ConvexHull(xy).vertices]
 
 
 def _view(ax: Any, robot: Robot, skin: Any, box: Any, eye: tuple[float, float]) -> None:
@@ -52,7 +41,8 @@ def _view(ax: Any, robot: Robot, skin: Any, box: Any, eye: tuple[float, float]) 
     if robot.bodies:
         bodies = robot_capsules(robot, frames)
         for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
-            outline = _outline(canvas, a, b, float(r))
+            rims = [circle(p, canvas.rotation[2], float(r), FINE_DISC) for p in (a, b)]
+            outline = canvas.hull(np.concatenate(rims))
             ax.add_patch(
                 Polygon(
                     outline, facecolor=(_CAPSULE, 0.09), edgecolor=(_CAPSULE, 0.7), lw=1.1, zorder=2

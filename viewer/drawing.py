@@ -17,11 +17,11 @@ from ..coverage.robots.kinematics import forward
 from ..coverage.solids.cones import Cones
 from ..coverage.targets import Target, robot_curve
 from ..reporting.rendering.canvas import Surface
-from ..reporting.rendering.meshes import RING_WIDTH, band, faces_within, lengths_within, tube
+from ..reporting.rendering.meshes import RING_WIDTH, band, faces_within, lengths_within, loops, tube
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
 from .quick_estimate import ONCE, SHADOWED, SHOWN, TWICE, UNSEEN, QuickEstimate
 from .robot_surface import Skin
-from .triangle_meshes import beams, bodies, chips, grid, loops, outline
+from .triangle_meshes import beams, bodies, chips, grid, outline
 
 Shown = Literal["off", "this ring", "this link", "all"]
 SHOWN_CONES: tuple[Shown, ...] = ("off", "this ring", "this link", "all")

@@ -14,7 +14,7 @@ from ..coverage.solids.cones import Cones
 from ..coverage.solids.spheres import Spheres
 from ..coverage.solids.swept_tube import Tube
 from ..reporting.rendering.canvas import Surface
-from ..reporting.rendering.meshes import body, capsule, circle, joined, rim_of, rod, tube
+from ..reporting.rendering.meshes import body, capsule, circle, joined, loops, rim_of, rod, tube
 
 _STICK = 0.045  # m, of a robot without bodies
 # m, half the edges of a sensor: across, across, along its axis
@@ -65,11 +65,6 @@ def beams(
         found.append((np.vstack([cones.apex[k], rim]), faces))
         edges.append(np.stack([rim, np.roll(rim, -1, axis=0)], axis=1))
     return joined(found), np.concatenate(edges) if edges else np.zeros((0, 2, 3))
-
-
-def loops(rings: Float[np.ndarray, "C T 3"]) -> Float[np.ndarray, "E 2 3"]:
-    """The edges of closed lines."""
-    return np.stack([rings, np.roll(rings, -1, axis=1)], axis=2).reshape(-1, 2, 3)
 
 
 def grid(half: float, step: float) -> Float[np.ndarray, "E 2 3"]:

@@ -97,6 +97,13 @@ class Canvas:
         seen = (points - self.box.mean(axis=0)) @ self.rotation.T
         return seen[..., :2] * self._nearness(seen[..., 2:]), seen[..., 2]
 
+    def hull(self, points: Any) -> Any:
+        """Outline (M, 2) m in the axes of the convex hull of points (N, 3)."""
+        from scipy.spatial import ConvexHull
+
+        xy = self.project(points)[0]
+        return xy[ConvexHull(xy).vertices]
+
     def _nearness(self, depth: Any) -> Any:
         return self.distance / (self.distance - depth) if np.isfinite(self.distance) else 1.0
 

@@ -24,7 +24,7 @@ def _polygon(corners: int) -> Any:
     )
 
 
-DISC, _FINE_DISC = _polygon(48), _polygon(96)
+DISC, FINE_DISC = _polygon(48), _polygon(96)
 _UP = np.eye(3)[2]
 _THINNEST = 1e-4  # m, of what is drawn of a polyhedron
 
@@ -43,6 +43,11 @@ def tube(circles: Float[np.ndarray, "C T 3"]) -> Surface:
     a, b = i * t + j, i * t + (j + 1) % t
     faces = np.stack([np.stack([a, b, b + t], -1), np.stack([a, b + t, a + t], -1)], axis=2)
     return circles.reshape(-1, 3), faces.reshape(-1, 3)
+
+
+def loops(circles: Float[np.ndarray, "C T 3"]) -> Float[np.ndarray, "E 2 3"]:
+    """The edges of closed lines."""
+    return np.stack([circles, np.roll(circles, -1, axis=1)], axis=2).reshape(-1, 2, 3)
 
 
 def joined(some: list[Surface]) -> Surface:
@@ -82,7 +87,7 @@ def cone(apex: Any, axis: Any, half_angle: float, range_m: float) -> Surface:
     """A cone's side and base, with a crease between them."""
     base, wide = apex + range_m * axis, range_m * np.tan(half_angle)
     near, rim, middle = (
-        circle(c, axis, r, _FINE_DISC)
+        circle(c, axis, r, FINE_DISC)
         for c, r in ((apex, 1e-3 * wide), (base, wide), (base, 1e-3 * wide))
     )
     return joined([tube(np.stack([near, rim])), tube(np.stack([rim, middle]))])

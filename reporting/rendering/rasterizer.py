@@ -103,41 +103,28 @@ def _spans(
     return which[some], row[some], left[some], (right - left)[some]
 
 
-@dataclass(frozen=True)
-class _Fragments:
-    """Pixels of triangles: the triangle of each, its pixel, row by row, and its depth there."""
-
-    triangle: Int[np.ndarray, " M"]
-    pixel: Int[np.ndarray, " M"]
-    depth: Float[np.ndarray, " M"]
-
-
-def _fragments(corners: Float[np.ndarray, "N 3 3"], shape: tuple[int, int]) -> Iterator[_Fragments]:
-    """All pixels of triangles in a picture of ``shape`` (rows, columns), part by part."""
+def _fragments(
+    corners: Float[np.ndarray, "N 3 3"], shape: tuple[int, int]
+) -> Iterator[tuple[Int[np.ndarray, " M"], Int[np.ndarray, " M"], Float[np.ndarray, " M"]]]:
+    """All pixels of triangles in a picture of ``shape`` (rows, columns), part by part: the triangle
+    of each, its pixel, row by row, and its depth there."""
     x, y = corners[:, 1:, 0] - corners[:, :1, 0], corners[:, 1:, 1] - corners[:, :1, 1]
-    whole = np.flatnonzero(np.abs(x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]) > 1e-9)
+    whole = np.flatnonzero(np.abs(x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]) > 1e-8)
     plane = _planes(corners[whole], corners[whole, :, 2])
-    low, high = corners[whole, :, 2].min(axis=1), corners[whole, :, 2].max(axis=1)
     triangle, row, left, count = _spans(corners[whole], shape)
     total = np.cumsum(count)
-    at = plane[triangle, 0] + plane[triangle, 1] * (left + 0.5) + plane[triangle, 2] * (row + 0.5)
+    base, across, up = plane[triangle].T
+    at = base + across * (left + 0.5) + up * (row + 0.5)
     start = 0
     while start < len(count):
         done = total[start - 1] if start else 0
         end = max(start + 1, int(np.searchsorted(total, done + _MOST)))
         part = slice(start, end)
         run, place = _expand(count[part])
-        mine = triangle[part]
         depth = at[part].astype(np.float32)[run]
-        depth += plane[mine, 1].astype(np.float32)[run] * place.astype(np.float32)
-        # at the rim of a triangle that is seen from its edge rounding may lead far away
-        steep = np.abs(plane[mine, 1]) * count[part] > 2 * (high - low)[mine] + 1e-12
-        if steep.any():
-            depth = np.clip(
-                depth, low[mine].astype(np.float32)[run], high[mine].astype(np.float32)[run]
-            )
-        pixel = (row[part].astype(np.int32) * shape[1] + left[part])[run] + place
-        yield _Fragments(whole[mine].astype(np.int32)[run], pixel, depth)
+        depth += across[part].astype(np.float32)[run] * place.astype(np.float32)
+        pixel = (row[part] * np.int32(shape[1]) + left[part])[run] + place
+        yield whole[triangle[part]].astype(np.int32)[run], pixel, depth
         start = end
 
 
@@ -156,9 +143,9 @@ class DepthBuffer:
         """Draw triangles: at each pixel the nearest of them and of those before is seen, of equals
         the last."""
         nearest = np.full(len(self.depth), -1, np.int32)
-        for f in _fragments(triangles.corners, self.shape):
-            won = self._nearer(f.pixel, f.depth)
-            nearest[f.pixel[won]] = f.triangle[won]
+        for triangle, pixel, depth in _fragments(triangles.corners, self.shape):
+            won = self._nearer(pixel, depth)
+            nearest[pixel[won]] = triangle[won]
         pixel = np.flatnonzero(nearest >= 0)
         mine = nearest[pixel]
         self.colour[pixel] = shaded(triangles.colour, triangles.light[:, 0]).astype(np.float32)[
@@ -221,11 +208,11 @@ class DepthBuffer:
         z = triangles.corners[:, :, 2]
         low, high = (float(z.min()), float(z.max())) if len(z) else (0.0, 1.0)
         step = max(high - low, 1e-12) / ((1 << _DEPTH_BITS) - 1)
-        for f in _fragments(triangles.corners, self.shape):
-            before = f.depth > self.depth[f.pixel]
-            far = ((high - f.depth[before].astype(float)) / step).clip(0, (1 << _DEPTH_BITS) - 1)
-            key = f.pixel[before].astype(np.int64) << _DEPTH_BITS | far.astype(np.int64)
-            keys.append(key << _ITEM_BITS | f.triangle[before])
+        for triangle, pixel, depth in _fragments(triangles.corners, self.shape):
+            before = depth > self.depth[pixel]
+            far = ((high - depth[before].astype(float)) / step).clip(0, (1 << _DEPTH_BITS) - 1)
+            key = pixel[before].astype(np.int64) << _DEPTH_BITS | far.astype(np.int64)
+            keys.append(key << _ITEM_BITS | triangle[before])
         if not keys or not sum(map(len, keys)):
             return
         key = np.sort(np.concatenate(keys))

@@ -9,7 +9,7 @@ from ...coverage.rings.ring import Setup
 from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.robots.robot import Robot
 from .canvas import Canvas, rgb
-from .meshes import RING_WIDTH, ball, band, body, capsule, circle, closed, rod, tube
+from .meshes import RING_WIDTH, ball, band, body, capsule, circle, closed, loops, rod, tube
 
 _LINK, _JOINT = "#b4bbc3", "#7d8791"
 _LINK_RADIUS, _JOINT_RADIUS = 0.048, 0.062  # m
@@ -42,8 +42,7 @@ def add_robot(
         rims = band(robot, frames, ring, width)
         canvas.mesh(tube(rims), colour[ring.link])
         # a ring that is seen from its edge has no other area
-        edges = np.stack([rims, np.roll(rims, -1, axis=1)], axis=2).reshape(-1, 2, 3)
-        canvas.lines(edges, 0.8 * rgb(colour[ring.link]), _RIM)
+        canvas.lines(loops(rims), 0.8 * rgb(colour[ring.link]), _RIM)
 
 
 def _add_bodies(canvas: Canvas, robot: Robot, frames: Any) -> None:

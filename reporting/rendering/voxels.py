@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float, Int
 from ...coverage.solids.base import Solid
 from ...coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
 from .canvas import Canvas
+from .meshes import loops
 
 # Corners of the faces that look along +x, +y and +z, in voxels from the lowest corner, in turn
 # around the face.
@@ -160,5 +161,4 @@ def add_skin(
         rgb = np.clip(rgb * (light[mine, None] if isinstance(light, np.ndarray) else light), 0, 1)
         canvas.faces(faces, rgb, alpha, lit=False)
         if line:
-            edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2, 3)
-            canvas.lines(edges, np.repeat(0.72 * rgb, 4, axis=0), line, _OVER * skin.voxel)
+            canvas.lines(loops(faces), np.repeat(0.72 * rgb, 4, axis=0), line, _OVER * skin.voxel)

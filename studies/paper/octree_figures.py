@@ -15,7 +15,7 @@ from ...objectives.scene import Scene
 from ...reporting.plots import GREY, INK
 from ...reporting.rendering.canvas import UNSEEN_COLOUR, Canvas, paler
 from ...reporting.rendering.figures import add_axes, add_bar, write_png
-from ...reporting.rendering.meshes import circle, cone
+from ...reporting.rendering.meshes import circle, cone, loops
 from ...reporting.rendering.voxels import add_skin, normals, skin
 from .octree_view import (
     EYE,
@@ -225,8 +225,6 @@ def one_cone(file: Path) -> list[dict[str, float | str]]:
         For each rule and size: rule, voxel m, voxels, volume_m3, closed_form_m3, error_percent, and
             over drawn places of the cone on the lattice mean_m3 and deviation_m3.
     """
-    from scipy.spatial import ConvexHull
-
     axis, apex = np.array([0.0, 0.0, 1.0]), np.full(3, _OFF)
     half, height, truth = PAPER_SENSOR.fov / 2, PAPER_SENSOR.range_m, PAPER_SENSOR.volume
     solid = Cones(apex[None], axis[None], np.array([half]), np.array([height]))
@@ -243,14 +241,13 @@ def one_cone(file: Path) -> list[dict[str, float | str]]:
     )
     canvases = [Canvas(ax, solid.bounds(), *EYE) for ax in axes]
     rim = circle(apex + height * axis, axis, height * np.tan(half))
-    outline = canvases[0].project(np.vstack([apex, rim]))[0]
-    outline = outline[ConvexHull(outline).vertices]
+    outline = canvases[0].hull(np.vstack([apex, rim]))
     canvases[0].mesh(cone(apex, axis, half, height), _METAL, closed=True)
     _title(axes[0], "Cone", f"closed form\n{truth:.4f} m³\n")
     for d in np.arange(_DISCS, height + 1e-9, _DISCS):
         disc = circle(apex + d * axis, axis, d * np.tan(half))
         canvases[5].faces(disc[None], paler(_METAL, 0.3), lit=False)
-        canvases[5].lines(np.stack([disc, np.roll(disc, -1, axis=0)], axis=1), GREY, 0.7)
+        canvases[5].lines(loops(disc[None]), GREY, 0.7)
     _title(axes[5], "Discs", f"{_DISCS:g} m apart\n\n")
     rows: list[dict[str, float | str]] = []
     for canvas, (rule, voxel) in zip(

@@ -19,7 +19,7 @@ from ...coverage.voxels.voxel_set import VoxelSet
 from ...objectives.scene import Scene
 from ...objectives.verify import target_voxels
 from ...reporting.rendering.canvas import LINK_COLOURS, UNSEEN_COLOUR, Canvas, paler, rgb
-from ...reporting.rendering.meshes import body, circle, cone, tube
+from ...reporting.rendering.meshes import body, circle, cone, loops, tube
 from ...reporting.rendering.robot import add_robot
 from ...reporting.rendering.voxels import add_skin, cut_open, holds, normals, openness, skin
 
@@ -114,11 +114,6 @@ def _add_robot(canvas: Canvas, view: OctreeView) -> None:
     add_robot(canvas, view.scene.robot, view.frames, view.setup, view.colours)
 
 
-def _loops(circles: Any) -> Any:
-    """Lines (N, 2, 3) m around circles (C, T, 3)."""
-    return np.stack([circles, np.roll(circles, -1, axis=1)], axis=2).reshape(-1, 2, 3)
-
-
 def draw_discs(canvas: Canvas, view: OctreeView) -> None:
     """V_S as it is swept: grey discs where the pose curve bends, a colour each where it is
     straight.
@@ -130,7 +125,7 @@ def draw_discs(canvas: Canvas, view: OctreeView) -> None:
         way /= np.linalg.norm(way, axis=1, keepdims=True)
         rims = np.array([circle(c, n, radius) for c, n in zip(piece.point(t), way, strict=True)])
         colour = BEND_COLOUR if piece.bend else next(shades)
-        canvas.lines(_loops(rims), paler(colour, 0.4), 0.6)
+        canvas.lines(loops(rims), paler(colour, 0.4), 0.6)
         if not piece.bend:
             canvas.mesh(tube(rims), colour, 0.5)
             canvas.faces(rims, colour, 0.1, lit=False)
@@ -143,7 +138,6 @@ def draw_cones(canvas: Canvas, view: OctreeView) -> None:
     the robot is seen.
     """
     from matplotlib.collections import PolyCollection
-    from scipy.spatial import ConvexHull
 
     c: Any = view.cones
     towards = c.axis @ canvas.rotation[2] > _TOWARDS
@@ -154,10 +148,10 @@ def draw_cones(canvas: Canvas, view: OctreeView) -> None:
     canvas.draw()
     for k in np.flatnonzero(towards):
         base, wide = c.apex[k] + c.range_m[k] * c.axis[k], c.range_m[k] * np.tan(c.half_angle[k])
-        xy, _ = canvas.project(np.vstack([c.apex[k], circle(base, c.axis[k], wide)]))
+        rim = circle(base, c.axis[k], wide)
         colour = tuple(rgb(view.colours[view.links[k]]))
         outline = PolyCollection(
-            [xy[ConvexHull(xy).vertices], xy[1:]],
+            [canvas.hull(np.vstack([c.apex[k], rim])), canvas.project(rim)[0]],
             facecolors=[(*colour, 0.05), (*colour, 0.08)],
             edgecolors=[(*colour, 0.25), (*colour, 0.9)],
             linewidths=[0.5, 0.9],
