@@ -15,7 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from place_rings.cli.main import app as commands
+from place_rings.cli.app import app as commands
 
 ROOT = Path(__file__).resolve().parent.parent
 COUNT_SLACK = 0.011  # points: figures are rounded to two decimals

@@ -24,9 +24,9 @@ NAMES = (
         "fronts",
         "searches",
     ),
-    *("rig", "rig_moving", "rig_checks", "viewer"),
+    *("rig", "rig_moving", "rig_checks", "near_stops", "viewer", "start_up"),
 )
-_LONG = ("questions", "fronts", "searches", "rig", "rig_moving", "rig_checks")
+_LONG = ("questions", "fronts", "searches", "rig", "rig_moving", "rig_checks", "near_stops")
 _PARTS = {"rig": ("rig", "rig_moving")}  # sections of one benchmark
 FILE = Path(__file__).parent.parent / "results" / "benchmarks.md"
 PACKAGES = (

@@ -15,8 +15,9 @@ from typing import Any
 import dask
 import numpy as np
 from place_rings.studies.engine import cluster
+from place_rings.studies.engine.counting import zeta
 from place_rings.studies.engine.store import Cell, Store
-from place_rings.studies.engine.tasks import TASKS, zeta
+from place_rings.studies.engine.tasks import TASKS
 
 NOTES = "PLACE_RINGS_NOTES"
 

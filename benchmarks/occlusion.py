@@ -30,7 +30,7 @@ _LINKS = ("shoulder", "upperarm", "forearm", "wrist1", "wrist2", "wrist3")
 def capsule_meshes(occluders: Occluders) -> list[trimesh.Trimesh]:
     """The bodies, finely tessellated."""
     found = []
-    for start, end, radius in zip(*occluders.bodies, strict=True):
+    for start, end, radius in zip(*occluders.bodies.arrays(), strict=True):
         ends = [trimesh.creation.icosphere(4, radius).apply_translation(c) for c in (start, end)]
         found += [
             *ends,

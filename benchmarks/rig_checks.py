@@ -29,10 +29,10 @@ from place_rings.coverage.targets import Target
 from place_rings.objectives.scene import Obstacle, Pose, Scene
 from place_rings.rig.mount.as_built import AsBuilt, truth_of
 from place_rings.rig.mount.fit import fit_mount
-from place_rings.rig.mount.plan import MountPlan, planned
-from place_rings.rig.rod.check import RodCheck, check_rod
-from place_rings.rig.rod.plan import Places, places, plan_rod, rod_zeta
+from place_rings.rig.mount.stop_plan import MountPlan, planned
+from place_rings.rig.rod.coverage_estimate import RodCheck, check_rod
 from place_rings.rig.rod.rod import Rod
+from place_rings.rig.rod.trial_plan import Places, places, plan_rod, rod_zeta
 from place_rings.rig.sensing.readings import at_stops
 from place_rings.rig.simulated_cell.injected import injected
 from place_rings.rig.simulated_cell.world import World

@@ -12,14 +12,14 @@ import sys
 from multiprocessing.connection import Connection
 
 import numpy as np
-from place_rings.cli.check_view import View
 from place_rings.cli.pipes import ended_by_signals, gone_is_an_error
-from place_rings.rig.listening.session import Session
-from place_rings.rig.listening.stop_conditions import StopConditions, StopRules
-from place_rings.rig.procedure import EndedError
+from place_rings.cli.runs.check_view import View
+from place_rings.rig.check.procedure import EndedError
 from place_rings.rig.rings.health import Port
-from place_rings.rig.robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
+from place_rings.rig.robot.motion import MotionLimits, Mover, MoveRefusedError, MoveStoppedError
 from place_rings.rig.robot.vetting import LinkFaultError
+from place_rings.rig.session.session import Session
+from place_rings.rig.session.stop_conditions import StopConditions, StopRules
 from rich.console import Console
 
 COUNT, NEAR = 16, 0.15  # sensors of a ring; m
@@ -73,7 +73,7 @@ def check(address: str, ports: list[str]) -> None:
         session.link.wait()
         session.rings.wait(3.0)
         stops = StopConditions(session, lambda q: least, StopRules())
-        limits = Limits(np.tile([-2 * np.pi, 2 * np.pi], (6, 1)))
+        limits = MotionLimits(np.tile([-2 * np.pi, 2 * np.pi], (6, 1)))
         with Mover(address, session.link, limits, danger=stops) as mover:
             say("ready")
             view = View(

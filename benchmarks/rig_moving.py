@@ -6,7 +6,6 @@ own, through unmodified ur-rtde and pyserial, with the limits of a real rig), an
 random moment of a motion.
 """
 
-import json
 import os
 import re
 import signal
@@ -14,16 +13,12 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from multiprocessing import get_context
-from pathlib import Path
-from queue import Empty, Queue
 from statistics import median
-from threading import Thread
-from typing import Any
 
 import numpy as np
 import psutil
@@ -32,250 +27,19 @@ from place_rings.rig.robot.motion import UNSEEN
 from place_rings.rig.robot.motion_process import LEAVE
 from place_rings.rig.simulated.process import SimulatedRig, command
 from rig_found import PLAIN
+from rig_mover import RINGS, Victim
+from rig_moving_faults import FAULTS, Fault
 
 # s: bounds of stillness, and of the end of all processes after the check's
 STILL, LEFT = 1.0, LEAVE + 0.5
-RINGS = 2
 RUNS = 20
 _BUSY = 8
-_SECONDS = 20.0  # that a check may take to start, or to end
-_PAUSE = 1.5  # s, of a process that is stopped and goes on
 _LIMITS = re.compile(
     "no new state came in time|states come too long|is silent|held up|no sign of life|process ended"
 )
 _LATE = re.compile(r"it was seen to stand still only after [\d.]+ s")
 _SIDE_BY_SIDE = 3  # rigs at once: most of a run is waiting
 _TRIES = 12  # starts of a check, on a machine that is too busy for the limits of a real rig
-
-
-_HERE = str(Path(__file__).parent)
-# the forkserver reads no sys.path
-os.environ["PYTHONPATH"] = os.pathsep.join([_HERE, os.environ.get("PYTHONPATH", "")])
-_FORKS = get_context("forkserver")  # imports once; each check is a process of its own all the same
-_FORKS.set_forkserver_preload(["rig_mover_victim"])
-
-
-class Victim:
-    """A check that moves the robot of ``rig``."""
-
-    def __init__(self, rig: SimulatedRig) -> None:
-        from rig_mover_victim import work
-
-        (answers, self._answers), (self._lines, lines) = _FORKS.Pipe(False), _FORKS.Pipe(False)
-        self.process = _FORKS.Process(
-            target=work, args=(rig.address, [rig.ring(i) for i in range(RINGS)], answers, lines)
-        )
-        self.process.start()
-        answers.close()
-        lines.close()
-        self._said: Queue[dict[str, Any]] = Queue()
-        self._reader = Thread(target=self._read, daemon=True)
-        self._reader.start()
-
-    def _read(self) -> None:
-        with os.fdopen(os.dup(self._lines.fileno())) as lines:
-            for line in lines:
-                self._said.put(json.loads(line))
-
-    def wait(self, what: str, seconds: float = _SECONDS) -> dict[str, Any] | None:
-        """What it says of ``what``, once it does; None if it ends before, or does not in time."""
-        until = time.monotonic() + seconds
-        while (left := until - time.monotonic()) > 0:
-            try:
-                said = self._said.get(timeout=min(left, 0.1))
-            except Empty:
-                if (
-                    not self.process.is_alive()
-                    and not self._reader.is_alive()
-                    and self._said.empty()
-                ):
-                    return None
-                continue
-            if said["what"] == what:
-                return said
-            if said["what"] == "ended":
-                return None
-        return None
-
-    def go(self) -> None:
-        """Answer the question between two motions."""
-        os.write(self._answers.fileno(), b"\n")
-
-    def no_more(self) -> None:
-        """Answer nothing any more: the end of its input."""
-        self._answers.close()
-
-    def send(self, number: int) -> None:
-        """Send it a signal."""
-        assert self.process.pid is not None
-        os.kill(self.process.pid, number)
-
-    def family(self) -> list[psutil.Process]:
-        """It, and the processes that it has."""
-        check = psutil.Process(self.process.pid)
-        return [check, *check.children()]
-
-    def child(self, module: str) -> psutil.Process:
-        """Its process that runs a module."""
-        return next(c for c in self.family() if module in " ".join(c.cmdline()))
-
-    def close(self) -> None:
-        """End it, if it has not ended."""
-        self.no_more()
-        self.process.join(_SECONDS)
-        if self.process.is_alive():
-            self.process.kill()
-            self.process.join()
-        self._reader.join()
-        self._lines.close()
-
-
-Strike = Callable[[SimulatedRig, Victim, np.random.Generator], object]
-
-
-def to_check(number: int) -> Strike:
-    """A signal to the check."""
-    return lambda rig, victim, rng: victim.send(number)
-
-
-def to_child(module: str, number: int, resumed: bool = False) -> Strike:
-    """A signal to one of the check's processes, which goes on later where it is ``resumed``."""
-
-    def strike(rig: SimulatedRig, victim: Victim, rng: np.random.Generator) -> None:
-        child = victim.child(module)
-        child.send_signal(number)
-        if resumed:
-            later(lambda: child.send_signal(signal.SIGCONT))
-
-    return strike
-
-
-def later(do: Callable[[], object]) -> None:
-    """Do something after a pause, if it can still be done."""
-
-    def work() -> None:
-        time.sleep(_PAUSE)
-        with suppress(psutil.NoSuchProcess, ProcessLookupError):
-            do()
-
-    Thread(target=work, daemon=True).start()
-
-
-def paused(rig: SimulatedRig, victim: Victim, rng: np.random.Generator) -> None:
-    """The check is stopped, and goes on later."""
-    victim.send(signal.SIGSTOP)
-    later(lambda: victim.send(signal.SIGCONT))
-
-
-def done(do: str, **more: Any) -> Strike:
-    """Something that the simulated rig does."""
-    return lambda rig, victim, rng: rig.do(do, **more)
-
-
-def of_ring(do: str, **more: Any) -> Strike:
-    """The same, of a ring that is drawn."""
-    return lambda rig, victim, rng: rig.do(do, ring=int(rng.integers(RINGS)), **more)
-
-
-def together(*strikes: Strike) -> Strike:
-    """One after another."""
-    return lambda rig, victim, rng: [strike(rig, victim, rng) for strike in strikes]
-
-
-def end_of_input(rig: SimulatedRig, victim: Victim, rng: np.random.Generator) -> None:
-    """Nobody will answer any more."""
-    victim.no_more()
-
-
-@dataclass(frozen=True)
-class Fault:
-    """strike: what is done. reported: a pattern of what the check must say; None where it cannot.
-    moves: whether the motion goes on to its end, as the fault is none of it. stops: whether
-    anything can stop the robot."""
-
-    strike: Strike
-    reported: str | None
-    moves: bool = False
-    stops: bool = True
-
-
-_MOTION, _LINK = "robot.motion_process", "robot.link_process"
-FAULTS: dict[str, Fault] = {
-    "a reading is too near": Fault(
-        of_ring("near", at=0.05), r"ring \d: sensor 0 reads \d+ mm, nearer than 150 mm"
-    ),
-    "all sensors of a ring fail": Fault(
-        of_ring("fail", share=1.0), r"ring \d: 16 of 16 sensors report failure"
-    ),
-    "more sensors of a ring fail than may": Fault(
-        of_ring("fail", share=0.32), r"ring \d: 5 of 16 sensors report failure"
-    ),
-    "a ring's distances no longer change": Fault(
-        of_ring("freeze", share=1.0), r"ring \d: .* have not changed in \d+ frames"
-    ),
-    "half of a ring's distances no longer change": Fault(
-        of_ring("freeze", share=0.5), r"ring \d: \d of 16 sensors have not changed in \d+ frames"
-    ),
-    "a ring is silent": Fault(of_ring("silent"), r"ring \d: is silent"),
-    "a ring is unplugged": Fault(of_ring("unplug"), r"ring \d: is silent"),
-    "a ring sends no intact frame": Fault(of_ring("garble"), r"ring \d: is silent"),
-    "the robot's side closes the connection": Fault(
-        done("close"), r"the robot's side closed|the robot ended its program"
-    ),
-    "the stream of states stalls": Fault(done("stall"), r"no new state came in time"),
-    "the cable to the robot is pulled": Fault(done("drop"), r"no new state came in time"),
-    "a malformed package ends the client": Fault(done("zero"), r"process ended"),
-    "a protective stop": Fault(done("stop", how="protective"), r"the robot's safety stopped it"),
-    "an emergency stop": Fault(done("stop", how="emergency"), r"the robot's safety stopped it"),
-    "the safeguard stops the robot": Fault(
-        done("stop", how="safeguard"), r"the robot's safety stopped it"
-    ),
-    "the program is stopped at the pendant": Fault(done("pendant"), r"the robot ended its program"),
-    "the controller ignores its program's stop": Fault(
-        together(done("ignore", how="unwilling"), of_ring("near", at=0.05)),
-        r"ring \d: sensor 0 reads",
-    ),
-    "the controller ignores every stop": Fault(
-        together(done("ignore"), of_ring("near", at=0.05)), re.escape(UNSEEN), stops=False
-    ),
-    "Ctrl-C": Fault(to_check(signal.SIGINT), r"interrupted"),
-    "SIGTERM to the check": Fault(to_check(signal.SIGTERM), r"ended by SIGTERM"),
-    "SIGHUP to the check": Fault(to_check(signal.SIGHUP), r"ended by SIGHUP"),
-    "SIGKILL to the check": Fault(to_check(signal.SIGKILL), None),
-    "SIGKILL to the check, and the controller answers nothing": Fault(
-        together(done("drop"), to_check(signal.SIGKILL)), None
-    ),
-    "SIGSTOP to the check, then SIGCONT": Fault(
-        paused, r"held up|no sign of life|no new state came in time"
-    ),
-    "SIGTERM to the process that moves the robot": Fault(
-        to_child(_MOTION, signal.SIGTERM), r"ended by SIGTERM"
-    ),
-    "SIGKILL to the process that moves the robot": Fault(
-        to_child(_MOTION, signal.SIGKILL), r"ended by SIGKILL"
-    ),
-    "SIGSTOP to the process that moves the robot, then SIGCONT": Fault(
-        to_child(_MOTION, signal.SIGSTOP, True), r"the process that moves it gave no sign of life"
-    ),
-    "SIGHUP to the process that moves the robot": Fault(
-        to_child(_MOTION, signal.SIGHUP), None, moves=True
-    ),
-    "SIGTERM to the process that reads the robot": Fault(
-        to_child(_LINK, signal.SIGTERM), r"process ended"
-    ),
-    "SIGKILL to the process that reads the robot": Fault(
-        to_child(_LINK, signal.SIGKILL), r"process ended"
-    ),
-    "SIGSTOP to the process that reads the robot, then SIGCONT": Fault(
-        to_child(_LINK, signal.SIGSTOP, True), r"no new state came in time"
-    ),
-    "SIGHUP to the process that reads the robot": Fault(
-        to_child(_LINK, signal.SIGHUP), None, moves=True
-    ),
-    "the end of input before the next question": Fault(
-        end_of_input, r"ended by who was asked", moves=True
-    ),
-}
 
 
 @dataclass

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy as np
 import psutil
-from place_rings.rig.listening.gathering import replay
-from place_rings.rig.listening.session import Session
-from place_rings.rig.recording.recording import Recorded, Recording
+from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.recording.records import Kind
 from place_rings.rig.rings.health import Port
 from place_rings.rig.robot.link import START
 from place_rings.rig.robot.vetting import STALE, LinkFaultError
+from place_rings.rig.session.gathering import replay
+from place_rings.rig.session.session import Session
 from place_rings.rig.simulated.process import SimulatedRig, command
 from rig_found import PLAIN, Found, row, until
 
@@ -88,7 +88,7 @@ def listening(
         start = time.monotonic()
         session.close()
         found.closing = max(found.closing, time.monotonic() - start)
-        again = replay(Recorded(file), ports)
+        again = replay(RecordingReader(file), ports)
         found.lost += abs(len(session.gathered.states) - len(again.states))
         found.lost += abs(len(session.gathered.frames) - len(again.frames))
         found.given, found.wrong = found.given + asker.given, found.wrong + asker.wrong
@@ -163,7 +163,7 @@ def victim(
         )
         found.seconds.append(time.monotonic() - struck)
         found.outcomes["the recording is whole up to the kill, the client's process ends"] += 1
-    recorded = Recorded(file)
+    recorded = RecordingReader(file)
     records = sum(r.kind not in (Kind.ABOUT, Kind.END) for r in recorded.records())
     found.lost += max(int(kept) - records, 0)
 

@@ -12,9 +12,9 @@ import sys
 import time
 from pathlib import Path
 
-from place_rings.rig.listening.session import Session
 from place_rings.rig.recording.recording import Recording
 from place_rings.rig.rings.health import Port
+from place_rings.rig.session.session import Session
 
 
 def main() -> None:

@@ -19,7 +19,7 @@ from typing import Any
 
 from common import installed, missing
 from place_rings.placement.search.search import search
-from place_rings.studies.engine.runner import program
+from place_rings.studies.engine.digest import program
 from place_rings.studies.engine.store import Cell, Store
 from search_page import ANY, MINE, Run, pages
 from search_peers import PEERS, ours, space_of, until_over
@@ -91,7 +91,7 @@ def plan(
         for name, (package, _) in PEERS.items()
         if installed(package)
     }
-    made_of = dict.fromkeys(OURS, program({"search": search})) | made_of
+    made_of = dict.fromkeys(OURS, program(search)) | made_of
     order = [(s, n) for s in SCENES for n in RINGS_PER_LINK if s in scenes and n in sensors]
     order.sort(key=lambda sn: (sn[1], sn[0] not in _FIRST))
     return [

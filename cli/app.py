@@ -1,13 +1,27 @@
-"""The command line's program, and the options that several commands share."""
+"""The program: its commands by rule, and how it ends.
 
-from importlib.metadata import version
-from pathlib import Path
-from typing import Annotated
+Every file in commands/ is the command of its name, by a function of its name; it is imported when
+the command runs. place is what runs without a command.
+"""
 
-from cyclopts import App, Parameter
-from cyclopts.validators import Number
+import signal
+import sys
+from pkgutil import iter_modules
 
-from ..reporting.terminal import Terminal
+from cyclopts import App, CycloptsError
+
+from ..formats.errors import UserError
+from ..reporting.terminal import Terminal, say
+from . import commands
+from .commands.place import place
+from .compilation_cache import keep_compiled
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("place-rings")
+
 
 app = App(
     name="place-rings",
@@ -17,43 +31,27 @@ they see.
 Examples: ``place-rings --target V_S --radius 0.5`` near the robot,
 ``place-rings --target V_S:0.5=0.6 --target V_S:1.5=0.4 --rings-per-link 3`` near and far,
 ``place-rings verify n2_16_25 --target V_O`` for a setup that is already there.""",
-    version=lambda: version("place-rings"),
+    version=_version,
     suppress_keyboard_interrupt=False,
     console=Terminal(),
     error_console=Terminal(stderr=True),
 )
+app.default(place)
+for _file in iter_modules(commands.__path__):
+    if _file.name != place.__name__:
+        app.command(f"{commands.__name__}.{_file.name}:{_file.name}", name=_file.name)
 
-Targets = Annotated[
-    tuple[str, ...],
-    Parameter(
-        name="--target",
-        negative=(),
-        help="V_O, V_T, V_OT, V_S, V_P; radius, weight: V_S:0.5=0.6. Repeatable.",
-    ),
-]
-Radius = Annotated[
-    float | None, Parameter(help="Radius of a --target V_S that has none of its own, m.")
-]
-SceneFileOption = Annotated[
-    Path | None, Parameter(name="--scene", help="Another scene than the reference scene (TOML).")
-]
-RobotOption = Annotated[
-    str | None, Parameter(help="A built-in robot (see robots), a robot's file (.toml), or a .urdf.")
-]
-Voxel = Annotated[float, Parameter(help="Side of a voxel, m.")]
-Json = Annotated[
-    bool, Parameter(name="--json", negative=(), help="Print one JSON object for scripts.")
-]
-Subject = Annotated[
-    str,
-    Parameter(
-        name="PROPOSAL_OR_NAME",
-        help="A proposal's file, sensors (.csv, .json, .urdf), or a name like n2_16_25.",
-    ),
-]
-Floors = Annotated[
-    tuple[str, ...],
-    Parameter(negative=(), help="A floor: V_S:1.5=60 for 60 percent of it. Repeatable."),
-]
-Seed = Annotated[int, Parameter(validator=Number(gte=0), help="Same seed, same answer.")]
-Count = Annotated[int, Parameter(validator=Number(gte=1, lte=200))]
+
+def main() -> None:
+    """Run the command line; bad input is one line on stderr and exit code 2."""
+    if hasattr(signal, "SIGPIPE"):
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    keep_compiled()
+    words = sys.argv[1:]
+    if not set(app.help_flags).isdisjoint(words):
+        app.resolved_commands()  # the list of commands shows the first line of each one's docstring
+    try:
+        app(words, exit_on_error=False, print_error=False)
+    except (UserError, CycloptsError, ValueError) as error:
+        say(f"place-rings: {' '.join(str(error).split())}", error=True)
+        sys.exit(2)

@@ -21,7 +21,7 @@ def main() -> None:
             # an exception through a half imported library can crash it
             signal.signal(signal.SIGINT, _nothing_to_keep)
         from ..reporting.terminal import guard
-        from .main import main as run
+        from .app import main as run
 
         guard()
 

@@ -7,7 +7,7 @@ import re
 from contextlib import redirect_stdout
 from typing import Any, get_args
 
-from place_rings.cli.side_commands import schema
+from place_rings.cli.commands.schema import schema
 
 _SHORT = 40  # characters of a default that is shown
 _BOUNDS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
@@ -30,7 +30,7 @@ class KeyTables:
             name: _schema(name)
             for name in get_args(inspect.signature(schema).parameters["name"].annotation)
         }
-        self.done = {whole["title"] for whole in self.schemas.values()}
+        self.done = {_title(whole["title"]) for whole in self.schemas.values()}
         self.named: set[str] = set()
 
     def of(self, name: str) -> str:
@@ -45,8 +45,8 @@ class KeyTables:
         parts, kinds = [_section(whole["title"], whole)], _kinds_in(whole)
         for kind in kinds:  # grows
             inner = whole["$defs"][kind]
-            if kind not in self.done and "properties" in inner:
-                self.done.add(kind)
+            if _title(kind) not in self.done and "properties" in inner:
+                self.done.add(_title(kind))
                 parts += [f"### {_title(kind)}", _section(kind, inner)]
                 kinds += _kinds_in(inner)
         return "\n\n".join(parts)
@@ -126,4 +126,4 @@ def _title(kind: str) -> str:
 
 
 def _label(kind: str) -> str:
-    return f"kind-{kind.lower()}"
+    return f"kind-{_title(kind).lower()}"

@@ -12,7 +12,7 @@ from unittest.mock import patch
 
 from cyclopts.docs.markdown import generate_markdown_docs
 from keys import KeyTables
-from place_rings.cli.main import app as commands
+from place_rings.cli.app import app as commands
 from sphinx.application import Sphinx
 
 _COMMANDS = "<!-- commands -->"

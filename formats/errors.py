@@ -3,11 +3,12 @@ allowed.
 """
 
 from collections.abc import Mapping
-from typing import Any
-
-from pydantic import BaseModel, ValidationError
+from typing import TYPE_CHECKING, Any
 
 from .escaping import printable
+
+if TYPE_CHECKING:  # commands start without it
+    from pydantic import BaseModel, ValidationError
 
 NAMED, IN_LINE = "by name", "in-line"  # kinds of one key: no parts of its name
 _LONGEST = 60  # characters shown of a text that was found
@@ -44,7 +45,7 @@ def shown(value: Any) -> str:
             return f"a {type(value).__name__}"
 
 
-def explain(file: str, error: ValidationError, model: type[BaseModel]) -> UserError:
+def explain(file: str, error: "ValidationError", model: "type[BaseModel]") -> UserError:
     """The first of ``error``'s complaints about ``file`` as one line, and how many more there are.
 
     What is allowed is read off the JSON Schema of ``model``, so that limits stand in one place. A

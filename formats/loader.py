@@ -12,16 +12,15 @@ from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.robots.robot import Robot
 from ..coverage.sensors.sensor import Sensor
 from ..objectives.scene import Scene
-from .convert.obstacles import with_meshes
-from .convert.scenes import ring_models, scene_of, setup_of, thinning
 from .errors import UserError, explain, shown
+from .obstacle_meshes import with_meshes
 from .recorded_motion import with_record
 from .robots.urdf import read_urdf
-from .schema.mount_models import RingModel
 from .schema.proposal_models import FoundModel, ProposalFile
-from .schema.robot_convert import robot_of
-from .schema.robot_models import RobotFile
-from .schema.scene_models import SceneFile
+from .schema.ring_models import RingModel, ring_models, setup_of
+from .schema.robot_models import RobotFile, RobotModel, robot_of
+from .schema.scene_models import SceneFile, SceneModel
+from .schema.versions import FROM_FILE, VersionedFile, refuse_newer
 from .sensors.sensor_lists import mounted_setup
 from .sensors.sensor_poses import setup_of_poses
 from .sensors.urdf_frames import FramePattern, setup_of_urdf
@@ -62,7 +61,10 @@ def read_model(path: Path, model: type[_Model]) -> _Model:
     """The TOML file at ``path`` as ``model``; UserError in one line otherwise."""
     name, text = str(path), _text(path, "TOML")
     try:
-        return model.model_validate(_with_robot(path, tomllib.loads(text), model))
+        raw = tomllib.loads(text)
+        if issubclass(model, VersionedFile):
+            refuse_newer(raw)
+        return model.model_validate(_with_robot(path, raw, model), context=FROM_FILE)
     except ValidationError as error:
         raise explain(name, error, model) from error
     except (ValueError, RecursionError) as error:
@@ -83,7 +85,9 @@ def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict
             f"{path}: {key}: found {shown(asked)}, allowed: a robot's file (.toml), which robot"
             " makes of a URDF"
         )
-    inside = {**scene, "robot": read_model(_beside(path, key, asked), RobotFile)}
+    robot = read_model(_beside(path, key, asked), RobotFile)
+    table = RobotModel(**{name: getattr(robot, name) for name in RobotModel.model_fields})
+    inside = {**scene, "robot": table}
     return {**raw, "scene": inside} if model is ProposalFile else inside
 
 
@@ -116,7 +120,7 @@ def read_scene(path: Path) -> Scene:
     return _scene(path, read_model(path, SceneFile))
 
 
-def _scene(path: Path, file: SceneFile, key: str = "") -> Scene:
+def _scene(path: Path, file: SceneModel, key: str = "") -> Scene:
     """The scene of the file at ``path``, with the meshes and the poses of the record that it names
     below ``key``.
     """
@@ -125,12 +129,12 @@ def _scene(path: Path, file: SceneFile, key: str = "") -> Scene:
         at = _beside(path, where.removeprefix(f"{path}: "), name)
         return at, _bytes(at, "mesh")
 
-    scene, asked = scene_of(file), file.trajectory
+    scene, asked = file.to_domain(), file.trajectory
     scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read)
     if asked is None:
         return scene
     record = _beside(path, f"{key}trajectory.file", asked.file)
-    return with_record(scene, record, thinning(asked), asked.unit == "deg")
+    return with_record(scene, record, asked.to_domain(), asked.unit == "deg")
 
 
 def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:

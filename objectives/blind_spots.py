@@ -10,12 +10,9 @@ from jaxtyping import Float
 
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import (
-    from_segment,
-    gap_to_capsules,
-    point_to_segment,
-    robot_capsules,
-)
+from ..coverage.robots.link_bodies import robot_capsules
+from ..coverage.solids.capsules import gap_to_capsules
+from ..coverage.solids.segments import from_segment, point_to_segment
 from ..coverage.targets import Target
 from ..coverage.voxels.connected_components import Pieces, pieces
 from ..coverage.voxels.octree import voxels

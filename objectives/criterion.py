@@ -4,10 +4,10 @@ errors of mounting.
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
+from ..coverage.choices import Losing
 from ..coverage.rings.mounting_errors import Misplaced, MountingErrors, draw_errors
 from ..coverage.rings.ring import Setup
 from .redundancy import redundancy
@@ -15,7 +15,6 @@ from .scene import Scene
 from .tolerance import exact_zetas, mounted_cones, nominal_cones
 from .verify import Verifier, weighted_mean
 
-Losing = Literal["ring", "sensor"]
 DRAWS = 16  # mountings that a search keeps in mind
 
 

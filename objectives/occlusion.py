@@ -7,18 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from ..coverage.arrays import cross
 from ..coverage.occlusion.model import Occlusion
 from ..coverage.occlusion.occluded_beams import Beams
 from ..coverage.occlusion.occluders import INSIDE, Occluders, beams
 from ..coverage.rings.ring import Setup, ring_values
 from ..coverage.rings.ring_kinematics import ring_arrays, sensor_cones, sensor_poses
 from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import point_to_segment, robot_capsules
+from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.ring_section import tube_of
 from ..coverage.solids.base import Parts
 from ..coverage.solids.cones import Cones
-from ..coverage.solids.sensor_beams import Optics
 from .scene import Scene
 
 _NOTHING = 0.01  # of its cone: a sensor that sees less sees the robot only
@@ -89,13 +87,13 @@ def check_mounting(scene: Scene, setup: Setup) -> None:
     for i, ring in enumerate(setup.rings):
         for body in tube_of(scene.robot.mount(ring.link), scene.robot.bodies):
             some = apex[first[i] : first[i + 1]]
-            gap = point_to_segment(some, body.start[None], body.end[None]) - body.radius
+            gap = body.capsule.distance(some)
             if len(some) and gap.min() <= INSIDE:
                 k = int(gap.argmin())
                 raise ValueError(
                     f"ring {i}, sensor {k} ({ring.link}): found {-1000 * gap[k]:.1f} mm within body"
-                    f" {body.name}, of radius {body.radius:g} m; allowed under {scene.occlusion}:"
-                    " outside of it"
+                    f" {body.name}, of radius {body.capsule.radius:g} m; allowed under"
+                    f" {scene.occlusion}: outside of it"
                 )
 
 
@@ -133,10 +131,7 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
         where, depth = occluders(scene, pose.q).holds(np.asarray(cones.apex))
         for k in range(len(cones)):
             name = names[where[k]] if where[k] >= 0 else None
-            if (
-                name is None
-                and np.mean(seen.part(_within_beam(cones, k, unit), k) <= 0) >= _NOTHING
-            ):
+            if name is None and np.mean(seen.part(cones.within(k, unit), k) <= 0) >= _NOTHING:
                 continue
             poses, deepest = found.setdefault((k, name), ([], 0.0))
             poses.append(p)
@@ -147,23 +142,6 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
     ]
 
 
-def _order(item: tuple) -> tuple[int, str]:
+def _order(item: tuple[tuple[int, str | None], object]) -> tuple[int, str]:
     (sensor, name), _ = item
     return sensor, name or ""
-
-
-def _within_beam(cones: Cones, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-    """Points (N, 3) m spread evenly over beam ``k``, by numbers (N, 3) in the unit cube."""
-    axis, d = cones.axis[k], cones.range_m[k] * unit[:, 0] ** (1 / 3)
-    if isinstance(cones, Optics) and cones.half_up[k] > 0:
-        wide, high = (
-            np.tan(half[k]) * (2 * unit[:, i] - 1)
-            for i, half in ((1, cones.half_angle), (2, cones.half_up))
-        )
-        along = axis + wide[:, None] * cross(cones.up[k], axis) + high[:, None] * cones.up[k]
-        return cones.apex[k] + d[:, None] * along
-    across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-    across /= np.linalg.norm(across)
-    rho, turn = d * np.tan(cones.half_angle[k]) * np.sqrt(unit[:, 1]), 2 * np.pi * unit[:, 2]
-    aside = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * np.cross(axis, across)
-    return cones.apex[k] + d[:, None] * axis + rho[:, None] * aside

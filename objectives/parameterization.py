@@ -5,13 +5,13 @@ keep every rule.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Float, Int
 
 from ..coverage.arrays import Array, namespace
+from ..coverage.rings.ring_kinematics import RingArrays
+from ..coverage.trees import tree
 from .scene import Scene
 
 # of a link: positions are rounded to it in files, so bounds and spacings are rounded to the safe
@@ -109,7 +109,7 @@ def segments(
     return found
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Interval:
     """The segment of each of R rings, as arrays (R,): its number, low end, what is free of it
@@ -124,7 +124,15 @@ class Interval:
     sign: Float[Array, "*batch R"]
 
 
-def stretch(found: list[Segment], which: Int[np.ndarray, " R"], shared: Any = None) -> Interval:
+# a setup's rings, and the segments they sit on
+SetupArrays = tuple[RingArrays, Interval]
+
+
+def stretch(
+    found: list[Segment],
+    which: Int[np.ndarray, " R"],
+    shared: Float[np.ndarray, " R"] | None = None,
+) -> Interval:
     """The stretches of rings that sit on segments ``which`` (R,), -1 for a place without a ring;
     ``shared``: signs (R,) of the one tilt that all rings have, None where each has its own."""
     none = Segment("", 0.0, 0.0, 0, 0.0)
@@ -156,7 +164,8 @@ def decode(where: Interval, values: Float[Array, "3 R"]) -> Float[Array, "3 R"]:
     )
     rank = xp.sum(below & (where.segment[None] == where.segment[:, None]), axis=1)
     position = where.low + along * where.free + rank * where.gap
-    return xp.stack([position, where.sign * values[1][where.tilt_of], values[2]])
+    placed: Array = xp.stack([position, where.sign * values[1][where.tilt_of], values[2]])
+    return placed
 
 
 def value_slopes(

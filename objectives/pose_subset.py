@@ -1,7 +1,5 @@
 """Which of many poses a stage of a search looks at: few that stand for all, more as it sharpens."""
 
-from typing import Any
-
 import numpy as np
 from jaxtyping import Float
 
@@ -40,7 +38,7 @@ def with_worst(
     """``weights`` with ``count`` poses looked at beside: by turns the worst of each setup, whose
     zetas are ``by_pose``.
     """
-    found: Any = weights.copy()
+    found: np.ndarray = weights.copy()
     for pose in dict.fromkeys(np.argsort(by_pose, axis=1, kind="stable").T.ravel().tolist()):
         if count == 0:
             break

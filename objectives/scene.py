@@ -190,7 +190,7 @@ class Scene:
     def square(self) -> bool:
         """May a setup of the scene have sensors with square beams?"""
         sensors = (self.sensor, *(self.sensor_of(link) for link in self.robot.links))
-        return any(s.fov_up is not None for s in (*sensors, *(r.sensor for r in self.rules.fixed)))
+        return any(s.square for s in (*sensors, *(r.sensor for r in self.rules.fixed)))
 
     @property
     def real(self) -> bool:
@@ -240,11 +240,13 @@ class Scene:
     @property
     def pose_weights(self) -> Float[np.ndarray, " P"]:
         """Weights of the poses, summing to 1."""
-        w = np.array([p.weight for p in self.poses], float)
-        return w / w.sum()
+        weight = np.array([p.weight for p in self.poses], float)
+        share: np.ndarray = weight / weight.sum()
+        return share
 
     @property
     def goal_weights(self) -> Float[np.ndarray, " G"]:
         """Weights of the goals, summing to 1."""
-        w = np.array([g.weight for g in self.goals], float)
-        return w / w.sum()
+        weight = np.array([g.weight for g in self.goals], float)
+        share: np.ndarray = weight / weight.sum()
+        return share

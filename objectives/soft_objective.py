@@ -2,13 +2,14 @@
 share of points.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import jax
 import numpy as np
-from jaxtyping import Float
-from scipy.special import logsumexp, softmax
+from jaxtyping import Bool, Float, Int
 
+from ..coverage.arrays import Array
 from ..coverage.rings.mounting_errors import misplaced
 from ..coverage.rings.ring_kinematics import (
     RingArrays,
@@ -22,7 +23,7 @@ from ..coverage.robots.kinematics import forward
 from ..coverage.soft.estimator import SHARP, Soft
 from ..coverage.soft.sampling import BLOCK, Cloud, cloud, sample
 from .criterion import Criterion, check_criterion
-from .parameterization import Interval, decode, value_slopes
+from .parameterization import Interval, SetupArrays, decode, value_slopes
 from .scene import Scene
 from .soft_terms import Rows, SoftTerms
 
@@ -34,8 +35,12 @@ _SOFTNESS = 0.1  # of the minimum over losses, for each m of a sigmoid's width
 _AT_ONCE = 16  # setups
 
 
-def _soft_minimum(zetas: Any, among: Any) -> tuple[float, Any]:
+def _soft_minimum(
+    zetas: Float[np.ndarray, " P"], among: Bool[np.ndarray, " P"]
+) -> tuple[float, Float[np.ndarray, " P"]]:
     """The soft minimum of some of the zetas (P,), and its slope by each."""
+    from scipy.special import logsumexp, softmax
+
     lack = np.where(among, -zetas / TEMPERATURE, -np.inf)
     return TEMPERATURE * float(np.log(np.count_nonzero(among)) - logsumexp(lack)), softmax(lack)
 
@@ -45,12 +50,15 @@ def floors(scene: Scene) -> Float[np.ndarray, " G"]:
     return np.array([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals])
 
 
-def worth(zetas: Float[np.ndarray, "*batch G"], scene: Scene) -> Any:
+def worth(
+    zetas: Float[np.ndarray, "*batch G"], scene: Scene
+) -> Float[np.ndarray, "*batch"] | np.floating:
     """The weighted mean (...) of the goals' zetas (..., G), less a steep parabola for each that
     falls short of its floor.
     """
     short = np.maximum(floors(scene) - zetas, 0.0)
-    return zetas @ scene.goal_weights - STEEP * (short * short).sum(axis=-1)
+    value: np.ndarray = zetas @ scene.goal_weights - STEEP * (short * short).sum(axis=-1)
+    return value
 
 
 class TargetPoints:
@@ -85,7 +93,8 @@ class TargetPoints:
         """
         blocks = -(-len(self.points[0]) // BLOCK)
         each = [cloud(points[:count], blocks=blocks) for points in self.points]
-        return jax.device_put(jax.tree.map(lambda *a: np.stack(a), *each))
+        stacked: Cloud = jax.device_put(jax.tree.map(lambda *a: np.stack(a), *each))
+        return stacked
 
 
 class CoverageObjective:
@@ -121,7 +130,9 @@ class CoverageObjective:
         self._frames = np.array([forward(scene.robot.chain, pose.q) for pose in scene.poses])
         self._terms = SoftTerms(scene, self._frames, self.aim.seen)
 
-    def _seats(self, slots: RingArrays, where: Interval, values: Any) -> SensorPoses:
+    def _seats(
+        self, slots: RingArrays, where: Interval, values: Float[np.ndarray, "3 R"]
+    ) -> SensorPoses:
         """Where all sensors sit, (D, K, 3), mounting by mounting."""
         meant = sensor_poses(slots, *decode(where, values))
         errors = self.aim.drawn(slots.length.shape[0], slots.ring.shape[0])
@@ -131,22 +142,25 @@ class CoverageObjective:
             else misplaced(slots, meant, errors)
         )
 
-    def _looks(self, slots: RingArrays, here: SensorPoses, some: Any) -> Rows:
+    def _looks(self, slots: RingArrays, here: SensorPoses, some: Int[np.ndarray, " T"]) -> Rows:
         """What the terms of numbers ``some`` (T,) look at of a setup in its seats."""
         at, pose = np.unique(self._pose[some], return_inverse=True)
-        parts = seen_from(slots, here, self._frames[at], slots.half_up is not None)
+        parts = seen_from(slots, here, self._frames[at], slots.beams.square)
         apex, axis, *up = (v[self._mounting[some], pose] for v in parts)
         lost = {None: None, "ring": slots.ring, "sensor": np.arange(len(slots.ring))}[
             self.aim.losing
         ]
-        half_angle, range_m, half_up, zoned, group = (
-            None if a is None else np.broadcast_to(a, (len(some), *np.shape(a)))
-            for a in (slots.half_angle, slots.range_m, slots.half_up, slots.zoned, lost)
+        beams, group = jax.tree.map(
+            lambda a: np.broadcast_to(a, (len(some), *np.shape(a))), (slots.beams, lost)
         )
-        rows = Rows(some, self._pose[some], apex, axis, half_angle, range_m)
-        return rows._replace(up=up[0] if up else None, half_up=half_up, zoned=zoned, group=group)
+        return Rows(some, self._pose[some], apex, axis, beams, up[0] if up else None, group)
 
-    def _worth(self, zetas: Any, some: Any, poses: Any) -> tuple[float, Any, Any]:
+    def _worth(
+        self,
+        zetas: Float[np.ndarray, " T"],
+        some: Int[np.ndarray, " T"],
+        poses: Float[np.ndarray, " P"],
+    ) -> tuple[float, Float[np.ndarray, " T"], Float[np.ndarray, " P"]]:
         """Value of a setup whose ``some`` terms have these zetas (T,), its slopes by these, and
         zeta pose by pose (P,).
         """
@@ -162,14 +176,19 @@ class CoverageObjective:
         return value - STEEP * float(short @ short), pull, by_pose
 
     def _pulled_back(
-        self, slots: RingArrays, where: Interval, here: SensorPoses, some: Any, slopes: list[Any]
-    ) -> Any:
+        self,
+        slots: RingArrays,
+        where: Interval,
+        here: SensorPoses,
+        some: Int[np.ndarray, " T"],
+        slopes: Sequence[Float[Array, "T K 3"] | None],
+    ) -> Float[np.ndarray, "3 R"]:
         """Slopes (3, R) by the values, from those by what ``some`` terms look at, (T, K, 3)
         each.
         """
-        by = [np.zeros_like(here.apex) if a is not None else None for a in slopes]
+        by: list[Any] = [np.zeros_like(here.apex) if a is not None else None for a in slopes]
         for total, slope in zip(by, slopes, strict=True):
-            if total is not None:
+            if slope is not None:
                 np.add.at(
                     total,
                     self._mounting[some],
@@ -178,22 +197,30 @@ class CoverageObjective:
         return value_slopes(where, *ring_slopes(slots, here, *by))
 
     def _of_some(
-        self, setups: Any, values: Any, clouds: Cloud, poses: Any, width: float, slopes: bool
-    ) -> tuple[Any, ...]:
+        self,
+        setups: SetupArrays,
+        values: Float[np.ndarray, "S 3 R"],
+        clouds: Cloud,
+        poses: Float[np.ndarray, " P"],
+        width: float,
+        slopes: bool,
+    ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"], Float[np.ndarray, "S P"]]:
         """Value, slopes (3, R) and zeta pose by pose (P,) of each of some setups; poses (P,):
         weights, of which those of 0 are not looked at."""
         some = np.flatnonzero(poses[self._pose] > 0)
-        each = [jax.tree.map(lambda a, i=i: a[i], setups) for i in range(len(values))]
+        each: list[SetupArrays] = [
+            jax.tree.map(lambda a, i=i: a[i], setups) for i in range(len(values))
+        ]
         places = [
             self._seats(slots, where, x) for (slots, where), x in zip(each, values, strict=True)
         ]
         looks = [
             self._looks(slots, here, some) for (slots, _), here in zip(each, places, strict=True)
         ]
-        rows = jax.tree.map(lambda *a: np.concatenate(a), *looks)
+        rows: Rows = jax.tree.map(lambda *a: np.concatenate(a), *looks)
         if self.aim.losing is None:
             soft = self._terms(rows, clouds, width, slopes)
-            zetas = soft.zeta.reshape(len(values), -1)
+            zetas = np.asarray(soft.zeta).reshape(len(values), -1)
             worth = [self._worth(z, some, poses) for z in zetas]
         else:
             losses = (setups[0].length if self.aim.losing == "ring" else setups[0].ring).shape[1]
@@ -209,21 +236,24 @@ class CoverageObjective:
                 slots, where = each[i]
                 slope = self._pulled_back(slots, where, places[i], some, by)
             found.append((value, slope, by_pose))
-        return tuple(np.stack(part) for part in zip(*found, strict=True))
+        worths, gradients, by_poses = zip(*found, strict=True)
+        return np.stack(worths), np.stack(gradients), np.stack(by_poses)
 
     def _after_the_worst_loss(
         self,
         rows: Rows,
         losses: int,
-        some: Any,
+        some: Int[np.ndarray, " T"],
         clouds: Cloud,
-        poses: Any,
+        poses: Float[np.ndarray, " P"],
         width: float,
         slopes: bool,
-    ) -> tuple[Soft, list[Any]]:
+    ) -> tuple[Soft, list[tuple[float, Float[np.ndarray, " T"], Float[np.ndarray, " P"]]]]:
         """The least of the zetas after each loss, softly: -s log sum exp(-zeta / s). Its slope is
         that of their mean by the weights that the soft minimum gives them, which takes a first run
         over all terms."""
+        from scipy.special import logsumexp, softmax
+
         share, softness = (
             poses[self._pose[some]] * self._goal_weights[self._goal[some]],
             width * _SOFTNESS,
@@ -231,7 +261,7 @@ class CoverageObjective:
         soft = self._terms(
             rows._replace(weights=np.ones((len(rows.term), losses))), clouds, width, False
         )
-        zetas = np.tensordot(share, soft.zeta.reshape(-1, len(some), losses), (0, 1))
+        zetas = np.tensordot(share, np.asarray(soft.zeta).reshape(-1, len(some), losses), (0, 1))
         if slopes:
             weights = np.repeat(softmax(-zetas / softness, axis=1), len(some), axis=0)
             soft = self._terms(rows._replace(weights=weights), clouds, width, True)
@@ -239,8 +269,14 @@ class CoverageObjective:
         return soft, [(float(value), share, np.zeros_like(poses)) for value in values]
 
     def _in_pieces(
-        self, setups: Any, values: Any, clouds: Cloud, poses: Any, width: float, slopes: bool
-    ) -> tuple[Any, ...]:
+        self,
+        setups: SetupArrays,
+        values: Float[np.ndarray, "S 3 R"],
+        clouds: Cloud,
+        poses: Float[np.ndarray, " P"] | None,
+        width: float,
+        slopes: bool,
+    ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"], Float[np.ndarray, "S P"]]:
         weights = self.scene.pose_weights if poses is None else np.asarray(poses, float)
         found = []
         for i in range(0, len(values), _AT_ONCE):
@@ -248,15 +284,16 @@ class CoverageObjective:
                 lambda a, i=i: a[i : i + _AT_ONCE], (setups, np.asarray(values, float))
             )
             found.append(self._of_some(some, x, clouds, weights, float(width), slopes))
-        return tuple(np.concatenate(part) for part in zip(*found, strict=True))
+        worths, gradients, by_poses = zip(*found, strict=True)
+        return np.concatenate(worths), np.concatenate(gradients), np.concatenate(by_poses)
 
     def soft(
         self,
-        setups: Any,
+        setups: SetupArrays,
         values: Float[np.ndarray, "S 3 R"],
         width: float,
         clouds: Cloud,
-        poses: Any = None,
+        poses: Float[np.ndarray, " P"] | None = None,
     ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"]]:
         """Soft values of S setups, and their gradients by the setups' values.
 
@@ -272,11 +309,11 @@ class CoverageObjective:
 
     def zetas(
         self,
-        setups: Any,
+        setups: SetupArrays,
         values: Float[np.ndarray, "S 3 R"],
         clouds: Cloud,
         width: float = SHARP,
-        poses: Any = None,
+        poses: Float[np.ndarray, " P"] | None = None,
     ) -> Float[np.ndarray, " S"]:
         """Soft values of S setups without gradients, in a quarter of the time.
 
@@ -285,7 +322,11 @@ class CoverageObjective:
         return self._in_pieces(setups, values, clouds, poses, width, False)[0]
 
     def by_pose(
-        self, setups: Any, values: Float[np.ndarray, "S 3 R"], clouds: Cloud, width: float = SHARP
+        self,
+        setups: SetupArrays,
+        values: Float[np.ndarray, "S 3 R"],
+        clouds: Cloud,
+        width: float = SHARP,
     ) -> Float[np.ndarray, "S P"]:
         """Soft zeta of S setups at every pose, the weighted mean over the goals."""
         return self._in_pieces(setups, values, clouds, None, width, False)[2]

@@ -2,14 +2,17 @@
 of goals at poses.
 """
 
+from collections.abc import Callable
 from threading import Lock
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Bool, Float, Int
 
-from ..coverage.robots.link_bodies import Capsules, robot_capsules
+from ..coverage.arrays import Array
+from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.soft.estimator import Seen, Soft
 from ..coverage.soft.k_coverage import soft_seen
 from ..coverage.soft.leave_one_out import soft_losses
@@ -17,7 +20,7 @@ from ..coverage.soft.obstacle_occlusion import InCell
 from ..coverage.soft.robot_occlusion import Hidden
 from ..coverage.soft.sampling import Cloud
 from ..coverage.solids.cones import Cones
-from ..coverage.solids.sensor_beams import optics
+from ..coverage.solids.sensor_beams import BeamShapes
 from .scene import Scene
 
 # rows in one call, and how many of these at once: on a CPU one after the other,
@@ -27,29 +30,25 @@ _ROWS_ELSEWHERE = (256, 4)  # on an accelerator several, as memory holds them
 
 class Rows(NamedTuple):
     """What N rows look at, each one setup's K sensors at one pose and the points of one term:
-    numbers of the term and of the pose (N,); apexes m and axes (N, K, 3), half angles and ranges
-    (N, K); where beams may be square ups (N, K, 3), half angles along them and whether they are
-    zoned (N, K), else None. Where losses count: the group (N, K) that each sensor is lost with, and
-    the weights (N, G) of the losses in slopes."""
+    numbers of the term and of the pose (N,); apexes m and axes (N, K, 3), and the shapes (N, K) of
+    the beams; where these may be square ups (N, K, 3), else None. Where losses count: the group
+    (N, K) that each sensor is lost with, and the weights (N, G) of the losses in slopes."""
 
-    term: Any
-    pose: Any
-    apex: Any
-    axis: Any
-    half_angle: Any
-    range_m: Any
-    up: Any = None
-    half_up: Any = None
-    zoned: Any = None
-    group: Any = None
-    weights: Any = None
+    term: Int[Array, "*N"]
+    pose: Int[Array, "*N"]
+    apex: Float[Array, "*N K 3"]
+    axis: Float[Array, "*N K 3"]
+    beams: BeamShapes
+    up: Float[Array, "*N K 3"] | None = None
+    group: Int[Array, "*N K"] | None = None
+    weights: Float[Array, "*N G"] | None = None
 
 
 class SoftTerms:
     """Soft zetas and slopes of rows, in 32 bit. One object serves many threads, and compiles once
     for all clouds of one shape, widths, links, counts and numbers of rows."""
 
-    def __init__(self, scene: Scene, frames: Any, seen: int) -> None:
+    def __init__(self, scene: Scene, frames: Float[np.ndarray, "P F 4 4"], seen: int) -> None:
         """For a scene with the robot's ``frames`` at its poses; a point counts when so many sensors
         have ``seen`` it.
         """
@@ -57,7 +56,8 @@ class SoftTerms:
         self._obstacles = tuple(o.body for o in scene.obstacles)
         if scene.occlusion != "ignore":
             self._bodies = robot_capsules(scene.robot, np.asarray(frames, np.float32))
-        self._each, self._compiling, self._compiled = jax.jit(self._of_each), Lock(), False
+        self._each: Callable[..., Soft] = jax.jit(self._of_each)
+        self._compiling, self._compiled = Lock(), False
 
     def __call__(self, rows: Rows, clouds: Cloud, width: float, slopes: bool) -> Soft:
         """Zetas (N,), or (N, G) after each loss, and slopes (N, K, 3) by apexes, axes and ups,
@@ -67,52 +67,62 @@ class SoftTerms:
         for i in range(0, n, size):
             some = jax.tree.map(lambda a, i=i: _filled(a[i : i + size], size), rows)
             found.append(self._run(some, min(size, n - i), clouds, np.float32(width), slopes))
-        return jax.tree.map(lambda *a: np.concatenate(a)[:n], *found)
+        soft: Soft = jax.tree.map(lambda *a: np.concatenate(a)[:n], *found)
+        return soft
 
-    def _run(self, *arguments: Any) -> Any:
+    def _run(self, rows: Rows, count: int, clouds: Cloud, width: np.float32, slopes: bool) -> Soft:
         """The first call alone, so that of several threads only one compiles."""
         if self._compiled:
-            return self._each(*arguments)
+            return self._each(rows, count, clouds, width, slopes)
         with self._compiling:
-            found = self._each(*arguments)
+            soft = self._each(rows, count, clouds, width, slopes)
             self._compiled = True
-        return found
+        return soft
 
-    def _of_each(self, rows: Rows, count: Any, clouds: Cloud, width: Any, slopes: Any) -> Soft:
+    def _of_each(
+        self,
+        rows: Rows,
+        count: Int[jax.Array, ""],
+        clouds: Cloud,
+        width: Float[jax.Array, ""],
+        slopes: Bool[jax.Array, ""],
+    ) -> Soft:
         """Of the first ``count`` rows; the others only fill the shape, which is the same for any
         count.
         """
 
-        def one(numbered: Any) -> Soft:
+        def one(numbered: tuple[jax.Array, Rows]) -> Soft:
             i, row = numbered
-            zetas = () if row.group is None else row.weights.shape
+            group, weights = row.group, row.weights
+            assert (group is None) == (weights is None)
+            zetas = () if weights is None else weights.shape
 
             def look() -> Soft:
-                beams = optics(
-                    row.apex, row.axis, row.half_angle, row.range_m, row.up, row.half_up, row.zoned
-                )
+                beams = row.beams.solids(row.apex, row.axis, row.up)
                 seen, points = (
                     self._past(beams, row.pose),
                     jax.tree.map(lambda a: a[row.term], clouds),
                 )
-                if row.group is None:
+                if group is None or weights is None:
                     return soft_seen(seen, points, width, self._seen, slopes=slopes)
-                return soft_losses(seen, row.group, points, width, row.weights, slopes=slopes)
+                return soft_losses(seen, group, points, width, jnp.asarray(weights), slopes=slopes)
 
             def skip() -> Soft:
                 by_apex, by_axis, by_up = jax.tree.map(jnp.zeros_like, (row.apex, row.axis, row.up))
                 return Soft(jnp.zeros(zetas, width.dtype), by_apex, by_axis, by_up)
 
-            return jax.lax.cond(i < count, look, skip)
+            soft: Soft = jax.lax.cond(i < count, look, skip)
+            return soft
 
-        return jax.lax.map(one, (jnp.arange(len(rows.term)), rows), batch_size=_rows()[1])
+        each: Soft = jax.lax.map(one, (jnp.arange(len(rows.term)), rows), batch_size=_rows()[1])
+        return each
 
-    def _past(self, cones: Cones, pose: Any) -> Seen:
+    def _past(self, cones: Cones, pose: Int[Array, ""]) -> Seen:
         """What the scene's occlusion and obstacles leave of cones at a pose."""
         seen: Cones | Hidden = cones
         if self._bodies is not None:
-            start, end, radius = (jnp.asarray(a) for a in self._bodies)
-            seen = Hidden(cones, Capsules(start[pose], end[pose], radius), self._occlusion)
+            bodies = jax.tree.map(jnp.asarray, self._bodies).at(pose)
+            seen = Hidden(cones, bodies, self._occlusion)
         return InCell(seen, self._obstacles) if self._obstacles else seen
 
 
@@ -122,7 +132,7 @@ def _rows() -> tuple[int, int | None]:
 
 def _filled(array: np.ndarray, size: int) -> np.ndarray:
     """``array``, filled up to ``size`` along its first axis, in 32 bit."""
-    kind: Any = {"f": np.float32, "b": bool}.get(array.dtype.kind, np.int32)
+    kind = {"f": np.float32, "b": np.bool_}.get(array.dtype.kind, np.int32)
     found = np.zeros((size, *array.shape[1:]), kind)
     found[: len(array)] = array
     return found

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.spatial import KDTree
 
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
@@ -69,7 +68,7 @@ def _travelled(
             turned = np.linalg.norm(np.diff(frames[..., :3, :3], axis=0), axis=(2, 3)) / math.sqrt(
                 2
             )
-            spin = [turned[:, b.frame] * b.radius * (b.frame != BASE) for b in robot.bodies]
+            spin = [turned[:, b.frame] * b.capsule.radius * (b.frame != BASE) for b in robot.bodies]
             gone[:, 1:] += np.stack(spin * 2, axis=1)
         tcp.append(gone[:, 0])
         most.append(gone.max(axis=1))
@@ -140,6 +139,8 @@ def thin(record: MotionRecord, robot: Robot, how: Thinning | None = None) -> Thi
     # A group's middle may lie at its edge, so groups are half as wide as asked.
     chosen = _middles(q, weight, _spread(q, how.poses, how.within / 2))
     chosen = np.sort(chosen)
+    from scipy.spatial import KDTree
+
     tree = KDTree(q[chosen])
     owner = tree.query(q, p=math.inf)[1]
     sums = np.bincount(owner, weight, len(chosen))

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 import psutil
 
+from ..coverage.choices import Rule
 from ..coverage.occlusion.model import OCCLUSIONS, Occlusion
 from ..coverage.rings.ring import Setup
 from ..coverage.solids.base import Difference
@@ -21,7 +22,6 @@ from ..coverage.voxels.voxel_set import VoxelSet
 from .occlusion import setup_sight
 from .scene import Scene
 
-Rule = Literal["centre", "touch", "certified"]
 VOXEL = 0.01  # m, side of a voxel where none is given
 RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
 _MOST = 1e10  # voxels on the surface of a target: more would take days

@@ -3,7 +3,6 @@ each path clears.
 """
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -13,11 +12,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.spatial import ConvexHull
 
+from ..coverage.arrays import Array
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import Capsules, gap_to_capsules, robot_capsules
+from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Robot
+from ..coverage.solids.capsules import Capsules, gap_to_capsules
 from ..coverage.solids.cones import Cones
 from ..simulation.approach import Approach
 from ..simulation.detection import turned
@@ -31,8 +32,9 @@ _BEAM, _ROBOT = COLOURS[5], "#9aa4ae"
 _EVERY = 0.1  # m along a path from one drawn ball to the next
 
 
-def _outline(points: Float[np.ndarray, "P 2"]) -> Any:
-    return points[ConvexHull(points).vertices]
+def _outline(points: Float[np.ndarray, "P 2"]) -> Float[np.ndarray, "Q 2"]:
+    corners: np.ndarray = points[ConvexHull(points).vertices]
+    return corners
 
 
 def _beam(cones: Cones, i: int) -> Float[np.ndarray, "P 3"]:
@@ -51,13 +53,18 @@ def beam_outline(cones: Cones, i: int, turn: float, flat: list[int]) -> Float[np
     return _outline(turned(_beam(cones, i), turn)[:, flat])
 
 
-def robot_outlines(bodies: Capsules, at: int, turn: float, flat: list[int]) -> list[Any]:
+def robot_outlines(bodies: Capsules, at: int, turn: float, flat: list[int]) -> list[np.ndarray]:
     """The outlines of the robot's bodies of pose ``at``, likewise."""
     start, end = (turned(np.asarray(ends)[at], turn) for ends in (bodies.start, bodies.end))
     return capsule_outlines(start, end, bodies.radius, flat)
 
 
-def capsule_outlines(start: Any, end: Any, radius: Any, flat: list[int]) -> list[Any]:
+def capsule_outlines(
+    start: Float[Array, "N 3"],
+    end: Float[Array, "N 3"],
+    radius: Float[Array, " N"],
+    flat: list[int],
+) -> list[np.ndarray]:
     """The outlines of capsules, ends (N, 3) m and radii (N,) m, on two axes."""
     each = zip(start, end, radius, strict=True)
     return [_outline(np.vstack([p[flat] + r * _DISC for p in (a, b)])) for a, b, r in each]
@@ -71,7 +78,7 @@ def _view(
     beams = [_outline(_beam(cones, i)[:, flat]) for i in range(len(cones))]
     ax.add_collection(PolyCollection(beams, facecolor=_BEAM, alpha=0.07, lw=0))
     ax.add_collection(PolyCollection(beams, facecolor="none", edgecolor=_BEAM, alpha=0.35, lw=0.4))
-    links = capsule_outlines(*bodies, flat)
+    links = capsule_outlines(*bodies.arrays(), flat)
     ax.add_collection(PolyCollection(links, facecolor=_ROBOT, edgecolor=INK, lw=0.7, zorder=3))
     for k, found in enumerate(approaches):
         line = _along(found.path)[:, flat]

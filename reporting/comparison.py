@@ -4,8 +4,6 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from ..coverage.rings.ring import Setup, named_setup
 from ..coverage.targets import Target
-from ..formats.convert.occlusion_records import with_sight
-from ..formats.convert.results import verify_result
 from ..formats.schema.result_models import VerifyResult
 from ..objectives.occlusion import unseeing
 from ..objectives.scene import Scene
@@ -55,10 +53,10 @@ def counted(
             verifier = Verifier(scene, verifier.voxel, at=verifier.at)
         for name, one in setups.items():
             verified = known.get((name, target)) or verifier.verify(one, target)
-            result = verify_result(name, verified, scene)
+            result = VerifyResult.of(name, verified, scene)
             if target in sighted:
-                result = with_sight(
-                    result, scene, by_occlusion(verifier, one, verified), unseeing(scene, one)
+                result = result.with_occlusion(
+                    scene, by_occlusion(verifier, one, verified), unseeing(scene, one)
                 )
             yield result
 

@@ -3,7 +3,6 @@ reported last.
 """
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -81,7 +80,7 @@ def picture(
     save(figure, file)
 
 
-def _rose(ax: Any, found: Approaches, sectors: int) -> None:
+def _rose(ax: Axes, found: Approaches, sectors: int) -> None:
     """Share in time by direction, with its interval as a whisker."""
     sector = np.floor(np.mod(found.azimuth, 2 * np.pi) / (2 * np.pi) * sectors).astype(int)
     width = 2 * np.pi / sectors

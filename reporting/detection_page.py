@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..formats.escaping import printable_lines
-from ..formats.schema.result_models import SafetyResult
+from ..formats.schema.separation_models import SafetyResult, ShareModel
 from ..simulation.detection import Approaches
 from ..simulation.moments import STEP, Moments
 from .pages import table
@@ -113,7 +113,7 @@ def page(r: SafetyResult, command: str) -> str:
     return printable_lines("\n".join(lines))
 
 
-def _interval(d: Any) -> str:
+def _interval(d: ShareModel) -> str:
     return f"{d.low_percent:.1f}–{d.high_percent:.1f}"
 
 

@@ -5,7 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
@@ -54,7 +56,7 @@ def _bars(
     ax.set_xlim(left=0)
 
 
-def _mode_legend(figure: Any, extra: Sequence[Any] = ()) -> None:
+def _mode_legend(figure: Figure, extra: Sequence[Artist] = ()) -> None:
     handles = [Patch(color=_MODE_COLOURS[mode], label=MODE_NAMES[mode]) for mode in MODES]
     interval = Line2D(
         [], [], color=INK, lw=1, marker="|", ms=6, label="95 % interval over seeded paths"

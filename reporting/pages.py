@@ -10,7 +10,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from string import punctuation
-from typing import Any
 
 from markdown_it import MarkdownIt
 
@@ -64,7 +63,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]], right: Collection
     return "\n".join(lines) + "\n"
 
 
-def csv_text(records: Sequence[Mapping[str, Any]]) -> str:
+def csv_text(records: Sequence[Mapping[str, object]]) -> str:
     """Records with the same keys as CSV with a head."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")
@@ -82,10 +81,12 @@ def html(markdown: str, folder: Path, title: str) -> str:
         image = base64.b64encode((folder / match[1]).read_bytes()).decode()
         return f'src="data:image/png;base64,{image}"'
 
+    def picture(url: str) -> bool:
+        return _PICTURE.fullmatch(url) is not None and (folder / url).is_file()
+
     parser = MarkdownIt("commonmark", {"html": False}).enable("table")
-    parser.validateLink = lambda url: (
-        _PICTURE.fullmatch(url) is not None and (folder / url).is_file()
-    )  # type: ignore[method-assign]
+    # markdown-it's own way of saying which links it keeps
+    parser.validateLink = picture  # type: ignore[method-assign]
     head = (
         '<meta charset="utf-8"><meta http-equiv="Content-Security-Policy"'
         f' content="{_POLICY}"><meta name="viewport"'

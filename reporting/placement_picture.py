@@ -9,13 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.path import Path as Outline
-from scipy.spatial import ConvexHull
 
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
@@ -27,17 +20,17 @@ from ..coverage.solids.cones import Cones
 from ..objectives.occlusion import sight
 from ..objectives.scene import Scene
 from .plots import GREY, GRID, INK
-from .rendering.faces import (
-    DISC,
+from .rendering.canvas import LINK_COLOURS, UNSEEN_COLOUR, Canvas, rgb
+from .rendering.figures import write_png
+from .rendering.meshes import (
     RING_WIDTH,
-    add_robot,
     body,
     convex_pieces,
     faces_within,
     lengths_within,
     rim_of,
 )
-from .rendering.sheet import LINK_COLOURS, UNSEEN_COLOUR, Sheet, write_png
+from .rendering.robot import add_robot
 from .text import counted
 
 # Caption, azimuth and elevation of the eye in degrees, and its distance in diagonals of the box.
@@ -49,15 +42,17 @@ _SAMPLES = 5_000  # points in the target, of which the unseen become dots
 _SENSOR_RADIUS = 0.0085  # m
 
 
-def draw_room(sheet: Sheet) -> None:
+def draw_room(canvas: Canvas) -> None:
     """Floor and far walls of the box, ruled in metres of the base frame; from above the floor
     alone.
     """
-    (low, high), walls = sheet.box, sheet.rotation[2, 2] < 0.99
-    far = np.where(sheet.rotation[2] > 0, low, high)
+    from matplotlib.collections import LineCollection
+
+    (low, high), walls = canvas.box, canvas.rotation[2, 2] < 0.99
+    far = np.where(canvas.rotation[2] > 0, low, high)
     near, unit, step = (
         low + high - far,
-        0.035 * sheet.size,
+        0.035 * canvas.size,
         0.5 if (high - low).max() < 2.8 else 1.0,
     )
     ticks = [
@@ -68,12 +63,12 @@ def draw_room(sheet: Sheet) -> None:
     # the line over the box at t on axis i
     def rule(i: int, along: int, t: float, start: Any) -> Any:
         ends = np.array([start, start])
-        ends[:, i], ends[:, along] = t, sheet.box[:, along]
-        return sheet.project(ends)[0]
+        ends[:, i], ends[:, along] = t, canvas.box[:, along]
+        return canvas.project(ends)[0]
 
     faces = [(0, 1), (1, 0), *([(0, 2), (2, 0), (1, 2), (2, 1)] if walls else [])]
     rules = [rule(i, j, t, far) for i, j in faces for t in (low[i], *ticks[i], high[i])]
-    sheet.ax.add_collection(LineCollection(rules, colors=GRID, linewidths=0.8, zorder=0))
+    canvas.ax.add_collection(LineCollection(rules, colors=GRID, linewidths=0.8, zorder=0))
     front, left = np.array([near[0], near[1], low[2]]), np.array([far[0], near[1], low[2]])
     for i, start in enumerate((front, front, left) if walls else (front, front)):
         a, b = rule(i, i, 0, start)
@@ -82,10 +77,10 @@ def draw_room(sheet: Sheet) -> None:
         for t in ticks[i]:
             # x and y meet at the near corner
             if i == 2 or not walls or abs(t - near[i]) > 0.12 * step:
-                u, v = sheet.project(np.array([*start[:i], t, *start[i + 1 :]]))[0] + unit * out
-                sheet.ax.text(u, v, f"{t:g}", color=GREY, fontsize=9, ha="center", va="center")
+                u, v = canvas.project(np.array([*start[:i], t, *start[i + 1 :]]))[0] + unit * out
+                canvas.ax.text(u, v, f"{t:g}", color=GREY, fontsize=9, ha="center", va="center")
         name, angle = (a + b) / 2 + 2.2 * unit * out, (np.degrees(np.arctan2(y, x)) + 80) % 180 - 80
-        sheet.ax.text(
+        canvas.ax.text(
             name[0],
             name[1],
             f"{'xyz'[i]} (m)",
@@ -95,34 +90,43 @@ def draw_room(sheet: Sheet) -> None:
             ha="center",
             va="center",
         )
-        sheet.ax.update_datalim([name + 0.6 * unit * out])
+        canvas.ax.update_datalim([name + 0.6 * unit * out])
 
 
-def _draw_seen(sheet: Sheet, cones: Cones, colours: list[Any], outer: Solid) -> None:
+def _draw_seen(canvas: Canvas, cones: Cones, colours: list[Any], outer: Solid) -> None:
     """The target's outline and in it the cones, each in its colour (K,)."""
-    hulls = [xy[ConvexHull(xy).vertices] for xy, _ in map(sheet.project, convex_pieces(outer))]
+    from matplotlib.collections import PolyCollection
+    from matplotlib.path import Path as Outline
+
+    ax = canvas.ax
+    hulls = [canvas.hull(points) for points in convex_pieces(outer)]
     # of the edges the outline stays
     for face, edge, width in (("none", _TARGET_EDGE, 2.2), (_TARGET, _TARGET, 0.3)):
-        sheet.ax.add_collection(
+        ax.add_collection(
             PolyCollection(hulls, facecolors=face, edgecolors=edge, linewidths=width, zorder=1)
         )
+    veils = []  # depth, outline, colours of the face and of the edge, width of the edge
     for k, length in enumerate(lengths_within(cones, outer)):
-        veil, rgb = min(0.16, 2 / colours.count(colours[k])), to_rgb(colours[k])
-        rim = rim_of(cones, k, length)
-        xy, depth = sheet.project(np.vstack([cones.apex[k], rim]))
+        veil = min(0.16, 2 / colours.count(colours[k]))
+        whole = np.vstack([cones.apex[k], rim_of(cones, k, length)])
+        xy, depth = canvas.project(whole)
         for outline, opacity, width in (
-            (xy[ConvexHull(xy).vertices], 0.12, 0.4),
+            (canvas.hull(whole), 0.12, 0.4),
             (xy[1:], 0.25, 0.5),
         ):
-            line = (*rgb, opacity * max(1, 16 * veil))
-            sheet.add([depth.mean()], outline[None], (*rgb, veil), line, width)
-    sheet.paint().set_clip_path(
-        Outline.make_compound_path(*map(Outline, hulls)), sheet.ax.transData
+            line = (*rgb(colours[k]), opacity * max(1, 16 * veil))
+            veils.append((depth.mean(), outline, (*rgb(colours[k]), veil), line, width))
+    veils.sort(key=lambda v: float(v[0]))
+    _, outlines, faces, edges, widths = zip(*veils, strict=True)
+    painted = PolyCollection(
+        outlines, facecolors=faces, edgecolors=edges, linewidths=widths, zorder=2
     )
+    ax.add_collection(painted, autolim=False)
+    painted.set_clip_path(Outline.make_compound_path(*map(Outline, hulls)), ax.transData)
 
 
 def _draw_robot(
-    sheet: Sheet, scene: Scene, setup: Setup, cones: Cones, colour: dict[str, str], unseen: Any
+    canvas: Canvas, scene: Scene, setup: Setup, cones: Cones, colour: dict[str, str], unseen: Any
 ) -> None:
     """Over the cones: robot, rings, sensors and the unseen points, which hide each other as they
     should.
@@ -133,23 +137,17 @@ def _draw_robot(
     )
     # the paper's rings go around joints' axes
     bodies = scene.real or scene.robot.name not in PAPER_ROBOTS
-    add_robot(sheet, scene.robot, frames, setup, colour, bodies, width)
+    add_robot(canvas, scene.robot, frames, setup, colour, bodies, width)
     for obstacle in scene.obstacles:
-        sheet.surface(
-            faces_within(obstacle.body, sheet.box, 0.04 * sheet.size), _OBSTACLE, 0.65, edges=False
-        )
-    xy, depth = sheet.project(cones.apex)
-    sensors = xy[:, None] + _SENSOR_RADIUS * DISC
+        canvas.faces(faces_within(obstacle.body, canvas.box), _OBSTACLE, 0.65)
     # a little nearer than the ring they sit on
-    sheet.add(depth + 0.02, sensors, "white", INK, 1.4 / sheet.size)
-    dot, rgb = (
-        (0.0022 if len(unseen) > _SAMPLES / 4 else 0.003) * sheet.size * DISC[::4],
-        np.array(to_rgb(UNSEEN_COLOUR)),
-    )
-    xy, depth = sheet.project(unseen)
-    pale = np.clip(0.2 - 0.8 * depth / sheet.size, 0, 0.6)[:, None]  # with distance
-    sheet.add(depth, xy[:, None] + dot, (1 - pale) * rgb + pale)
-    sheet.paint()
+    canvas.points(cones.apex, INK, _SENSOR_RADIUS + 0.0006 * canvas.size, 0.019)
+    canvas.points(cones.apex, "#ffffff", _SENSOR_RADIUS, 0.02)
+    dot = (0.0022 if len(unseen) > _SAMPLES / 4 else 0.003) * canvas.size
+    depth = canvas.project(unseen)[1]
+    pale = np.clip(0.2 - 0.8 * depth / canvas.size, 0, 0.6)[:, None]  # with distance
+    canvas.points(unseen, (1 - pale) * rgb(UNSEEN_COLOUR) + pale, dot)
+    canvas.draw(fit=False, zorder=3)
 
 
 def placement_picture(
@@ -211,6 +209,10 @@ def _draw(
     """Two views (setup, caption, the eye's azimuth, elevation and distance) under a title and a
     line of ``parts``.
     """
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     robot, q, target = scene.robot, scene.poses[0].q, scene.goals[0].target
     solid = scene.solid(target, 0)
     points, seen = (
@@ -228,22 +230,22 @@ def _draw(
     colour = dict(zip(robot.links, cycle(LINK_COLOURS), strict=False))
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
     for left, cones, (setup, caption, *eye) in zip((0.01, 0.51), seen, views, strict=True):
-        sheet = Sheet(
+        canvas = Canvas(
             figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal", xmargin=0.01, ymargin=0.01),
             box,
             *eye,
         )
-        draw_room(sheet)
+        draw_room(canvas)
         _draw_seen(
-            sheet,
+            canvas,
             cones,
             [colour[ring.link] for ring in setup.rings for _ in range(ring.count)],
             solid.a,
         )
-        _draw_robot(sheet, scene, setup, cones, colour, points[sight(scene, cones, q)(points) > 0])
-        sheet.ax.axis("off")
-        sheet.ax.text(
-            0, 1.01, caption, transform=sheet.ax.transAxes, fontsize=11, color=GREY, style="italic"
+        _draw_robot(canvas, scene, setup, cones, colour, points[sight(scene, cones, q)(points) > 0])
+        canvas.ax.axis("off")
+        canvas.ax.text(
+            0, 1.01, caption, transform=canvas.ax.transAxes, fontsize=11, color=GREY, style="italic"
         )
     figure.text(
         0.5,
@@ -259,7 +261,7 @@ def _draw(
     key = [
         *(
             Patch(
-                fc=(*to_rgb(colour[k]), 0.4),
+                fc=(*rgb(colour[k]), 0.4),
                 ec=colour[k],
                 label=f"seen from the {k.replace('_', ' ')}",
             )

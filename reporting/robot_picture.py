@@ -7,10 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Polygon
-from scipy.spatial import ConvexHull
 
 from ..coverage.robots.kinematics import forward
 from ..coverage.robots.link_bodies import robot_capsules
@@ -18,57 +14,35 @@ from ..coverage.robots.robot import BASE, Robot
 from ..coverage.targets import Shape, robot_curve
 from ..formats.robots.robot_fit import FittedLink
 from .plots import GREY, INK
-from .rendering.faces import circle
-from .rendering.sheet import Sheet, write_png
+from .rendering.canvas import Canvas
+from .rendering.figures import write_png
+from .rendering.meshes import FINE_DISC, circle
 
 _VIEWS = (("from the side", -90.0, 0.0), ("oblique view", -58.0, 22.0))
-_POINTS = 120_000  # of all surfaces
-_SKIN, _CAPSULE, _MOUNT, _CURVE = "#aeb6bf", "#0072B2", "#D55E00", "#009E73"
-_CORNERS = np.stack(
-    [f(np.linspace(0, 2 * np.pi, 72, endpoint=False)) for f in (np.cos, np.sin)], axis=1
-)
+_SKIN, _CAPSULE, _MOUNT, _CURVE = "#dbe0e5", "#0072B2", "#D55E00", "#009E73"
 
 
-def _surface(links: Sequence[FittedLink], frames: Any) -> tuple[Any, Any]:
-    """Points (N, 3) m drawn evenly on all surfaces, in the base frame, and unit normals (N, 3)."""
-    rng = np.random.default_rng(0)
-    tri, where = [], []
+def _surface(links: Sequence[FittedLink], frames: Any) -> Any:
+    """Triangles (T, 3, 3) m of all surfaces, in the base frame."""
+    triangles = [np.zeros((0, 3, 3))]
     for link in links:
         T = np.eye(4) if link.frame == BASE else frames[link.frame]
-        tri.append(link.triangles @ T[:3, :3].T + T[:3, 3])
-        where.append(len(link.triangles))
-    if not tri:
-        return np.zeros((0, 3)), np.zeros((0, 3))
-    t = np.concatenate(tri)
-    normal = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
-    area = np.linalg.norm(normal, axis=1)
-    pick = rng.choice(len(t), _POINTS, p=area / area.sum())
-    u, v = np.sqrt(rng.uniform(size=_POINTS))[:, None], rng.uniform(size=_POINTS)[:, None]
-    points = (1 - u) * t[pick, 0] + u * (1 - v) * t[pick, 1] + u * v * t[pick, 2]
-    return points, normal[pick] / area[pick, None]
+        triangles.append(link.triangles @ T[:3, :3].T + T[:3, 3])
+    return np.concatenate(triangles)
 
 
-def _outline(sheet: Sheet, a: Any, b: Any, radius: float) -> Any:
-    """Outline (M, 2) of a capsule on the sheet, from infinity."""
-    xy = np.concatenate([sheet.project(p)[0] + radius * _CORNERS for p in (a, b)])
-    return xy[ConvexHull(xy).vertices]
+def _view(ax: Any, robot: Robot, skin: Any, box: Any, eye: tuple[float, float]) -> None:
+    from matplotlib.patches import Polygon
 
-
-def _view(ax: Any, robot: Robot, skin: tuple[Any, Any], box: Any, eye: tuple[float, float]) -> None:
     frames = forward(robot.chain, robot.rest)
-    sheet = Sheet(ax, box, *eye)
-    points, normal = skin
-    if len(points):
-        xy, depth = sheet.project(points)
-        order = np.argsort(depth)
-        near = (normal @ sheet.rotation.T)[order, 2]
-        light = np.clip(0.25 + 0.75 * np.abs(near), 0, 1)[:, None]
-        rgb = 1 - (1 - np.array([0.62, 0.66, 0.71])) * (1.5 - 0.9 * light)
-        ax.scatter(*xy[order].T, s=0.7, c=np.clip(rgb, 0, 1), linewidths=0, zorder=1)
+    canvas = Canvas(ax, box, *eye)
+    canvas.faces(skin, _SKIN)
+    canvas.draw(zorder=1)
     if robot.bodies:
         bodies = robot_capsules(robot, frames)
         for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
-            outline = _outline(sheet, a, b, float(r))
+            rims = [circle(p, canvas.rotation[2], float(r), FINE_DISC) for p in (a, b)]
+            outline = canvas.hull(np.concatenate(rims))
             ax.add_patch(
                 Polygon(
                     outline, facecolor=(_CAPSULE, 0.09), edgecolor=(_CAPSULE, 0.7), lw=1.1, zorder=2
@@ -76,40 +50,44 @@ def _view(ax: Any, robot: Robot, skin: tuple[Any, Any], box: Any, eye: tuple[flo
             )
     curve = robot_curve(robot, robot.rest, Shape())
     line = np.concatenate([piece.point(np.linspace(0, 1, 24)) for piece in curve.pieces])
-    xy = sheet.project(line)[0]
+    xy = canvas.project(line)[0]
     ax.plot(*xy.T, color="white", lw=4.2, zorder=3, solid_capstyle="round")
     ax.plot(*xy.T, color=_CURVE, lw=2.0, zorder=3.1, solid_capstyle="round")
-    origins = sheet.project(np.vstack([np.zeros(3), frames[:, :3, 3]]))[0]
+    origins = canvas.project(np.vstack([np.zeros(3), frames[:, :3, 3]]))[0]
     ax.plot(*origins.T, "o", ms=4.5, color="white", mec=_CURVE, mew=1.2, zorder=3.2)
     for m in robot.mounts:
-        _mount(sheet, frames[m.frame], m)
+        _mount(canvas, frames[m.frame], m)
 
 
-def _mount(sheet: Sheet, T: Any, m: Any) -> None:
+def _mount(canvas: Canvas, T: Any, m: Any) -> None:
     """The mount's axis, thick where it is usable, with circles about what a ring surrounds, and its
     name.
     """
-    ax, R = sheet.ax, T[:3, :3]
-    place = lambda t: T[:3, 3] + R @ (m.start + t * m.length * m.axis)  # noqa: E731
+    ax, R = canvas.ax, T[:3, :3]
+
+    def place(t: float) -> np.ndarray:
+        point: np.ndarray = T[:3, 3] + R @ (m.start + t * m.length * m.axis)
+        return point
+
     radius = max(m.section, 0.02)
     shares = [0.0] if m.length == 0 else np.linspace(m.usable[0], m.usable[1], 3)
     for t in shares:
-        xy = sheet.project(circle(place(t), R @ m.axis, radius))[0]
+        xy = canvas.project(circle(place(t), R @ m.axis, radius))[0]
         xy = np.vstack([xy, xy[:1]])
         ax.plot(*xy.T, color="white", lw=3.0, zorder=4)
         ax.plot(*xy.T, color=_MOUNT, lw=1.6, zorder=4.1)
     if m.length > 0:
         whole, usable = (
-            sheet.project(np.array([place(t) for t in ends]))[0] for ends in ((0.0, 1.0), m.usable)
+            canvas.project(np.array([place(t) for t in ends]))[0] for ends in ((0.0, 1.0), m.usable)
         )
         ax.plot(*whole.T, color=_MOUNT, lw=1.2, ls=(0, (2, 2)), zorder=4.2)
         ax.plot(*usable.T, color=_MOUNT, lw=4.0, zorder=4.3, solid_capstyle="butt")
-    middle, _ = sheet.project(place(sum(m.usable) / 2 if m.length > 0 else 0.0))
+    middle, _ = canvas.project(place(sum(m.usable) / 2 if m.length > 0 else 0.0))
     side = np.array([1.0, 0.35]) if m.length > 0 else np.array([1.0, -0.35])
     ax.annotate(
         m.link.replace("_", " "),
         middle,
-        xytext=middle + (radius + 0.03 * sheet.size) * side / np.linalg.norm(side),
+        xytext=middle + (radius + 0.03 * canvas.size) * side / np.linalg.norm(side),
         fontsize=10,
         color=INK,
         va="center",
@@ -134,9 +112,13 @@ def robot_picture(path: Path, robot: Robot, links: Sequence[FittedLink] = ()) ->
     Raises:
         UserError: if the file cannot be written; an old one stays as it was.
     """
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     frames = forward(robot.chain, robot.rest)
     skin = _surface(links, frames)
-    reach = [np.zeros((1, 3)), frames[:, :3, 3], skin[0]]
+    reach = [np.zeros((1, 3)), frames[:, :3, 3], skin.reshape(-1, 3)]
     if robot.bodies:
         c = robot_capsules(robot, frames)
         reach += [p + s * c.radius[:, None] for p in (c.start, c.end) for s in (-1, 1)]
@@ -179,7 +161,7 @@ def robot_picture(path: Path, robot: Robot, links: Sequence[FittedLink] = ()) ->
         ),
         Line2D([], [], color=_CURVE, lw=2, marker="o", mfc="white", label="pose curve, joints"),
     ]
-    if len(skin[0]):
+    if len(skin):
         keys.insert(0, Patch(facecolor=_SKIN, label="surface"))
     figure.legend(handles=keys, loc="lower center", ncols=len(keys), frameon=False, fontsize=10.5)
     write_png(path, figure)

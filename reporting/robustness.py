@@ -3,13 +3,13 @@ mounting.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 from rich.table import Table
 
 from ..coverage.rings.mounting_errors import MountingErrors
 from ..coverage.rings.ring import Setup
-from ..formats.convert.results import robustness_result
-from ..formats.schema.result_models import LossModel, RobustnessResult
+from ..formats.schema.robustness_models import LossModel, RobustnessResult
 from ..objectives.redundancy import redundancy
 from ..objectives.scene import Scene
 from ..objectives.tolerance import tolerance
@@ -44,8 +44,8 @@ def assess(
             task = bar.add_task(str(goal.target), total=asked.draws * len(scene.poses))
             sure = redundancy(verifier, setup, goal.target, asked.most)
             drawing = (setup, goal.target, asked.errors, asked.draws, asked.seed)
-            astray = tolerance(verifier, *drawing, lambda task=task: bar.advance(task))  # type: ignore[misc]
-            results.append(robustness_result(name, setup, sure, astray))
+            astray = tolerance(verifier, *drawing, partial(bar.advance, task))
+            results.append(RobustnessResult.of(name, setup, sure, astray))
     return results
 
 

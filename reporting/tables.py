@@ -6,13 +6,8 @@ from rich.table import Table
 
 from ..coverage.rings.ring import Setup
 from ..coverage.robots.robot import Robot
-from ..formats.schema.result_models import (
-    PoseZetaModel,
-    ProofModel,
-    RobustnessResult,
-    VerifyResult,
-    WorstModel,
-)
+from ..formats.schema.result_models import PoseZetaModel, ProofModel, VerifyResult, WorstModel
+from ..formats.schema.robustness_models import RobustnessResult
 
 _WIDE = 3  # targets up to which the worst pose has columns of its own
 

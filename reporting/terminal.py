@@ -52,7 +52,7 @@ class Terminal(Console):
     def __init__(self, *, stderr: bool = False, **more: Any) -> None:
         super().__init__(stderr=stderr, markup=False, emoji=False, **more)
 
-    def render_str(self, text: str, **more: Any) -> Text:  # type: ignore[override]
+    def render_str(self, text: str, **more: Any) -> Text:
         """Return a string as an escaped Text; rich calls this before it measures widths."""
         return super().render_str(printable(text), **more)
 
@@ -66,7 +66,7 @@ class Terminal(Console):
         segments = super().render(_escaped(found) if isinstance(found, Text) else found, options)
         return (s if s.control else _clean(s) for s in segments)
 
-    def status(self, status: RenderableType, **more: Any) -> Status:  # type: ignore[override]
+    def status(self, status: RenderableType, **more: Any) -> Status:
         """Return a spinner beside a text, which is no markup either."""
         return _Status(_plain(status), console=self, **more)
 
@@ -74,11 +74,11 @@ class Terminal(Console):
 class _Status(Status):
     """A status that takes later texts as plain text."""
 
-    def update(self, status: Any = None, **more: Any) -> None:
-        super().update(_plain(status), **more)
+    def update(self, status: RenderableType | None = None, **more: Any) -> None:
+        super().update(None if status is None else _plain(status), **more)
 
 
-def _plain(text: Any) -> Any:
+def _plain(text: RenderableType) -> RenderableType:
     return Text(printable(text)) if isinstance(text, str) else text
 
 

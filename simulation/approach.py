@@ -9,7 +9,7 @@ robot; so is an arm no thicker than the ball that follows it along the path. Whe
 that is no proof, as narrow gaps slip through the lattice.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -22,8 +22,9 @@ from ..coverage.occlusion.ranging import slabs
 from ..coverage.rings.ring import Setup
 from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import gap_to_capsules, robot_capsules
+from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Robot
+from ..coverage.solids.capsules import gap_to_capsules
 from ..coverage.solids.cones import cone
 from .human import PEDESTAL
 
@@ -55,17 +56,18 @@ class _Scene:
         chosen = np.array([b.frame > 0 or not moving_only for b in robot.bodies])
         c = self.cones
         cones = (c.apex, c.axis, np.cos(c.half_angle), np.sin(c.half_angle), c.range_m)
-        self.fixed = tuple(jnp.asarray(a) for a in (*cones, *self.bodies, chosen))
+        self.fixed = tuple(jnp.asarray(a) for a in (*cones, *self.bodies.arrays(), chosen))
 
     def values(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 2"]:
         """Clearance (N,) m from cones and robot, and distance (N,) m from the parts of the robot
         that matter.
         """
-        return slabs(_clearances, (points,), self.fixed, _SLAB)
+        both: np.ndarray = slabs(_clearances, (points,), self.fixed, _SLAB)
+        return both
 
 
 @jax.jit
-def _clearances(rows: Any, fixed: Any) -> Any:
+def _clearances(rows: tuple[jax.Array, ...], fixed: tuple[jax.Array, ...]) -> jax.Array:
     (points,), (*cones, start, end, thick, chosen) = rows, fixed
     see = cone(points[:, None], *(a[None] for a in cones)).min(axis=1)
     gap = jnp.stack(
@@ -137,7 +139,12 @@ def unseen_approaches(
 
 
 def _approach(
-    scene: _Scene, points: Any, clear: Any, gap: Any, radius: float, side: float
+    scene: _Scene,
+    points: Float[np.ndarray, "X Y Z 3"],
+    clear: Float[np.ndarray, "X Y Z"],
+    gap: Float[np.ndarray, "X Y Z"],
+    radius: float,
+    side: float,
 ) -> Approach:
     """The nearest lattice point that a ball reaches from the lattice's outer faces, and the
     shortest way there.
@@ -185,7 +192,13 @@ def _shortened(
     return path[kept]
 
 
-def _is_clear(scene: _Scene, a: Any, b: Any, radius: float, spacing: float) -> bool:
+def _is_clear(
+    scene: _Scene,
+    a: Float[np.ndarray, " 3"],
+    b: Float[np.ndarray, " 3"],
+    radius: float,
+    spacing: float,
+) -> bool:
     """Is a straight way surely unseen? By the Lipschitz constant between samples ``spacing`` m
     apart.
     """

@@ -16,8 +16,8 @@ stop.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -30,10 +30,10 @@ from ..coverage.occlusion.model import Occlusion
 from ..coverage.occlusion.ranging import readings, slabs
 from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.rings.ring_kinematics import sensor_axes
-from ..coverage.robots.link_bodies import Capsules, segment_to_segment
 from ..coverage.robots.robot import Robot
-from ..coverage.sensors.sensor import Sensor
+from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.polyhedra import Polyhedron
+from ..coverage.solids.segments import segment_to_segment
 from ..objectives.scene import Scene
 from .human import BALL_ERROR, PEDESTAL, Bones, Posture, ball_counts, balls_along, bones
 from .moments import STEP, Moments
@@ -77,7 +77,7 @@ class Approaches:
     walk: int
 
     def share(
-        self, some: Any = slice(None), confidence: float = 0.95
+        self, some: slice | Bool[np.ndarray, " A"] = slice(None), confidence: float = 0.95
     ) -> tuple[float, float, float]:
         """Share in time of some approaches, and its interval after Wilson."""
         found = self.in_time[some]
@@ -109,7 +109,7 @@ def walker(speed: float, start: float, floor: float = -PEDESTAL) -> Bones:
 
 
 @jax.jit
-def _clearances(rows: Any, fixed: Any) -> Any:
+def _clearances(rows: tuple[jax.Array, ...], fixed: tuple[jax.Array, ...]) -> jax.Array:
     """For R moments the least distance of person and robot, and the least after S_p is taken off,
     (R, 2) m.
     """
@@ -123,7 +123,8 @@ def _clearances(rows: Any, fixed: Any) -> Any:
 def turned(points: Float[np.ndarray, "*any 3"], angle: float) -> Float[np.ndarray, "*any 3"]:
     """Points turned about the base's axis, z, by ``angle`` rad."""
     c, s = math.cos(angle), math.sin(angle)
-    return points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    new: np.ndarray = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return new
 
 
 def start_of(robot: Robot, setup: Setup, moments: Moments) -> float:
@@ -149,7 +150,7 @@ def approach(
     seed: int,
     occlusion: Occlusion = "shadow",
     start: float | None = None,
-    tell: Any = lambda done: None,
+    tell: Callable[[int], object] = lambda done: None,
     obstacles: tuple[Polyhedron, ...] = (),
     floor: float = -PEDESTAL,
 ) -> Approaches:
@@ -199,14 +200,14 @@ def _seen(
     robot: Robot,
     setup: Setup,
     m: Moments,
-    at: Any,
-    balls: Any,
+    at: Int[np.ndarray, " T"],
+    balls: tuple[Float[np.ndarray, "T B 3"], Float[np.ndarray, " B"]],
     occlusion: Occlusion,
     obstacles: tuple[Polyhedron, ...],
-) -> Any:
+) -> Bool[np.ndarray, "T K"]:
     """Does each sensor see the person at each moment? (T, K)"""
     apex, axis = (np.asarray(a) for a in sensor_axes(robot, setup, m.frames[at]))
-    bodies = Capsules(m.bodies.start[at], m.bodies.end[at], m.bodies.radius)
+    bodies = m.bodies.at(at)
     hiding = None if occlusion == "ignore" else bodies
     (half, range_m), (centre, radius) = sensor_optics(setup), balls
     found = readings(apex, axis, half, range_m, centre, radius, hiding, obstacles).distance
@@ -222,7 +223,7 @@ def stops(
 ) -> Float[np.ndarray, "T K"]:
     """How far sensors see before the robot or an obstacle in their beams answers, m; infinite where
     they have many zones. The robot is read as balls that hold its bodies, 1 mm larger at most."""
-    start, end, radius = (np.asarray(a) for a in bodies)
+    start, end, radius = (np.asarray(a) for a in bodies.arrays())
     radius = radius + BALL_ERROR
     balls = balls_along(
         start,
@@ -231,7 +232,7 @@ def stops(
         ball_counts(np.linalg.norm((end - start)[0], axis=1), radius, BALL_ERROR),
     )
     half, range_m = (
-        np.concatenate([np.full(r.count, _around(r.sensor)) for r in setup.rings]),
+        np.concatenate([np.full(r.count, r.sensor.circumscribed_half_angle) for r in setup.rings]),
         sensor_optics(setup)[1],
     )
     stop = readings(apex, axis, half, range_m, *balls).distance
@@ -249,13 +250,6 @@ def stops(
     )
 
 
-def _around(sensor: Sensor) -> float:
-    """Half angle of the narrowest cone around a beam, rad."""
-    return math.atan(
-        math.hypot(math.tan(sensor.fov / 2), math.tan(sensor.fov_up / 2) if sensor.fov_up else 0.0)
-    )
-
-
 def lasting(
     seen: Bool[np.ndarray, "A T K"], steps: Int[np.ndarray, " K"]
 ) -> Bool[np.ndarray, "A T K"]:
@@ -263,10 +257,16 @@ def lasting(
     total = np.cumsum(np.pad(seen, ((0, 0), (1, 0), (0, 0))), axis=1)
     end = np.arange(seen.shape[1])[:, None] + steps + 1
     count = np.take_along_axis(total, np.minimum(end, seen.shape[1])[None], axis=1) - total[:, :-1]
-    return count == steps + 1
+    all_of_them: np.ndarray = count == steps + 1
+    return all_of_them
 
 
-def _judged(clear: Any, seen: Any, held: Any, late: Any) -> tuple[Any, ...]:
+def _judged(
+    clear: Float[np.ndarray, "A T 2"],
+    seen: Bool[np.ndarray, "A T K"],
+    held: Int[np.ndarray, " K"],
+    late: Int[np.ndarray, " K"],
+) -> tuple[np.ndarray, ...]:
     """Distances at first sight, first report and first break of S_p, the step of the break, and
     whether in time.
 
@@ -282,7 +282,7 @@ def _judged(clear: Any, seen: Any, held: Any, late: Any) -> tuple[Any, ...]:
     )
     sight, report = sight.min(axis=1), (start + late).min(axis=1)
 
-    def distance(step: Any) -> Any:
+    def distance(step: Int[np.ndarray, " A"]) -> Float[np.ndarray, " A"]:
         ok = step < touched
         return np.where(ok, gap[np.arange(a), np.minimum(step, steps - 1)], np.nan)
 

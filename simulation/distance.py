@@ -17,12 +17,12 @@ at most 0.1 mm. An engineering aid: none of these numbers is a safety rating.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy import stats
 
 from ..coverage.arrays import dot, root
@@ -30,8 +30,9 @@ from ..coverage.occlusion.ranging import least_gap, readings, slabs
 from ..coverage.rings.ring import Setup, sensor_optics
 from ..coverage.rings.ring_kinematics import sensor_axes
 from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import Capsules, gap_to_capsules, robot_capsules
+from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Robot
+from ..coverage.solids.capsules import Capsules, gap_to_capsules
 from .human import body_balls
 from .objects import SHAPES, object_balls
 from .walk import walk
@@ -54,7 +55,7 @@ class Series(NamedTuple):
     true: Float[np.ndarray, " T"]
     believed: Float[np.ndarray, " T"]
     careful: Float[np.ndarray, " T"]
-    seen: Any
+    seen: Bool[np.ndarray, " T"]
     true_speed: Float[np.ndarray, "T 2"]
     believed_speed: Float[np.ndarray, "T 2"]
 
@@ -85,7 +86,7 @@ def thing_balls(
 
 
 @jax.jit
-def _beliefs(rows: Any, fixed: Any) -> Any:
+def _beliefs(rows: tuple[jax.Array, ...], fixed: tuple[jax.Array, ...]) -> jax.Array:
     """For R readings of sensors, the distances (R, 2) m of the believed point from the robot and of
     the careful one.
     """
@@ -128,7 +129,8 @@ def beliefs(
             bodies.end[t],
         )
         found[t, k] = slabs(_beliefs, rows, (jnp.asarray(bodies.radius),))
-    return found.min(axis=1)
+    least: np.ndarray = found.min(axis=1)
+    return least
 
 
 def series(
@@ -254,7 +256,7 @@ def _errors(error: Float[np.ndarray, " N"]) -> dict[str, float]:
     }
 
 
-def _longest(flags: Any) -> int:
+def _longest(flags: Bool[np.ndarray, " T"]) -> int:
     """Length of the longest run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
     return int(np.diff(edges)[::2].max(initial=0))

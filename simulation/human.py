@@ -114,7 +114,8 @@ def bones(stature: float, posture: Posture, floor: float = -PEDESTAL) -> Bones:
 
     def swung(angle: Float[np.ndarray, " T"]) -> Float[np.ndarray, "T 3"]:
         """The way down, turned forward by ``angle``."""
-        return np.sin(angle)[:, None] * forward - np.cos(angle)[:, None] * _UP
+        way: np.ndarray = np.sin(angle)[:, None] * forward - np.cos(angle)[:, None] * _UP
+        return way
 
     legs = []
     for i in range(2):

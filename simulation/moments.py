@@ -3,20 +3,22 @@ its motion.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from ..coverage.robots.kinematics import forward
-from ..coverage.robots.link_bodies import Capsules, robot_capsules
+from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.protective_volume import distances, moving
 from ..coverage.robots.robot import Robot
 from ..coverage.robots.separation_distance import Safety
+from ..coverage.solids.capsules import Capsules
 from ..objectives.scene import Scene
 from ..objectives.trajectory import MotionRecord
 
 STEP = 0.02  # s, from one moment to the next
+Steps = TypeVar("Steps", int, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Moments:
             return np.full(steps, rng.choice(len(self.weight), p=self.weight))
         return self.before(int(rng.integers(len(self.weight))), np.arange(steps)[::-1])
 
-    def before(self, moment: int, steps: Any) -> Any:
+    def before(self, moment: int, steps: Steps) -> Steps:
         """Number of the moment so many steps before another. A motion comes round again, so that at
         each step of a walk every moment is as likely, however short the motion; a pose is held."""
         return (moment - steps) % len(self.weight) if self.together else moment + 0 * steps

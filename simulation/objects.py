@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from ..coverage.robots.link_bodies import Capsules
+from ..coverage.solids.capsules import Capsules
 from .human import PEDESTAL, ball_counts, balls_along
 
 # m; a test rod of 70 mm, the coarsest resolution that protects a hazardous area
@@ -57,7 +57,8 @@ def _wander(rng: np.random.Generator, time_s: Float[np.ndarray, " T"]) -> Float[
     """
     frequency, phase = rng.uniform(0.02, _FASTEST, _WAVES), rng.uniform(0, 2 * np.pi, _WAVES)
     total = np.sin(2 * np.pi * frequency * time_s[:, None] + phase).sum(axis=1)
-    return 2 / np.pi * np.arcsin(np.sin(np.pi / 2 * total))
+    wave: np.ndarray = 2 / np.pi * np.arcsin(np.sin(np.pi / 2 * total))
+    return wave
 
 
 def object_balls(

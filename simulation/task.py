@@ -44,7 +44,8 @@ class TaskMotion:
     def tcp_speed(self, robot: Robot) -> Float[np.ndarray, " T"]:
         """Speed of the TCP (T,) m/s, by central differences."""
         tcp = forward(robot.chain, self.q)[:, -1, :3, 3]
-        return np.linalg.norm(np.gradient(tcp, self.time_s, axis=0), axis=1)
+        speed: np.ndarray = np.linalg.norm(np.gradient(tcp, self.time_s, axis=0), axis=1)
+        return speed
 
     def every(self, rate: float) -> "TaskMotion":
         """The same motion at ``rate`` Hz."""

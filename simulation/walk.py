@@ -2,14 +2,14 @@
 reaching, and out again.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import gaussian_filter1d
 
-from .human import FOREARM, UPPER_ARM, Posture, bones
+from .human import FOREARM, UPPER_ARM, Bones, Posture, bones
 
 WALK = 1.6  # m/s, ISO 13855: speed of the whole body
 HAND = 2.0  # m/s, ISO 13855: speed of the upper limb
@@ -35,21 +35,29 @@ class Walk(NamedTuple):
     posture: Posture
 
 
+class _Reaching(TypedDict):
+    """Of n steps the lean (n,) rad, the reach (n, 2) and the hands' goals (2, 3) m."""
+
+    lean: Float[np.ndarray, " n"]
+    reach: Float[np.ndarray, "n 2"]
+    goal: Float[np.ndarray, "2 3"]
+
+
 class _Track:
     """A path as it grows on the inner grid, piece by piece of time."""
 
     def __init__(self) -> None:
-        self.pieces: list[tuple[Any, ...]] = []
+        self.pieces: list[tuple[np.ndarray, ...]] = []
         self.steps = 0
 
     def add(
         self,
-        position: Any,
-        facing: Any,
-        speed: Any = 0.0,
-        lean: Any = 0.0,
-        reach: Any = None,
-        goal: Any = None,
+        position: Float[np.ndarray, "n 2"],
+        facing: float | Float[np.ndarray, " n"],
+        speed: float | Float[np.ndarray, " n"] = 0.0,
+        lean: float | Float[np.ndarray, " n"] = 0.0,
+        reach: Float[np.ndarray, "n 2"] | None = None,
+        goal: Float[np.ndarray, "2 3"] | None = None,
     ) -> None:
         """Add n steps: position (n, 2) m, facing (n,) rad, speed (n,) m/s, lean (n,) rad, reach (n,
         2), goal (2, 3) m.
@@ -67,7 +75,7 @@ class _Track:
         self.pieces.append((position, *row))
         self.steps += n
 
-    def joined(self) -> list[Any]:
+    def joined(self) -> list[np.ndarray]:
         """Everything that was added, joined over time."""
         return [np.concatenate(values) for values in zip(*self.pieces, strict=True)]
 
@@ -103,7 +111,9 @@ def walk(seed: int, time_s: Float[np.ndarray, " T"]) -> Walk:
     return Walk(stature, time_s, _sampled(track, stature, time_s))
 
 
-def _leg(here: Any, passing: float, there: Any, speed: float) -> tuple[Any, Any, Any]:
+def _leg(
+    here: Float[np.ndarray, " 2"], passing: float, there: Float[np.ndarray, " 2"], speed: float
+) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
     """Positions (n, 2) m, directions (n,) rad and speeds (n,) m/s of a walk between two stations,
     each (radius, angle).
 
@@ -123,7 +133,7 @@ def _leg(here: Any, passing: float, there: Any, speed: float) -> tuple[Any, Any,
     slowing = np.where(left < ramp, total - _ACCELERATION / 2 * left**2, top * (t - ramp / 2))
     gone = np.where(t < ramp, _ACCELERATION / 2 * t**2, slowing)
 
-    def at(where: Any) -> Any:
+    def at(where: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
         return np.stack([np.interp(where, length, points[:, i]) for i in range(2)], axis=1)
 
     ahead = at(gone + 0.05) - at(gone - 0.05)
@@ -134,7 +144,9 @@ def _leg(here: Any, passing: float, there: Any, speed: float) -> tuple[Any, Any,
     )
 
 
-def _reach_out(track: _Track, rng: np.random.Generator, stature: float, position: Any) -> None:
+def _reach_out(
+    track: _Track, rng: np.random.Generator, stature: float, position: Float[np.ndarray, " 2"]
+) -> None:
     """Add a turn towards something near the robot, a reach for it with one hand, a hold and the way
     back.
 
@@ -152,12 +164,12 @@ def _reach_out(track: _Track, rng: np.random.Generator, stature: float, position
     )
     facing = np.arctan2(wanted[1] - position[1], wanted[0] - position[0])
 
-    def reaching(w: Any, goal: Any) -> dict[str, Any]:
+    def reaching(w: Float[np.ndarray, " n"], goal: Float[np.ndarray, " 3"]) -> _Reaching:
         reach, goals = np.zeros((len(w), 2)), np.zeros((2, 3))
         reach[:, hand], goals[hand] = w, goal
         return {"lean": lean * w, "reach": reach, "goal": goals}
 
-    def body(w: Any, goal: Any) -> Any:
+    def body(w: Float[np.ndarray, " n"], goal: Float[np.ndarray, " 3"]) -> Bones:
         more, n = reaching(w, goal), len(w)
         place, still = np.broadcast_to(position, (n, 2)), np.zeros(n)
         goals = np.broadcast_to(more["goal"], (n, 2, 3))
@@ -182,11 +194,12 @@ def _reach_out(track: _Track, rng: np.random.Generator, stature: float, position
     track.add(np.broadcast_to(position, (len(w), 2)), facing, **reaching(w, goal))
 
 
-def _minimum_jerk(u: Any) -> Any:
-    return u**3 * (10 - 15 * u + 6 * u**2)
+def _minimum_jerk(u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    share: np.ndarray = u**3 * (10 - 15 * u + 6 * u**2)
+    return share
 
 
-def _sampled(track: _Track, stature: float, time_s: Any) -> Posture:
+def _sampled(track: _Track, stature: float, time_s: Float[np.ndarray, " T"]) -> Posture:
     """The path at the times asked: headings smoothed, gait from the way walked; after its end the
     human stands.
     """

@@ -79,7 +79,7 @@ def reference_pose() -> np.ndarray:
 @pytest.fixture
 def run(monkeypatch, capsys, tmp_path):
     """Run the command line in an empty folder: (exit code, stdout, stderr)."""
-    from place_rings.cli import main as command_line
+    from place_rings.cli import app as command_line
 
     monkeypatch.chdir(tmp_path)
 

@@ -3,8 +3,7 @@
 import numpy as np
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.sensors.sensor import Sensor
-from place_rings.formats.convert.obstacles import obstacles_of
-from place_rings.formats.schema.scene_models import ObstacleModel
+from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from place_rings.objectives.scene import Scene
 
 FLOOR, TABLE, BOX = obstacles_of(

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.link_bodies import gap_to_capsules, robot_capsules
+from place_rings.coverage.robots.link_bodies import robot_capsules
+from place_rings.coverage.solids.capsules import gap_to_capsules
 from place_rings.coverage.targets import Target
 from place_rings.coverage.voxels.connected_components import pieces
 from place_rings.coverage.voxels.voxel_set import OFFSET, VoxelSet, encode

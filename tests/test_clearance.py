@@ -10,18 +10,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.cli import main as command_line
+from place_rings.cli import app as command_line
 from place_rings.coverage.occlusion.circle_clearance import blocked, capsule_gap, circle, plane_gap
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.link_bodies import point_to_segment, robot_capsules
+from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.polyhedra import box
-from place_rings.formats.convert.scenes import scene_model, scene_of
+from place_rings.coverage.solids.segments import point_to_segment
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.feasibility.clearance import MountClearance
 from place_rings.objectives.feasibility.mounting import alone, meeting
 from place_rings.objectives.feasibility.violations import faults
@@ -235,7 +236,7 @@ def test_a_link_can_have_a_ring_radius_of_its_own(tmp_path):
     scene = read_scene(tmp_path / "scene.toml")
     assert Space(scene, sensors=40).radii == {"upper_arm": 0.09, "forearm": 0.07, "tool": 0.09}
     assert [r.radius for r in ring_layout(scene, 1, 4).rings] == [0.09, 0.07, 0.09]
-    assert scene_of(scene_model(scene)).limits == scene.limits
+    assert SceneModel.from_domain(scene).to_domain().limits == scene.limits
     real = replace(scene, occlusion="shadow", radius_stated=False)
     # meant, and not raised as the others are
     assert Space(real, sensors=40).radii["forearm"] == 0.07
@@ -281,7 +282,7 @@ def test_a_real_mount_is_read_back_from_its_file():
         Scene(rules=rules, ring_radius=0.12, radius_stated=True),
         Scene(),
     ):
-        again = scene_of(scene_model(scene))
+        again = SceneModel.from_domain(scene).to_domain()
         assert (again.rules, again.ring_radius, again.radius_stated) == (
             scene.rules,
             scene.ring_radius,

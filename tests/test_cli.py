@@ -17,21 +17,24 @@ import numpy as np
 import pytest
 import trimesh
 from place_rings.cli.entry import never_lost
-from place_rings.cli.options import resolve_space, with_motion
+from place_rings.cli.options.scenes import with_motion
+from place_rings.cli.options.search import resolve_space
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
-from place_rings.formats.convert.scenes import scene_model
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.schema.proposal_models import SearchFile
-from place_rings.formats.schema.result_models import RobustnessResult, SafetyResult, VerifyResult
+from place_rings.formats.schema.result_models import VerifyResult
+from place_rings.formats.schema.robustness_models import RobustnessResult
+from place_rings.formats.schema.scene_models import SceneModel
+from place_rings.formats.schema.separation_models import SafetyResult
 from place_rings.objectives.scene import Rules, Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.placement.search import search as searching
 from place_rings.placement.search.schedule import Schedule, Stage
 from place_rings.reporting.comparison import comparable
-from place_rings.studies.engine.tasks import scene_from
+from place_rings.studies.engine.scenes import scene_from
 from place_rings.studies.pareto import study as pareto
 
 REFUSED = {
@@ -165,7 +168,9 @@ def test_a_front_is_of_the_scene_with_its_motion_and_its_meshes(run, tmp_path, m
     code, _, err = run("study", "pareto", "--scene", "cell.toml", "--sensors", "64")
     assert (code, err.strip()) == (2, "place-rings: enough")
     ((where, budgets),) = measured
-    assert scene_model(scene_from(where)) == scene_model(read_scene(tmp_path / "cell.toml"))
+    assert SceneModel.from_domain(scene_from(where)) == SceneModel.from_domain(
+        read_scene(tmp_path / "cell.toml")
+    )
     assert len(where["poses"]) == 6
     assert list(budgets) == [48, 80, 112, 64]  # 24 are fewer than the fixed ring has
     code, _, err = run("study", "pareto", "--scene", "cell.toml", "--sensors", "24")

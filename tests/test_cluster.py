@@ -128,8 +128,8 @@ def test_an_error_of_a_work_is_the_same_as_with_one_process(client, store):
 
 def test_a_worker_with_another_program_measures_nothing(client, store):
     cells = zetas()
-    with pytest.raises(UserError, match=r"found a worker of place-rings .* as here"):
-        cluster.run(client, cells, {**TASKS, "run": engine.run}, store)
+    with pytest.raises(UserError, match=r"found a worker whose 'zeta' is of .* as here"):
+        cluster.run(client, cells, {**TASKS, "zeta": engine.run}, store)
     assert [store.get(cell) for cell in cells] == [None] * len(cells)
 
 

@@ -14,11 +14,13 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_axes, sensor_cones
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.link_bodies import Capsules, point_to_segment, robot_capsules
+from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.robots.separation_distance import Safety
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
+from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.polyhedra import box, half_space
+from place_rings.coverage.solids.segments import point_to_segment
 from place_rings.objectives.scene import Obstacle, Pose, Scene
 from place_rings.objectives.trajectory import MotionRecord
 from place_rings.simulation.detection import (

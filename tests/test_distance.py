@@ -13,8 +13,9 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup, sensor_opt
 from place_rings.coverage.rings.ring_kinematics import sensor_axes, sensor_cones
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.link_bodies import gap_to_capsules, robot_capsules
+from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.sensors.sensor import Sensor
+from place_rings.coverage.solids.capsules import gap_to_capsules
 from place_rings.reporting import approach_figure, distance_figures
 from place_rings.simulation import distance as study
 from place_rings.simulation.approach import unseen_approaches

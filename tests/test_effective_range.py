@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from place_rings.coverage.sensors.catalogue import MODELS, model, side_of_diagonal
 from place_rings.coverage.sensors.effective_range import effective, size_of
 from place_rings.coverage.sensors.sensor import Use
-from place_rings.formats.convert.scenes import sensor_model, sensor_of
-from place_rings.formats.schema.mount_models import SensorModel
+from place_rings.formats.schema.sensor_models import SensorModel
 
 NAMES = st.sampled_from(sorted(MODELS))
 REFLECTANCE = st.none() | st.floats(0.01, 1.0)
@@ -159,7 +158,9 @@ def test_a_sensor_of_the_catalogue_reads_back_from_a_file(drawn):
     use = use_of(drawn)
     sensor = effective(use).sensor
     assert (
-        sensor_of(SensorModel.model_validate(sensor_model(sensor).model_dump(exclude_none=True)))
+        SensorModel.model_validate(
+            SensorModel.from_domain(sensor).model_dump(exclude_none=True)
+        ).to_domain()
         == sensor
     )
 

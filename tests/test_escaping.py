@@ -20,23 +20,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from place_rings.cli.main import app
+from place_rings.cli.app import app
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.targets import Target
-from place_rings.formats.convert.scenes import ring_models, scene_model
 from place_rings.formats.errors import UserError
 from place_rings.formats.escaping import printable, printable_json, printable_lines
 from place_rings.formats.loader import read_scene
-from place_rings.formats.printing.ring_pictures import _png
 from place_rings.formats.schema.proposal_models import ProposalFile
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Goal, Scene
 from place_rings.reporting.pages import code, escaped, html, table
 from place_rings.reporting.plots import save
-from place_rings.reporting.rendering.sheet import write_png
+from place_rings.reporting.rendering.figures import write_png
 from place_rings.reporting.terminal import Terminal, say, say_json, say_lines
-from place_rings.rig.check_models import AboutFile, PortModel
+from place_rings.rig.check.models import AboutFile, PortModel
 from place_rings.rig.recording.recording import Recording
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.viewer import html as words
@@ -428,7 +426,7 @@ def test_a_hostile_recording_shows(run, tmp_path):
     scene, setup = hostile_scene()
     about = AboutFile(
         setup=f"small{NASTY}",
-        proposal=ProposalFile(rings=ring_models(setup, scene.sensor), scene=scene_model(scene)),
+        proposal=ProposalFile.of(setup, scene),
         seed=3,
         injected=False,
         moved=False,
@@ -545,18 +543,15 @@ def test_pages_show_all_text(tmp_path_factory, text):
     assert unreadable(escaped(text)) == unreadable(code(text)) == set()
 
 
-@pytest.mark.parametrize("write", ["sheet", "plot", "printing"])
+@pytest.mark.parametrize("write", ["rendering", "plot"])
 def test_names_in_pictures_show(tmp_path, write):
     """matplotlib warns of characters that no font has, and warnings are errors here."""
     figure = Figure(figsize=(2, 2))
     figure.subplots().set_title(NASTY)
     figure.text(0, 0, f"a{NASTY}\nb")
     figure.legend(handles=[Patch(label=NASTY)])
-    if write == "printing":
-        assert _png(figure).startswith(b"\x89PNG")
-    else:
-        kept = tmp_path / "x.png"
-        write_png(kept, figure) if write == "sheet" else save(figure, kept)
+    kept = tmp_path / "x.png"
+    write_png(kept, figure) if write == "rendering" else save(figure, kept)
     shown = [t.get_text() for t in figure.findobj(lambda a: hasattr(a, "get_text"))]
     assert printable_lines(f"a{NASTY}\nb") in shown
     assert unreadable("".join(shown)) == set()
@@ -610,7 +605,7 @@ def test_comments_of_a_file_leave_it_toml(text):
 
 
 def test_names_of_any_kind_make_a_scene_that_reads_back(tmp_path):
-    from place_rings.cli.robot_file import scene_text
+    from place_rings.cli.runs.robot import scene_text
 
     scene, _ = hostile_scene()
     long = replace(scene.robot.mounts[0], link=f'"\\{NASTY}' + "x" * 60)

@@ -28,13 +28,13 @@ from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.coverage.solids.sensor_beams import Optics
 from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
-from place_rings.formats.export.formats import FORMATS
 from place_rings.formats.export.placed import PlacedSetup
 from place_rings.formats.loader import resolve
 from place_rings.formats.robots.urdf import read_urdf
 from place_rings.formats.sensors.sensor_frames import looking_along, looking_along_z, sensor_frames
 from place_rings.formats.sensors.urdf_frames import FramePattern
 from place_rings.objectives.scene import Goal, Pose, Scene
+from place_rings.reporting.export_formats import FORMATS
 from place_rings.rig.sensing.fan import ray_to_capsule, ray_to_polyhedron
 
 from . import drawing

@@ -14,11 +14,11 @@ from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.coverage.targets import Shape, Target
 from place_rings.formats import writing
-from place_rings.formats.convert.scenes import ring_models, scene_model, scene_of, setup_of
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_scene, resolve
 from place_rings.formats.schema.proposal_models import ProposalFile
-from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.schema.ring_models import ring_models, setup_of
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml, write_text
 from place_rings.objectives.scene import Goal, Limits, Pose, Scene
 
@@ -26,6 +26,12 @@ from . import drawing
 
 RING = "[[rings]]\nlink = 'tool'\ncount = 8\n"
 BAD_SCENES = {
+    "version = 2": "version: found 2, allowed: 1; update place-rings",
+    "version = 2\nrobot = 'absent.toml'\nnew = 1": "version: found 2, allowed: 1; update",
+    "version = 0": "version: found 0, allowed: an integer at least 1",
+    "version = '1'": 'version: found "1", allowed: an integer',
+    "version = true": "version: found true, allowed: an integer",
+    "[sensor]\nversion = 1": "sensor.version: found an unknown key",
     "robto = 'ur10'": "robto: found an unknown key",
     "robot = 'ur11'": 'robot: found "ur11", allowed: ur10, ur10_dh',
     "robot = 10": "robot: found 10",
@@ -69,6 +75,8 @@ BAD_SCENES = {
     "ring_radius = " + "9" * 6000: "not TOML",
 }
 BAD_PROPOSALS = {
+    "version = 99\nnew = 1": "version: found 99, allowed: 1; update place-rings",
+    "version = 1\n" + RING + "[scene]\nversion = 1": "scene.version: found an unknown key",
     "": "rings: found nothing",
     "[[rings]]\nlink = 'tail'\ncount = 8": 'rings[0].link: found "tail", allowed: a link of ur10',
     "[[rings]]\nlink = 'tool'\ncount = 0": (
@@ -116,7 +124,9 @@ def test_what_is_no_file_is_one_line(tmp_path):
 def test_the_empty_scene_is_the_reference_scene(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text("")
-    assert scene_model(read_scene(path)) == scene_model(Scene()) == SceneFile()
+    assert (
+        SceneModel.from_domain(read_scene(path)) == SceneModel.from_domain(Scene()) == SceneModel()
+    )
 
 
 def drawn_scene(rng):
@@ -139,14 +149,18 @@ def drawn_scene(rng):
 def test_what_is_written_reads_back(tmp_path_factory, seed):
     rng = np.random.default_rng(seed)
     scene, setup = drawn_scene(rng), drawing.setup(rng)
-    file = ProposalFile(rings=ring_models(setup, scene.sensor), scene=scene_model(scene))
+    file = ProposalFile.of(setup, scene)
     path = tmp_path_factory.mktemp("files") / "proposal.toml"
     write_text(path, to_toml(file, "two\nlines"))
     again, its_scene, read = read_proposal(path)
     assert read == file
     assert again == rounded(setup, scene.sensor) == rounded(again, scene.sensor)
-    assert scene_model(its_scene) == scene_model(scene) == scene_model(scene_of(scene_model(scene)))
-    assert path.read_text().startswith("# two\n# lines\n[[rings]]\n")
+    assert (
+        SceneModel.from_domain(its_scene)
+        == SceneModel.from_domain(scene)
+        == SceneModel.from_domain(SceneModel.from_domain(scene).to_domain())
+    )
+    assert path.read_text().startswith("# two\n# lines\nversion = 1\n\n[[rings]]\n")
 
 
 def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
@@ -194,7 +208,7 @@ def test_a_name_keeps_the_limits_of_a_file(tmp_path, monkeypatch):
 def test_names_and_files_resolve(tmp_path):
     setup, scene = resolve("n2_16_25", None)
     assert setup == named_setup("n2_16_25")
-    assert scene_model(scene) == SceneFile()
+    assert SceneModel.from_domain(scene) == SceneModel()
     path = tmp_path / "mine.toml"
     path.write_text(RING)
     assert resolve(str(path), None)[0].sensors == 8

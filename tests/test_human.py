@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from place_rings.coverage.occlusion.ranging import least_gap
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.link_bodies import point_to_segment, robot_capsules
+from place_rings.coverage.robots.link_bodies import robot_capsules
+from place_rings.coverage.solids.segments import point_to_segment
 from place_rings.simulation import human
 from place_rings.simulation.human import BALL_ERROR, PEDESTAL, TALLEST, body_balls, bones, two_bones
 from place_rings.simulation.objects import GAP, SHAPES, object_balls

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.targets import Target
-from place_rings.formats.convert.results import verify_result
+from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.objectives.criterion import Criterion, judge
 from place_rings.objectives.scene import Goal, Pose, Scene
 from place_rings.objectives.soft_objective import TEMPERATURE, CoverageObjective, TargetPoints
@@ -84,7 +84,7 @@ def test_the_mean_is_the_weighted_mean_and_the_worst_the_least():
     for v in each:
         assert v.zeta == pytest.approx(sum((1 + i) / 6 * p.zeta for i, p in enumerate(v.poses)))
         assert v.poses[v.worst].zeta == min(p.zeta for p in v.poses)
-        found = verify_result("x", v, scene).worst
+        found = VerifyResult.of("x", v, scene).worst
         assert (found.pose, found.zeta_percent) == (v.worst, 100 * v.poses[v.worst].zeta)
         assert found.time_s == 0.05 * v.worst
         assert np.radians(found.q_deg) == pytest.approx(scene.poses[v.worst].q, abs=1e-9)

@@ -15,10 +15,12 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.link_bodies import Capsules, robot_capsules, segment_to_segment
+from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.solids.base import Difference
+from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.polyhedra import box, half_space, hull, polyhedra
+from place_rings.coverage.solids.segments import segment_to_segment
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.targets import Target
 from place_rings.formats.loader import read_proposal
-from place_rings.studies.engine.tasks import scene_from, setup_from
+from place_rings.studies.engine.scenes import scene_from, setup_from
 from place_rings.studies.pareto import report as pareto_report
 from place_rings.studies.pareto import study as pareto
 from place_rings.studies.pareto.study import Point, dominated, front, hypervolume

@@ -27,7 +27,6 @@ from place_rings.coverage.sensors.boards import VL53L4CD, VL53L5CX, Board
 from place_rings.coverage.sensors.catalogue import MODELS
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
-from place_rings.formats.convert.scenes import scene_model, scene_of
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
 from place_rings.formats.printing.primitives import FACETS
@@ -35,6 +34,7 @@ from place_rings.formats.printing.print_checks import least_wall, overhang, read
 from place_rings.formats.printing.print_files import print_ring, ring_files
 from place_rings.formats.printing.print_plan import UnbuildableError, plan_ring
 from place_rings.formats.printing.ring_solids import assemble, collar, thread
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Pose, Rules, Scene
 from place_rings.placement.search.design import Space
@@ -42,6 +42,7 @@ from place_rings.placement.search.feasible_set import InfeasibleError
 from place_rings.placement.search.layout import ring_layout
 from place_rings.placement.search.moves import fresh, vary
 from place_rings.reporting.lines.occlusion import mounting_lines
+from place_rings.reporting.ring_pictures import ring_pictures
 
 from . import drawing
 
@@ -273,7 +274,7 @@ def test_a_full_ring_keeps_all_checks_and_one_board_more_is_refused_with_the_cou
 )
 def test_what_cannot_be_printed_is_refused(ring, says):
     with pytest.raises(UserError, match=f"ring 0 \\(forearm\\): .*{says}"):
-        ring_files(Setup((ring,)), Scene())
+        ring_files(Setup((ring,)), Scene(), ring_pictures)
 
 
 def test_a_check_can_fail():
@@ -301,7 +302,9 @@ def test_files_and_pictures_of_a_proposal():
         mounts=tuple(replace(m, link=r"$\frac$") if m.link == "tool" else m for m in ur10.mounts),
     )
     result, data = ring_files(
-        Setup((Ring(r"$\frac$", 0.0, 3, -0.3, 0.0, 0.07, L4CD),)), Scene(robot=named)
+        Setup((Ring(r"$\frac$", 0.0, 3, -0.3, 0.0, 0.07, L4CD),)),
+        Scene(robot=named),
+        ring_pictures,
     )
     names = {
         "ring0___frac__a.stl",
@@ -363,10 +366,10 @@ def test_boards_and_printing_in_a_scenes_file(tmp_path):
     own = Board(0.02, 0.03, 0.001, (0.002, -0.001), 0.002, ((0.008, 0.012),), 0.002, "mine")
     scene = Scene(sensor=Sensor(board=own), printing=Printing(wall=0.004, bolt=0.004, nut=False))
     path = tmp_path / "scene.toml"
-    path.write_text(to_toml(scene_model(scene)))
+    path.write_text(to_toml(SceneModel.from_domain(scene)))
     again = read_scene(path)
     assert (again.sensor, again.printing) == (scene.sensor, scene.printing)
-    named = scene_of(scene_model(Scene(sensor=L4CD)))
+    named = SceneModel.from_domain(Scene(sensor=L4CD)).to_domain()
     assert named.sensor.board == VL53L4CD == MODELS["vl53l4cd"].board
     for text, says in (
         ("[printing]\nwall = 0.002", "printing.wall: found 0.002, allowed: 0.0024 and more"),

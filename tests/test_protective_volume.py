@@ -11,16 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.link_bodies import point_to_segment, robot_capsules
+from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.robots.protective_volume import distances, moving, protective
 from place_rings.coverage.robots.robot import BASE
 from place_rings.coverage.robots.separation_distance import Safety, separation, stopping_time
-from place_rings.coverage.solids.capsules import Rods
+from place_rings.coverage.solids.capsules import Capsules
+from place_rings.coverage.solids.segments import point_to_segment
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.targets import Target, target_solid
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.octree import count
-from place_rings.formats.convert.scenes import scene_model, scene_of
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.separation_summary import separations
 from place_rings.objectives.trajectory import MotionRecord, Thinning, thin
@@ -29,7 +30,7 @@ SEED = st.integers(0, 2**32 - 1)
 
 
 def rods(rng, n=4):
-    return Rods(
+    return Capsules(
         rng.uniform(-0.4, 0.4, (n, 3)), rng.uniform(-0.4, 0.4, (n, 3)), rng.uniform(0.05, 0.3, n)
     )
 
@@ -73,9 +74,9 @@ def test_no_point_of_a_body_is_faster_than_its_piece(seed):
             share = (piece + rng.uniform(0, 1, (20, 1))) / np.sum(parts.body == b)
             n = rng.normal(size=(20, 3))
             point = (
-                body.start
-                + share * (body.end - body.start)
-                + body.radius * n / np.linalg.norm(n, axis=1)[:, None]
+                body.capsule.start
+                + share * (body.capsule.end - body.capsule.start)
+                + body.capsule.radius * n / np.linalg.norm(n, axis=1)[:, None]
             )
             at = [np.eye(4) if body.frame == BASE else T[body.frame] for T in (before, after)]
             here, there = (point @ T[:3, :3].T + T[:3, 3] for T in at)
@@ -93,12 +94,12 @@ def test_the_volume_holds_every_point_nearer_than_the_distance_at_that_place_of_
     points = rng.uniform(-2.5, 2.5, (200, 3))
     for body in UR10.bodies:
         for share in rng.uniform(0, 1, 5):
-            at = body.start + share * (body.end - body.start)
+            at = body.capsule.start + share * (body.capsule.end - body.capsule.start)
             here, there = (
                 T[body.frame, :3, :3] @ at + T[body.frame, :3, 3] for T in (frames, ahead)
             )
             s = separation(safety, np.linalg.norm(there - here) / dt, 0.4).total
-            too_near = np.linalg.norm(points - here, axis=1) - body.radius < s - 1e-5
+            too_near = np.linalg.norm(points - here, axis=1) - body.capsule.radius < s - 1e-5
             assert np.all(outer(points)[too_near] <= 0)
     assert np.all(outer(points) <= own(points))
 
@@ -133,7 +134,7 @@ def test_octree_of_rods_equals_the_dense_count(seed):
 
 
 def test_certified_volume_of_a_rod_is_the_closed_form():
-    rod = Rods(np.array([[-0.2, 0.1, 0.0]]), np.array([[0.3, -0.1, 0.2]]), np.array([0.15]))
+    rod = Capsules(np.array([[-0.2, 0.1, 0.0]]), np.array([[0.3, -0.1, 0.2]]), np.array([0.15]))
     length, r, ball = float(np.linalg.norm(rod.end - rod.start)), 0.15, 0.6
     wanted = (math.pi * r**2 * length + 4 / 3 * math.pi * r**3) / (4 / 3 * math.pi * ball**3)
     found = bracket(sphere(np.zeros(3), ball), rod, 1e-3)
@@ -185,7 +186,10 @@ def test_a_link_that_only_turns_about_itself_has_a_speed():
 def test_safety_and_speeds_read_back_from_a_scene():
     pose = Pose(np.zeros(6), 1.0, None, np.radians([10.0, 0, 0, 0, 0, -3.5]))
     scene = Scene(poses=(pose,), safety=Safety(1.7, 0.2, 0.3, 0.4, 0.05, 0.06, 0.25))
-    again = scene_of(scene_model(scene))
+    again = SceneModel.from_domain(scene).to_domain()
     assert again.safety == scene.safety
     np.testing.assert_allclose(again.poses[0].rate, pose.rate, atol=1e-10)
-    assert scene_of(scene_model(replace(scene, poses=(Pose(np.zeros(6)),)))).poses[0].rate is None
+    assert (
+        SceneModel.from_domain(replace(scene, poses=(Pose(np.zeros(6)),))).to_domain().poses[0].rate
+        is None
+    )

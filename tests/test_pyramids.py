@@ -24,20 +24,14 @@ from place_rings.coverage.soft.leave_one_out import soft_losses
 from place_rings.coverage.soft.sampling import cloud
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.pyramids import Pyramids
-from place_rings.coverage.solids.sensor_beams import Optics, optics
+from place_rings.coverage.solids.sensor_beams import BeamShapes, Optics
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally
 from place_rings.coverage.voxels.octree import count, voxels
-from place_rings.formats.convert.scenes import (
-    ring_models,
-    scene_model,
-    scene_of,
-    sensor_model,
-    sensor_of,
-    setup_of,
-)
-from place_rings.formats.schema.mount_models import SensorModel
+from place_rings.formats.schema.ring_models import ring_models, setup_of
+from place_rings.formats.schema.scene_models import SceneModel
+from place_rings.formats.schema.sensor_models import SensorModel
 from place_rings.objectives.redundancy import redundancy
 from place_rings.objectives.scene import Goal, Limits, Scene
 from place_rings.objectives.soft_objective import CoverageObjective, TargetPoints
@@ -133,9 +127,45 @@ def test_certified_interval_of_beams_holds_the_share_of_points(seed):
     assert found.low - error <= inside.mean() <= found.high + error
 
 
+ANGLE = st.floats(0.05, 2.8)
+
+
+@given(ANGLE, st.none() | ANGLE, SEED)
+def test_a_beam_lies_between_its_inscribed_and_its_circumscribed_cone(fov, fov_up, seed):
+    sensor, rng = Sensor(fov, 0.9, None, fov_up), np.random.default_rng(seed)
+    apex, (axis, up) = np.zeros((1, 3)), frame(rng, 1)
+    shapes = BeamShapes(
+        np.array([sensor.half_angle]),
+        np.array([0.9]),
+        *(() if fov_up is None else (np.array([sensor.half_angle_up]), np.array([False]))),
+    )
+    beam = shapes.solids(apex, axis, up)
+    inner, outer = (
+        Cones(apex, axis, np.array([half]), np.array([0.9]))
+        for half in (sensor.inscribed_half_angle, sensor.circumscribed_half_angle)
+    )
+    points = inner.within(0, rng.random((200, 3)))
+    assert np.all(inner(points) <= 1e-9)
+    assert np.all(beam(points) <= 1e-9)
+    points = beam.within(0, rng.random((200, 3)))
+    assert np.all(beam(points) <= 1e-9)
+    assert np.all(outer(points) <= 1e-9)
+    np.testing.assert_allclose(beam.around().half_angle, [sensor.circumscribed_half_angle])
+    # The corners touch the outer cone: none narrower would do.
+    corners = 0.9 * axis[0] + beam.corners_across(0, 0.9)
+    assert len(corners) == (4 if sensor.square else 0) == 4 * beam.is_square()[0]
+    np.testing.assert_allclose(outer.part(corners, 0), 0, atol=1e-9)
+
+
+def test_a_beam_of_changed_angles_keeps_its_shape():
+    wider = Sensor(0.4, 1.0, None, 0.6, 8).with_angles(lambda angle: 2 * angle)
+    assert wider == Sensor(0.8, 1.0, None, 1.2, 8)
+    assert not Sensor(0.4).with_angles(lambda angle: 2 * angle).square
+
+
 def test_beams_without_a_square_are_plain_cones():
     b = some(np.random.default_rng(0), 3, 3)
-    assert type(optics(b.apex, b.axis, b.half_angle, b.range_m, b.up, None, None)) is Cones
+    assert type(BeamShapes(b.half_angle, b.range_m).solids(b.apex, b.axis)) is Cones
     p = np.random.default_rng(1).uniform(-1, 1, (200, 3))
     np.testing.assert_array_equal(b(p), Cones(b.apex, b.axis, b.half_angle, b.range_m)(p))
 
@@ -264,10 +294,10 @@ def test_errors_of_mounting_turn_square_beams_with_their_rings():
 
 def test_mixed_setups_and_sensors_of_links_read_back():
     scene = Scene(sensor=SQUARE, limits={"forearm": Limits(sensor=FLAT)})
-    assert scene_of(scene_model(scene)).limits_of("forearm").sensor.fov_up == pytest.approx(
-        FLAT.fov_up
-    )
-    assert scene_of(scene_model(scene)).limits_of("forearm").sensor.zones == 1
+    assert SceneModel.from_domain(scene).to_domain().limits_of(
+        "forearm"
+    ).sensor.fov_up == pytest.approx(FLAT.fov_up)
+    assert SceneModel.from_domain(scene).to_domain().limits_of("forearm").sensor.zones == 1
     again = setup_of(ring_models(MIXED, scene.sensor), scene.sensor)
     assert again == rounded(again, scene.sensor)
     assert [r.sensor.fov_up is None for r in again.rings] == [False, True, False]
@@ -282,7 +312,7 @@ def test_zones_are_the_models_or_those_that_are_said_and_one_else():
         {"fov_up_deg": 30, "zones": 4},
         {},
     )
-    found = [sensor_of(SensorModel(**keys)) for keys in said]
+    found = [SensorModel(**keys).to_domain() for keys in said]
     assert [(s.zones, s.zoned) for s in found] == [
         (1, False),
         (8, True),
@@ -290,7 +320,7 @@ def test_zones_are_the_models_or_those_that_are_said_and_one_else():
         (4, True),
         (1, False),
     ]
-    assert [sensor_of(sensor_model(s)).zones for s in found] == [1, 8, 1, 4, 1]
+    assert [SensorModel.from_domain(s).to_domain().zones for s in found] == [1, 8, 1, 4, 1]
     for wrong in (
         {"zones": 4},
         {"model": "vl53l1x", "zones": 8},

@@ -8,20 +8,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from place_rings.coverage.occlusion.ranging import BLOCK, ball_in_cone, least_gap, readings
+from place_rings.coverage.occlusion.ball_in_cone import ball_in_cone
+from place_rings.coverage.occlusion.ranging import BLOCK, least_gap, readings
 from place_rings.coverage.rings.ring import named_setup, sensor_optics
 from place_rings.coverage.rings.ring_kinematics import sensor_axes, sensor_cones
 from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.link_bodies import (
-    Capsules,
-    gap_to_capsules,
-    point_to_segment,
-    robot_capsules,
-    segment_to_segment,
-)
+from place_rings.coverage.robots.link_bodies import robot_capsules
 from place_rings.coverage.robots.robot import Robot
+from place_rings.coverage.solids.capsules import Capsules, gap_to_capsules
 from place_rings.coverage.solids.polyhedra import box, crossed, half_space, polyhedra
+from place_rings.coverage.solids.segments import point_to_segment, segment_to_segment
 from scipy.optimize import minimize_scalar
 
 from . import drawing
@@ -186,7 +183,9 @@ def test_bodies_move_with_their_links(seed):
         assert np.allclose(bodies.start, again.start)
         assert np.allclose(bodies.end, again.end)
         length = np.linalg.norm(bodies.end - bodies.start, axis=1)
-        assert np.allclose(length, [np.linalg.norm(b.end - b.start) for b in robot.bodies])
+        assert np.allclose(
+            length, [np.linalg.norm(b.capsule.end - b.capsule.start) for b in robot.bodies]
+        )
         names = [b.name for b in robot.bodies]
         if name not in PAPER_ROBOTS:
             continue

@@ -9,7 +9,7 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.rounding import rounded
 from place_rings.coverage.targets import Target
 from place_rings.formats.loader import read_proposal
-from place_rings.formats.schema.proposal_models import ImproveResult
+from place_rings.formats.schema.redesign_models import ImproveResult
 from place_rings.formats.schema.result_models import VerifyResult
 from place_rings.objectives.scene import Goal, Limits, Rules, Scene
 from place_rings.objectives.verify import Verifier

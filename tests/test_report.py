@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from place_rings.cli import main as command_line
+from place_rings.cli import app as command_line
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS
@@ -33,7 +33,7 @@ from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.verify import Verifier
 from place_rings.reporting import comparison
 from place_rings.reporting.pages import code, escaped, html, table
-from place_rings.reporting.rendering.sheet import write_png
+from place_rings.reporting.rendering.figures import write_png
 from place_rings.reporting.setup_report.bill_of_materials import materials
 from place_rings.reporting.setup_report.blind_spot_picture import coarse
 from place_rings.reporting.setup_report.directions import bearing, beside, heading

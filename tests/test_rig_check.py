@@ -2,7 +2,6 @@
 and replayed.
 """
 
-import fcntl
 import io
 import json
 import os
@@ -12,7 +11,6 @@ import select
 import signal
 import subprocess
 import sys
-import termios
 import threading
 import time
 from contextlib import nullcontext, suppress
@@ -22,35 +20,39 @@ from unittest.mock import Mock
 import numpy as np
 import psutil
 import pytest
-from place_rings.cli import check as command
-from place_rings.cli.check_before import require_known_cell, require_near_stop, show_near_stops
-from place_rings.cli.main import app
+from place_rings.cli.app import app
+from place_rings.cli.runs.check import check_live
+from place_rings.cli.runs.check_before import show_near_stops
 from place_rings.coverage.targets import Target
-from place_rings.formats.convert.scenes import ring_models, scene_model
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.formats.schema.proposal_models import ProposalFile
+from place_rings.formats.schema.ring_models import ring_models
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Goal, Motion
 from place_rings.reporting.terminal import Terminal
-from place_rings.rig.check_models import AboutFile, CheckResult, PortModel
-from place_rings.rig.checked import Checked
-from place_rings.rig.judge import judge
-from place_rings.rig.listening.gathering import replay
-from place_rings.rig.mount.plan import planned
-from place_rings.rig.plan_files import mount_plan_model, rod_plan_model
+from place_rings.rig.check import live
+from place_rings.rig.check.assessment import assess
+from place_rings.rig.check.models import AboutFile, CheckResult, PortModel
+from place_rings.rig.check.plan_files import mount_plan_model, rod_plan_model
+from place_rings.rig.check.planned_check import PlannedCheck
+from place_rings.rig.check.plans import CheckOptions
+from place_rings.rig.check.preconditions import require_known_cell, require_near_stop
+from place_rings.rig.check.procedure import spans
+from place_rings.rig.mount.stop_plan import planned
 from place_rings.rig.poses.near_stops import by_ring, near_stops
-from place_rings.rig.procedure import spans
-from place_rings.rig.recording.recording import Recorded, Recording
+from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.recording.records import Kind, Record
 from place_rings.rig.rings.protocol import encode
 from place_rings.rig.robot.motion import UNSEEN
 from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import STALE
-from place_rings.rig.rod.plan import places, plan_rod
 from place_rings.rig.rod.rod import Rod
+from place_rings.rig.rod.trial_plan import places, plan_rod
+from place_rings.rig.session.gathering import replay
 from place_rings.rig.simulated.process import SimulatedRig
-from place_rings.rig.simulated_cell.cell import Cell, simulated_rig
+from place_rings.rig.simulated_cell.cell import SimulatedCell, simulated_rig
 
 from .rig_cell import SCENE as CELL
 from .rig_cell import SETUP
@@ -68,7 +70,7 @@ def about():
     ]
     return AboutFile(
         setup="small.toml",
-        proposal=ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=scene_model(SCENE)),
+        proposal=ProposalFile.of(SETUP, SCENE),
         seed=3,
         injected=True,
         moved=True,
@@ -101,7 +103,7 @@ class Tape:
 
     def wave(self, q, ring):
         """A hand before one seat after another, four frames each."""
-        cell, seen = Cell(self.world), []
+        cell, seen = SimulatedCell(self.world), []
         for seat in range(cell.counts[ring]):
             cell.tell({"hand": [ring, seat]})
             seen += [cell.see(q)] * 4
@@ -132,7 +134,7 @@ def taped(tmp_path_factory):
     """A whole check, as a recording."""
     file = tmp_path_factory.mktemp("check") / "tape.rig"
     asked = about()
-    checked = Checked.of(asked)
+    checked = PlannedCheck.of(asked)
     with Recording(file, {"check": asked.model_dump(mode="json")}) as recording:
         tape, plans = Tape(recording, checked), checked.plans.rods
         tape.stand(SCENE.poses[0].q, "self", 0, 20)
@@ -151,16 +153,16 @@ def call(words):
     app(words, exit_on_error=False, print_error=False, result_action="return_value")
 
 
-def judged(file, checked):
-    recorded = Recorded(file)
-    return judge(
+def assessed(file, checked):
+    recorded = RecordingReader(file)
+    return assess(
         checked, replay(recorded, checked.ports, checked.about.stale_s), 0.0, recorded.damage
     )
 
 
 def test_what_was_injected_is_found_and_said(taped):
     file, checked = taped
-    found = judged(file, checked)
+    found = assessed(file, checked)
     r = found.result
     assert (r.verdict, r.warnings) == ("differs", [])
     assert r.mount.injected_found == dict.fromkeys(
@@ -191,7 +193,7 @@ def test_a_check_that_was_cut_off_is_unfinished_and_what_was_done_is_judged(tape
     file, checked = taped
     data = file.read_bytes()
     (tmp_path / "torn").write_bytes(data[: len(data) * 2 // 5])
-    r = judged(tmp_path / "torn", checked).result
+    r = assessed(tmp_path / "torn", checked).result
     assert r.verdict == "unfinished"
     assert "ended early: it was cut off" in r.reasons
     assert r.self_check is not None
@@ -199,7 +201,7 @@ def test_a_check_that_was_cut_off_is_unfinished_and_what_was_done_is_judged(tape
     assert any("coverage check: no trial was done" in reason for reason in r.reasons)
     assert any("is not whole" in warning for warning in r.warnings)
     (tmp_path / "early").write_bytes(data[:20_000])
-    r = judged(tmp_path / "early", checked).result
+    r = assessed(tmp_path / "early", checked).result
     assert (r.verdict, r.self_check, r.mount) == ("unfinished", None, None)
 
 
@@ -218,7 +220,7 @@ def test_a_recording_that_says_what_cannot_be_is_judged_by_the_rest(taped, tmp_p
         ):
             tape.stand(SCENE.poses[0].q, step, number, 2)
         tape.say("link ended", tape.now, why="BORED")
-    r = judged(tmp_path / "odd", checked).result
+    r = assessed(tmp_path / "odd", checked).result
     assert (r.verdict, r.mount, r.robot.ended) == ("unfinished", None, "BORED")
     assert r.self_check is not None
 
@@ -282,7 +284,7 @@ def test_a_recording_of_something_else_is_refused(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-PROPOSAL = to_toml(ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=scene_model(SCENE)))
+PROPOSAL = to_toml(ProposalFile.of(SETUP, SCENE))
 
 
 @pytest.mark.parametrize(
@@ -333,7 +335,9 @@ def test_bad_input_is_one_line(tmp_path, monkeypatch, words, text):
 def proposal(motion, obstacles=SCENE.obstacles):
     """A proposal in a scene with such a motion and cell, as TOML."""
     scene = replace(SCENE, motion=motion, obstacles=obstacles)
-    return to_toml(ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=scene_model(scene)))
+    return to_toml(
+        ProposalFile(rings=ring_models(SETUP, SCENE.sensor), scene=SceneModel.from_domain(scene))
+    )
 
 
 @pytest.mark.parametrize("part", ["mount", "coverage"])
@@ -379,7 +383,7 @@ def test_a_simulated_rig_needs_no_statement_and_says_so(tmp_path, monkeypatch, c
     def started(*_):
         raise UserError("enough")
 
-    monkeypatch.setattr(command, "_started", started)
+    monkeypatch.setattr(live, "_started", started)
     with pytest.raises(UserError, match="enough"):
         call(["check", "small.toml", "--rig", "sim", "--part", "self"])
     assert "A real robot does not." in capsys.readouterr().err
@@ -438,15 +442,17 @@ def test_the_limits_of_a_real_rig_never_relax_and_those_of_a_simulated_one_do_to
         raise UserError("enough")
 
     rig = Mock(spec=SimulatedRig, address="a", ring=lambda i: "port")
-    monkeypatch.setattr(command, "Session", session)
-    monkeypatch.setattr(command, "_started", lambda *_: nullcontext(rig))
+    monkeypatch.setattr(live, "Session", session)
+    monkeypatch.setattr(live, "_started", lambda *_: nullcontext(rig))
     rings = ["--ring", "forearm=port", "--ring", "tool=port"]
     words = ["--robot-host", host, *rings] if host else ["--rig", "sim"]
     with pytest.raises(UserError, match="enough"):
         call(["check", "small.toml", *words, "--part", "self"])
     assert told["patience"] == patience
     assert told["ports"] == [patience] * 2
-    assert Recorded(told["stale"]).about["check"]["stale_s"] == pytest.approx(STALE * patience)
+    assert RecordingReader(told["stale"]).about["check"]["stale_s"] == pytest.approx(
+        STALE * patience
+    )
 
 
 def test_what_is_missing_is_said_before_anything_is_done(tmp_path, monkeypatch):
@@ -468,7 +474,7 @@ def test_a_process_that_is_gone_does_not_end_the_check_with_it(tmp_path, monkeyp
         told.append(signal.getsignal(signal.SIGPIPE))
         raise UserError("enough")
 
-    monkeypatch.setattr(command, "_started", started)
+    monkeypatch.setattr(live, "_started", started)
     try:
         with pytest.raises(UserError, match="enough"):
             call(
@@ -559,7 +565,7 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
     pytest.importorskip("rtde_control")
     motion = Motion(np.radians(60), np.radians(120), cell_complete=True, rings_as_proposed=True)
     scene = replace(SCENE, motion=motion)
-    model = ProposalFile(rings=ring_models(SETUP, scene.sensor), scene=scene_model(scene))
+    model = ProposalFile.of(SETUP, scene)
     (tmp_path / "small.toml").write_text(to_toml(model))
 
     def run(rig, *words, said=""):
@@ -607,14 +613,14 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
         assert "ended by who was asked" in left.stdout
         np.testing.assert_allclose(rig.do("state")["q"], SCENE.poses[0].q)
         asked = []
-        monkeypatch.setattr(command, "_REAL", 25.0)
+        monkeypatch.setattr(live, "_REAL", 25.0)
         monkeypatch.setattr("builtins.input", lambda *_: asked.append(1) or "yes")
         ports = [
             PortModel(name=rig.ring(i), count=r.count, baud=460800, patience=8.0)
             for i, r in enumerate(SETUP.rings)
         ]
-        wanted = command.Asked(("mount",), 1.0, False, 3, 2, Rod(), True, False, 0.1, 0)
-        command.check_live(
+        wanted = CheckOptions(("mount",), 1.0, False, 3, 2, Rod(), True, False, 0.1, 0)
+        check_live(
             "small.toml", SETUP, scene, wanted, rig.address, ports, tmp_path / "moved", False
         )
         assert asked == [1]
@@ -625,6 +631,14 @@ def test_a_rig_at_an_address_is_read_and_moves_only_once_a_person_said_yes(tmp_p
         (False, 3),
     )
     assert result.mount is None or result.mount.injected_found is None
+
+
+# becomes Python with what follows, its input the terminal of its session: JAX forbids a fork here
+_IN_TERMINAL = (
+    "import fcntl, os, sys, termios;"
+    "fcntl.ioctl(0, termios.TIOCSCTTY, 0);"
+    "os.execv(sys.executable, [sys.executable, *sys.argv[1:]])"
+)
 
 
 @pytest.mark.slow
@@ -649,14 +663,13 @@ def test_signals_end_a_moving_check_in_order(tmp_path, end):
     ]
     master, slave = pty.openpty()
     with subprocess.Popen(
-        [sys.executable, "-m", "place_rings.cli.entry", *words],
+        [sys.executable, "-c", _IN_TERMINAL, "-m", "place_rings.cli.entry", *words],
         cwd=tmp_path,
         env={**os.environ, "TMPDIR": str(tmp_path / "temporary")},
         stdin=slave,
         stdout=slave,
         stderr=slave,
         start_new_session=True,
-        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
     ) as process:
         os.close(slave)
         ended = threading.Event()

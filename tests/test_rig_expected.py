@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from place_rings.coverage.rings.ring import Setup
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.link_bodies import Capsules, point_to_segment, robot_capsules
+from place_rings.coverage.robots.link_bodies import robot_capsules
+from place_rings.coverage.solids.capsules import Capsules
+from place_rings.coverage.solids.segments import point_to_segment
 from place_rings.coverage.solids.sensor_beams import Optics
 from place_rings.rig.sensing.expected import (
     CELL,
@@ -58,7 +60,7 @@ def test_no_ray_in_a_beam_hits_anything_nearer_and_some_ray_comes_near_to_it(squ
         np.array([0.05]),
     )
     found, beams = expected(SCENE, setup, joints, rod), beams_at(SCENE, setup, joints)
-    start, end, radius = robot_capsules(SCENE.robot, forward(SCENE.robot.chain, joints))
+    start, end, radius = robot_capsules(SCENE.robot, forward(SCENE.robot.chain, joints)).arrays()
     off = []
     for k, (distance, what) in enumerate(
         zip(found.distance.ravel(), found.what.ravel(), strict=True)

@@ -9,20 +9,20 @@ import time
 
 import numpy as np
 import pytest
-from place_rings.rig.listening.gathering import replay
-from place_rings.rig.listening.session import Session
-from place_rings.rig.recording.recording import Recorded, Recording
+from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.rings.health import Port
 from place_rings.rig.robot.link import Link
-from place_rings.rig.robot.motion import Limits, Mover, MoveRefusedError, MoveStoppedError
+from place_rings.rig.robot.motion import MotionLimits, Mover, MoveRefusedError, MoveStoppedError
 from place_rings.rig.robot.vetting import STALE, Ended, LinkFaultError
+from place_rings.rig.session.gathering import replay
+from place_rings.rig.session.session import Session
 from place_rings.rig.simulated.process import SimulatedRig, command
 
 pytest.importorskip("rtde_control")
 pytestmark = pytest.mark.slow  # processes that wait for each other, each with a patience of its own
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 PATIENCE = 6.0  # a busy machine keeps processes waiting
-LIMITS = Limits(np.radians([[-200.0, 200.0]] * 6), np.radians(30), np.radians(60))
+LIMITS = MotionLimits(np.radians([[-200.0, 200.0]] * 6), np.radians(30), np.radians(60))
 
 
 def rig(rings=1, sensors=4, rate=15.0):
@@ -115,7 +115,7 @@ def test_a_session_is_gathered_recorded_and_replayed_and_ends_by_its_fault(tmp_p
             assert session.trouble
             with pytest.raises(LinkFaultError):
                 session.link.latest()
-    gathered, recorded = session.gathered, Recorded(tmp_path / "file")
+    gathered, recorded = session.gathered, RecordingReader(tmp_path / "file")
     found = replay(recorded, ports, STALE * PATIENCE)
     assert recorded.ended
     assert gathered.fault.why == found.fault.why == Ended.CLOSED

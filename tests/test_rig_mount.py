@@ -14,13 +14,13 @@ from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal
 from place_rings.objectives.scene import Scene
 from place_rings.objectives.verify import Verifier
+from place_rings.rig.check.plan_files import read_mount_plan, write_mount_plan
 from place_rings.rig.mount.as_built import AsBuilt
 from place_rings.rig.mount.fit import RingFit, fit_mount
 from place_rings.rig.mount.model import LIMITS, NAMES, moved, slopes
-from place_rings.rig.mount.plan import MountPlan, planned
 from place_rings.rig.mount.solve import MountError, Read, solve
+from place_rings.rig.mount.stop_plan import MountPlan, planned
 from place_rings.rig.mount.wiring import Order, best_order, costs, mixed, reseated
-from place_rings.rig.plan_files import read_mount_plan, write_mount_plan
 from place_rings.rig.poses.clear import clear, drawn, gaps
 from place_rings.rig.sensing.expected import CELL, expected
 from place_rings.rig.sensing.noise import Noise

@@ -11,13 +11,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from place_rings.rig.recording.records import Kind, Record, RecordReader
-from place_rings.rig.robot.motion import UNSEEN, Limits, Mover, MoveRefusedError, MoveStoppedError
+from place_rings.rig.robot.motion import (
+    UNSEEN,
+    MotionLimits,
+    Mover,
+    MoveRefusedError,
+    MoveStoppedError,
+)
 from place_rings.rig.robot.motion_process import SIGN
 from place_rings.rig.robot.state import State, pack_move
 from place_rings.rig.robot.vetting import Ended, LinkFaultError
 
 HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
-LIMITS = Limits(np.radians([[-200.0, 200.0]] * 6), np.radians(30), np.radians(60))
+LIMITS = MotionLimits(np.radians([[-200.0, 200.0]] * 6), np.radians(30), np.radians(60))
 PATIENCE = 40.0  # nothing here measures a time
 CHILD = """
 import os, sys, time
@@ -150,8 +156,8 @@ def test_a_process_that_dies_is_a_stop_and_one_that_never_was_ready_a_refusal(ri
 @pytest.mark.parametrize("speed", [0.0, -1.0, 1.1, np.nan, np.inf])
 def test_limits_are_low(speed):
     with pytest.raises(ValueError, match="speed: found"):
-        Limits(LIMITS.joints, speed)
-    assert Limits(LIMITS.joints).speed <= np.radians(20)
+        MotionLimits(LIMITS.joints, speed)
+    assert MotionLimits(LIMITS.joints).speed <= np.radians(20)
 
 
 SILENT = """

@@ -9,7 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.rig.rings.decoders import DECODERS, decoder
-from place_rings.rig.rings.protocol import MAGIC, Counts, Decoder, Order, Status, encode, length
+from place_rings.rig.rings.protocol import (
+    MAGIC,
+    Counts,
+    Decoder,
+    SequenceTracker,
+    Status,
+    encode,
+    length,
+)
 from place_rings.rig.simulated.ports import ENCODERS
 
 COUNT = 7
@@ -110,7 +118,7 @@ def test_a_frame_has_the_time_of_its_last_byte():
 
 @given(st.integers(0, 2**16), st.integers(1, 2**14))
 def test_order_takes_what_is_ahead(start, ahead):
-    order = Order(Counts())
+    order = SequenceTracker(Counts())
     assert order.take(start % 65536, 0.0)
     assert order.take((start + ahead) % 65536, 1.0)
     assert not order.take(start % 65536, 0.5) or ahead > 8

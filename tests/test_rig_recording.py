@@ -14,14 +14,14 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from place_rings.formats.errors import UserError
-from place_rings.rig.listening.gathering import Gathered, replay
 from place_rings.rig.recording.clocks import Lag, align
-from place_rings.rig.recording.recording import Recorded, Recording
+from place_rings.rig.recording.recording import Recording, RecordingReader
 from place_rings.rig.recording.records import DamagedError, Kind, Record, RecordReader
 from place_rings.rig.rings.health import Event, Happened, Port
 from place_rings.rig.rings.protocol import encode
 from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import Ended
+from place_rings.rig.session.gathering import Gathered, replay
 
 records = st.builds(
     Record,
@@ -84,13 +84,13 @@ def test_a_torn_tail_costs_the_last_record_alone(tmp_path):
     size, end = len(whole[0].pack()), len(Record(Kind.END, 0, 0.0).pack())
     for lost in range(1, 5 * size + end):
         (tmp_path / "torn").write_bytes(data[:-lost])
-        recorded = Recorded(tmp_path / "torn")
+        recorded = RecordingReader(tmp_path / "torn")
         found = [r for r in recorded.records() if r.kind == Kind.BYTES]
         left = max(lost - end, 0)
         assert found == whole[: 5 - -(-left // size)]
         assert not recorded.ended
         assert bool(recorded.damage) == (lost != end and (left == 0 or left % size != 0))
-    recorded = Recorded(tmp_path / "whole")
+    recorded = RecordingReader(tmp_path / "whole")
     assert list(recorded.records())[1:-1] == whole
     assert recorded.ended
     assert not recorded.damage
@@ -102,9 +102,9 @@ def test_a_torn_tail_costs_the_last_record_alone(tmp_path):
 def test_what_is_no_recording_is_refused(tmp_path, data):
     (tmp_path / "file").write_bytes(data)
     with pytest.raises(UserError, match="found no recording"):
-        Recorded(tmp_path / "file")
+        RecordingReader(tmp_path / "file")
     with pytest.raises(UserError, match="cannot be read"):
-        Recorded(tmp_path / "nothing")
+        RecordingReader(tmp_path / "nothing")
     with pytest.raises(UserError, match="cannot be recorded to"):
         Recording(tmp_path / "file", {})
 
@@ -132,7 +132,7 @@ def test_what_was_put_survives_a_kill(tmp_path):
         writer.send_signal(signal.SIGKILL)
         said = writer.stdout.read().splitlines()
     last = int(said[-1]) if said else 299
-    times = [r.time for r in Recorded(tmp_path / "file").records() if r.kind == Kind.BYTES]
+    times = [r.time for r in RecordingReader(tmp_path / "file").records() if r.kind == Kind.BYTES]
     assert times == [float(i) for i in range(len(times))]
     assert len(times) in (last + 1, last + 2)
 
@@ -147,7 +147,7 @@ signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     said = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
     assert said[-1].startswith("full")
     assert "the recording ended" in said[-1]
-    recorded = Recorded(tmp_path / "file")
+    recorded = RecordingReader(tmp_path / "file")
     assert len([r for r in recorded.records() if r.kind == Kind.BYTES]) == len(said) - 1
     assert not recorded.damage
 
@@ -190,7 +190,7 @@ def test_a_replay_gathers_what_the_rig_told(tmp_path):
                 recording.put(Event(0, Happened.GONE, t, "pulled").record())
                 recording.put(Record(Kind.OPENED, 0, t))
         recording.event("rod", place=[1, 2, 3])
-    found = replay(Recorded(path), [Port("gone by now", 3)])
+    found = replay(RecordingReader(path), [Port("gone by now", 3)])
     assert found.fault.why == Ended.GARBLED
     assert found.fault.time == 50 + 450 / 125
     assert len(found.states) == 450
@@ -219,7 +219,7 @@ def test_a_replay_passes_over_what_it_cannot_read(tmp_path_factory, data, kind):
         recording.put(Record(kind, 0, 1.0, data))
         recording.put(Record(kind, 200, 1.0, data))
         recording.event("after")
-    found = replay(Recorded(path), [Port("", 3)])
+    found = replay(RecordingReader(path), [Port("", 3)])
     assert (found.said[-1][1], found.frames, found.states) == ({"what": "after"}, [], [])
     assert all(isinstance(said, dict) for _, said in found.said)
 

@@ -10,14 +10,14 @@ from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.targets import Target
 from place_rings.formats.errors import UserError
 from place_rings.objectives.scene import Scene
+from place_rings.rig.check.plan_files import read_rod_plan, write_rod_plan
+from place_rings.rig.check.self_check import self_check
 from place_rings.rig.mount.waving import waved
 from place_rings.rig.mount.wiring import Order
-from place_rings.rig.plan_files import read_rod_plan, write_rod_plan
-from place_rings.rig.rod.check import check_rod, share
-from place_rings.rig.rod.page import rod_pages, write_rod_pages
-from place_rings.rig.rod.plan import Stratum, places, plan_rod, rod_zeta
+from place_rings.rig.rod.coverage_estimate import check_rod, share
 from place_rings.rig.rod.rod import CLEAR, Detection, Rod, placeable, seen
-from place_rings.rig.self_check import self_check
+from place_rings.rig.rod.trial_plan import Stratum, places, plan_rod, rod_zeta
+from place_rings.rig.rod.trial_sheets import rod_pages, write_rod_pages
 from place_rings.rig.sensing.expected import ROD, expected
 from place_rings.rig.sensing.noise import Noise
 from place_rings.rig.sensing.readings import FAILED, NO_TARGET, VALID, at_stops, joined

@@ -2,24 +2,33 @@
 them.
 """
 
+import re
 from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.coverage.rings.ring import Ring, Setup
-from place_rings.coverage.robots.link_bodies import Capsules
-from place_rings.formats.convert.obstacles import obstacles_of
-from place_rings.formats.convert.scenes import scene_model, scene_of
-from place_rings.formats.schema.scene_models import ObstacleModel
+from place_rings.coverage.robots.built_in import ROBOTS
+from place_rings.coverage.solids.capsules import Capsules
+from place_rings.formats.schema.obstacle_models import ObstacleModel, obstacles_of
+from place_rings.formats.schema.scene_models import SceneFile, SceneModel
 from place_rings.objectives.scene import Motion, Pose
+from place_rings.rig.check import actors
 from place_rings.rig.mount.fit import fit_mount
-from place_rings.rig.mount.plan import planned
-from place_rings.rig.poses.clear import clear, from_cell, gaps, least_gaps, sunk
+from place_rings.rig.mount.stop_plan import planned
+from place_rings.rig.poses.clear import clear, from_cell, gaps, least_gaps, neighbours, sunk
+from place_rings.rig.poses.itinerary import Itinerary
 from place_rings.rig.poses.near_stops import NOBODY, by_ring, joined, near_stops
 from place_rings.rig.poses.routes import SLACK, Clearance, Roadmap, straight
+from place_rings.rig.robot.motion import Mover
 from place_rings.rig.sensing.expected import ROBOT, expected
 from place_rings.rig.sensing.readings import at_stops
+from place_rings.rig.session.session import Session
 from place_rings.rig.simulated_cell.injected import injected
 
 from .rig_cell import SCENE, SETUP
@@ -132,6 +141,76 @@ def test_a_body_near_an_obstacle_at_the_scenes_own_pose_may_come_no_nearer():
     assert np.all(least_gaps(deep, motion.own, motion.cell)[1][2:] >= 0)
 
 
+def test_bodies_near_each_other_at_the_scenes_own_pose_may_come_no_nearer_but_for_neighbours():
+    """An elbow folded until the wrist is 2 cm from the upper arm at the scene's own pose: that near
+    they may be, and no nearer."""
+    own, free = SCENE.motion.own, neighbours(SCENE)
+    bends = np.radians([0, 0, 1, 0, 0, 0]) * np.linspace(0, 170, 1701)[:, None]
+    folding = np.radians([0, -90, 0, 0, 0, 0]) + bends  # (1701, J)
+    apart = gaps(SCENE, folding)[0][:, ~free].min(axis=1)
+    at = int(np.argmax(apart < own / 2))
+    assert 0 < apart[at] < own / 2
+    folded = replace(SCENE, obstacles=(), poses=(Pose(folding[at]),))
+    least = least_gaps(folded, own, SCENE.motion.cell)[0]
+    assert np.all(np.isfinite(least[~free]))
+    np.testing.assert_allclose(least[~free].min(), apart[at], atol=2e-6)
+    for slack in (0.0, SLACK):
+        assert least_gaps(folded, own, SCENE.motion.cell, slack)[0].max() == own + slack
+    nearer = folding[at : at + 20 : 19]
+    assert apart[at + 19] < apart[at]
+    assert clear(folded, nearer).tolist() == [True, False]
+    assert Clearance(folded, SETUP).fault(nearer[0]) is None
+    assert re.search(r" mm from .*, allowed: \d+ mm", Clearance(folded, SETUP).fault(nearer[1]))
+
+
+@pytest.mark.parametrize("patience", [1.0, 100.0])
+def test_a_robot_moves_by_the_near_stops_of_each_way_and_a_simulated_one_by_the_routes(
+    monkeypatch, patience
+):
+    """A reading may still be of the way before; a simulated ring's of any way, and 5 cm late."""
+    nodes = HOME + np.radians([0, 3, 6])[:, None] * np.eye(6)[0]
+    ways = [near_stops(SCENE, SETUP, straight(a, b)) for a, b in pairwise(nodes)]
+    route = joined(*ways)
+    itinerary = Mock(
+        spec=Itinerary,
+        at=0,
+        clearance=Clearance(SCENE, SETUP),
+        map=SimpleNamespace(nodes=nodes),
+        next=lambda q: [1, 2],
+        near_stops_to=Mock(side_effect=[ways[0], *ways]),
+    )
+    link = SimpleNamespace(latest=lambda: SimpleNamespace(q=HOME))
+    rings = SimpleNamespace(sizes=[r.count for r in SETUP.rings], counts=[None] * len(SETUP.rings))
+    session = Mock(spec=Session, link=link, rings=rings, patience=patience)
+    held = []
+
+    def move(goal):
+        held.append(np.concatenate(robot._near(goal)))
+
+    monkeypatch.setattr(actors, "Mover", lambda *_: Mock(spec=Mover, move=move))
+    robot = actors.MovedRobot("h", SCENE, session, itinerary, route, print)
+    assert robot.stand(nodes[2], "a pose")
+    assert itinerary.at == 2
+    within = robot._within
+    if patience > 1:
+        assert not itinerary.near_stops_to.called
+        wanted = [route.lowered(0.05).near(goal, within) for goal in nodes[1:]]
+    else:
+        assert [call.args[0] for call in itinerary.near_stops_to.call_args_list] == [0, 1, 2]
+        wanted = [ways[0].near(nodes[1], within), route.near(nodes[2], within)]
+    np.testing.assert_array_equal(held, wanted)
+    assert np.all(np.array(held) <= [route.near(goal, 0.0) for goal in nodes[1:]])
+
+
+@pytest.mark.parametrize("name", [*ROBOTS])
+def test_at_every_built_in_robots_home_only_neighbours_are_near_each_other(name):
+    scene = SceneFile(robot=name).to_domain()
+    home = gaps(scene, np.array([p.q for p in scene.poses]))[0].min(axis=0)
+    near, free = home < scene.motion.own, neighbours(scene)
+    assert near.any()
+    assert not (near & ~free).any()
+
+
 @given(st.integers(0, 2**32 - 1))
 def test_distances_from_the_cell_are_those_of_many_points_of_an_axis(seed):
     rng = np.random.default_rng(seed)
@@ -164,5 +243,5 @@ def test_what_was_injected_is_found_by_the_same_seed():
 
 def test_limits_of_motion_stand_in_a_scene():
     scene = replace(SCENE, motion=Motion(0.5, 1.0, 0.2, 0.05, 0.3, 0.7, 0.4, 12, True, True))
-    back = scene_of(scene_model(scene)).motion
+    back = SceneModel.from_domain(scene).to_domain().motion
     np.testing.assert_allclose(list(vars(back).values()), list(vars(scene.motion).values()))

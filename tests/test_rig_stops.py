@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.rig.listening.session import Session
-from place_rings.rig.listening.stop_conditions import RingWatch, StopConditions, StopRules
 from place_rings.rig.rings.health import SILENT
 from place_rings.rig.rings.protocol import Frame, Status
 from place_rings.rig.robot.motion import UNSEEN
 from place_rings.rig.robot.motion_process import LEAVE, SIGN, WATCHDOG
 from place_rings.rig.robot.state import State
 from place_rings.rig.robot.vetting import STALE, Ended, LinkFaultError
+from place_rings.rig.session.session import Session
+from place_rings.rig.session.stop_conditions import RingWatch, StopConditions, StopRules
 
 counts = st.integers(1, 24)
 FAR = 0.15  # m, a near stop

@@ -10,18 +10,18 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from place_rings.cli import main as command_line
+from place_rings.cli import app as command_line
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.formats.convert.scenes import scene_model, scene_of
+from place_rings.coverage.solids.capsules import Capsules
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_robot, read_scene
-from place_rings.formats.robots.capsule_fit import Capsule, enclosing, fit_capsules, union_volume
+from place_rings.formats.robots.capsule_fit import enclosing, fit_capsules, union_volume
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.tubes import find_tube
 from place_rings.formats.robots.urdf import UrdfShape
-from place_rings.formats.schema.robot_convert import robot_file, robot_of
-from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.schema.robot_models import RobotModel, robot_of
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.scene import Pose, Scene
 from scipy.spatial.transform import Rotation
@@ -66,7 +66,7 @@ def test_capsules_contain_the_surface(seed, most):
     points = np.concatenate(
         [soup.reshape(-1, 3), np.einsum("tnk,tkd->tnd", w, soup).reshape(-1, 3)]
     )
-    assert np.max([c.depth(points) for c in capsules], axis=0).min() > -1e-9
+    assert np.max([-c.distance(points) for c in capsules], axis=0).min() > -1e-9
 
 
 @settings(max_examples=15)
@@ -76,7 +76,7 @@ def test_points_on_a_capsule_get_it_back(seed):
     made = trimesh.creation.capsule(rng.uniform(0.05, 0.5), rng.uniform(0.03, 0.1), count=[16, 24])
     triangles, _ = turned(made, rng)
     found = enclosing(triangles.reshape(-1, 3))
-    assert found.depth(triangles.reshape(-1, 3)).min() > -1e-9
+    assert -found.distance(triangles.reshape(-1, 3)).max() > -1e-9
     assert found.volume < 1.03 * made.volume
 
 
@@ -97,11 +97,11 @@ def test_an_arm_takes_a_few_tight_capsules(seed):
     one, three = (fit_capsules(triangles, most=n) for n in (1, 3))
     assert len(three) == 3
     assert union_volume(three) < 0.8 * union_volume(one)
-    assert np.max([c.depth(triangles.reshape(-1, 3)) for c in three], axis=0).min() > -1e-9
+    assert np.max([-c.distance(triangles.reshape(-1, 3)) for c in three], axis=0).min() > -1e-9
 
 
 def test_volume_of_a_union():
-    a = Capsule(np.zeros(3), np.array([0.0, 0, 1]), 0.2)
+    a = Capsules(np.zeros(3), np.array([0.0, 0, 1]), 0.2)
     assert union_volume([a]) == pytest.approx(a.volume, rel=0.01)
     assert union_volume([a, a]) == pytest.approx(a.volume, rel=0.01)
 
@@ -155,7 +155,7 @@ def test_plain_shapes_are_where_they_should_be(tmp_path, shape, inside, outside)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_robot_reads_back_from_its_file(tmp_path, name):
     robot = ROBOTS[name]
-    (tmp_path / "r.toml").write_text(to_toml(robot_file(robot)))
+    (tmp_path / "r.toml").write_text(to_toml(RobotModel.from_domain(robot)))
     again = read_robot(tmp_path / "r.toml")
     q = drawing.pose(np.random.default_rng(0), len(robot.chain))
     assert np.abs(forward(again.chain, q) - forward(robot.chain, q)).max() < 1e-10
@@ -163,24 +163,37 @@ def test_every_robot_reads_back_from_its_file(tmp_path, name):
     assert np.allclose(again.limits, robot.limits)
     for a, b in zip((*again.mounts, *again.bodies), (*robot.mounts, *robot.bodies), strict=True):
         assert a.frame == b.frame
+    for a, b in zip(
+        (*again.mounts, *(b.capsule for b in again.bodies)),
+        (*robot.mounts, *(b.capsule for b in robot.bodies)),
+        strict=True,
+    ):
         assert np.allclose(a.start, b.start, atol=1e-11)
-    assert robot_file(robot_of(robot_file(robot))) == robot_file(again)
+    assert RobotModel.from_domain(
+        robot_of(RobotModel.from_domain(robot))
+    ) == RobotModel.from_domain(again)
 
 
 def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
-    mine = robot_of(robot_file(ROBOTS["panda"]).model_copy(update={"name": "mine"}))
+    mine = robot_of(RobotModel.from_domain(ROBOTS["panda"]).model_copy(update={"name": "mine"}))
     scene = Scene(robot=mine, poses=(Pose(mine.rest),))
-    (tmp_path / "inline.toml").write_text(to_toml(scene_model(scene)))
-    (tmp_path / "mine.toml").write_text(to_toml(robot_file(mine)))
+    (tmp_path / "inline.toml").write_text(to_toml(SceneModel.from_domain(scene)))
+    (tmp_path / "mine.toml").write_text(to_toml(RobotModel.from_domain(mine)))
     (tmp_path / "named.toml").write_text('robot = "mine.toml"\n')
     (tmp_path / "proposal.toml").write_text(
         "[[rings]]\nlink = 'forearm'\ncount = 8\n[scene]\nrobot = 'mine.toml'\n"
     )
     inline, named = (read_scene(tmp_path / f"{n}.toml") for n in ("inline", "named"))
-    assert scene_model(inline) == scene_model(named) == scene_model(scene)
-    assert scene_model(read_proposal(tmp_path / "proposal.toml")[1]) == scene_model(scene)
+    assert (
+        SceneModel.from_domain(inline)
+        == SceneModel.from_domain(named)
+        == SceneModel.from_domain(scene)
+    )
+    assert SceneModel.from_domain(
+        read_proposal(tmp_path / "proposal.toml")[1]
+    ) == SceneModel.from_domain(scene)
     assert len(named.poses[0].q) == 7
-    assert scene_model(scene_of(SceneFile(robot="panda"))).robot == "panda"
+    assert SceneModel.from_domain(SceneModel(robot="panda").to_domain()).robot == "panda"
 
 
 @pytest.mark.parametrize(
@@ -236,7 +249,7 @@ def test_a_bad_robot_file_is_one_line(tmp_path, change, line):
     import tomli_w
 
     text = (
-        tomli_w.dumps(robot_file(UR10).model_dump(exclude_none=True))
+        tomli_w.dumps(RobotModel.from_domain(UR10).model_dump(exclude_none=True))
         .replace("\n    ", " ")
         .replace(",\n]", "]")
     )
@@ -293,8 +306,8 @@ def test_from_a_urdf_to_a_scene(tmp_path, monkeypatch, capsys):
     assert (out / "robot.png").stat().st_size > 10_000
     vertices = mesh.vertices
     for frame in (0, 1):
-        capsules = [Capsule(b.start, b.end, b.radius) for b in robot.bodies if b.frame == frame]
-        assert np.max([c.depth(vertices) for c in capsules], axis=0).min() > -1e-9
+        capsules = [b.capsule for b in robot.bodies if b.frame == frame]
+        assert np.max([-c.distance(vertices) for c in capsules], axis=0).min() > -1e-9
     monkeypatch.chdir(tmp_path)
     ring = "[[rings]]\nlink = 'link_1'\nposition = 0.5\ncount = 8\n"
     (tmp_path / "p.toml").write_text(ring)

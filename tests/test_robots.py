@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS, built_in
 from place_rings.coverage.robots.kinematics import forward
-from place_rings.coverage.robots.link_bodies import gap_to_capsules, robot_capsules
+from place_rings.coverage.robots.link_bodies import robot_capsules
+from place_rings.coverage.solids.capsules import gap_to_capsules
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
 from place_rings.objectives.scene import REFERENCE_POSE_DEG
 
@@ -197,7 +198,7 @@ def test_what_is_built_in_is_sound():
             assert 0 <= m.usable[0] < m.usable[1] <= 1
             assert 0.02 < m.section < 0.1
             assert m.length == 0 or m.length * (m.usable[1] - m.usable[0]) > 0.07
-        assert all(-1 <= b.frame < n and 0.02 < b.radius < 0.15 for b in robot.bodies)
+        assert all(-1 <= b.frame < n and 0.02 < b.capsule.radius < 0.15 for b in robot.bodies)
     assert np.allclose(ROBOTS["ur10"].rest, np.radians(REFERENCE_POSE_DEG))
 
 

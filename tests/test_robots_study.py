@@ -9,7 +9,8 @@ import pytest
 from place_rings.coverage.rings.ring import Ring, Setup
 from place_rings.formats.loader import read_proposal
 from place_rings.placement.search.progress import Outcome
-from place_rings.studies.engine import tasks as works
+from place_rings.studies.engine import searching
+from place_rings.studies.engine.scenes import scene_from
 from place_rings.studies.engine.tasks import TASKS
 from place_rings.studies.robots import report as robots_report
 from place_rings.studies.robots import study as robots
@@ -49,7 +50,7 @@ def test_each_robot_is_searched_under_each_model_and_seen_under_all(small, tmp_p
     assert [(s["robot"], s["occlusion"]) for s in scenes] == [
         ("panda", model) for model in ("ignore", "ignore", "shadow", "blind")
     ]
-    assert [works.scene_from(s).real for s in scenes] == [False, True, True, True]
+    assert [scene_from(s).real for s in scenes] == [False, True, True, True]
     assert len(rows) == 4 + 1
     for row in rows:
         assert row.blind <= row.shadow <= row.ignore  # each model hides what the one before does
@@ -84,7 +85,7 @@ def test_a_search_in_time_says_whether_it_came_to_its_end(outcome, monkeypatch):
         assert clock() == pytest.approx(time.process_time(), abs=1)
         return SimpleNamespace(setup=Setup((Ring("tool", 0.0, 4),)), outcome=outcome)
 
-    monkeypatch.setattr(works, "searching", found)
+    monkeypatch.setattr(searching, "searching", found)
     if outcome is Outcome.INTERRUPTED:
         with pytest.raises(KeyboardInterrupt):
             TASKS["place in time"]({}, 0, 4, 10.0)

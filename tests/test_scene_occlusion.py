@@ -12,9 +12,9 @@ from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.solids.polyhedra import box, half_space
 from place_rings.coverage.targets import Target
-from place_rings.formats.convert.scenes import scene_model, scene_of
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_scene
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.formats.writing import to_toml
 from place_rings.objectives.occlusion import BodilessError, check_mounting, unseeing
 from place_rings.objectives.redundancy import redundancy
@@ -120,13 +120,13 @@ centre = [0, 1, 0]
     assert scene.occlusion == "blind"
     assert [o.name for o in scene.obstacles] == ["table", "floor", "part part 0", "part part 1"]
     assert [o.hulled for o in scene.obstacles] == [False, False, False, True]
-    model = scene_model(scene)
+    model = SceneModel.from_domain(scene)
     (tmp_path / "again.toml").write_text(to_toml(model))
     again = read_scene(tmp_path / "again.toml")
     points = np.random.default_rng(0).uniform(-1, 1, (500, 3))
     for a, b in zip(scene.obstacles, again.obstacles, strict=True):
         assert np.allclose(a.body(points), b.body(points), atol=1e-6)
-    assert scene_model(scene_of(model)) == model
+    assert SceneModel.from_domain(model.to_domain()) == model
 
 
 def test_parts_of_a_mesh_with_a_long_name_or_moved_from_afar_are_written(tmp_path):
@@ -139,7 +139,7 @@ def test_parts_of_a_mesh_with_a_long_name_or_moved_from_afar_are_written(tmp_pat
     path.write_text(cell % ("x" * 100, -60))
     scene = read_scene(path)
     assert [o.name for o in scene.obstacles] == ["x" * 93 + f" part {n}" for n in (0, 1)]
-    assert len(scene_model(scene).obstacles) == 2
+    assert len(SceneModel.from_domain(scene).obstacles) == 2
     path.write_text(cell % ("x", 60))
     with pytest.raises(
         UserError, match=r"obstacles\[0\].file: part 0 of \"far.stl\" lies beyond 100 m"

@@ -240,7 +240,7 @@ def test_poses_of_no_weight_are_not_looked_at(scene):
     points, space = TargetPoints(scene, 256, 0), Space(scene, sensors=12)
     objective, c = CoverageObjective(scene, points), fresh(space, np.random.default_rng(3))
     setup, x, clouds = stacked([space.arrays(c)]), space.values(c)[None], points.clouds(256)
-    each = [objective.zetas(setup, x, clouds, poses=weights)[0] for weights in ([1, 0], [0, 1])]
+    each = [objective.zetas(setup, x, clouds, poses=weights)[0] for weights in np.eye(2)]
     assert objective.zetas(setup, x, clouds)[0] == pytest.approx(
         2 / 3 * each[0] + 1 / 3 * each[1], abs=1e-6
     )

@@ -10,16 +10,21 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from place_rings.cli import main as command_line
-from place_rings.cli.inspect import cones
+from place_rings.cli import app as command_line
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from place_rings.coverage.sensors.sensor import Sensor
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import resolve
-from place_rings.formats.sensors.sensor_lists import COLUMNS, SQUARE_COLUMNS, mounted_setup
+from place_rings.formats.sensors.sensor_lists import (
+    COLUMNS,
+    SQUARE_COLUMNS,
+    mounted_setup,
+    sensor_list,
+)
 from place_rings.objectives.scene import Pose, Scene
+from place_rings.reporting.terminal import say_lines
 
 from . import drawing
 
@@ -29,7 +34,7 @@ PRINTED = 5e-10  # m, and of unit vectors: half the last decimal of a list
 def listed(setup: Setup, scene: Scene) -> str:
     """What ``place-rings cones`` prints."""
     with contextlib.redirect_stdout(io.StringIO()) as out:
-        cones(setup, scene)
+        say_lines(sensor_list(setup, scene))
     return out.getvalue()
 
 

@@ -2,18 +2,20 @@
 differences.
 """
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from place_rings.coverage.occlusion.occluders import Occluders, beams
-from place_rings.coverage.robots.link_bodies import Capsules
 from place_rings.coverage.soft.estimator import SHARP, soft_zeta
 from place_rings.coverage.soft.first_return import BALLS, GRAZE, soft_stop
 from place_rings.coverage.soft.obstacle_occlusion import InCell
 from place_rings.coverage.soft.robot_occlusion import Hidden
 from place_rings.coverage.soft.sampling import cloud
+from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.polyhedra import box, hull
 
@@ -48,7 +50,7 @@ def drawn(seed):
 
 
 def hidden(cones, bodies, occlusion):
-    return Hidden(on_device(cones), Capsules(*on_device(tuple(bodies))), occlusion)
+    return Hidden(on_device(cones), on_device(bodies), occlusion)
 
 
 def share_and_width(seen, points):
@@ -108,18 +110,18 @@ def test_soft_stops_lie_between_exact_ones(seed):
     step of the row of such balls."""
     cones, bodies, points = drawn(seed)
     short = np.minimum(1, 0.5 / np.linalg.norm(bodies.end - bodies.start, axis=1))[:, None]
-    bodies = bodies._replace(end=bodies.start + short * (bodies.end - bodies.start))
+    bodies = replace(bodies, end=bodies.start + short * (bodies.end - bodies.start))
     e = 1.1 * (cones.range_m / np.cos(cones.half_angle)).max() / GRAZE
-    thick = bodies._replace(radius=bodies.radius + e), (box(MIDDLE, SIZE + 4 * e),)
+    thick = replace(bodies, radius=bodies.radius + e), (box(MIDDLE, SIZE + 4 * e),)
     step = np.linalg.norm(bodies.end - bodies.start, axis=1).max() / (BALLS - 1)
     soft, by_box = (
-        np.asarray(stop(on_device(cones), Capsules(*on_device(tuple(stand))), on_device(BOX)))
-        for stand in (bodies, bodies._replace(start=FAR, end=FAR))
+        np.asarray(stop(on_device(cones), on_device(stand), on_device(BOX)))
+        for stand in (bodies, replace(bodies, start=FAR, end=FAR))
     )
     assert np.all(stops(cones, *thick) - e <= soft + 1e-9)
     assert np.all(
         soft
-        <= stops(cones, bodies._replace(radius=bodies.radius / 2), BOX)
+        <= stops(cones, replace(bodies, radius=bodies.radius / 2), BOX)
         + step / 2
         + bodies.radius.max() / 16
     )

@@ -10,7 +10,15 @@ from hypothesis import given, settings
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import joint_origins
 from place_rings.coverage.robots.pose_curve import pose_curve
-from place_rings.coverage.solids.base import Difference, Intersection, Union
+from place_rings.coverage.solids.base import (
+    VALUES,
+    Algebra,
+    Difference,
+    Intersection,
+    Union,
+    fold,
+    leaves,
+)
 from place_rings.coverage.solids.cones import Cones, cone
 from place_rings.coverage.solids.spheres import Spheres, sphere
 
@@ -114,3 +122,29 @@ def test_gradients_are_finite_where_cones_are_singular(point):
     )
     assert all(bool(jnp.isfinite(s).all()) for s in slopes)
     assert float(jnp.linalg.norm(slopes[0])) <= 1 + 1e-12
+
+
+class Odd:
+    """A solid of another kind."""
+
+    def __call__(self, points):
+        return points[:, 0]
+
+    def bounds(self):
+        return np.zeros((2, 3))
+
+
+def test_fold_takes_the_values_of_leaves_in_their_order():
+    rng = np.random.default_rng(3)
+    a, b, c = (Spheres(rng.uniform(-0.5, 0.5, (2, 3)), np.full(2, 0.6)) for _ in range(3))
+    solid = Difference(Intersection(a, b), Union(c, a))
+    assert [id(parts) for parts in leaves(solid)] == [id(parts) for parts in (a, b, c, a)]
+    points = rng.uniform(-1, 1, (200, 3))
+    each = [parts(points) for parts in leaves(solid)]
+    np.testing.assert_array_equal(fold(solid, each, VALUES), solid(points))
+    words = Algebra[str]("({} or {})".format, "({} and {})".format, "not {}".format)
+    assert fold(solid, list("abcd"), words) == "((a and b) and not (c or d))"
+    with pytest.raises(ValueError, match="3 values for 4 leaves"):
+        fold(solid, each[:3], VALUES)
+    with pytest.raises(TypeError, match="Odd is neither a union of parts"):
+        leaves(Odd())

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from place_rings.coverage.occlusion.occluders import Occluders, beams
 from place_rings.coverage.rings.ring import Ring, Setup, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
-from place_rings.coverage.robots.link_bodies import Capsules, segment_to_segment
 from place_rings.coverage.sensors.effective_range import effective
 from place_rings.coverage.sensors.sensor import Sensor, Use
 from place_rings.coverage.soft.estimator import SHARP, soft_zeta
@@ -22,8 +21,10 @@ from place_rings.coverage.soft.k_coverage import soft_seen
 from place_rings.coverage.soft.obstacle_occlusion import InCell
 from place_rings.coverage.soft.robot_occlusion import Hidden
 from place_rings.coverage.soft.sampling import cloud
+from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.solids.cones import Cones
 from place_rings.coverage.solids.polyhedra import box, half_space, hull
+from place_rings.coverage.solids.segments import segment_to_segment
 from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.certified_bounds import bracket
 from place_rings.coverage.voxels.k_coverage import tally

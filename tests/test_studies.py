@@ -15,8 +15,8 @@ from place_rings.placement.search.progress import Outcome
 from place_rings.studies.convergence import report as convergence_report
 from place_rings.studies.convergence import study
 from place_rings.studies.convergence.report import page, picture
-from place_rings.studies.engine import tasks as works
-from place_rings.studies.engine.runner import program, run
+from place_rings.studies.engine import searching
+from place_rings.studies.engine.runner import run
 from place_rings.studies.engine.store import Cell, Store
 from place_rings.studies.engine.tasks import TASKS
 
@@ -42,7 +42,6 @@ def test_a_store_gives_back_what_it_was_given(arguments, result, tmp_path_factor
         store.put(cell, result, 1.5)
         assert store.get(Cell("work", json.loads(json.dumps(arguments)))) == result
         assert store.get(Cell("other", arguments)) is None
-        assert store.seconds() == 1.5
 
 
 def test_a_study_goes_on_where_it_stopped(tmp_path):
@@ -102,7 +101,7 @@ def test_what_ctrl_c_cut_short_is_not_kept(work, monkeypatch, tmp_path):
     for.
     """
     best = SimpleNamespace(outcome=Outcome.INTERRUPTED)
-    monkeypatch.setattr(works, "searching", lambda *_, **__: best)
+    monkeypatch.setattr(searching, "searching", lambda *_, **__: best)
     monkeypatch.setattr(
         exact, "bracket", lambda *_: Bracket(0.1, 0.9, 1.0, 1.0, 1, 1, 1.0, reached=False)
     )
@@ -124,11 +123,6 @@ def test_what_ctrl_c_cut_short_is_not_kept(work, monkeypatch, tmp_path):
         with pytest.raises(KeyboardInterrupt):
             run([cells[work]], TASKS, store)
         assert store.get(cells[work]) is None
-
-
-def test_the_program_is_known_by_its_code():
-    assert program(TASKS) == program(TASKS)
-    assert program(TASKS) != program({"mine": run})
 
 
 @pytest.fixture

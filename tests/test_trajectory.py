@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from place_rings.coverage.robots.built_in import UR10
 from place_rings.coverage.robots.kinematics import forward
 from place_rings.formats import recorded_motion as reading
-from place_rings.formats.convert.scenes import scene_model, scene_of
 from place_rings.formats.errors import UserError
 from place_rings.formats.loader import read_proposal, read_scene
 from place_rings.formats.recorded_motion import read_record, with_record
+from place_rings.formats.schema.scene_models import SceneModel
 from place_rings.objectives.pose_subset import (
     FEW,
     POINTS,
@@ -261,7 +261,7 @@ def test_an_angle_cut_at_half_a_turn_is_one_line_and_the_same_made_whole_is_read
         with_record(Scene(), tmp_path / "cut.csv")
     write(tmp_path / "whole.csv", MotionRecord(t, q), HEADER.split(","))
     scene = with_record(Scene(), tmp_path / "whole.csv")
-    assert len(scene_model(scene).poses) == len(scene.poses) > 1
+    assert len(SceneModel.from_domain(scene).poses) == len(scene.poses) > 1
 
 
 @settings(max_examples=30, deadline=None)
@@ -303,8 +303,8 @@ def test_a_scene_takes_its_poses_from_a_record(cell):
     )
     assert len(a.poses) > 7
     assert a.recorded.within < b.recorded.within
-    again = scene_of(scene_model(b))
-    assert scene_model(again) == scene_model(b)
+    again = SceneModel.from_domain(b).to_domain()
+    assert SceneModel.from_domain(again) == SceneModel.from_domain(b)
     assert [(p.weight, p.time_s) for p in again.poses] == [(p.weight, p.time_s) for p in b.poses]
 
 

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 import trimesh
 from hypothesis import given, settings
-from place_rings.cli import main as command_line
+from place_rings.cli import app as command_line
 from place_rings.coverage.robots.built_in import ROBOTS
 from place_rings.coverage.robots.kinematics import forward
+from place_rings.coverage.solids.capsules import Capsules
 from place_rings.coverage.targets import Shape, Target, robot_curve, target_solid
 from place_rings.formats.errors import UserError
-from place_rings.formats.robots.capsule_fit import Capsule
 from place_rings.formats.robots.meshes import Meshes
 from place_rings.formats.robots.robot_fit import FittedLink, outlines
 from place_rings.formats.robots.urdf import read_urdf
@@ -194,7 +194,7 @@ def test_what_is_no_text_is_no_robot(folder, text):
 
 
 def test_links_that_are_flat_have_no_volume_to_compare():
-    capsule = Capsule(np.zeros(3), np.ones(3), 0.1)
+    capsule = Capsules(np.zeros(3), np.ones(3), 0.1)
     flat, solid = (
         FittedLink("link", 0, np.zeros((1, 3, 3)), (capsule,), 0.2, v) for v in (0.0, 0.1)
     )

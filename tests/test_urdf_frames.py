@@ -174,7 +174,7 @@ def test_a_bad_pattern_is_refused(run, exported, tmp_path, pattern):
     assert "--frames: found" in err
 
 
-_TAKING = ("improve.improve", "robustness.robustness", "report.run")
+_TAKING = ("improve.improve", "robustness.robustness", "report.report")
 
 
 def test_what_is_mounted_is_verified_and_bettered_as_a_name_is(
@@ -188,10 +188,10 @@ def test_what_is_mounted_is_verified_and_bettered_as_a_name_is(
     zeta, given = [], []
     for command in _TAKING:
         monkeypatch.setattr(
-            f"place_rings.cli.{command}", lambda name, setup, *_: given.append((name, setup))
+            f"place_rings.cli.runs.{command}", lambda name, setup, *_: given.append((name, setup))
         )
     monkeypatch.setattr(
-        "place_rings.cli.view.run", lambda _, setups, *__: given.extend(setups.items())
+        "place_rings.cli.runs.view.view", lambda _, setups, *__: given.extend(setups.items())
     )
     for subject in ("n1_4_25", *exported):
         code, out, _ = run(

@@ -387,7 +387,7 @@ xyz="0 0 0.2"/>
 
 
 def test_a_robots_surface_moves_with_its_joints_and_must_be_that_robots(tmp_path):
-    from place_rings.cli.robot_file import import_urdf
+    from place_rings.cli.options.urdf_robot import import_urdf
 
     path = tmp_path / "two.urdf"
     path.write_text(URDF)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import viser
 
@@ -15,6 +15,20 @@ from .drawing import SHOWN_CONES, DrawnParts
 from .edited_setup import MOST_SENSORS, STEEPEST_DEG
 from .quick_estimate import TWICE
 from .session import ViewerSession
+
+
+class Control(Protocol):
+    """What shows a value."""
+
+    @property
+    def value(self) -> str | float: ...
+
+
+def set_value(control: Control, value: str | float) -> None:
+    """Set what a control shows."""
+    # viser's setter is not the next line after its getter: mypy takes the value for read-only
+    control.value = value  # type: ignore[misc]
+
 
 AS_ASKED = "as the scene asks"
 
@@ -155,11 +169,12 @@ class Controls:
         """Show ring ``i`` of ``setup``, the ``active`` one of the setups."""
         ring = setup.rings[i]
         self._rings = [_label(k, r.link) for k, r in enumerate(setup.rings)]
-        self.setup.value = self._setups[active]
+        set_value(self.setup, self._setups[active])
         if tuple(self.ring.options) != tuple(self._rings):
             self.ring.options = tuple(self._rings)
-        self.ring.value = self._rings[i]
-        self.link.value = next(label for label, link in self._links.items() if link == ring.link)
+        set_value(self.ring, self._rings[i])
+        of_ring = next(label for label, link in self._links.items() if link == ring.link)
+        set_value(self.link, of_ring)
         self.position.disabled = self._room.scene.robot.mount(ring.link).length == 0
         self.count.max = most
         values: tuple[tuple[Any, float], ...] = (
@@ -174,7 +189,7 @@ class Controls:
 
     def working(self, on: bool) -> None:
         """Long work begins or is over."""
-        self.progress.value = 0.0
+        set_value(self.progress, 0.0)
         self.progress.visible = on
         self.stop.disabled = not on
         for button in (self.prove, self.search):

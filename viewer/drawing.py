@@ -16,11 +16,12 @@ from ..coverage.rings.ring_kinematics import sensor_cones
 from ..coverage.robots.kinematics import forward
 from ..coverage.solids.cones import Cones
 from ..coverage.targets import Target, robot_curve
-from ..reporting.rendering.faces import RING_WIDTH, band, faces_within, lengths_within
+from ..reporting.rendering.canvas import Surface
+from ..reporting.rendering.meshes import RING_WIDTH, band, faces_within, lengths_within, loops, tube
 from .colours import CURVE, FLOOR, KINDS, OBSTACLE, OUTLINE, ROBOT, SENSOR, link_colours
 from .quick_estimate import ONCE, SHADOWED, SHOWN, TWICE, UNSEEN, QuickEstimate
 from .robot_surface import Skin
-from .triangle_meshes import Surface, beams, bodies, chips, grid, loops, outline, skin
+from .triangle_meshes import beams, bodies, chips, grid, outline
 
 Shown = Literal["off", "this ring", "this link", "all"]
 SHOWN_CONES: tuple[Shown, ...] = ("off", "this ring", "this link", "all")
@@ -109,9 +110,8 @@ class Drawing:
             found["outline"] = Edges(self._outline(choice.target, choice.pose), OUTLINE, 1.0)
         box = self._outer(choice.target, choice.pose).bounds() + np.array([[-0.3], [0.3]])
         for i, obstacle in enumerate(self.scene.obstacles):
-            quads = faces_within(obstacle.body, box, np.inf)
-            if len(quads):
-                corners = quads[:, :3].reshape(-1, 3)
+            corners = faces_within(obstacle.body, box).reshape(-1, 3)
+            if len(corners):
                 found[f"obstacle{i}"] = Mesh(
                     corners, np.arange(len(corners)).reshape(-1, 3), OBSTACLE, 0.7
                 )
@@ -132,7 +132,7 @@ class Drawing:
         frames = forward(self.scene.robot.chain, self.scene.poses[pose].q)
         width = self.scene.rules.band[1] if self.scene.real else RING_WIDTH
         hoop = band(self.scene.robot, frames, ring, width)
-        return skin(hoop), chips(self._cones(ring, pose)), loops(hoop)
+        return tube(hoop), chips(self._cones(ring, pose)), loops(hoop)
 
     def _beams_of(
         self, ring: Ring, pose: int, target: Target

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-from ..formats.convert.results import verify_result
 from ..formats.escaping import printable
+from ..formats.schema.result_models import VerifyResult
 from ..reporting.tables import percent
 from ..reporting.text import counted
 from .colours import KINDS
@@ -96,7 +96,7 @@ def proof_table(name: str, proofs: Sequence[Proof]) -> str:
                 str(c.target),
                 f"{100 * voxels.zeta:.2f}",
                 of,
-                percent(verify_result("", c), "certified"),
+                percent(VerifyResult.of("", c), "certified"),
             ]
         )
     return _box(_text(name) + _table(["ζ in %", "counted", "of cm³", "guaranteed"], rows))

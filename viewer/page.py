@@ -23,7 +23,7 @@ from ..formats.escaping import printable
 from ..formats.writing import write_bytes
 from . import html as words
 from .colours import KINDS
-from .controls import Controls
+from .controls import Controls, set_value
 from .drawing import SHOWN_CONES, DrawnParts
 from .edited_setup import EditedSetup
 from .jobs import Job, JobStoppedError
@@ -264,7 +264,7 @@ class Page:
         if (now := time.monotonic()) - self._told > _OFTEN and not self._closed:
             self._told = now
             self._note(what + " …")
-            self.controls.progress.value = min(max(100 * over, 0.0), 100.0)
+            set_value(self.controls.progress, min(max(100 * over, 0.0), 100.0))
 
     def _asked(self) -> tuple[int, Any, Any]:
         with self._lock:

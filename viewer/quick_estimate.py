@@ -46,7 +46,10 @@ class PointVerdict:
         """UNSEEN: in no beam. SHADOWED: in some, but something is in the way. ONCE, TWICE: seen by
         one sensor, by more.
         """
-        return np.where(self.seen > 0, np.minimum(self.seen, 2) + 1, np.minimum(self.held, 1))
+        kind: np.ndarray = np.where(
+            self.seen > 0, np.minimum(self.seen, 2) + 1, np.minimum(self.held, 1)
+        )
+        return kind
 
     @property
     def zeta(self) -> float:

@@ -15,7 +15,7 @@ from ..formats.errors import UserError, shown
 from ..formats.robots.meshes import Meshes
 from ..formats.robots.urdf import read_urdf
 from ..formats.robots.urdf_chain import pick_chain
-from .triangle_meshes import Surface
+from ..reporting.rendering.canvas import Surface
 
 _SAME = 0.005  # m, between the joints of two chains that are one
 _POSES = 8  # drawn, at which they are compared

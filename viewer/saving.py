@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..coverage.rings.ring import Setup
-from ..formats.convert.results import verify_result
-from ..formats.convert.scenes import ring_models, scene_model
 from ..formats.errors import UserError, shown
 from ..formats.schema.proposal_models import ProposalFile
+from ..formats.schema.result_models import VerifyResult
 from ..formats.writing import to_toml, write_text
 from ..objectives.scene import Scene
 from ..objectives.verify import Verified
@@ -50,9 +49,9 @@ def file_named(folder: Path | None, name: str, replace: bool, ending: str = ".to
 def save(path: Path, setup: Setup, scene: Scene, counted: Sequence[Verified]) -> None:
     """Write ``setup`` as a proposal for ``scene``, with what was counted of it. UserError where it
     cannot be written; an old file stays as it was then."""
-    proposal = ProposalFile(
-        rings=ring_models(setup, scene.sensor),
-        scene=scene_model(scene),
-        zeta=[verify_result(path.stem, one, scene) for one in counted],
+    proposal = ProposalFile.of(
+        setup,
+        scene,
+        zeta=[VerifyResult.of(path.stem, one, scene) for one in counted],
     )
     write_text(path, to_toml(proposal, _HEADING.format(name=path.stem)))

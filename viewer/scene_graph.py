@@ -64,8 +64,8 @@ class SceneGraph:
             cast_shadow=False,
             receive_shadow=False,
         )
-        if item.ring is not None:
-            handle.on_click(lambda _, ring=item.ring: self._click(ring))
+        if (ring := item.ring) is not None:
+            handle.on_click(lambda _: self._click(ring))
         return handle
 
 

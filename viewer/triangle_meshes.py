@@ -3,19 +3,19 @@
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from ..coverage.arrays import Array
 from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import Robot
 from ..coverage.solids.base import Solid, Union
-from ..coverage.solids.capsules import Rods
+from ..coverage.solids.capsules import Capsules
 from ..coverage.solids.cones import Cones
 from ..coverage.solids.spheres import Spheres
 from ..coverage.solids.swept_tube import Tube
-from ..reporting.rendering.faces import body, capsule, circle, rim_of, rod
+from ..reporting.rendering.canvas import Surface
+from ..reporting.rendering.meshes import body, capsule, circle, joined, loops, rim_of, rod, tube
 
-Surface = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, "_ 3"]]
 _STICK = 0.045  # m, of a robot without bodies
 # m, half the edges of a sensor: across, across, along its axis
 _CHIP = np.array([0.011, 0.011, 0.005])
@@ -25,33 +25,14 @@ _SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), 
 _BOX = np.array([f for a, b, c, d in _SIDES for f in ((a, b, c), (a, c, d))])
 
 
-def joined(some: list[Surface]) -> Surface:
-    """Several surfaces as one."""
-    first = np.cumsum([0, *(len(v) for v, _ in some)])
-    if not some:
-        return np.zeros((0, 3)), np.zeros((0, 3), int)
-    return np.concatenate([v for v, _ in some]), np.concatenate(
-        [f + n for (_, f), n in zip(some, first, strict=False)]
-    )
-
-
-def skin(circles: Float[np.ndarray, "C P 3"]) -> Surface:
-    """The surface between neighbouring circles, which they share: so it is shaded smoothly."""
-    c, t = circles.shape[:2]
-    i, j = np.meshgrid(np.arange(c - 1), np.arange(t), indexing="ij")
-    a, b = i * t + j, i * t + (j + 1) % t
-    faces = np.stack([np.stack([a, b, b + t], -1), np.stack([a, b + t, a + t], -1)], axis=2)
-    return circles.reshape(-1, 3), faces.reshape(-1, 3)
-
-
 def bodies(robot: Robot, frames: Float[Array, "F 4 4"]) -> Surface:
     """The robot's capsules; of one that has none, rods along its joints and mounts."""
     if not robot.bodies:
-        return joined([skin(rod(a, b, _STICK)) for a, b in pairwise(body(robot, frames))])
+        return joined([tube(rod(a, b, _STICK)) for a, b in pairwise(body(robot, frames))])
     found = robot_capsules(robot, frames)
     return joined(
         [
-            skin(capsule(a, b, float(r)))
+            tube(capsule(a, b, float(r)))
             for a, b, r in zip(found.start, found.end, found.radius, strict=True)
         ]
     )
@@ -86,11 +67,6 @@ def beams(
     return joined(found), np.concatenate(edges) if edges else np.zeros((0, 2, 3))
 
 
-def loops(rings: Float[np.ndarray, "C T 3"]) -> Float[np.ndarray, "E 2 3"]:
-    """The edges of closed lines."""
-    return np.stack([rings, np.roll(rings, -1, axis=1)], axis=2).reshape(-1, 2, 3)
-
-
 def grid(half: float, step: float) -> Float[np.ndarray, "E 2 3"]:
     """A square grid on the base's plane, up to ``half`` m either way, with lines each ``step``
     m.
@@ -112,7 +88,7 @@ def outline(outer: Solid) -> Float[np.ndarray, "E 2 3"]:
             for c, r in zip(outer.centre, outer.radius, strict=True)
             for axis in np.eye(3)
         ]
-    elif isinstance(outer, Rods):
+    elif isinstance(outer, Capsules):
         ends = [
             (a, b - a, float(r))
             for a, b, r in zip(outer.start, outer.end, outer.radius, strict=True)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..robots.link_bodies import point_to_segment
+from ..solids.segments import point_to_segment
 
 _CAPSULE_POINTS = 72  # of a circle against a capsule: within some 0.2 mm
 # of a circle against planes, where only the Lipschitz bound holds: within 1 mm at a radius of 0.1 m
@@ -50,7 +50,7 @@ def capsule_gap(
     radii ``thick`` (C,) m, in axis coordinates."""
     step = math.pi / _CAPSULE_POINTS
 
-    def gap(places: Any, which: Any) -> tuple[Any, Any]:
+    def gap(places: Float[np.ndarray, " T"], which: Int[np.ndarray, " T"]) -> tuple[Any, Any]:
         a, b, t = start[which], end[which], thick[which]
         centre = np.zeros((len(places), 3))
         centre[:, 0] = places
@@ -75,7 +75,7 @@ def plane_gap(
     """
     step = math.pi / _PLANE_POINTS
 
-    def value(points: Any, which: Any) -> Any:
+    def value(points: np.ndarray, which: np.ndarray) -> Any:
         found = np.full(points.shape[:2], -np.inf)
         for i in range(normal.shape[1]):
             found = np.maximum(
@@ -83,7 +83,7 @@ def plane_gap(
             )
         return found
 
-    def gap(places: Any, which: Any) -> tuple[Any, Any]:
+    def gap(places: Float[np.ndarray, " T"], which: Int[np.ndarray, " T"]) -> tuple[Any, Any]:
         low = value(circle(places, 0.0, 1), which)[:, 0] - radius
         high = low + 2 * radius
         near = np.flatnonzero(low < 2 * radius)

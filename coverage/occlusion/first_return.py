@@ -10,17 +10,17 @@ It jumps where a body just grazes the beam. ``margin`` widens or narrows bodies 
 little: with one of either sign the distance is bracketed.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-import jax
 import numpy as np
 from jaxtyping import Float
 
-from ..arrays import Array, cross, dot, namespace, root
+from ..arrays import Array, Numbers, cross, dot, namespace, root
 from ..solids.cones import cone
 from ..solids.polyhedra import Polyhedron
-from .ranging import ball_in_cone
+from .ball_in_cone import ball_in_cone
 
 _CANDIDATES = 1 << 18  # points looked at at once: some tens of megabytes
 MARGIN = 1e-9  # m and rad: rounding of what is in a beam
@@ -40,7 +40,7 @@ class Beam(NamedTuple):
     range_m: Float[Array, "*batch"]
 
 
-def cone_gap(beam: Beam, points: Any) -> Any:
+def cone_gap(beam: Beam, points: Array) -> Any:
     """Signed distance (...) m of ``points`` (..., 3) m from the solid cones of sensors: a true
     distance outside, and so a convex function, negative inside."""
     xp = namespace(points)
@@ -58,20 +58,26 @@ def cone_gap(beam: Beam, points: Any) -> Any:
     return xp.where(inside <= 0, inside, outside)
 
 
-def _repeat(times: int, step: Any, state: Any) -> Any:
+def _repeat(
+    times: int, step: Callable[[Array, Array], tuple[Array, Array]], state: tuple[Array, Array]
+) -> Any:
     """``step`` on pairs of arrays, so many times: compiled once where JAX runs this."""
     if namespace(state[0]) is not np:
-        return jax.lax.fori_loop(0, times, lambda _, s: step(*s), state)
+        from jax.lax import fori_loop
+
+        return fori_loop(0, times, lambda _, s: step(*s), state)
     for _ in range(times):
         state = step(*state)
     return state
 
 
-def _golden(function: Any, low: Any, high: Any, steps: int = _STEPS) -> Any:
+def _golden(
+    function: Callable[[Array], Array], low: Array, high: Array, steps: int = _STEPS
+) -> Any:
     """Where ``function``, falling and then rising, is least between ``low`` and ``high`` (...)."""
     xp = namespace(low)
 
-    def step(low: Any, high: Any) -> Any:
+    def step(low: Array, high: Array) -> Any:
         a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
         left = function(a) <= function(b)
         return xp.where(left, low, a), xp.where(left, b, high)
@@ -80,13 +86,13 @@ def _golden(function: Any, low: Any, high: Any, steps: int = _STEPS) -> Any:
     return (low + high) / 2
 
 
-def _end(function: Any, inner: Any, outer: Any) -> Any:
+def _end(function: Callable[[Array], Array], inner: Array, outer: Array) -> Any:
     """The place nearest to ``outer`` up to where, from ``inner`` on, ``function`` is not above
     0.
     """
     xp = namespace(inner)
 
-    def step(inner: Any, outer: Any) -> Any:
+    def step(inner: Array, outer: Array) -> Any:
         middle = (inner + outer) / 2
         held = function(middle) <= 0
         return xp.where(held, middle, inner), xp.where(held, outer, middle)
@@ -95,7 +101,7 @@ def _end(function: Any, inner: Any, outer: Any) -> Any:
 
 
 def capsule_gap(
-    beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0, steps: int = _STEPS
+    beam: Beam, start: Array, end: Array, radius: Numbers, margin: float = 0.0, steps: int = _STEPS
 ) -> tuple[Any, Any]:
     """Distance (...) m of capsules from cones, or by how deep they overlap where it is negative;
     and where along the axis (0 to 1) it is least, to 0.62 ** ``steps``. The distance of a point
@@ -107,7 +113,9 @@ def capsule_gap(
     shape = xp.broadcast_shapes(beam.half_angle.shape, along.shape[:-1], xp.shape(radius))
     still = beam, start, along
     if xp is not np:
-        still = jax.lax.stop_gradient(still)
+        from jax.lax import stop_gradient
+
+        still = stop_gradient(still)
     zero, one = xp.zeros(shape, along.dtype), xp.ones(shape, along.dtype)
     best = _golden(
         lambda place: cone_gap(still[0], still[1] + place[..., None] * still[2]), zero, one, steps
@@ -116,7 +124,7 @@ def capsule_gap(
 
 
 def capsule_in_beam(
-    beam: Beam, start: Any, end: Any, radius: Any, margin: float = 0.0
+    beam: Beam, start: Array, end: Array, radius: Numbers, margin: float = 0.0
 ) -> tuple[Any, Any]:
     """Nearest point to the apex of what a capsule and a cone have in common, and by how much they
     miss each other.
@@ -144,13 +152,15 @@ def capsule_in_beam(
     beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
     still = beam, start, along, radius
     if xp is not np:
-        still = jax.lax.stop_gradient(still)
+        from jax.lax import stop_gradient
 
-    def gap_at(place: Any) -> Any:
+        still = stop_gradient(still)
+
+    def gap_at(place: Array) -> Any:
         beam, start, along, radius = still
         return cone_gap(beam, start + place[..., None] * along) - radius
 
-    def distance_at(place: Any, given: Any) -> Any:
+    def distance_at(place: Array, given: Any) -> Any:
         beam, start, along, radius = given
         centre = start + place[..., None] * along
         return ball_in_cone(beam.apex, beam.axis, beam.half_angle, beam.range_m, centre, radius)[0]
@@ -163,10 +173,10 @@ def capsule_in_beam(
     return xp.where(gap <= 0, least, xp.inf), gap
 
 
-def _over(a: Any, b: Any) -> Any:
+def _over(a: Array, b: Array) -> Any:
     """``a`` over ``b``; far away where ``b`` is next to nothing, without slope."""
     xp = namespace(b)
-    some = abs(b) > _NIL
+    some = xp.abs(b) > _NIL
     return xp.where(some, a / xp.where(some, b, 1.0), _FAR)
 
 
@@ -227,10 +237,13 @@ def polyhedron_in_beam(
         distance[k, n] = np.where(
             dot(points[k, n], normal) <= offset + MARGIN, distance[k, n], np.inf
         )
-    return distance.min(axis=1, initial=np.inf)
+    nearest: np.ndarray = distance.min(axis=1, initial=np.inf)
+    return nearest
 
 
-def _on_edges(apex: Any, axis: Any, cosine: Any, range_m: Any, body: Polyhedron) -> list[Any]:
+def _on_edges(
+    apex: Array, axis: Array, cosine: Numbers, range_m: Numbers, body: Polyhedron
+) -> list[Any]:
     """Points (K, E, 3) on edges: nearest to the apex, both ends, and where the edge's line meets
     mantle and base.
     """

@@ -10,16 +10,16 @@ a cell of the octree asks only for the shadows of the cones it still knows.
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..arrays import dot, root, rows
+from ..arrays import Array, Index, dot, root, rows
 from ..solids.base import Parts
 from ..solids.cones import Cones
 from ..solids.polyhedra import largest, planes_share
 from ..solids.shadows import Shadow, behind, nearest_ball, way
 from ..solids.volume_fraction import VolumeFraction, distance_tangent, union_bounds
+from ..trees import mapped
 from ..voxels.voxel_bitmask import Bitmask, BlockGrid, within, words
 from .shadow_bitmask import free_of_planes, free_of_shadows
 
@@ -47,22 +47,23 @@ class Beams(Parts):
     def __len__(self) -> int:
         return len(self.cones)
 
-    def part(self, points: Any, index: Any) -> Any:
+    def part(self, points: Array, index: Index) -> Any:
         value = self._past(points, index, self.cones.part(points, index))
         return np.maximum(value, self._beyond(points, index, self.stop))
 
-    def _beyond(self, points: Any, index: Any, stop: Any) -> Any:
+    def _beyond(self, points: Array, index: Index, stop: Array) -> Any:
         if not np.isfinite(stop).any():
             return -np.inf
         v = points - rows(self.cones.apex, index)
         return root(dot(v, v)) - stop[index]
 
-    def _past(self, points: Any, index: Any, value: Any, limit: float = np.inf) -> Any:
+    def _past(self, points: Array, index: Index, value: Array, limit: float = np.inf) -> Any:
         """The larger of ``value`` and of what the shadows say; what is above ``limit`` is not
         looked at any more.
         """
         if np.ndim(index) == 0:
             return self._past_one(points, int(index), value)
+        assert not isinstance(index, int)
         value = value.copy()
         for first, behind_of in (
             (self.first_shadow, self._behind),
@@ -79,21 +80,25 @@ class Beams(Parts):
                     value[..., todo] = np.maximum(value[..., todo], -deep)
         return value
 
-    def _past_one(self, points: Any, index: int, value: Any) -> Any:
+    def _past_one(self, points: Array, index: int, value: Array) -> Any:
         for entry in range(self.first_shadow[index], self.first_shadow[index + 1]):
             value = np.maximum(value, -self._behind(points, entry))
         for entry in range(self.first_planes[index], self.first_planes[index + 1]):
             value = np.maximum(value, -self._behind_planes(points, entry))
         return value
 
-    def _behind(self, points: Any, entry: Any) -> Any:
+    def _behind(self, points: Array, entry: Index) -> Any:
         return behind(points, self.shadows.rows(entry))
 
-    def _behind_planes(self, points: Any, entry: Any) -> Any:
+    def _behind_planes(self, points: Array, entry: Index) -> Any:
         return largest(points, self.normal[entry], self.offset[entry])
 
     def decide(
-        self, points: Any, cell: Any, index: Any, reach: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        reach: float,
     ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
         """See ``Parts.decide``."""
         value = self.cones.part(points, index)
@@ -107,7 +112,13 @@ class Beams(Parts):
         return value <= reach, sure < -reach
 
     def shares(
-        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
     ) -> VolumeFraction:
         """See ``Parts.shares``. A shadow is convex: its share is bounded as that of any convex
         body, and what is left is the rest. A point of it lies as far from the ball that says its
@@ -136,7 +147,7 @@ class Beams(Parts):
         return union_bounds(cell, cubes, each, value, normal, side, slack)
 
     def _share(
-        self, points: Any, entry: Any, side: float, slack: float, reach: float
+        self, points: Array, entry: Index, side: float, slack: float, reach: float
     ) -> tuple[Any, VolumeFraction]:
         """Which cubes a shadow may reach, and the share of these that it holds."""
         shadow = self.shadows.rows(entry)
@@ -147,7 +158,7 @@ class Beams(Parts):
         )
 
     def _planes_share(
-        self, points: Any, entry: Any, side: float, slack: float, reach: float
+        self, points: np.ndarray, entry: np.ndarray, side: float, slack: float, reach: float
     ) -> tuple[Any, VolumeFraction]:
         near = np.flatnonzero(self._behind_planes(points, entry) <= reach)
         return near, planes_share(
@@ -159,11 +170,12 @@ class Beams(Parts):
         live = np.flatnonzero(self.cones.range_m > 0)
         if len(live) == 0:
             return np.zeros((2, 3))
-        return jax.tree.map(lambda a: a[live], self.cones).bounds()
+        box: np.ndarray = mapped(lambda a: a[live], self.cones).bounds()
+        return box
 
 
 @words.register
-def _(parts: Beams, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
+def _(parts: Beams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """Voxels of blocks about ``points`` that lie in beam ``index``: those of the cone, of the ball
     where it is blinded, and of no shadow."""
     found = words(parts.cones, grid, points, index)

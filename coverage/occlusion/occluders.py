@@ -6,22 +6,25 @@ many zones reports the nearest thing in itself: what stands in some leaves the o
 and ``blind`` does to the beam what ``shadow`` does.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..robots.link_bodies import Capsules, gap_to_capsules
+from ..arrays import Array, Index
 from ..solids.base import Parts
+from ..solids.capsules import Capsules, gap_to_capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
-from ..solids.sensor_beams import Optics
 from ..solids.shadows import Shadow, capsule_shadow
 from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, polyhedron_in_beam
 from .model import Occlusion
 from .occluded_beams import Beams
 
+# an obstacle that stands in a beam: the sensor, normals (F, 3) and offsets (F,) m of its shadow
+Plane = tuple[int, np.ndarray, np.ndarray]
 INSIDE = 1e-6  # m, an apex this near to a body's surface counts as within
 
 
@@ -40,15 +43,15 @@ class Occluders:
         """In which body or obstacle (K,) each apex stands deepest, bodies numbered first; -1: in
         none; and how deep, m.
         """
-        gaps = [np.full((len(apex), 1), np.inf)]
+        gaps: list[np.ndarray] = [np.full((len(apex), 1), np.inf)]
         if self.bodies is not None:
-            start, end, radius = (a[None] for a in self.bodies)
+            start, end, radius = (a[None] for a in self.bodies.arrays())
             each = [
                 gap_to_capsules(apex, start[:, [i]], end[:, [i]], radius[:, [i]])
                 for i in range(radius.shape[1])
             ]
             gaps.append(np.stack(each, axis=-1))
-        gaps += [body(apex)[:, None] for body in self.obstacles]
+        gaps += [np.asarray(body(apex))[:, None] for body in self.obstacles]
         gap = np.concatenate(gaps[1:] or gaps, axis=1)
         least = gap.min(axis=1)
         return np.where(least <= INSIDE, gap.argmin(axis=1), -1), np.maximum(-least, 0.0)
@@ -65,7 +68,7 @@ def beams(
     are shadowed under ``blind``, too: none of them is blinded as a whole.
 
     Args:
-        cones: of K sensors, or ``Optics``, 64-bit NumPy.
+        cones: beams of K sensors, 64-bit NumPy.
         occluders: bodies and obstacles at the same pose.
         occlusion: ``ignore`` leaves out the robot's bodies.
         bracketed: keep bounds of where sensors are blinded, for the certified rule.
@@ -77,23 +80,23 @@ def beams(
     within_, _ = occluders.holds(np.asarray(cones.apex))
     live = within_ < 0
     cones = replace(cones, range_m=np.where(live, cones.range_m, -np.inf))
-    stops = live & ~_zoned(cones) & (occlusion == "blind")
+    stops = live & ~cones.is_zoned() & (occlusion == "blind")
     stop, late = _stops(cones, np.flatnonzero(stops), occluders, bracketed)
     return _beams(cones, stop, late, *_shadows(cones, np.flatnonzero(live & ~stops), occluders))
 
 
-def _zoned(cones: Cones) -> Any:
-    """Which of the beams are read zone by zone (K,)."""
-    return np.asarray(cones.zoned) if isinstance(cones, Optics) else np.zeros(len(cones), bool)
-
-
-def _looks(cones: Cones, k: Any) -> Beam:
+def _looks(cones: Cones, k: Index) -> Beam:
     """The cones around beams ``k`` (K,)."""
     around = cones.around()
     return Beam(*(np.asarray(a)[k] for a in vars(around).values()))
 
 
-def _in_capsules(function: Any, looks: Beam, bodies: Capsules | None, margin: float) -> Any:
+def _in_capsules(
+    function: Callable[..., tuple[Array, Array]],
+    looks: Beam,
+    bodies: Capsules | None,
+    margin: float,
+) -> Any:
     """What ``function`` of beam and capsule finds first (K, N)."""
     if bodies is None:
         return np.full((len(looks.apex), 0), np.inf)
@@ -107,7 +110,7 @@ def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:
     return np.stack(each, axis=1) if each else np.full((len(looks.apex), 0), np.inf)
 
 
-def _stops(cones: Cones, k: Any, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
+def _stops(cones: Cones, k: np.ndarray, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
     """Where sensors are blinded (K,) m, of which ``k`` can be: early and late, the same array where
     not bracketed.
     """
@@ -122,7 +125,9 @@ def _stops(cones: Cones, k: Any, occluders: Occluders, bracketed: bool) -> tuple
     return stops[0], stops[-1]
 
 
-def _shadows(cones: Cones, k: Any, occluders: Occluders) -> tuple[Shadow | None, list, list]:
+def _shadows(
+    cones: Cones, k: np.ndarray, occluders: Occluders
+) -> tuple[Shadow | None, list[int], list[Plane]]:
     """The shadows in beams ``k``: of bodies, the sensor of each, and of obstacles (sensor, normal,
     offset).
     """
@@ -146,7 +151,12 @@ def _shadows(cones: Cones, k: Any, occluders: Occluders) -> tuple[Shadow | None,
 
 
 def _beams(
-    cones: Cones, stop: Any, late: Any, shadows: Shadow | None, sensor: list, planes: list
+    cones: Cones,
+    stop: np.ndarray,
+    late: np.ndarray,
+    shadows: Shadow | None,
+    sensor: list[int],
+    planes: list[Plane],
 ) -> Beams:
     """Shadows of ``sensor`` (S,) and planes (sensor, normal, offset) in the order of their
     sensors.

@@ -11,6 +11,7 @@ ball lies outside. The other rows are worked on in slabs of one size, so that th
 serve every number of poses, sensors and balls.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -18,10 +19,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from ..arrays import dot, namespace, root
-from ..robots.link_bodies import Capsules, gap_to_capsules, segment_to_segment
+from ..arrays import Array
+from ..solids.capsules import Capsules, gap_to_capsules
 from ..solids.cones import cone
 from ..solids.polyhedra import Polyhedron, crossed, polyhedra
+from ..solids.segments import segment_to_segment
+from .ball_in_cone import ball_in_cone
 
 BLOCK = 16  # neighbouring balls that are sought together
 _ROWS, _HITS = 1 << 12, 1 << 13  # rows and pairs worked on at once: some megabytes
@@ -36,62 +39,11 @@ class RangeReadings(NamedTuple):
     point: Float[np.ndarray, "T K 3"]
 
 
-def ball_in_cone(
-    apex: Any, axis: Any, half_angle: Any, range_m: Any, centre: Any, radius: Any
-) -> tuple[Any, Any]:
-    """Nearest point to the apex of a ball's part in a cone with a flat base; all arguments
-    broadcast.
-
-    Ball and cone are convex, so there is one such point, and both are symmetric about the plane
-    through the axis and the ball's centre, so it lies there. In that half-plane, with coordinates
-    along and across the axis, it is
-
-    - the apex, if the ball holds it;
-    - straight towards the centre, if that direction lies in the cone and the ball begins there
-      before the base;
-    - on the base, at the ball's inner edge, if it begins behind the base;
-    - where the cone's edge first meets the ball, if the centre's direction lies outside.
-
-    Args:
-        apex, axis: (..., 3) m and unit.
-        half_angle, range_m: (...) rad in (0, pi/2) and m along the axis.
-        centre, radius: (..., 3) m and (...) m.
-
-    Returns:
-        distance (...) m, infinite where the ball misses the cone, and the point (..., 3) m, of no
-            meaning there.
-    """
-    xp = namespace(centre)
-    cosine, sine = xp.cos(half_angle), xp.sin(half_angle)
-    v = centre - apex
-    along = dot(v, axis)
-    aside = v - along[..., None] * axis
-    across = root(dot(aside, aside))
-    length = root(dot(v, v))
-
-    # distance of the centre from the edge's line, positive outside the cone
-    offset = across * cosine - along * sine
-    straight = offset <= 0
-    share = 1 - radius / xp.where(length > radius, length, radius)
-    before = along * share <= range_m
-    on_base = across - root(radius**2 - (along - range_m) ** 2)
-    reaches_base = (xp.abs(along - range_m) <= radius) & (on_base * cosine <= range_m * sine)
-    edge = along * cosine + across * sine - root(radius**2 - offset**2)
-    meets_edge = (offset <= radius) & (edge >= 0) & (edge * cosine <= range_m)
-
-    x = xp.where(straight, xp.where(before, along * share, range_m), edge * cosine)
-    y = xp.where(straight, xp.where(before, across * share, on_base), edge * sine)
-    inside = length <= radius
-    seen = inside | xp.where(straight, before | reaches_base, meets_edge)
-    reach = xp.where(straight & before, length * share, root(x * x + y * y))
-    distance = xp.where(seen, xp.where(inside, 0.0, reach), xp.inf)
-    x, y = xp.where(inside, 0.0, x), xp.where(inside, 0.0, y)
-    unit = aside / xp.where(across > 0, across, 1.0)[..., None]
-    return distance, apex + x[..., None] * axis + y[..., None] * unit
-
-
 def slabs(
-    function: Any, rows: tuple[Any, ...], fixed: tuple[Any, ...] = (), size: int = _ROWS
+    function: Callable[..., Array],
+    rows: tuple[Array, ...],
+    fixed: tuple[Array, ...] = (),
+    size: int = _ROWS,
 ) -> Any:
     """``function(rows, fixed)`` over slabs of ``size`` rows, the last filled up with its last row:
     one shape for all calls.
@@ -122,7 +74,7 @@ def blocks(
 
 
 @jax.jit
-def _in_cones(rows: Any, fixed: Any) -> Any:
+def _in_cones(rows: tuple[Array, ...], fixed: tuple[Array, ...]) -> Any:
     """Distances (R, BLOCK) of the balls of each row in its cone."""
     apex, axis, half, range_m, centre, radius = rows
     return ball_in_cone(
@@ -131,7 +83,7 @@ def _in_cones(rows: Any, fixed: Any) -> Any:
 
 
 @jax.jit
-def _hidden(rows: Any, fixed: Any) -> Any:
+def _hidden(rows: tuple[Array, ...], fixed: tuple[Array, ...]) -> Any:
     """Does a body or an obstacle stand between an eye and a point, both (R, 3)? Bodies start and
     end (R, N, 3), thick (N,); obstacles' planes (O, M, 3) and (O, M)."""
     eye, point, start, end = rows
@@ -143,7 +95,7 @@ def _hidden(rows: Any, fixed: Any) -> Any:
 
 
 @jax.jit
-def _gaps(rows: Any, fixed: Any) -> Any:
+def _gaps(rows: tuple[Array, ...], fixed: tuple[Array, ...]) -> Any:
     """Least distance (R,) between the balls of each row and the bodies of its pose."""
     centre, radius, start, end = rows
     (thick,) = fixed
@@ -186,7 +138,7 @@ def readings(
             (apex[t], axis[t], half_angle, range_m),
             centre[t],
             radius,
-            bodies and Capsules(bodies.start[t], bodies.end[t], bodies.radius),
+            None if bodies is None else bodies.at(t),
             obstacles,
         )
         for t in some
@@ -195,9 +147,9 @@ def readings(
 
 
 def _read(
-    sensors: Any,
-    centre: Any,
-    radius: Any,
+    sensors: tuple[Array, ...],
+    centre: np.ndarray,
+    radius: np.ndarray,
     bodies: Capsules | None,
     obstacles: tuple[Polyhedron, ...],
 ) -> tuple[Any, Any]:
@@ -229,7 +181,14 @@ def _read(
 
 
 def _hide(
-    found: Any, t: Any, k: Any, g: Any, eyes: Any, balls: Any, bodies: Capsules, obstacles: Any
+    found: np.ndarray,
+    t: np.ndarray,
+    k: np.ndarray,
+    g: np.ndarray,
+    eyes: tuple[Array, ...],
+    balls: tuple[Array, ...],
+    bodies: Capsules,
+    obstacles: tuple[Polyhedron, ...],
 ) -> None:
     """Make the distances ``found`` (R, BLOCK) of hidden balls infinite, as far as that matters.
 
@@ -239,7 +198,7 @@ def _hide(
     stands = polyhedra(obstacles, np.zeros((2, 3)))
     fixed = tuple(jnp.asarray(a) for a in (bodies.radius, stands.normal, stands.offset))
 
-    def test(row: Any, ball: Any) -> Any:
+    def test(row: np.ndarray, ball: np.ndarray) -> Any:
         where = t[row], g[row], ball
         seen = ball_in_cone(
             apex[row], axis[row], half[row], range_m[row], centre[where], size[where[1:]]
@@ -260,7 +219,7 @@ def _hide(
         test(row, ball)
 
 
-def _nearest_rows(near: Any, t: Any, k: Any) -> Any:
+def _nearest_rows(near: np.ndarray, t: np.ndarray, k: np.ndarray) -> Any:
     """Of rows with the distances ``near`` (R,) the index of the nearest for each pose and sensor
     that sees anything.
     """
@@ -278,7 +237,8 @@ def least_gap(
     balls, size = blocks(centre, radius)
     poses, groups = balls.shape[:2]
     t, g = (i.ravel() for i in np.indices((poses, groups)))
-    gap = slabs(
+    gap: np.ndarray = slabs(
         _gaps, (balls[t, g], size[g], bodies.start[t], bodies.end[t]), (jnp.asarray(bodies.radius),)
     )
-    return gap.reshape(poses, groups).min(axis=1).astype(float)
+    least: np.ndarray = gap.reshape(poses, groups).min(axis=1).astype(float)
+    return least

@@ -2,12 +2,10 @@
 see.
 """
 
-from typing import Any
-
 import numpy as np
 from jaxtyping import Float
 
-from ..arrays import dot
+from ..arrays import Array, dot
 from ..solids.shadows import Shadow, behind, nearest_ball, way
 from ..voxels.voxel_bitmask import CORNER, VOXELS, Bitmask, BlockGrid, packed, within
 
@@ -40,7 +38,7 @@ def free_of_shadows(grid: BlockGrid, points: Float[np.ndarray, "N 3"], shadow: S
 
 
 def free_of_planes(
-    grid: BlockGrid, points: Float[np.ndarray, "N 3"], normal: Any, offset: Any
+    grid: BlockGrid, points: Float[np.ndarray, "N 3"], normal: Array, offset: Array
 ) -> Bitmask:
     """Voxels of blocks about ``points`` above any of the planes that bound each block's shadow:
     normal (N, M, 3), offset (N, M) m."""

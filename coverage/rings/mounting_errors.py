@@ -9,20 +9,18 @@ setup has the same errors in every pose.
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from ..arrays import Array, cross, dot, namespace
+from ..choices import Law
 from ..robots.kinematics import forward
 from ..robots.robot import Robot
 from ..solids.cones import Cones
-from ..solids.sensor_beams import optics
 from .ring import Setup, ring_values
 from .ring_kinematics import RingArrays, SensorPoses, ring_arrays, seen_from, sensor_poses
-
-Law = Literal["uniform", "normal"]
 
 
 @dataclass(frozen=True)
@@ -99,7 +97,7 @@ def misplaced(arrays: RingArrays, meant: SensorPoses, errors: Misplaced) -> Sens
     apex, look, centre, along, radial = (v[None] for v in meant)
     xp, dtype, ring = namespace(look), look.dtype, arrays.ring
 
-    def like(values: Any) -> Any:
+    def like(values: Array) -> Any:
         return xp.asarray(values, dtype=dtype)
 
     astray = np.hypot(errors.seat[..., 0], errors.seat[..., 1])
@@ -121,7 +119,7 @@ def misplaced(arrays: RingArrays, meant: SensorPoses, errors: Misplaced) -> Sens
     )
     turn = turn[:, ring]
 
-    def turned(v: Any) -> Any:
+    def turned(v: Array) -> Any:
         """``v`` by the rings' rotations (Rodrigues): exactly itself without one."""
         across = cross(turn, v)
         return v + (sine * across + cosine * cross(turn, across))
@@ -140,7 +138,4 @@ def misplaced_cones(
     here = ring_arrays(robot, setup.rings)
     there = misplaced(here, sensor_poses(here, v.position, v.tilt, v.phase), errors)
     each = zip(*seen_from(here, there, forward(robot.chain, q), up=True), strict=True)
-    return [
-        optics(a, x, here.half_angle, here.range_m, up, here.half_up, here.zoned)
-        for a, x, up in each
-    ]
+    return [here.beams.solids(*seats) for seats in each]

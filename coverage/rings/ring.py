@@ -108,11 +108,6 @@ def sensor_optics(setup: Setup) -> tuple[Float[np.ndarray, " K"], Float[np.ndarr
     within it.
     """
     return (
-        np.concatenate(
-            [
-                np.full(r.count, min(r.sensor.fov, r.sensor.fov_up or r.sensor.fov) / 2)
-                for r in setup.rings
-            ]
-        ),
+        np.concatenate([np.full(r.count, r.sensor.inscribed_half_angle) for r in setup.rings]),
         np.concatenate([np.full(r.count, r.sensor.range_m) for r in setup.rings]),
     )

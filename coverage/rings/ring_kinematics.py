@@ -7,19 +7,19 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import jax
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from ..arrays import Array, cross, dot, namespace, root
 from ..robots.kinematics import forward
 from ..robots.robot import Robot
 from ..solids.cones import Cones
-from ..solids.sensor_beams import optics
-from .ring import Ring, Setup, ring_values, sensor_optics
+from ..solids.sensor_beams import BeamShapes
+from ..trees import tree
+from .ring import Ring, Setup, ring_values
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class RingArrays:
     """R rings and K sensors; a sensor beyond those of the rings has the range minus infinity and
@@ -27,9 +27,7 @@ class RingArrays:
 
     Of rings: frame (R,), index into ``forward``'s frames; start (R, 3) m, axis, zero and side (R,
     3) of the mount; length (R,) m of the mount; radius (R,) m. Of sensors: ring (K,) each belongs
-    to; turn (K,) rad from the first of its ring; half_angle (K,) rad; range_m (K,); half_up (K,)
-    rad, 0 of cones, and zoned (K,), is it read
-    zone by zone; None where all are cones.
+    to; turn (K,) rad from the first of its ring; beams: their shapes (K,).
     """
 
     frame: Int[Array, "*batch R"]
@@ -41,15 +39,12 @@ class RingArrays:
     radius: Float[Array, "*batch R"]
     ring: Int[Array, "*batch K"]
     turn: Float[Array, "*batch K"]
-    half_angle: Float[Array, "*batch K"]
-    range_m: Float[Array, "*batch K"]
-    half_up: Float[Array, "*batch K"] | None = None
-    zoned: Bool[Array, "*batch K"] | None = None
+    beams: BeamShapes
 
 
 def any_square(rings: Iterable[Ring]) -> bool:
     """Has a ring sensors with a square beam?"""
-    return any(r.sensor.fov_up is not None for r in rings)
+    return any(r.sensor.square for r in rings)
 
 
 def ring_arrays(
@@ -68,7 +63,7 @@ def ring_arrays(
     if spare < 0:
         raise ValueError(f"{counts.sum()} sensors do not fit in {sensors}")
 
-    def each(values: Any, nothing: float) -> Any:
+    def each(values: list[float] | np.ndarray, nothing: float) -> Any:
         return np.concatenate(
             [np.repeat(np.asarray(values, float), counts), np.full(spare, nothing)]
         )
@@ -90,10 +85,12 @@ def ring_arrays(
         np.array([r.radius for r in rings]),
         each(np.arange(len(rings)), 0).astype(int),
         turn,
-        each([r.sensor.fov / 2 for r in rings], np.pi / 4),
-        each([r.sensor.range_m for r in rings], -np.inf),
-        each([(r.sensor.fov_up or 0.0) / 2 for r in rings], 0.0) if some_square else None,
-        each([r.sensor.zoned for r in rings], 0.0) > 0 if some_square else None,
+        BeamShapes(
+            each([r.sensor.half_angle for r in rings], np.pi / 4),
+            each([r.sensor.range_m for r in rings], -np.inf),
+            each([r.sensor.half_angle_up for r in rings], 0.0) if some_square else None,
+            each([r.sensor.zoned for r in rings], 0.0) > 0 if some_square else None,
+        ),
     )
 
 
@@ -120,7 +117,7 @@ def sensor_poses(
     """The poses of all sensors; for the arguments see ``ring_axes``."""
     xp, ring = namespace(position), arrays.ring
 
-    def of_sensor(values: Any) -> Any:
+    def of_sensor(values: Array) -> Any:
         return xp.asarray(values, dtype=position.dtype)[ring]
 
     start, axis, zero, side = (
@@ -134,7 +131,7 @@ def sensor_poses(
     return SensorPoses(apex, xp.cos(lean) * radial + xp.sin(lean) * axis, centre, axis, radial)
 
 
-def in_base(arrays: RingArrays, apex: Any, look: Any, frames: Any) -> tuple[Any, Any]:
+def in_base(arrays: RingArrays, apex: Array, look: Array, frames: Array) -> tuple[Any, Any]:
     """Apexes (..., K, 3) m and unit axes (..., K, 3) from the frames of their links to the base
     frame, where the robot's frames are ``frames``, T_base_frame (..., F, 4, 4); leading axes
     broadcast, and are as many."""
@@ -144,7 +141,7 @@ def in_base(arrays: RingArrays, apex: Any, look: Any, frames: Any) -> tuple[Any,
     return origin + dot(rotation, apex), dot(rotation, look)
 
 
-def in_links(arrays: RingArrays, vectors: Any, frames: Any) -> Any:
+def in_links(arrays: RingArrays, vectors: Array, frames: Array) -> Any:
     """Vectors (..., K, 3) of the sensors from the base frame to those of their links; for the
     others see ``in_base``.
     """
@@ -152,7 +149,7 @@ def in_links(arrays: RingArrays, vectors: Any, frames: Any) -> Any:
     return dot(rotation.swapaxes(-1, -2), vectors[..., None, :])
 
 
-def up_of(look: Any, along: Any, radial: Any) -> Any:
+def up_of(look: Array, along: Array, radial: Array) -> Any:
     """Unit ``up`` of square beams (..., 3): across the sensor's axis ``look`` and the ring's
     tangent. For a sensor in its seat the two are across each other; one that looks astray is not
     turned about its own axis."""
@@ -161,7 +158,11 @@ def up_of(look: Any, along: Any, radial: Any) -> Any:
 
 
 def ring_slopes(
-    arrays: RingArrays, here: SensorPoses, by_apex: Any, by_look: Any, by_up: Any = None
+    arrays: RingArrays,
+    here: SensorPoses,
+    by_apex: Array,
+    by_look: Array,
+    by_up: Array | None = None,
 ) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
     """How fast a value grows by the rings' positions, tilts and phases, where it grows by
     ``by_apex`` (..., K, 3), 1/m, by ``by_look`` and by ``by_up`` with what the sensors in their
@@ -187,13 +188,13 @@ def ring_beams(
     position: Float[Array, " R"],
     tilt: Float[Array, " R"],
     phase: Float[Array, " R"],
-    frames: Any,
+    frames: Array,
 ) -> tuple[Any, ...]:
     """As ``ring_axes``, and the unit vectors ``up`` (..., K, 3) of square beams."""
     return seen_from(arrays, sensor_poses(arrays, position, tilt, phase), frames, up=True)
 
 
-def seen_from(arrays: RingArrays, here: SensorPoses, frames: Any, up: bool) -> tuple[Any, ...]:
+def seen_from(arrays: RingArrays, here: SensorPoses, frames: Array, up: bool) -> tuple[Any, ...]:
     """Apexes m and unit axes of sensors in their seats, and with ``up`` the vectors of square
     beams, in the base frame, each with the leading axes of the seats, then those of ``frames``,
     then (K, 3)."""
@@ -202,7 +203,7 @@ def seen_from(arrays: RingArrays, here: SensorPoses, frames: Any, up: bool) -> t
         frames.reshape((1,) * (here.apex.ndim - 2) + frames.shape),
     )
 
-    def beside(v: Any) -> Any:
+    def beside(v: Array) -> Any:
         return v.reshape(*v.shape[:-2], *batch, *v.shape[-2:])
 
     apex, look = beside(here.apex), beside(here.look)
@@ -222,7 +223,7 @@ def ring_axes(
     position: Float[Array, " R"],
     tilt: Float[Array, " R"],
     phase: Float[Array, " R"],
-    frames: Any,
+    frames: Array,
 ) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
     """Apexes (..., K, 3) m and unit axes (..., K, 3) of all sensors in the base frame.
 
@@ -251,7 +252,5 @@ def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cone
     (64-bit NumPy).
     """
     here, v, frames = ring_arrays(robot, setup.rings), ring_values(setup), forward(robot.chain, q)
-    if here.half_up is None:
-        return Cones(*sensor_axes(robot, setup, frames), *sensor_optics(setup))
-    apex, axis, up = ring_beams(here, v.position, v.tilt, v.phase, frames)
-    return optics(apex, axis, here.half_angle, here.range_m, up, here.half_up, here.zoned)
+    seats = sensor_poses(here, v.position, v.tilt, v.phase)
+    return here.beams.solids(*seen_from(here, seats, frames, here.beams.square))

@@ -63,12 +63,5 @@ def _rounded(sensor: Sensor) -> Sensor:
     if sensor.use is not None:
         model = effective(sensor.use).sensor
         return replace(model, board=sensor.board or model.board)
-    up = None if sensor.fov_up is None else math.radians(degrees(sensor.fov_up))
-    return Sensor(
-        math.radians(degrees(sensor.fov)),
-        sensor.range_m,
-        None,
-        up,
-        1 if up is None else sensor.zones,
-        sensor.board,
-    )
+    read_back = sensor.with_angles(lambda angle: math.radians(degrees(angle)))
+    return read_back if read_back.square else replace(read_back, zones=1)

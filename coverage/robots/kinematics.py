@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ..arrays import Array, namespace
+from ..arrays import Array, Vector, namespace
 
 
 @dataclass(frozen=True)
@@ -33,10 +33,21 @@ def rotation_rpy(roll: float, pitch: float, yaw: float) -> Float[np.ndarray, "3 
     x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
     z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    return z @ y @ x
+    rotation: np.ndarray = z @ y @ x
+    return rotation
 
 
-def transform(xyz: Any = (0, 0, 0), rpy: Any = (0, 0, 0)) -> Float[np.ndarray, "4 4"]:
+def rpy_of(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, " 3"]:
+    """URDF's angles of a rotation, rad; where pitch is a quarter turn, only one of the others is of
+    use, and yaw is 0.
+    """
+    pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
+    if math.hypot(R[0, 0], R[1, 0]) < 1e-9:
+        return np.array([math.atan2(-R[1, 2], R[1, 1]), pitch, 0.0])
+    return np.array([math.atan2(R[2, 1], R[2, 2]), pitch, math.atan2(R[1, 0], R[0, 0])])
+
+
+def transform(xyz: Vector = (0, 0, 0), rpy: Vector = (0, 0, 0)) -> Float[np.ndarray, "4 4"]:
     """Homogeneous transform from a translation (3,) m and URDF angles (3,) rad."""
     T = np.eye(4)
     T[:3, :3] = rotation_rpy(*rpy)
@@ -48,10 +59,11 @@ def dh_transform(d: float, a: float, alpha: float) -> Float[np.ndarray, "4 4"]:
     """Denavit-Hartenberg link transform at joint angle 0: along z by d, along x by a, about x by
     alpha (m, m, rad).
     """
-    return transform((0, 0, d)) @ transform((a, 0, 0), (alpha, 0, 0))
+    T: np.ndarray = transform((0, 0, d)) @ transform((a, 0, 0), (alpha, 0, 0))
+    return T
 
 
-def _rotation(axis: Any, angle: Any) -> Any:
+def _rotation(axis: Array, angle: Array) -> Any:
     """Rodrigues' rotation (..., 4, 4) about a constant unit ``axis`` (3,) by ``angle`` (...)
     rad.
     """
@@ -91,7 +103,8 @@ def forward(chain: Chain, q: Float[Array, "*batch J"]) -> Float[Array, "*batch F
         T = T @ origin[j] @ _rotation(chain.axis[j], q[..., j])
         frames.append(T)
     frames.append(T @ origin[-1])
-    return xp.stack(frames, axis=-3)
+    stacked: Array = xp.stack(frames, axis=-3)
+    return stacked
 
 
 def joint_origins(chain: Chain, q: Float[np.ndarray, " J"]) -> Float[np.ndarray, "P 3"]:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from scipy.integrate import quad
 
 from ..solids.swept_tube import Tube
 
@@ -28,11 +27,14 @@ class Piece:
     def point(self, t: Float[np.ndarray, " N"]) -> Float[np.ndarray, "N 3"]:
         """Points at parameters t in [0, 1]."""
         t = t[:, None]
-        if not self.bend:
+        point: np.ndarray
+        if self.bend:
+            a, b, c = self.control
+            point = (1 - t) ** 2 * a + 2 * t * (1 - t) * b + t**2 * c
+        else:
             a, b = self.control
-            return (1 - t) * a + t * b
-        a, b, c = self.control
-        return (1 - t) ** 2 * a + 2 * t * (1 - t) * b + t**2 * c
+            point = (1 - t) * a + t * b
+        return point
 
     def velocity(self, t: Float[np.ndarray, " N"]) -> Float[np.ndarray, "N 3"]:
         """Derivative by t at parameters t in [0, 1]."""
@@ -41,7 +43,8 @@ class Piece:
             a, b = self.control
             return np.broadcast_to(b - a, (len(t), 3)).copy()
         a, b, c = self.control
-        return 2 * (1 - t) * (b - a) + 2 * t * (c - b)
+        velocity: np.ndarray = 2 * (1 - t) * (b - a) + 2 * t * (c - b)
+        return velocity
 
     def speed(self, t: float) -> float:
         """Length of the derivative by t."""
@@ -56,7 +59,10 @@ class PoseCurve:
 
     def arc_length(self) -> float:
         """Length of the curve, m, by adaptive quadrature of the speed."""
-        return sum(quad(piece.speed, 0, 1, limit=200)[0] for piece in self.pieces)
+        from scipy.integrate import quad
+
+        length: float = sum(quad(piece.speed, 0, 1, limit=200)[0] for piece in self.pieces)
+        return length
 
     def discs(
         self, points_per_bend: int
@@ -140,6 +146,8 @@ def washer_volume(
 
     ``outer`` and ``inner`` give the radii, m, at an arc length, m (the paper's washer form).
     """
+    from scipy.integrate import quad
+
     total, travelled = 0.0, 0.0
     for piece in curve.pieces:
         length = quad(piece.speed, 0, 1, limit=200)[0]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..solids.capsules import Rods
+from ..solids.capsules import Capsules
 from .kinematics import forward
 from .robot import BASE, Robot
 from .separation_distance import Safety, Terms, separation, stopping_time
@@ -26,7 +26,7 @@ class Moving:
     """The pieces of a robot's bodies at a moment, base frame: capsules; speed (N,) m/s, at most
     that of any of their points; the number of each piece's body (N,)."""
 
-    rods: Rods
+    rods: Capsules
     speed: Float[np.ndarray, " N"]
     body: np.ndarray
 
@@ -56,7 +56,8 @@ def moving(
     start, end, fast = [], [], []
     for b in robot.bodies:
         T = np.eye(4) if b.frame == BASE else frames[b.frame]
-        points = (b.start + cut * (b.end - b.start)) @ T[:3, :3].T + T[:3, 3]
+        c = b.capsule
+        points = (c.start + cut * (c.end - c.start)) @ T[:3, :3].T + T[:3, 3]
         start.append(points[:-1])
         end.append(points[1:])
         if rate is None:
@@ -70,9 +71,11 @@ def moving(
             np.cross(turning[:, None], points[None] - frames[joints, None, :3, 3]).sum(axis=0),
             axis=1,
         )
-        fast.append(np.maximum(v[:-1], v[1:]) + b.radius * np.linalg.norm(turning.sum(axis=0)))
-    radius = np.repeat([b.radius for b in robot.bodies], PIECES)
-    rods = Rods(np.concatenate(start), np.concatenate(end), radius)
+        fast.append(
+            np.maximum(v[:-1], v[1:]) + b.capsule.radius * np.linalg.norm(turning.sum(axis=0))
+        )
+    radius = np.repeat([b.capsule.radius for b in robot.bodies], PIECES)
+    rods = Capsules(np.concatenate(start), np.concatenate(end), radius)
     return Moving(rods, np.concatenate(fast), np.repeat(np.arange(len(robot.bodies)), PIECES))
 
 
@@ -90,9 +93,9 @@ def distances(robot: Robot, parts: Moving, safety: Safety) -> Terms:
 
 def protective(
     robot: Robot, q: Float[np.ndarray, " J"], rate: Float[np.ndarray, " J"] | None, safety: Safety
-) -> tuple[Rods, Rods]:
+) -> tuple[Capsules, Capsules]:
     """V_P with the robot in it, and the robot's bodies, at a pose. For what it takes and raises see
     ``moving`` and ``distances``."""
     parts = moving(robot, q, rate, safety.speed)
     rods = parts.rods
-    return Rods(rods.start, rods.end, rods.radius + distances(robot, parts, safety).total), rods
+    return Capsules(rods.start, rods.end, rods.radius + distances(robot, parts, safety).total), rods

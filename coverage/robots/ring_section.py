@@ -16,7 +16,7 @@ def tube_of(mount: Mount, bodies: tuple[Body, ...]) -> list[Body]:
     """
     found = []
     for body in bodies:
-        along = body.end - body.start
+        along = body.capsule.end - body.capsule.start
         length = float(np.linalg.norm(along))
         if body.frame == mount.frame and length > 0 and abs(along @ mount.axis) > _ALONG * length:
             found.append(body)
@@ -33,9 +33,10 @@ def surrounded(mount: Mount, bodies: tuple[Body, ...]) -> float:
     it stands, and the tubes that stand for it, in the middle of the usable stretch."""
     at, found = sum(mount.usable) / 2 * mount.length, mount.aside + mount.section
     for body in tube_of(mount, bodies):
-        ends = (np.stack([body.start, body.end]) - mount.start) @ axes_of(mount).T
+        ends = (np.stack([body.capsule.start, body.capsule.end]) - mount.start) @ axes_of(mount).T
         places = ends[0] + np.linspace(0, 1, _PLACES)[:, None] * (ends[1] - ends[0])
         ahead, off = np.abs(places[:, 0] - at), np.hypot(places[:, 1], places[:, 2])
-        reach = off + np.sqrt(np.maximum(body.radius**2 - ahead**2, 0.0))
-        found = max(found, float(np.max(reach, where=ahead < body.radius, initial=0.0)))
+        radius = body.capsule.radius
+        reach = off + np.sqrt(np.maximum(radius**2 - ahead**2, 0.0))
+        found = max(found, float(np.max(reach, where=ahead < radius, initial=0.0)))
     return found

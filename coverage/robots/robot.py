@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
+from ..solids.capsules import Capsules
 from .kinematics import Chain
 
 _ROUNDING = 1e-8  # rad, by which an angle of a file may be over its limit
@@ -44,15 +45,14 @@ class Mount:
 
 @dataclass(frozen=True)
 class Body:
-    """A capsule that stands for a part of the robot: all points within ``radius`` m of the segment
-    from ``start`` to ``end`` (3,) m, both in frame ``frame`` of ``forward``'s, or in the base frame
-    where that is ``BASE``."""
+    """A capsule that stands for a part of the robot."""
 
     name: str
+    """What messages and exports call it."""
     frame: int
-    start: Float[np.ndarray, " 3"]
-    end: Float[np.ndarray, " 3"]
-    radius: float
+    """Index into ``forward``'s frames, or ``BASE``: the base frame."""
+    capsule: Capsules
+    """A single one, in that frame."""
 
 
 @dataclass(frozen=True)

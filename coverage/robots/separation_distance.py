@@ -11,6 +11,8 @@ import bisect
 from dataclasses import dataclass
 from typing import Any
 
+from ..arrays import Numbers
+
 WALKING = 1.6  # m/s, ISO 13855: approach of the whole body
 # Largest stopping time, s, by the limit set on the TCP's speed, m/s: UR10 CB3 manual, section
 # 1.6.2.
@@ -84,7 +86,7 @@ def stopping_time(safety: Safety, robot: str, fastest: float) -> float:
     return table[place][1]
 
 
-def separation(safety: Safety, speed: Any, stopping: float) -> Terms:
+def separation(safety: Safety, speed: Numbers, stopping: float) -> Terms:
     """The separation distance from parts that move at ``speed``, m/s, a number or an array, towards
     the person, and stop within ``stopping`` s."""
     return Terms(

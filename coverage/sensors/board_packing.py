@@ -64,7 +64,8 @@ class Pocket:
         """How far the pocket stays from the ring's axis, m, on a ring of ``radius`` m at tilts (T,)
         rad.
         """
-        return radius - self.deep * np.cos(tilt) - self.high * np.abs(np.sin(tilt))
+        gap: np.ndarray = radius - self.deep * np.cos(tilt) - self.high * np.abs(np.sin(tilt))
+        return gap
 
 
 def pockets(board: Board, printing: Printing) -> tuple[Pocket, Pocket]:
@@ -123,7 +124,8 @@ def most_boards(
     """The largest count of a ring of ``radius`` m at tilts (T,) rad, pockets at least ``inside`` m
     from its axis; 0 where there is no place for any."""
     first, second = (_counts(p, printing, radius, tilt, inside) for p in pockets(board, printing))
-    return np.maximum(first, second)
+    count: np.ndarray = np.maximum(first, second)
+    return count
 
 
 @lru_cache(maxsize=256)

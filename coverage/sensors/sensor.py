@@ -1,7 +1,8 @@
 """One Time-of-Flight unit."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 from .boards import Board
 
@@ -35,16 +36,47 @@ class Sensor:
     board: Board | None = None
 
     @property
+    def square(self) -> bool:
+        """Is the beam a pyramid, not a cone?"""
+        return self.fov_up is not None
+
+    @property
     def zoned(self) -> bool:
         """Is the beam read zone by zone?"""
-        return self.fov_up is not None and self.zones > 1
+        return self.square and self.zones > 1
+
+    @property
+    def half_angle(self) -> float:
+        """Half angle of the beam along its ring, rad; in every direction where it is a cone."""
+        return self.fov / 2
+
+    @property
+    def half_angle_up(self) -> float:
+        """Half angle of a square beam along its ring's axis, rad; 0 where it is a cone."""
+        return 0.0 if self.fov_up is None else self.fov_up / 2
+
+    @property
+    def inscribed_half_angle(self) -> float:
+        """Half angle of the widest cone within the beam, rad: the smaller one of a pyramid's."""
+        return self.half_angle if self.fov_up is None else min(self.fov, self.fov_up) / 2
+
+    @property
+    def circumscribed_half_angle(self) -> float:
+        """Half angle of the narrowest cone around the beam, rad: through a pyramid's corners."""
+        return math.atan(math.hypot(math.tan(self.half_angle), math.tan(self.half_angle_up)))
+
+    def with_angles(self, change: Callable[[float], float]) -> "Sensor":
+        """The sensor with each of its full angles, rad, replaced by ``change`` of it."""
+        up = None if self.fov_up is None else change(self.fov_up)
+        return replace(self, fov=change(self.fov), fov_up=up)
 
     @property
     def volume(self) -> float:
         """Volume of the beam, m^3: 0.1737 for the paper's sensor."""
-        if self.fov_up is not None:
-            return 4 / 3 * self.range_m**3 * math.tan(self.fov / 2) * math.tan(self.fov_up / 2)
-        return math.pi / 3 * self.range_m**3 * math.tan(self.fov / 2) ** 2
+        wide, high = math.tan(self.half_angle), math.tan(self.half_angle_up)
+        if self.square:
+            return 4 / 3 * self.range_m**3 * wide * high
+        return math.pi / 3 * self.range_m**3 * wide**2
 
 
 PAPER_SENSOR = Sensor()

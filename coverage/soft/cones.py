@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from ..arrays import dot
+from ..arrays import Array, Index, Numbers, dot
 from ..solids.cones import Cones, cone
 
 _PIECE = {"cpu": 16}  # beams a block worked on at once: in cache on a CPU,
@@ -51,23 +51,23 @@ class SoftBeams:
             for a, nothing in zip(made_of, (0, 0, 0, 0, -jnp.inf), strict=True)
         )
 
-    def near(self, blocks: Any, width: Any, cut: Any) -> Near:
+    def near(self, blocks: tuple[Array, ...], width: Numbers, cut: Numbers) -> Near:
         """The beams that come within ``cut`` widths of each block."""
         index, pieces = self._in_pieces(self._reach(blocks, width, cut))
 
-        def beams_of(j: Any) -> tuple[Any, tuple[Any, ...]]:
+        def beams_of(j: Index) -> tuple[Any, tuple[Any, ...]]:
             chosen = index(j)
             return chosen, tuple(a[chosen] for a in self.parts)
 
         return Near(*pieces, beams_of)
 
-    def _reach(self, blocks: Any, width: Any, cut: Any) -> Any:
+    def _reach(self, blocks: tuple[Array, ...], width: Numbers, cut: Numbers) -> Any:
         """Which beams come near which block: (g, K)."""
         _, weight, centre, radius = blocks
         gap = cone(centre[:, None], *(a[None, :-1] for a in self.parts[:5])) - radius[:, None]
         return (gap < cut * width) & (weight[:, :1] > 0)
 
-    def _in_pieces(self, near: Any) -> tuple[Callable[[Any], Any], tuple[Any, int]]:
+    def _in_pieces(self, near: Array) -> tuple[Callable[[Any], Any], tuple[Any, int]]:
         """Of the near beams of each block (g, K), those of piece j as a function, and how many
         pieces there are and may be."""
         k = self.count
@@ -77,7 +77,7 @@ class SoftBeams:
         pieces = -(-near.sum(axis=1).max() // piece), index.shape[1] // piece
         return lambda j: jax.lax.dynamic_slice_in_dim(index, j * piece, piece, axis=1), pieces
 
-    def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
+    def pairs(self, points: Array, some: Any, width: Numbers) -> tuple[Any, ...]:
         """For g blocks of B points against c cones each, all (g, c, B): f / width, is f the side's
         (not the base's), distance along the axis, and 1 over the distance from the axis, 0 on it.
         """
@@ -91,7 +91,7 @@ class SoftBeams:
         side, base = square * inverse * cosine - d * sine, d - range_m
         return jnp.maximum(side, base) * (1 / width), side >= base, d, inverse
 
-    def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
+    def slopes(self, points: Array, some: Any, pull: Array, *geometry: Array) -> Any:
         """Gradient (g, c, columns) by apex and axis, where the sum over points grows by ``pull``
         (g, c, B) with each f.
 
@@ -110,12 +110,12 @@ class SoftBeams:
         by_axis = v3 - (v2 - dot(v2, axis)[..., None] * axis)
         return jnp.concatenate([by_apex, by_axis], axis=2)
 
-    def pulled_back(self, slope: Any) -> tuple[Any, ...]:
+    def pulled_back(self, slope: Array) -> tuple[Any, ...]:
         """Gradient by the apexes and by the axes (K, 3) from that by all columns (K, columns)."""
         return slope[:, :3], slope[:, 3:6]
 
 
-def by_apex(pull: Any, slopes: tuple[Any, Any, Any], columns: int) -> Any:
+def by_apex(pull: Array, slopes: tuple[Array, Array, Array], columns: int) -> Any:
     """Gradient (g, c, columns), of which the first three are by the apex: where the sum over points
     grows by ``pull`` (g, c, B) with what has these slopes (g, c, B) along x, y and z."""
     found = jnp.stack([(pull * slope).sum(axis=2) for slope in slopes], axis=2)

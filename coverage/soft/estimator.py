@@ -17,6 +17,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Float
 
+from ..arrays import Array, Index, Numbers
 from ..solids.cones import Cones
 from .cones import Near, SoftBeams
 from .obstacle_occlusion import InCell
@@ -46,7 +47,9 @@ AddGroup = Callable[..., tuple[Any, Any]]
 Seen = Cones | Hidden | InCell
 
 
-def soft_zeta(seen: Seen, cloud: Cloud, width: Any, cut: Any = CUT, slopes: Any = True) -> Soft:
+def soft_zeta(
+    seen: Seen, cloud: Cloud, width: Numbers, cut: Numbers = CUT, slopes: Numbers = True
+) -> Soft:
     """Soft zeta of ``cloud`` under the cones ``seen`` and its gradient, group by group of blocks in
     bounded memory.
 
@@ -71,9 +74,9 @@ def over_groups(
     add: AddGroup,
     seen: Seen,
     cloud: Cloud,
-    width: Any,
-    cut: Any,
-    slopes: Any,
+    width: Numbers,
+    cut: Numbers,
+    slopes: Numbers,
     zetas: tuple[int, ...] = (),
 ) -> Soft:
     """What ``soft_zeta`` does, with another ``add_group``, which may add up a whole array of zetas
@@ -82,14 +85,14 @@ def over_groups(
     beams, (n, _) = soft_beams(seen), cloud.weight.shape
     group = min(_GROUP.get(jax.default_backend(), _GROUP_ELSEWHERE), n)
 
-    def whole_groups(a: Any) -> Any:
+    def whole_groups(a: Array) -> Any:
         return jnp.pad(jnp.asarray(a), ((0, -n % group), *((0, 0),) * (a.ndim - 1)))
 
     blocks = tuple(
         whole_groups(a) for a in (cloud.points, cloud.weight, cloud.centre, cloud.radius)
     )
 
-    def one(i: Any, total: Any) -> Any:
+    def one(i: Index, total: Array) -> Any:
         some = tuple(jax.lax.dynamic_slice_in_dim(a, i * group, group) for a in blocks)
         return add(beams, beams.near(some, width, cut), some, width, slopes, *total)
 
@@ -108,11 +111,11 @@ def over_groups(
 def add_group(
     beams: SoftBeams,
     near: Near,
-    blocks: Any,
-    width: Any,
-    slopes: Any,
-    unseen_before: Any,
-    slope_before: Any,
+    blocks: tuple[Array, ...],
+    width: Numbers,
+    slopes: Numbers,
+    unseen_before: Array,
+    slope_before: Array,
 ) -> tuple[Any, Any]:
     """Add a group of g blocks: the sum of prod(1 - p), and ``width`` times its gradient (K + 1,
     columns) by what beams are made of.
@@ -122,13 +125,13 @@ def add_group(
     """
     points, weight, *_ = blocks
 
-    def multiply(j: Any, product: Any) -> Any:
+    def multiply(j: Index, product: Array) -> Any:
         t, *_ = beams.pairs(points, near.beams_of(j)[1], width)
         return product * free_and_occupied(t)[0].prod(axis=1)
 
     unseen = jax.lax.fori_loop(0, near.pieces, multiply, weight)
 
-    def differentiate(j: Any, slope: Any) -> Any:
+    def differentiate(j: Index, slope: jax.Array) -> Any:
         chosen, some = near.beams_of(j)
         t, *geometry = beams.pairs(points, some, width)
         pull = unseen[:, None] * free_and_occupied(t)[1]
@@ -138,7 +141,7 @@ def add_group(
     return unseen_before + unseen.sum(), jax.lax.fori_loop(0, end, differentiate, slope_before)
 
 
-def free_and_occupied(t: Any) -> tuple[Any, Any]:
+def free_and_occupied(t: Array) -> tuple[Any, Any]:
     """1 - p and p = sigmoid(-t) for any t: the exponential cannot overflow, and neither is a
     difference.
     """

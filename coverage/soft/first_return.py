@@ -12,9 +12,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from ..arrays import dot, root
+from ..arrays import Array, dot, root
 from ..occlusion.first_return import Beam, cone_gap, meeting_points
-from ..robots.link_bodies import Capsules
+from ..solids.capsules import Capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import Polyhedron, largest
 
@@ -45,7 +45,7 @@ def _by_obstacle(looks: Beam, body: Polyhedron) -> Any:
     """
     beam = Beam(*(a[:, None] for a in looks))
 
-    def stop(points: Any) -> Any:
+    def stop(points: Array) -> Any:
         v = points - beam.apex
         beside, outside = cone_gap(beam, points), largest(points, body.normal, body.offset)
         return root(dot(v, v)) + GRAZE * (jnp.maximum(beside, 0.0) + jnp.maximum(outside, 0.0))

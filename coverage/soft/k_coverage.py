@@ -18,13 +18,14 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
+from ..arrays import Array, Index, Numbers
 from .cones import Near, SoftBeams
 from .estimator import CUT, Seen, Soft, free_and_occupied, over_groups, soft_zeta
 from .sampling import Cloud
 
 
 def soft_seen(
-    seen: Seen, cloud: Cloud, width: Any, least: int, cut: Any = CUT, slopes: Any = True
+    seen: Seen, cloud: Cloud, width: Numbers, least: int, cut: Numbers = CUT, slopes: Numbers = True
 ) -> Soft:
     """Soft share of ``cloud`` that at least ``least`` cones see, and its gradient; ``least`` of 1
     is ``soft_zeta``.
@@ -41,7 +42,7 @@ def soft_seen(
     return over_groups(partial(_add_group, least), seen, cloud, width, cut, slopes)
 
 
-def _one_more(law: Any, free_occupied: Any) -> tuple[Any, Any]:
+def _one_more(law: Array, free_occupied: tuple[Array, ...]) -> tuple[Any, Any]:
     """The chances (n, g, B) of 0 ... n - 1 cones after one cone more, which is free of or holds by
     (g, B); and before.
     """
@@ -50,7 +51,7 @@ def _one_more(law: Any, free_occupied: Any) -> tuple[Any, Any]:
     return law * free[None] + shifted * occupied[None], law
 
 
-def _along(beams: SoftBeams, near: Near, points: Any, j: Any, width: Any) -> Any:
+def _along(beams: SoftBeams, near: Near, points: Array, j: Index, width: Numbers) -> Any:
     """Chances of piece ``j`` (c, g, B), cone by cone."""
     t, *geometry = beams.pairs(points, near.beams_of(j)[1], width)
     return tuple(jnp.moveaxis(a, 1, 0) for a in free_and_occupied(t)), geometry
@@ -60,11 +61,11 @@ def _add_group(
     least: int,
     beams: SoftBeams,
     near: Near,
-    blocks: Any,
-    width: Any,
-    slopes: Any,
-    unseen_before: Any,
-    slope_before: Any,
+    blocks: tuple[Array, ...],
+    width: Numbers,
+    slopes: Numbers,
+    unseen_before: Array,
+    slope_before: Array,
 ) -> tuple[Any, Any]:
     """Add a group of g blocks: the sum of the chances of fewer than ``least`` cones, and ``width``
     times its gradient.
@@ -75,7 +76,7 @@ def _add_group(
     points, weight, *_ = blocks
     nothing = jnp.zeros((least, *weight.shape), weight.dtype).at[0].set(1)
 
-    def forward(j: Any, state: Any) -> Any:
+    def forward(j: Index, state: tuple[jax.Array, ...]) -> Any:
         law, kept = state
         chances, _ = _along(beams, near, points, j, width)
         after, _ = jax.lax.scan(_one_more, law, chances)
@@ -84,7 +85,7 @@ def _add_group(
     kept = jnp.zeros((near.most, *nothing.shape), weight.dtype)
     law, kept = jax.lax.fori_loop(0, near.pieces, forward, (nothing, kept))
 
-    def backward(i: Any, state: Any) -> Any:
+    def backward(i: Index, state: tuple[jax.Array, ...]) -> Any:
         later, slope = state
         j = near.pieces - 1 - i
         chances, geometry = _along(beams, near, points, j, width)

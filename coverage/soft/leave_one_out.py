@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Float, Int
 
-from ..arrays import Array
+from ..arrays import Array, Index, Numbers
 from .cones import Near, SoftBeams
 from .estimator import CUT, Seen, Soft, free_and_occupied, over_groups
 from .sampling import Cloud
@@ -24,10 +24,10 @@ def soft_losses(
     seen: Seen,
     group: Int[Array, " K"],
     cloud: Cloud,
-    width: Any,
+    width: Numbers,
     weights: Float[jax.Array, " G"],
-    cut: Any = CUT,
-    slopes: Any = True,
+    cut: Numbers = CUT,
+    slopes: Numbers = True,
 ) -> Soft:
     """Soft zeta (G,) after the loss of each group, and the gradient of their sum by ``weights``.
 
@@ -40,10 +40,10 @@ def soft_losses(
     return over_groups(add, seen, cloud, width, cut, slopes, weights.shape)
 
 
-def _all_but_one(products: Any) -> Any:
+def _all_but_one(products: jax.Array) -> Any:
     """For each of G factors (G, ...) the product of the others."""
 
-    def one_more(product: Any, factor: Any) -> tuple[Any, Any]:
+    def one_more(product: jax.Array, factor: jax.Array) -> tuple[Any, Any]:
         return product * factor, product
 
     _, before = jax.lax.scan(one_more, jnp.ones_like(products[0]), products)
@@ -52,15 +52,15 @@ def _all_but_one(products: Any) -> Any:
 
 
 def _add_group(
-    group: Any,
-    weights: Any,
+    group: Array,
+    weights: Array,
     beams: SoftBeams,
     near: Near,
-    blocks: Any,
-    width: Any,
-    slopes: Any,
-    unseen_before: Any,
-    slope_before: Any,
+    blocks: tuple[Array, ...],
+    width: Numbers,
+    slopes: Numbers,
+    unseen_before: Array,
+    slope_before: Array,
 ) -> tuple[Any, Any]:
     """Add a group of g blocks: the sums (G,) of what is unseen after each loss, and ``width`` times
     the gradient.
@@ -68,7 +68,7 @@ def _add_group(
     points, weight, *_ = blocks
     row = jnp.arange(len(weight))[:, None]
 
-    def multiply(j: Any, products: Any) -> Any:
+    def multiply(j: Index, products: jax.Array) -> Any:
         chosen, some = near.beams_of(j)
         t, *_ = beams.pairs(points, some, width)
         return products.at[group[chosen], row].multiply(free_and_occupied(t)[0])
@@ -79,7 +79,7 @@ def _add_group(
     weighted = weights[:, None, None] * unseen
     others = jnp.moveaxis(weighted.sum(axis=0)[None] - weighted, 0, 1)
 
-    def differentiate(j: Any, slope: Any) -> Any:
+    def differentiate(j: Index, slope: jax.Array) -> Any:
         chosen, some = near.beams_of(j)
         t, *geometry = beams.pairs(points, some, width)
         own = jax.nn.one_hot(group[chosen], len(weights), dtype=t.dtype)

@@ -15,7 +15,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from ..arrays import dot
+from ..arrays import Array, Index, Numbers, dot
 from ..solids.cones import Cones
 from ..solids.polyhedra import NOWHERE, Polyhedron, polyhedron_shadow
 from ..solids.sensor_beams import Optics
@@ -33,7 +33,7 @@ class InCell:
     obstacles: tuple[Polyhedron, ...]
 
 
-def _turns(apex: Any, body: Polyhedron) -> tuple[Any, Any]:
+def _turns(apex: Array, body: Polyhedron) -> tuple[Any, Any]:
     """How the planes of ``polyhedron_shadow`` turn: vectors w (K, M, 3) 1/m and numbers c (K, M),
     such that a plane of normal n says w . p - c times n less of a point p for each metre that the
     apex moves."""
@@ -51,7 +51,7 @@ class CellBeams(SoftBeams):
     those that have any; None: of all."""
 
     def __init__(
-        self, inner: SoftBeams, obstacles: tuple[Polyhedron, ...], shadowed: Any = None
+        self, inner: SoftBeams, obstacles: tuple[Polyhedron, ...], shadowed: Array | None = None
     ) -> None:
         self._inner = inner
         self.cones, self.count, self.columns = inner.cones, inner.count, inner.columns
@@ -70,11 +70,11 @@ class CellBeams(SoftBeams):
                 )
             )
 
-    def near(self, blocks: Any, width: Any, cut: Any) -> Near:
+    def near(self, blocks: tuple[Array, ...], width: Numbers, cut: Numbers) -> Near:
         """See ``SoftBeams``."""
         inner = self._inner.near(blocks, width, cut)
 
-        def beams_of(j: Any) -> tuple[Any, tuple[Any, ...]]:
+        def beams_of(j: Index) -> tuple[Any, tuple[Any, ...]]:
             chosen, some = inner.beams_of(j)
             return chosen, (
                 *some[:1],
@@ -84,7 +84,7 @@ class CellBeams(SoftBeams):
 
         return Near(inner.pieces, inner.most, beams_of)
 
-    def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
+    def pairs(self, points: Array, some: Any, width: Numbers) -> tuple[Any, ...]:
         """As of ``SoftBeams``, and where an obstacle hides a point, and the slopes of that by the
         apex.
         """
@@ -100,18 +100,18 @@ class CellBeams(SoftBeams):
         hidden = most / width
         return jnp.maximum(t, hidden), *geometry, hidden > t, *slopes
 
-    def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
+    def slopes(self, points: Array, some: Any, pull: Array, *geometry: Array) -> Any:
         """See ``SoftBeams``."""
         *of_inner, hidden, x, y, z = geometry
         found = self._inner.slopes(points, some[2], jnp.where(hidden, 0, pull), *of_inner)
         return found + by_apex(jnp.where(hidden, pull, 0), (x, y, z), found.shape[2])
 
-    def pulled_back(self, slope: Any) -> tuple[Any, ...]:
+    def pulled_back(self, slope: Array) -> tuple[Any, ...]:
         """See ``SoftBeams``."""
         return self._inner.pulled_back(slope)
 
 
-def _largest(points: Any, normal: Any, offset: Any, w: Any, c: Any) -> tuple[Any, ...]:
+def _largest(points: Array, normal: Array, offset: Array, w: Array, c: Array) -> tuple[Any, ...]:
     """Of planes (g, c, M, ...) the largest at points (g, B, 3), (g, c, B) m, and by how much less
     it is for each metre that the apex moves along x, y and z."""
     p = points[:, None]

@@ -11,7 +11,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from ..arrays import cross, dot
+from ..arrays import Array, Numbers, cross, dot
 from ..solids.sensor_beams import Optics
 from .cones import SoftBeams
 
@@ -39,12 +39,12 @@ class SquareBeams(SoftBeams):
         )
         self.parts = (*self.parts, *more)
 
-    def _reach(self, blocks: Any, width: Any, cut: Any) -> Any:
+    def _reach(self, blocks: tuple[Array, ...], width: Numbers, cut: Numbers) -> Any:
         _, weight, centre, radius = blocks
         gap = self.cones.part(centre[:, None], jnp.arange(self.count)[None]) - radius[:, None]
         return (gap < cut * width) & (weight[:, :1] > 0)
 
-    def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
+    def pairs(self, points: Array, some: Any, width: Numbers) -> tuple[Any, ...]:
         """For g blocks of B points against c beams each, all (g, c, B): f / width, and by how much
         f grows per m across a cone's axis (over the distance from it), along the axis, along side
         and along up; and the distance along the axis."""
@@ -52,7 +52,7 @@ class SquareBeams(SoftBeams):
         v = tuple(points[:, None, :, i] - apex[:, :, i] for i in range(3))
         side = jnp.moveaxis(cross(some[5], some[1]), -1, 0)[..., None]
 
-        def along(e: Any) -> Any:
+        def along(e: Array | list[Array]) -> Any:
             return v[0] * e[0] + v[1] * e[1] + v[2] * e[2]
 
         d, x, y = (
@@ -85,7 +85,7 @@ class SquareBeams(SoftBeams):
             d,
         )
 
-    def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
+    def slopes(self, points: Array, some: Any, pull: Array, *geometry: Array) -> Any:
         """Gradient (g, c, 9) by apex, axis and up; see ``SoftBeams``."""
         apex, axis, up = some[0], some[1], some[5]
         across, along, by_side, by_up, d = geometry
@@ -101,6 +101,6 @@ class SquareBeams(SoftBeams):
         by_axis = v3 - (v2 - dot(v2, axis)[..., None] * axis) + cross(v4, up)
         return jnp.concatenate([by_apex, by_axis, v5 + cross(axis, v4)], axis=2)
 
-    def pulled_back(self, slope: Any) -> tuple[Any, ...]:
+    def pulled_back(self, slope: Array) -> tuple[Any, ...]:
         """Gradient by the apexes, the axes and the ups (K, 3)."""
         return *super().pulled_back(slope), slope[:, 6:9]

@@ -18,12 +18,13 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from ..arrays import dot, root
+from ..arrays import Array, Index, Numbers, dot, root
 from ..occlusion.first_return import Beam, capsule_gap
 from ..occlusion.model import Occlusion
-from ..robots.link_bodies import Capsules, from_segment
+from ..solids.capsules import Capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import Polyhedron
+from ..solids.segments import from_segment
 from ..solids.sensor_beams import Optics
 from ..solids.shadows import capsule_shadow, nearest_ball
 from .cones import Near, SoftBeams, by_apex
@@ -69,7 +70,7 @@ class HiddenBeams(SoftBeams):
         if self.stops:
             self.columns += 1
 
-            def stop_of(apex: Any, axis: Any) -> Any:
+            def stop_of(apex: Array, axis: Array) -> Any:
                 stop = soft_stop(replace(around, apex=apex, axis=axis), self.bodies, obstacles)
                 return stop if zoned is None else jnp.where(zoned, jnp.inf, stop)
 
@@ -77,7 +78,7 @@ class HiddenBeams(SoftBeams):
             self.parts = (*self.parts, jnp.append(stop, jnp.zeros(1, stop.dtype)))
         if not self.shadows:
             return
-        start, end, radius = (a[None] for a in self.bodies)
+        start, end, radius = (a[None] for a in self.bodies.arrays())
         looks = Beam(*(a[:, None] for a in vars(around).values()))
         matters = capsule_gap(looks, start, end, radius, steps=_STEPS)[0] < _MARGIN
         depth, _ = self._depth(cones.apex[:, None], start, end, radius)
@@ -90,7 +91,7 @@ class HiddenBeams(SoftBeams):
         pairs = jnp.argsort(~matters.ravel(), stable=True).astype(jnp.int32)
         self._pairs = jnp.pad(pairs, (0, -len(pairs) % _PAIRS))
 
-    def near(self, blocks: Any, width: Any, cut: Any) -> Near:
+    def near(self, blocks: tuple[Array, ...], width: Numbers, cut: Numbers) -> Near:
         """See ``SoftBeams``. A beam that a body hides from a whole block is left out of it, and of
         the others only those blocks that a shadow reaches are looked at point by point: what it
         says there, and its slopes, stand ready."""
@@ -100,7 +101,7 @@ class HiddenBeams(SoftBeams):
         near, (g, size) = self._reach(blocks, width, cut), weight.shape
         bodies, count = self._matters.shape[1], self._matters.sum()
 
-        def look(i: Any, state: Any) -> tuple[Any, Any, Any]:
+        def look(i: Index, state: tuple[jax.Array, ...]) -> tuple[Any, Any, Any]:
             hidden, todo, number = state
             some = jax.lax.dynamic_slice_in_dim(self._pairs, i * _PAIRS, _PAIRS)
             beam, body = some // bodies, some % bodies
@@ -122,7 +123,7 @@ class HiddenBeams(SoftBeams):
         start = jnp.zeros_like(near), todo, jnp.zeros((), jnp.int32)
         hidden, todo, number = jax.lax.fori_loop(0, -(-count // _PAIRS), look, start)
 
-        def say(i: Any) -> tuple[Any, Any, Any]:
+        def say(i: Index) -> tuple[Any, Any, Any]:
             """Of the i-th few: which rows of beams at blocks, what the bodies say there, and the
             slopes.
             """
@@ -137,7 +138,7 @@ class HiddenBeams(SoftBeams):
             )
             return row, value[:, 0], [slope[:, 0] for slope in slopes]
 
-        def tell(i: Any, told: Any) -> Any:
+        def tell(i: Index, told: tuple[jax.Array, ...]) -> Any:
             row, value, slopes = say(i)
             most, *sums = told
             after = most.at[row].max(value, mode="drop")
@@ -159,17 +160,17 @@ class HiddenBeams(SoftBeams):
         slopes = [slope / jnp.maximum(equal, 1) for slope in slopes]
         index, pieces = self._in_pieces(near & ~hidden)
 
-        def beams_of(j: Any) -> tuple[Any, tuple[Any, ...]]:
+        def beams_of(j: Index) -> tuple[Any, tuple[Any, ...]]:
             chosen = index(j)
             row = jnp.arange(g, dtype=chosen.dtype)[:, None] * (self.count + 1) + chosen
             return chosen, (*(a[chosen] for a in self.parts), *(a[row] for a in (most, *slopes)))
 
         return Near(*pieces, beams_of)
 
-    def _reach(self, blocks: Any, width: Any, cut: Any) -> Any:
+    def _reach(self, blocks: tuple[Array, ...], width: Numbers, cut: Numbers) -> Any:
         return self.free._reach(blocks, width, cut)
 
-    def _value(self, apex: Any, points: Any, body: Any) -> tuple[Any, Any]:
+    def _value(self, apex: Array, points: Array, body: Index) -> tuple[Any, Any]:
         """What a body of each cone (g, c) says of points (g, B): (g, c, B) m, above 0 where it
         hides them; and its three slopes by the apex.
 
@@ -201,13 +202,13 @@ class HiddenBeams(SoftBeams):
         )
 
     @staticmethod
-    def _depth(apex: Any, start: Any, end: Any, radius: Any) -> tuple[Any, Any]:
+    def _depth(apex: Array, start: Array, end: Array, radius: Numbers) -> tuple[Any, Any]:
         """How deep apexes (..., 3) stand in bodies, m, and which way is out (..., 3)."""
         v = from_segment(apex, start, end)
         length = root(dot(v, v))
         return radius - length, v / jnp.where(length > 0, length, 1.0)[..., None]
 
-    def pairs(self, points: Any, some: Any, width: Any) -> tuple[Any, ...]:
+    def pairs(self, points: Array, some: Any, width: Numbers) -> tuple[Any, ...]:
         """As of ``SoftBeams``, and where something hides a point, and the slopes of that by the
         apex.
         """
@@ -222,7 +223,7 @@ class HiddenBeams(SoftBeams):
         most = most * (1 / width)
         return jnp.maximum(t, most), *geometry, most > t, *slopes
 
-    def _past(self, points: Any, some: Any) -> tuple[Any, ...]:
+    def _past(self, points: Array, some: Any) -> tuple[Any, ...]:
         """How far points lie past where beams are stopped (g, c, B) m, and the slopes of that by
         the apex.
         """
@@ -231,7 +232,7 @@ class HiddenBeams(SoftBeams):
         by = (-v[..., i] / jnp.where(length > 0, length, 1.0) for i in range(3))
         return length - some[len(self.free.parts)][..., None], *by
 
-    def slopes(self, points: Any, some: Any, pull: Any, *geometry: Any) -> Any:
+    def slopes(self, points: Array, some: Any, pull: Array, *geometry: Array) -> Any:
         """See ``SoftBeams``; where beams are stopped the last column is the slope by the distance
         where they end.
         """
@@ -243,7 +244,7 @@ class HiddenBeams(SoftBeams):
             jnp.concatenate([found, -pull.sum(axis=2)[..., None]], axis=2) if self.stops else found
         )
 
-    def pulled_back(self, slope: Any) -> tuple[Any, ...]:
+    def pulled_back(self, slope: Array) -> tuple[Any, ...]:
         """See ``SoftBeams``. Where a beam is not stopped, its distance is a constant, which passes
         nothing on.
         """
@@ -259,6 +260,6 @@ def _(seen: Hidden) -> SoftBeams:
     return HiddenBeams(seen)
 
 
-def _for_points(a: Any, ndim: int) -> Any:
+def _for_points(a: Array, ndim: int) -> Any:
     """Values of (g, c) or (g, c, 3 or 2) with an axis for the points between."""
     return a[..., None] if a.ndim == ndim - 1 else a[..., None, :]

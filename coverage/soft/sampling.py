@@ -4,13 +4,13 @@ at once.
 
 from dataclasses import dataclass
 
-import jax
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.stats import qmc
 
 from ..arrays import Array
-from ..solids.base import Parts, Solid, fold
+from ..solids.base import VALUES, Solid, fold, leaves
+from ..trees import tree
+from .sobol import sobol
 
 _BATCH = 1 << 10  # candidates tested at once: in cache
 _MOST = 32_000 * _BATCH  # candidates
@@ -25,11 +25,9 @@ def _inside(solid: Solid, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, 
     """Which points lie inside, but for those on a surface: NumPy is done before a compiler would
     have begun.
     """
-
-    def verdicts(parts: Parts) -> Float[np.ndarray, " N"]:
-        return np.where(parts.holds(points), -1.0, 1.0)
-
-    return fold(solid, verdicts) < 0
+    verdicts = [np.where(parts.holds(points), -1.0, 1.0) for parts in leaves(solid)]
+    inside: np.ndarray = fold(solid, verdicts, VALUES) < 0
+    return inside
 
 
 def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
@@ -48,11 +46,11 @@ def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
         EmptySolidError: if hardly any candidate is inside.
     """
     low, high = solid.bounds()
-    sequence = qmc.Sobol(3, seed=seed)
+    blocks = sobol(_BATCH, seed)
     found: list[np.ndarray] = []
     total = tried = 0
     while tried < _FIRST or total * _MOST > count * tried:
-        candidates = low + (high - low) * sequence.random(_BATCH)
+        candidates = low + (high - low) * next(blocks)
         hits = candidates[_inside(solid, candidates)]
         found.append(hits)
         total, tried = total + len(hits), tried + _BATCH
@@ -66,7 +64,7 @@ def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
 BLOCK = 64  # points a block
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Cloud:
     """Points in n blocks of B: points (n, B, 3) m, weight (n, B): 1 for a point and 0 for padding;

@@ -7,16 +7,17 @@ union is min, intersection is max,
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import reduce
-from typing import Any, Protocol, runtime_checkable
+from operator import and_, neg, or_
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
-import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..arrays import Array, namespace
+from ..arrays import Array, Index, namespace
+from ..trees import tree
 from .volume_fraction import VolumeFraction
 
 
@@ -38,7 +39,7 @@ class Parts(ABC):
     def __len__(self) -> int: ...
 
     @abstractmethod
-    def part(self, points: Any, index: Any) -> Any:
+    def part(self, points: Array, index: Index) -> Any:
         """Implicit function of part ``index[k]`` at ``points[k]``: (P, 3), (P,) -> (P,); shapes
         broadcast.
         """
@@ -51,11 +52,14 @@ class Parts(ABC):
         fuses them all.
         """
         xp = namespace(points)
+        least: Array
         if len(self) == 0:
-            return xp.full(points.shape[:1], float("inf"), dtype=points.dtype)
-        if xp is not np:
-            return self.part(points[:, None, :], np.arange(len(self))[None]).min(axis=1)
-        return reduce(np.minimum, (self.part(points, i) for i in range(len(self))))
+            least = xp.full(points.shape[:1], float("inf"), dtype=points.dtype)
+        elif xp is not np:
+            least = self.part(points[:, None, :], np.arange(len(self))[None]).min(axis=1)
+        else:
+            least = reduce(np.minimum, (self.part(points, i) for i in range(len(self))))
+        return least
 
     def holds(self, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
         """Which points lie in the union."""
@@ -104,7 +108,37 @@ class Parts(ABC):
         """
 
 
-@jax.tree_util.register_dataclass
+V = TypeVar("V")
+
+
+@dataclass(frozen=True)
+class Algebra(Generic[V]):
+    """How values of two solids combine to that of their combination: implicit functions, truth
+    values, bounds of volumes.
+    """
+
+    union: Callable[[V, V], V]
+    intersection: Callable[[V, V], V]
+    complement: Callable[[V], V]
+
+
+def _least(a: Array, b: Array) -> Array:
+    least: Array = namespace(a).minimum(a, b)
+    return least
+
+
+def _largest(a: Array, b: Array) -> Array:
+    largest: Array = namespace(a).maximum(a, b)
+    return largest
+
+
+VALUES: Algebra[Any] = Algebra(_least, _largest, neg)
+"""Of arrays: implicit functions, and verdicts (-1 inside, 0 undecided, 1 outside)."""
+LOGIC: Algebra[Any] = Algebra(or_, and_, neg)
+"""Of types with the operators ``|``, ``&`` and ``-``."""
+
+
+@tree
 @dataclass(frozen=True)
 class _Combination:
     """Two solids joined by a rule on their values; subclasses name the rule and the box."""
@@ -112,33 +146,35 @@ class _Combination:
     a: Solid
     b: Solid
 
-    def combine(self, a: Any, b: Any) -> Any:
+    def combine(self, a: V, b: V, algebra: Algebra[V]) -> V:
+        """The value of the combination from those of ``a`` and ``b``."""
         raise TypeError(f"{type(self).__name__} has no rule of combination")
 
     def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
-        return self.combine(self.a(points), self.b(points))
+        value: Array = self.combine(self.a(points), self.b(points), VALUES)
+        return value
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Union(_Combination):
     """Points in ``a`` or in ``b``: min."""
 
-    def combine(self, a: Any, b: Any) -> Any:
-        return namespace(a).minimum(a, b)
+    def combine(self, a: V, b: V, algebra: Algebra[V]) -> V:
+        return algebra.union(a, b)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         a, b = self.a.bounds(), self.b.bounds()
         return np.stack([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Intersection(_Combination):
     """Points in ``a`` and in ``b``: max."""
 
-    def combine(self, a: Any, b: Any) -> Any:
-        return namespace(a).maximum(a, b)
+    def combine(self, a: V, b: V, algebra: Algebra[V]) -> V:
+        return algebra.intersection(a, b)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         a, b = self.a.bounds(), self.b.bounds()
@@ -146,30 +182,50 @@ class Intersection(_Combination):
         return np.stack([lower, np.maximum(lower, np.minimum(a[1], b[1]))])
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Difference(_Combination):
     """Points in ``a`` and not inside ``b``: max(a, -b). The surface of ``b`` belongs to the
     difference.
     """
 
-    def combine(self, a: Any, b: Any) -> Any:
-        return namespace(a).maximum(a, -b)
+    def combine(self, a: V, b: V, algebra: Algebra[V]) -> V:
+        return algebra.intersection(a, algebra.complement(b))
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         return self.a.bounds()
 
 
-def fold(solid: Solid, leaf: Callable[[Parts], Any]) -> Any:
-    """Combine ``leaf(parts)`` over the tree of ``solid`` by its own rules of min and max.
+def leaves(solid: Solid) -> list[Parts]:
+    """The unions of parts at the leaves of the solid's tree, left to right: the order in which
+    ``fold`` takes their values, and in which cells keep their pairs.
 
-    ``leaf`` may return implicit values or verdicts (-1 inside, 0 undecided, 1 outside): both obey
-    the same algebra.
+    Raises:
+        TypeError: if the solid is neither a union of parts nor a combination of solids.
     """
     if isinstance(solid, _Combination):
-        return solid.combine(fold(solid.a, leaf), fold(solid.b, leaf))
+        return leaves(solid.a) + leaves(solid.b)
     if isinstance(solid, Parts):
-        return leaf(solid)
+        return [solid]
     raise TypeError(
         f"{type(solid).__name__} is neither a union of parts nor a combination of solids"
     )
+
+
+def fold(solid: Solid, values: Sequence[V], algebra: Algebra[V]) -> V:
+    """The value of a solid from those of its ``leaves``, one each and in their order.
+
+    Raises:
+        ValueError: if there are more or fewer values than leaves.
+    """
+    rest = iter(values)
+
+    def value_of(branch: Solid) -> V:
+        if isinstance(branch, _Combination):
+            a = value_of(branch.a)
+            return branch.combine(a, value_of(branch.b), algebra)
+        return next(rest)
+
+    if len(values) != len(leaves(solid)):
+        raise ValueError(f"{len(values)} values for {len(leaves(solid))} leaves")
+    return value_of(solid)

@@ -1,46 +1,74 @@
-"""A union of capsules: all points within a radius of segments."""
+"""Capsules: all points within a radius of segments."""
 
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from ..arrays import Array, dot, namespace, root, rows
+from ..arrays import Array, Index, Numbers, dot, root, rows
+from ..trees import tree
 from .base import Parts
+from .segments import from_segment, point_to_segment
 from .volume_fraction import VolumeFraction, distance_tangent, union_bounds
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
-class Rods(Parts):
-    """Capsules: start and end (K, 3) m of their axes, radius (K,) m. The distance from a segment
-    less a radius is a signed distance, hence 1-Lipschitz; the distance from a convex body has a
-    curvature of at most its reciprocal."""
+class Capsules(Parts):
+    """A union of N capsules, the same in each of a batch of poses (...); or, of no shape, a single
+    one.
 
-    start: Float[Array, "K 3"]
-    end: Float[Array, "K 3"]
-    radius: Float[Array, " K"]
+    The distance from a segment less a radius is a signed distance, hence 1-Lipschitz; the distance
+    from a convex body has a curvature of at most its reciprocal.
+    """
+
+    start: Float[Array, "*shape 3"]
+    """Where the axes start, (..., N, 3) m."""
+    end: Float[Array, "*shape 3"]
+    """Where the axes end, (..., N, 3) m."""
+    radius: Any
+    """Radii, (N,) m; a number of a single one."""
 
     def __len__(self) -> int:
-        return self.start.shape[0]
+        return self.start.shape[-2]
 
-    def _away(self, points: Any, index: Any) -> Any:
-        """The way (..., 3) m from the nearest point of the segment ``index``."""
-        xp = namespace(points)
-        start = rows(self.start, index)
-        v, along = points - start, rows(self.end, index) - start
-        square = dot(along, along)
-        t = xp.clip(dot(v, along) / xp.where(square > 0, square, 1.0), 0.0, 1.0)
-        return v - t[..., None] * along
+    def arrays(self) -> tuple[Any, Any, Any]:
+        """Starts, ends and radii."""
+        return self.start, self.end, self.radius
 
-    def part(self, points: Any, index: Any) -> Any:
+    def at(self, pose: Index | slice) -> "Capsules":
+        """Those of some poses of a batch: a number, a slice or numbers."""
+        return Capsules(self.start[pose], self.end[pose], self.radius)
+
+    @property
+    def volume(self) -> Any:
+        """Volume of each capsule, (..., N) m^3."""
+        length = root(dot(self.end - self.start, self.end - self.start))
+        return np.pi * self.radius**2 * (length + 4 / 3 * self.radius)
+
+    def distance(self, points: Array) -> Any:
+        """Signed distance m of ``points`` (..., 3) m from each capsule, negative inside; points and
+        capsules broadcast.
+        """
+        return point_to_segment(points, self.start, self.end) - self.radius
+
+    def _away(self, points: Array, index: Index) -> Any:
+        """The way (..., 3) m from the nearest point of the axis of part ``index``."""
+        return from_segment(points, rows(self.start, index), rows(self.end, index))
+
+    def part(self, points: Array, index: Index) -> Any:
         v = self._away(points, index)
         return root(dot(v, v)) - self.radius[index]
 
     def shares(
-        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
     ) -> VolumeFraction:
         """See ``Parts.shares``."""
         t = distance_tangent(self._away(points, index), self.radius[index], side)
@@ -54,3 +82,15 @@ class Rods(Parts):
         )
         lower, upper = np.minimum(start, end) - radius, np.maximum(start, end) + radius
         return np.stack([lower.min(axis=0), upper.max(axis=0)])
+
+
+def gap_to_capsules(points: Array, start: Array, end: Array, radius: Numbers) -> Any:
+    """Signed distance (...) m of ``points`` (..., 3) from the nearest of N capsules, negative
+    inside one.
+
+    Args:
+        points: (..., 3) m.
+        start, end: (..., N, 3) m, where ... broadcasts against that of ``points``.
+        radius: (..., N) m.
+    """
+    return Capsules(start, end, radius).distance(points[..., None, :]).min(axis=-1)

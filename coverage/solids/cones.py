@@ -3,16 +3,18 @@
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 
-from ..arrays import Array, dot, namespace, root, rows
+from ..arrays import Array, Index, Numbers, dot, namespace, root, rows
+from ..trees import tree
 from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, away, curvature, union_bounds
 
 
-def cone(points: Any, apex: Any, axis: Any, cosine: Any, sine: Any, range_m: Any) -> Any:
+def cone(
+    points: Array, apex: Array, axis: Array, cosine: Numbers, sine: Numbers, range_m: Numbers
+) -> Any:
     """Implicit function of a right circular cone with a flat base; all arguments broadcast.
 
     The region {0 <= d <= range, rho <= d tan a} with d along the unit axis, rho the distance from
@@ -48,7 +50,7 @@ def cone(points: Any, apex: Any, axis: Any, cosine: Any, sine: Any, range_m: Any
     return namespace(points).maximum(side, d)
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Cones(Parts):
     """A union of cones with flat bases: the field of view of K sensors.
@@ -64,7 +66,7 @@ class Cones(Parts):
     def __len__(self) -> int:
         return self.apex.shape[0]
 
-    def part(self, points: Any, index: Any) -> Any:
+    def part(self, points: Array, index: Index) -> Any:
         xp = namespace(self.half_angle)
         cosine, sine = xp.cos(self.half_angle)[index], xp.sin(self.half_angle)[index]
         return cone(
@@ -77,7 +79,11 @@ class Cones(Parts):
         )
 
     def each_share(
-        self, points: Any, index: Any, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        index: Int[np.ndarray, " P"],
+        side: float,
+        slack: float,
     ) -> tuple[VolumeFraction, Any, Any]:
         """Bounds of the share of each pair's cube in its cone, and a plane below the cone's side:
         value and normal at the cube's centre. The side, rho cos a - d sin a, is convex and curves
@@ -107,8 +113,38 @@ class Cones(Parts):
         """Cones that hold each part: themselves."""
         return self
 
+    def is_square(self) -> Bool[np.ndarray, " K"]:
+        """Which parts are pyramids: none."""
+        return np.zeros(len(self), bool)
+
+    def is_zoned(self) -> Bool[np.ndarray, " K"]:
+        """Which parts are read zone by zone: none."""
+        return np.zeros(len(self), bool)
+
+    def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
+        """The corners of part ``k``'s section at ``length`` m along its axis, as seen from the axis
+        there, m, in their order around it: a cone has none.
+        """
+        return np.zeros((0, 3))
+
+    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        """Points m spread evenly over part ``k``, by numbers in the unit cube."""
+        axis, d = self.axis[k], self.range_m[k] * unit[:, 0] ** (1 / 3)
+        across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+        across /= np.linalg.norm(across)
+        rho, turn = d * np.tan(self.half_angle[k]) * np.sqrt(unit[:, 1]), 2 * np.pi * unit[:, 2]
+        aside = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * np.cross(axis, across)
+        point: np.ndarray = self.apex[k] + d[:, None] * axis + rho[:, None] * aside
+        return point
+
     def shares(
-        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
     ) -> VolumeFraction:
         """See ``Parts.shares``."""
         return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)

@@ -9,12 +9,11 @@ the planes through the apex and an edge between a face that looks at it and one 
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.spatial import ConvexHull, QhullError
 
-from ..arrays import Array, dot, namespace
+from ..arrays import Array, Index, Vector, dot, namespace
+from ..trees import tree
 from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, union_bounds
 
@@ -22,7 +21,7 @@ _DIGITS = 7  # of normals: faces of a hull that agree to these are one
 NOWHERE = 1e9  # m, offset that makes a plane function of normal 0 never count
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Polyhedron:
     """Points p with ``normal . p <= offset`` for all F faces, normal (F, 3) unit, offset (F,) m.
@@ -37,7 +36,8 @@ class Polyhedron:
     def __call__(self, points: Float[Array, "*batch 3"]) -> Float[Array, "*batch"]:
         """Implicit function (...) m: at most 0 inside, 1-Lipschitz."""
         each = dot(points[..., None, :], self.normal) - self.offset
-        return each.max(axis=-1)
+        farthest: Array = each.max(axis=-1)
+        return farthest
 
 
 def half_space(height: float) -> Polyhedron:
@@ -48,7 +48,7 @@ def half_space(height: float) -> Polyhedron:
     )
 
 
-def box(centre: Any, size: Any, rotation: Any = None) -> Polyhedron:
+def box(centre: Vector, size: Vector, rotation: np.ndarray | None = None) -> Polyhedron:
     """A box: centre (3,) m, sides ``size`` (3,) m along the columns of ``rotation`` (3, 3).
 
     Raises:
@@ -84,6 +84,8 @@ def hull(points: Float[np.ndarray, "N 3"]) -> Polyhedron:
     Raises:
         ValueError: if the points lie in a plane.
     """
+    from scipy.spatial import ConvexHull, QhullError
+
     try:
         found = ConvexHull(points)
     except (QhullError, ValueError) as error:
@@ -146,7 +148,7 @@ def polyhedron_shadow(
     )
 
 
-def largest(points: Any, normal: Any, offset: Any) -> Any:
+def largest(points: Array, normal: Array, offset: Array) -> Any:
     """The largest plane function (...) m at ``points`` (..., 3) m of planes (..., M, 3) and (...,
     M); shapes broadcast.
     """
@@ -157,7 +159,7 @@ def largest(points: Any, normal: Any, offset: Any) -> Any:
     return value
 
 
-def crossed(a: Any, b: Any, normal: Any, offset: Any) -> Any:
+def crossed(a: Array, b: Array, normal: Array, offset: Array) -> Any:
     """Do segments ``a``-``b`` (..., 3) m meet polyhedra of planes (..., M, 3) and (..., M)? Clipped
     plane by plane; shapes broadcast."""
     xp = namespace(a)
@@ -192,7 +194,7 @@ def planes_share(
     return total
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Polyhedra(Parts):
     """A union of convex polyhedra. normal (K, M, 3), offset (K, M): planes, filled up with normals
@@ -205,11 +207,17 @@ class Polyhedra(Parts):
     def __len__(self) -> int:
         return len(self.offset)
 
-    def part(self, points: Any, index: Any) -> Any:
+    def part(self, points: Array, index: Index) -> Any:
         return largest(points, self.normal[index], self.offset[index])
 
     def shares(
-        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
     ) -> VolumeFraction:
         """See ``Parts.shares``: each face is a plane."""
         normal, offset = np.asarray(self.normal)[index], np.asarray(self.offset)[index]

@@ -3,17 +3,23 @@
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from ..arrays import Array, cross, dot, namespace, rows
+from ..arrays import Array, Index, Numbers, cross, dot, namespace, rows
+from ..trees import tree
 from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, union_bounds
 
 
 def pyramid(
-    points: Any, apex: Any, axis: Any, up: Any, half: Any, half_up: Any, range_m: Any
+    points: Array,
+    apex: Array,
+    axis: Array,
+    up: Array,
+    half: Numbers,
+    half_up: Numbers,
+    range_m: Numbers,
 ) -> Any:
     """Implicit function of a pyramid with a flat base; all arguments broadcast.
 
@@ -38,7 +44,7 @@ def pyramid(
     return xp.maximum(xp.maximum(*sides), d - range_m)
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Pyramids(Parts):
     """A union of pyramids with flat bases: apex (K, 3) m, axis and up (K, 3) unit and across each
@@ -55,13 +61,15 @@ class Pyramids(Parts):
     def __len__(self) -> int:
         return self.apex.shape[0]
 
-    def part(self, points: Any, index: Any) -> Any:
+    def part(self, points: Array, index: Index) -> Any:
         apex, axis, up = (rows(a, index) for a in (self.apex, self.axis, self.up))
         return pyramid(
             points, apex, axis, up, self.half_angle[index], self.half_up[index], self.range_m[index]
         )
 
-    def planes(self, points: Any, index: Any) -> tuple[Any, Any]:
+    def planes(
+        self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"]
+    ) -> tuple[Any, Any]:
         """Values (5, P) m at ``points`` (P, 3) and normals (5, P, 3) of the five planes of pyramid
         ``index`` (P,).
         """
@@ -75,8 +83,29 @@ class Pyramids(Parts):
                 normals.append(sign * c[:, None] * across - s[:, None] * axis)
         return np.stack(values), np.stack(normals)
 
+    def ways(
+        self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
+    ) -> Float[np.ndarray, "P N 3"]:
+        """Ways from the apex of each pyramid ``index`` through places of its section, -1 to 1 from
+        side to side, across ``up`` and along it; 1 m along the axis.
+        """
+        axis, up, half, half_up = (
+            np.asarray(a) for a in (self.axis, self.up, self.half_angle, self.half_up)
+        )
+        x = place[..., 0] * np.tan(half[index])[:, None]
+        y = place[..., 1] * np.tan(half_up[index])[:, None]
+        side = cross(up, axis)[index, None]
+        corner: np.ndarray = (
+            axis[index, None] + x[..., None] * side + y[..., None] * up[index, None]
+        )
+        return corner
+
     def each_share(
-        self, points: Any, index: Any, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        index: Int[np.ndarray, " P"],
+        side: float,
+        slack: float,
     ) -> tuple[VolumeFraction, Any, Any]:
         """Bounds of the share of each pair's cube in its pyramid, and the furthest of its planes:
         value and normal at the cube's centre. All five surfaces are planes: nothing curves. Most
@@ -97,7 +126,13 @@ class Pyramids(Parts):
         return share, values[furthest, at], normals[furthest, at]
 
     def shares(
-        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
     ) -> VolumeFraction:
         """See ``Parts.shares``."""
         return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)

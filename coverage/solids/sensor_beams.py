@@ -4,19 +4,56 @@ one setup.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
-import jax
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
-from ..arrays import Array, namespace, rows
+from ..arrays import Array, Index, Numbers, cross, namespace, rows
+from ..trees import mapped, tree
 from .cones import Cones, cone
 from .pyramids import Pyramids, pyramid
 from .volume_fraction import VolumeFraction
 
 
-@jax.tree_util.register_dataclass
+def _rows_where(which: Bool[np.ndarray, " K"], values: Array) -> np.ndarray:
+    some: np.ndarray = np.asarray(values)[which]
+    return some
+
+
+class BeamShapes(NamedTuple):
+    """Shapes of the beams of K sensors, whose seats are known elsewhere."""
+
+    half_angle: Float[Array, "*batch K"]
+    """Half angles, rad, in (0, pi/2); of a square beam that along its ring."""
+    range_m: Float[Array, "*batch K"]
+    """Ranges, m; minus infinity: a sensor that sees nothing."""
+    half_up: Float[Array, "*batch K"] | None = None
+    """Half angles of square beams along ``up``, rad; 0 of cones. None: there are no others."""
+    zoned: Bool[Array, "*batch K"] | None = None
+    """Which beams are read zone by zone; None beside a ``half_up`` of None."""
+
+    @property
+    def square(self) -> bool:
+        """May some beams be square, so that they need an ``up``?"""
+        return self.half_up is not None
+
+    def solids(self, apex: Array, axis: Array, up: Array | None = None) -> Cones:
+        """V_FOV of sensors at ``apex`` (K, 3) m that look along ``axis`` (K, 3), whose square beams
+        have ``up`` (K, 3): plain cones where none may be square, which are sooner counted.
+
+        Raises:
+            ValueError: if some may be square, and there is no ``up``.
+        """
+        if self.half_up is None:
+            return Cones(apex, axis, self.half_angle, self.range_m)
+        if up is None or self.zoned is None:
+            raise ValueError("square beams need a vector across their axes, and what they report")
+        return Optics(apex, axis, self.half_angle, self.range_m, up, self.half_up, self.zoned)
+
+
+@tree
 @dataclass(frozen=True)
 class Optics(Cones):
     """Cones of which some are pyramids, numbered together: a part with half_up (K,) rad above 0 is
@@ -28,21 +65,22 @@ class Optics(Cones):
     half_up: Float[Array, " K"]
     zoned: Bool[Array, " K"]
 
-    def part(self, points: Any, index: Any) -> Any:
+    def part(self, points: Array, index: Index) -> Any:
         half, half_up, range_m = self.half_angle[index], self.half_up[index], self.range_m[index]
         apex, axis, up = (rows(a, index) for a in (self.apex, self.axis, self.up))
         return beam(points, apex, axis, half, range_m, up, half_up)
 
-    def _by_shape(self, index: Any) -> tuple[tuple[Any, Cones | Pyramids], ...]:
+    def _by_shape(self, index: Index) -> tuple[tuple[Any, Cones | Pyramids], ...]:
         """Which pairs have which shape, and the union of that shape; both numbered as here."""
-        square = np.asarray(self.half_up)[index] > 0
+        square = self.is_square()[index]
         round_ = Cones(self.apex, self.axis, self.half_angle, self.range_m)
-        square_ = Pyramids(
-            self.apex, self.axis, self.half_angle, self.range_m, self.up, self.half_up
-        )
-        return (~square, round_), (square, square_)
+        return (~square, round_), (square, self.pyramids())
 
-    def split(self, index: Any, work: Callable[[Any, Any], Any]) -> list[Any]:
+    def pyramids(self) -> Pyramids:
+        """The parts as pyramids, of which those are meant that are."""
+        return Pyramids(self.apex, self.axis, self.half_angle, self.range_m, self.up, self.half_up)
+
+    def split(self, index: Index, work: Callable[[Any, Any], Any]) -> list[Any]:
         """``work(which pairs, union)`` for each of the shapes that occur among pairs of part
         ``index`` (P,).
         """
@@ -53,7 +91,11 @@ class Optics(Cones):
         ]
 
     def each_share(
-        self, points: Any, index: Any, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        index: Int[np.ndarray, " P"],
+        side: float,
+        slack: float,
     ) -> tuple[VolumeFraction, Any, Any]:
         """See ``Cones.each_share``: each pair by its shape."""
         n = len(index)
@@ -63,7 +105,7 @@ class Optics(Cones):
             np.zeros((n, 3)),
         )
 
-        def fill(k: Any, shape: Cones | Pyramids) -> None:
+        def fill(k: Index, shape: Cones | Pyramids) -> None:
             found, value[k], normal[k] = shape.each_share(rows(points, k), index[k], side, slack)
             share.low[k], share.high[k] = found.low, found.high
 
@@ -78,14 +120,42 @@ class Optics(Cones):
             self.apex, self.axis, xp.where(self.half_up > 0, corner, self.half_angle), self.range_m
         )
 
+    def is_square(self) -> Bool[np.ndarray, " K"]:
+        """Which parts are pyramids."""
+        return np.asarray(self.half_up) > 0
+
+    def is_zoned(self) -> Bool[np.ndarray, " K"]:
+        """Which parts are read zone by zone."""
+        return np.asarray(self.zoned)
+
+    def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
+        """See ``Cones.corners_across``: four of a pyramid."""
+        if not self.half_up[k] > 0:
+            return super().corners_across(k, length)
+        up, axis = self.up[k], self.axis[k]
+        x = length * np.tan(self.half_angle[k]) * cross(up, axis)
+        y = length * np.tan(self.half_up[k]) * up
+        return np.array([x + y, y - x, -x - y, x - y])
+
+    def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        """See ``Cones.within``."""
+        if not self.half_up[k] > 0:
+            return super().within(k, unit)
+        axis, up, d = self.axis[k], self.up[k], self.range_m[k] * unit[:, 0] ** (1 / 3)
+        wide, high = (
+            np.tan(half[k]) * (2 * unit[:, i] - 1)
+            for i, half in ((1, self.half_angle), (2, self.half_up))
+        )
+        along = axis + wide[:, None] * cross(up, axis) + high[:, None] * up
+        point: np.ndarray = self.apex[k] + d[:, None] * along
+        return point
+
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        square = np.asarray(self.half_up) > 0
+        square = self.is_square()
         boxes = []
         for which, parts in self._by_shape(np.arange(len(self))):
             if which.any():
-                boxes.append(
-                    jax.tree.map(lambda a, which=which: np.asarray(a)[which], parts).bounds()
-                )
+                boxes.append(mapped(partial(_rows_where, which), parts).bounds())
         return (
             np.stack([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]])
             if len(square)
@@ -93,21 +163,18 @@ class Optics(Cones):
         )
 
 
-def beam(points: Any, apex: Any, axis: Any, half: Any, range_m: Any, up: Any, half_up: Any) -> Any:
+def beam(
+    points: Array,
+    apex: Array,
+    axis: Array,
+    half: Numbers,
+    range_m: Numbers,
+    up: Array,
+    half_up: Array,
+) -> Any:
     """Implicit function of a cone, or of a pyramid where ``half_up`` is above 0; for the arguments
     see ``pyramid``.
     """
     xp = namespace(half_up)
     round_ = cone(points, apex, axis, xp.cos(half), xp.sin(half), range_m)
     return xp.where(half_up > 0, pyramid(points, apex, axis, up, half, half_up, range_m), round_)
-
-
-def optics(
-    apex: Any, axis: Any, half: Any, range_m: Any, up: Any, half_up: Any, zoned: Any
-) -> Cones:
-    """V_FOV of K sensors: plain cones where no beam is square, which are sooner counted. half_up
-    None: there is none.
-    """
-    if half_up is None:
-        return Cones(apex, axis, half, range_m)
-    return Optics(apex, axis, half, range_m, up, half_up, zoned)

@@ -17,10 +17,10 @@ rays through its ends (bounded by cones about the end's balls). Each of these is
 
 from typing import Any, NamedTuple
 
-import jax
 from jaxtyping import Float
 
-from ..arrays import Array, cross, dot, namespace, root, rows
+from ..arrays import Array, Index, Numbers, cross, dot, namespace, root, rows
+from ..trees import mapped
 
 # of radius over distance: an apex this near to a body's surface counts as that far from it
 _STEEPEST = 1 - 1e-9
@@ -52,23 +52,26 @@ class Shadow(NamedTuple):
     far_growth: Float[Array, "*batch"]
     flat: Float[Array, "*batch"]
 
-    def rows(self, index: Any) -> "Shadow":
+    def rows(self, index: Index) -> "Shadow":
         """Those of ``index``, where there is one axis of shadows."""
-        return jax.tree.map(lambda a: rows(a, index) if a.ndim == 2 else a[index], self)
+        some: Shadow = mapped(lambda a: rows(a, index) if a.ndim == 2 else a[index], self)
+        return some
 
 
-def _perpendicular(v: Any) -> Any:
+def _perpendicular(v: Array) -> Any:
     """A unit vector (..., 3) across the unit vectors ``v`` (..., 3)."""
     xp = namespace(v)
     x, y, z = (v[..., i] for i in range(3))
     nil = xp.zeros_like(x)
     flat = xp.where(
-        (abs(x) < 0.7)[..., None], xp.stack([nil, -z, y], axis=-1), xp.stack([z, nil, -x], axis=-1)
+        (xp.abs(x) < 0.7)[..., None],
+        xp.stack([nil, -z, y], axis=-1),
+        xp.stack([z, nil, -x], axis=-1),
     )
     return flat / root(dot(flat, flat))[..., None]
 
 
-def _unit(v: Any, instead: Any) -> tuple[Any, Any]:
+def _unit(v: Array, instead: Array) -> tuple[Any, Any]:
     """Length (...) and direction (..., 3) of ``v``; another direction where its length is next to
     nothing.
     """
@@ -78,7 +81,7 @@ def _unit(v: Any, instead: Any) -> tuple[Any, Any]:
     return length, xp.where(some[..., None], v / xp.where(some, length, 1.0)[..., None], instead)
 
 
-def capsule_shadow(apex: Any, start: Any, end: Any, radius: Any) -> Shadow:
+def capsule_shadow(apex: Array, start: Array, end: Array, radius: Numbers) -> Shadow:
     """The shadows behind capsules, seen from apexes outside of them; all broadcast, NumPy or JAX,
     differentiable.
 
@@ -90,7 +93,7 @@ def capsule_shadow(apex: Any, start: Any, end: Any, radius: Any) -> Shadow:
     xp = namespace(apex)
     shape = xp.broadcast_shapes(apex.shape, start.shape, end.shape, (*xp.shape(radius), 3))
     apex, start, end = (xp.broadcast_to(a, shape) for a in (apex, start, end))
-    radius = xp.broadcast_to(xp.asarray(radius, dtype=apex.dtype), shape[:-1])
+    thick = xp.broadcast_to(xp.asarray(radius, dtype=apex.dtype), shape[:-1])
     to_start = start - apex
     _, towards = _unit(
         to_start, xp.broadcast_to(xp.asarray([0.0, 0.0, 1.0], dtype=apex.dtype), shape)
@@ -105,8 +108,8 @@ def capsule_shadow(apex: Any, start: Any, end: Any, radius: Any) -> Shadow:
         reach = root(place * place + height * height)
         safe = xp.where(reach > 0, reach, 1.0)
         rays.append(xp.stack([place / safe, height / safe], axis=-1))
-        growths.append(xp.clip(radius / safe, 0.0, _STEEPEST))
-    flat = radius / xp.where(height > radius / 2, height, radius / 2)
+        growths.append(xp.clip(thick / safe, 0.0, _STEEPEST))
+    flat = thick / xp.where(height > thick / 2, height, thick / 2)
     (near_ray, far_ray), (near_growth, far_growth) = rays, growths
     return Shadow(
         apex,
@@ -116,7 +119,7 @@ def capsule_shadow(apex: Any, start: Any, end: Any, radius: Any) -> Shadow:
         near,
         far,
         height,
-        radius,
+        thick,
         near_ray,
         far_ray,
         near_growth,
@@ -125,7 +128,7 @@ def capsule_shadow(apex: Any, start: Any, end: Any, radius: Any) -> Shadow:
     )
 
 
-def _gain(growth: Any) -> Any:
+def _gain(growth: Numbers) -> Any:
     """How much further than the nearest place the best one lies, per metre of distance, where radii
     grow by ``growth``.
     """
@@ -155,7 +158,7 @@ def way(ball: Ball, shadow: Shadow) -> Any:
     return sum(length[:, None] * direction for length, direction in parts)
 
 
-def nearest_ball(points: Any, shadow: Shadow) -> Ball:
+def nearest_ball(points: Array, shadow: Shadow) -> Ball:
     """Of all balls that make up a shadow the one with the least signed distance from each of
     ``points`` (..., 3) m; the shapes broadcast."""
     xp = namespace(points)
@@ -199,7 +202,7 @@ def nearest_ball(points: Any, shadow: Shadow) -> Ball:
     )
 
 
-def behind(points: Any, shadow: Shadow) -> Any:
+def behind(points: Array, shadow: Shadow) -> Any:
     """Implicit function (...) m of shadows at ``points`` (..., 3) m: negative where a body hides
     the point, 1-Lipschitz and convex; the shapes broadcast. The region that is visible is that of
     ``-behind``."""

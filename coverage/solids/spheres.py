@@ -3,16 +3,16 @@
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from ..arrays import Array, dot, root, rows
+from ..arrays import Array, Index, Vector, dot, root, rows
+from ..trees import tree
 from .base import Parts
 from .volume_fraction import VolumeFraction, distance_tangent, union_bounds
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Spheres(Parts):
     """A union of balls: centre (K, 3) m, radius (K,) m. ``|p - c| - r`` is a signed distance, hence
@@ -25,12 +25,18 @@ class Spheres(Parts):
     def __len__(self) -> int:
         return self.centre.shape[0]
 
-    def part(self, points: Any, index: Any) -> Any:
+    def part(self, points: Array, index: Index) -> Any:
         v = points - rows(self.centre, index)
         return root(dot(v, v)) - self.radius[index]
 
     def shares(
-        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
     ) -> VolumeFraction:
         """See ``Parts.shares``."""
         t = distance_tangent(points - rows(self.centre, index), self.radius[index], side)
@@ -41,6 +47,6 @@ class Spheres(Parts):
         return np.stack([(centre - radius).min(axis=0), (centre + radius).max(axis=0)])
 
 
-def sphere(centre: Any, radius: float) -> Spheres:
+def sphere(centre: Vector, radius: float) -> Spheres:
     """One ball: ``centre`` (3,) m, ``radius`` m."""
     return Spheres(np.asarray(centre, dtype=float)[None], np.array([float(radius)]))

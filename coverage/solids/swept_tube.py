@@ -3,12 +3,13 @@
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..arrays import Array, dot, namespace, root, rows
+from ..arrays import Array, Index, dot, namespace, root, rows
+from ..trees import tree
 from .base import Parts
+from .segments import from_segment
 from .volume_fraction import (
     Tangent,
     VolumeFraction,
@@ -19,7 +20,7 @@ from .volume_fraction import (
 )
 
 
-@jax.tree_util.register_dataclass
+@tree
 @dataclass(frozen=True)
 class Tube(Parts):
     """Slabs between neighbouring discs: the points where the two plane functions differ in sign,
@@ -42,21 +43,17 @@ class Tube(Parts):
     def __len__(self) -> int:
         return len(self.first)
 
-    def _slab(self, points: Any, index: Any) -> tuple[Any, Any, Any]:
+    def _slab(self, points: Array, index: Index) -> tuple[Any, Any, Any]:
         """Signed distances of ``points`` from the first and second disc's plane of slab ``index``,
         m, and the way (..., 3) from the nearest point of the segment between the discs' centres, m.
         """
-        xp = namespace(points)
         i = self.first[index]
         start, end = rows(self.centre, i), rows(self.centre, i + 1)
-        v, along = points - start, end - start
-        before = dot(v, rows(self.normal, i))
+        before = dot(points - start, rows(self.normal, i))
         after = dot(points - end, rows(self.normal, i + 1))
-        length2 = dot(along, along)
-        t = xp.clip(dot(v, along) / xp.where(length2 > 0, length2, 1.0), 0.0, 1.0)
-        return before, after, v - t[..., None] * along
+        return before, after, from_segment(points, start, end)
 
-    def part(self, points: Any, index: Any) -> Any:
+    def part(self, points: Array, index: Index) -> Any:
         before, after, across = self._slab(points, index)
         distance, xp = root(dot(across, across)), namespace(points)
         crossing = xp.minimum(xp.maximum(-before, after), xp.maximum(before, -after))
@@ -106,7 +103,7 @@ class Tube(Parts):
         matters = np.maximum(crossing, distance - self.radius) <= reach
         return matters, (positive & negative)[run] & near
 
-    def _runs(self, cell: Any, index: Any, near: Any) -> Int[np.ndarray, " P"]:
+    def _runs(self, cell: Array, index: Index, near: Array) -> Int[np.ndarray, " P"]:
         """Number of the run of each pair: consecutive slabs of one cell, all of them near."""
         disc = self.first[index]
         joined = np.zeros(len(cell), bool)
@@ -114,7 +111,13 @@ class Tube(Parts):
         return np.cumsum(~joined)
 
     def shares(
-        self, points: Any, cell: Any, index: Any, cubes: int, side: float, slack: float
+        self,
+        points: Float[np.ndarray, "P 3"],
+        cell: Int[np.ndarray, " P"],
+        index: Int[np.ndarray, " P"],
+        cubes: int,
+        side: float,
+        slack: float,
     ) -> VolumeFraction:
         """See ``Parts.shares``. A slab is what lies between two planes, on the positive side of one
         and the negative of the other, and near the segment.
@@ -159,7 +162,9 @@ class Tube(Parts):
         return union
 
 
-def _plane_share(value: Any, reach: Any, normal: Any, side: float, slack: float) -> VolumeFraction:
+def _plane_share(
+    value: np.ndarray, reach: np.ndarray, normal: np.ndarray, side: float, slack: float
+) -> VolumeFraction:
     """Bounds of the share of cubes on the negative side of planes; most planes miss the cube."""
     low = np.where(value < -reach, 1.0, 0.0)
     high = np.where(value > reach, 0.0, 1.0)

@@ -12,30 +12,15 @@ smaller.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..arrays import dot
+from ..arrays import Numbers, dot
 
 # least component of a normal: smaller ones are raised to it and the plane moved by what that can do
 TILT = 2.0**-14
 ROUNDING = 1e-14  # of the closed form, times the reciprocal product of the normal's components
-
-
-class _Algebra:
-    """Shares obey the algebra of a solid's tree: min is union, max is intersection."""
-
-    @staticmethod
-    def minimum(a: "VolumeFraction", b: "VolumeFraction") -> "VolumeFraction":
-        """Bounds of the share in ``a`` or ``b``."""
-        return VolumeFraction(np.maximum(a.low, b.low), np.minimum(a.high + b.high, 1.0))
-
-    @staticmethod
-    def maximum(a: "VolumeFraction", b: "VolumeFraction") -> "VolumeFraction":
-        """Bounds of the share in ``a`` and ``b``."""
-        return VolumeFraction(np.maximum(a.low + b.low - 1.0, 0.0), np.minimum(a.high, b.high))
 
 
 @dataclass(frozen=True)
@@ -46,18 +31,24 @@ class VolumeFraction:
     high: Float[np.ndarray, " N"]
 
     def __neg__(self) -> "VolumeFraction":
+        """Bounds of the share outside."""
         return VolumeFraction(1.0 - self.high, 1.0 - self.low)
 
+    def __or__(self, other: "VolumeFraction") -> "VolumeFraction":
+        """Bounds of the share in one or the other."""
+        return VolumeFraction(
+            np.maximum(self.low, other.low), np.minimum(self.high + other.high, 1.0)
+        )
+
     def __and__(self, other: "VolumeFraction") -> "VolumeFraction":
-        return _Algebra.maximum(self, other)
+        """Bounds of the share in both."""
+        return VolumeFraction(
+            np.maximum(self.low + other.low - 1.0, 0.0), np.minimum(self.high, other.high)
+        )
 
     def only(self, keep: Bool[np.ndarray, " N"] | Int[np.ndarray, " M"]) -> "VolumeFraction":
         """The shares of the cubes that are kept, by a truth value for each or by their numbers."""
         return VolumeFraction(self.low[keep], self.high[keep])
-
-    def __array_namespace__(self) -> type[_Algebra]:
-        """Lets ``fold`` combine shares as it combines values."""
-        return _Algebra
 
 
 def share_under(
@@ -98,7 +89,7 @@ def share_under(
 def _cube(x: Float[np.ndarray, "2 N"]) -> Float[np.ndarray, "2 N"]:
     """Third power of what is positive; ``x`` is overwritten."""
     np.maximum(x, 0.0, out=x)
-    y = x * x
+    y: np.ndarray = x * x
     y *= x
     return y
 
@@ -137,7 +128,8 @@ class Tangent:
             axis = np.abs(self.normal).argmax(axis=1)
             q = np.abs(np.take_along_axis(self.along, axis[:, None], axis=1)[:, 0])
             mean = (np.sqrt(np.maximum(1 - q * q, 0.0) / 12) + q / 2) ** 2
-        return self.bend / 2 * mean * side / steep
+        off: np.ndarray = self.bend / 2 * mean * side / steep
+        return off
 
     def share(self, side: float, slack: float) -> VolumeFraction:
         """Bounds of the share of each cube where the function is at most 0; ``slack`` m, rounding
@@ -158,8 +150,8 @@ def union_bounds(
     cell: Int[np.ndarray, " P"],
     cells: int,
     each: VolumeFraction,
-    value: Any,
-    normal: Any,
+    value: Float[np.ndarray, " P"],
+    normal: Float[np.ndarray, "P 3"],
     side: float,
     slack: float,
 ) -> VolumeFraction:
@@ -219,7 +211,7 @@ def away(
     return length, np.where(known, v, 0.0) / np.where(known, length[:, None], 1.0)
 
 
-def distance_tangent(v: Float[np.ndarray, "P 3"], radius: Any, side: float) -> Tangent:
+def distance_tangent(v: Float[np.ndarray, "P 3"], radius: Numbers, side: float) -> Tangent:
     """Tangent of ``distance from a convex body - radius``, where ``v`` (P, 3) m leads from the
     nearest point of the body to the cube's centre.
 

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..arrays import rows
-from ..solids.base import Parts, Solid, fold
-from .octree_cells import Pairs, leaves
+from ..solids.base import VALUES, Solid, fold, leaves
+from .octree_cells import Pairs
 
 SLACK = 1e-9  # rounding of an implicit function, relative to the scale of its solid
 
@@ -24,38 +24,32 @@ def scale(solid: Solid) -> float:
 def values(
     solid: Solid, points: Float[np.ndarray, "*batch M 3"], pairs: tuple[Pairs, ...]
 ) -> Float[np.ndarray, "*batch M"]:
-    """Implicit function at points of each cell, one or a batch of them; parts that do not matter
-    are left out.
+    """Implicit function at points of each cell, one or a batch of them; ``pairs`` of each leaf name
+    the parts that matter, others are left out.
     """
-    turn = iter(pairs)
-
-    def least(parts: Parts) -> Float[np.ndarray, "*batch M"]:
-        cell, index = next(turn)
+    least = []
+    for parts, (cell, index) in zip(leaves(solid), pairs, strict=True):
         value = np.full(points.shape[:-1], np.inf)
         if len(cell):
             first = np.flatnonzero(np.diff(cell, prepend=-1))
             each = parts.part(rows(points, cell), index)
             value[..., cell[first]] = np.minimum.reduceat(each, first, axis=-1)
-        return value
-
-    return fold(solid, least)
+        least.append(value)
+    return fold(solid, least, VALUES)
 
 
 def verdicts(
     solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], reach: float
 ) -> tuple[Int[np.ndarray, " M"], tuple[Pairs, ...]]:
     """-1 where the ball of radius ``reach`` m about a point lies inside the solid, 1 outside, 0
-    undecided; and the pairs that still matter."""
-    turn = iter(pairs)
+    undecided; and of the ``pairs`` of each leaf those that still matter."""
+    states: list[Int[np.ndarray, " M"]] = []
     left: list[Pairs] = []
-
-    def verdict(parts: Parts) -> Int[np.ndarray, " M"]:
-        cell, index = next(turn)
+    for parts, (cell, index) in zip(leaves(solid), pairs, strict=True):
         matters, inside = parts.decide(rows(points, cell), cell, index, reach)
         state = np.ones(len(points), np.int8)
         state[cell[matters]] = 0
         state[cell[inside]] = -1
+        states.append(state)
         left.append((cell[matters], index[matters]))
-        return state
-
-    return fold(solid, verdict), tuple(left)
+    return fold(solid, states, VALUES), tuple(left)

@@ -19,11 +19,11 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import rows
 from ..processors import processors
-from ..solids.base import Parts, Solid, fold
+from ..solids.base import LOGIC, Solid, fold, leaves
 from ..solids.volume_fraction import VolumeFraction
 from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale, verdicts
-from .octree_cells import Cells, first_cells, leaves
+from .octree_cells import Cells, first_cells
 from .voxel_set import centre
 
 _IN_TARGET, _SEEN = 1, 2  # bits of a cell's mark
@@ -197,25 +197,23 @@ class _Pass:
         self,
         solid: Solid,
         points: Float[np.ndarray, "M 3"],
-        pairs: tuple,
+        pairs: tuple[tuple[np.ndarray, np.ndarray], ...],
         side: float,
         inside: np.ndarray,
     ) -> VolumeFraction:
-        turn = iter(pairs)
-
-        def leaf(parts: Parts) -> VolumeFraction:
-            cell, index = next(turn)
-            if len(cell) == 0:
-                return VolumeFraction(np.zeros(len(points)), np.zeros(len(points)))
-            return parts.shares(rows(points, cell), cell, index, len(points), side, self.slack)
-
-        share = fold(solid, leaf)
+        cubes, unions = len(points), []
+        for parts, (cell, index) in zip(leaves(solid), pairs, strict=True):
+            union = VolumeFraction(np.zeros(cubes), np.zeros(cubes))
+            if len(cell):
+                union = parts.shares(rows(points, cell), cell, index, cubes, side, self.slack)
+            unions.append(union)
+        share = fold(solid, unions, LOGIC)
         return VolumeFraction(np.where(inside, 1.0, share.low), np.where(inside, 1.0, share.high))
 
 
 def _unless(
     known: Bool[np.ndarray, " M"], pairs: tuple[Int[np.ndarray, " P"], Int[np.ndarray, " P"]]
-) -> tuple:
+) -> tuple[Int[np.ndarray, " Q"], Int[np.ndarray, " Q"]]:
     """The pairs of cells of which it is not known."""
     keep = ~known[pairs[0]]
     return pairs[0][keep], pairs[1][keep]

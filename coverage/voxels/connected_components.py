@@ -9,8 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from .voxel_set import OFFSET, VoxelSet, decode, encode
 
@@ -57,6 +55,9 @@ def pieces(voxels: VoxelSet) -> Pieces:
         none = np.zeros((0, 3))
         return Pieces(voxels.voxel, key, none, none, none, key, size, side, middle, key)
     edges = _across_faces(key, size, side, lowest)
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     graph = coo_array((np.ones(len(edges[0]), bool), edges), (len(key), len(key)))
     label = connected_components(graph, directed=False)[1].astype(np.int64)
     total = np.bincount(label, size).astype(np.int64)
@@ -95,7 +96,8 @@ def ranges(start: Int[np.ndarray, " R"], stop: Int[np.ndarray, " R"]) -> Int[np.
     """All numbers from each start up to its stop."""
     length = stop - start
     before = np.cumsum(length) - length
-    return np.arange(length.sum()) + np.repeat(start - before, length)
+    numbers: np.ndarray = np.arange(length.sum()) + np.repeat(start - before, length)
+    return numbers
 
 
 def _across_faces(

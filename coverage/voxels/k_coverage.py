@@ -12,12 +12,11 @@ too".
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt64
 
-from ..arrays import rows
+from ..arrays import Array, rows
 from ..solids.base import Parts
 from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale
@@ -153,7 +152,8 @@ class _Descent:
         counts = (held.count < self.most) & (held.count + undecided >= self.least)
         if self.group is not None:
             counts |= self._group_of(held) >= -1
-        return (undecided > 0) & counts
+        open_: np.ndarray = (undecided > 0) & counts
+        return open_
 
     def _group_of(self, held: Held) -> Int[np.ndarray, " M"]:
         """The group of the cones that hold a cell; -1 where there are none, -2 where they are of
@@ -235,8 +235,8 @@ def _add_alone(
     cell: np.ndarray,
     thing: np.ndarray,
     word: np.ndarray,
-    whole: Any,
-    held: Any,
+    whole: Array,
+    held: Array,
 ) -> None:
     """Add to ``alone`` the voxels of blocks that one thing holds: by its word, or where it alone
     (``held`` is 1) holds the block, ``whole``."""

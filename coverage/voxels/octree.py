@@ -20,11 +20,11 @@ from jaxtyping import Bool, Float, Int, UInt64
 
 from ..arrays import rows
 from ..processors import processors
-from ..solids.base import Parts, Solid, fold
+from ..solids.base import LOGIC, Solid, fold, leaves
 from .allocation import keep_freed_memory
 from .cell_classification import SLACK, scale, values, verdicts
-from .octree_cells import Cells, Pairs, Region, first_cells, leaves
-from .voxel_bitmask import CORNER, LEVEL, VOXELS, Bitmask, BlockGrid, packed, words
+from .octree_cells import Cells, Pairs, Region, first_cells
+from .voxel_bitmask import CORNER, LEVEL, VOXELS, BlockGrid, packed, words
 from .voxel_set import VoxelSet, centre, runs
 
 Rule = Literal["centre", "touch"]
@@ -131,14 +131,14 @@ class Descent:
 
     def _words(self, cells: Cells, points: Float[np.ndarray, "M 3"]) -> UInt64[np.ndarray, " M"]:
         """The voxels, of cells that are blocks, whose centre is inside the solid."""
-        grid, turn = BlockGrid(self.voxel, SLACK * self.scale**2), iter(cells.pairs)
-
-        def union(parts: Parts) -> Bitmask:
-            cell, index = next(turn)
-            return words(parts, grid, rows(points, cell), index).union(cell, len(cells))
-
-        found = fold(self.solid, union)
-        word, open_ = found.sure, found.sure != found.maybe
+        grid = BlockGrid(self.voxel, SLACK * self.scale**2)
+        unions = [
+            words(parts, grid, rows(points, cell), index).union(cell, len(cells))
+            for parts, (cell, index) in zip(leaves(self.solid), cells.pairs, strict=True)
+        ]
+        found = fold(self.solid, unions, LOGIC)
+        word: np.ndarray = found.sure
+        open_ = found.sure != found.maybe
         if open_.any():
             word[open_] = np.concatenate(
                 [self._exact(run) for run in cells.only(open_).slices(self.chunk // VOXELS)]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..solids.base import Parts, Solid, fold
+from ..solids.base import Parts
 from .voxel_set import FURTHEST, OFFSET, encode
 
 _FIRST_CELLS = 200  # aim for the first level
@@ -23,8 +23,8 @@ Pairs = tuple[Int[np.ndarray, " _"], Int[np.ndarray, " _"]]
 @dataclass(frozen=True)
 class Cells:
     """Cells of one level that await a verdict: numbers (M, 3) at that level, first keys (M,), a
-    mark (M,) that children inherit, and for each union of parts in the solid's tree the pairs that
-    matter."""
+    mark (M,) that children inherit, and for each of the solid's ``leaves``, in their order, the
+    pairs that matter."""
 
     level: int
     numbers: Int[np.ndarray, "M 3"]
@@ -84,18 +84,6 @@ def _pass_on(cell: np.ndarray, part: np.ndarray, cells: int) -> Pairs:
     child = np.repeat(np.arange(len(count)), count)
     before = np.cumsum(count) - count
     return child, part[np.arange(len(child)) + (start - before)[child]]
-
-
-def leaves(solid: Solid) -> list[Parts]:
-    """The unions of parts in the solid's tree, left to right."""
-    found: list[Parts] = []
-
-    def note(parts: Parts) -> Float[np.ndarray, " 1"]:
-        found.append(parts)
-        return np.zeros(1)
-
-    fold(solid, note)
-    return found
 
 
 def first_cells(

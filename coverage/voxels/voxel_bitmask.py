@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int, UInt64
 
-from ..arrays import cross, dot, rows
+from ..arrays import Array, Numbers, cross, dot, rows
 from ..solids.base import Parts
-from ..solids.capsules import Rods
+from ..solids.capsules import Capsules
 from ..solids.cones import Cones
 from ..solids.pyramids import Pyramids
 from ..solids.sensor_beams import Optics
@@ -34,20 +34,6 @@ _BITS = np.arange(VOXELS)
 CORNER = np.stack([(_BITS >> i & 1) + 2 * (_BITS >> i + 3 & 1) for i in range(3)], -1)
 
 
-class _Algebra:
-    """Bitmasks obey the algebra of a solid's tree: min is union, max is intersection."""
-
-    @staticmethod
-    def minimum(a: "Bitmask", b: "Bitmask") -> "Bitmask":
-        """Voxels in ``a`` or in ``b``."""
-        return Bitmask(a.sure | b.sure, a.maybe | b.maybe)
-
-    @staticmethod
-    def maximum(a: "Bitmask", b: "Bitmask") -> "Bitmask":
-        """Voxels in ``a`` and in ``b``."""
-        return Bitmask(a.sure & b.sure, a.maybe & b.maybe)
-
-
 @dataclass(frozen=True)
 class Bitmask:
     """For each block the voxels surely and those perhaps inside, by the bits of a word: bit k is
@@ -61,14 +47,10 @@ class Bitmask:
         return Bitmask(~self.maybe, ~self.sure)
 
     def __or__(self, other: "Bitmask") -> "Bitmask":
-        return _Algebra.minimum(self, other)
+        return Bitmask(self.sure | other.sure, self.maybe | other.maybe)
 
     def __and__(self, other: "Bitmask") -> "Bitmask":
-        return _Algebra.maximum(self, other)
-
-    def __array_namespace__(self) -> type[_Algebra]:
-        """Lets ``fold`` combine words as it combines values."""
-        return _Algebra
+        return Bitmask(self.sure & other.sure, self.maybe & other.maybe)
 
     def union(self, cell: Int[np.ndarray, " N"], cells: int) -> "Bitmask":
         """The words of ``cells`` blocks, from those of pairs of a block (ascending) and a part."""
@@ -80,7 +62,7 @@ class Bitmask:
         return Bitmask(sure, maybe)
 
 
-def packed(inside: Any) -> UInt64[np.ndarray, " N"]:
+def packed(inside: Array) -> UInt64[np.ndarray, " N"]:
     """A bitmask from truth values (N, 64)."""
     return np.packbits(inside, bitorder="little").view("<u8").astype(np.uint64, copy=False)
 
@@ -115,7 +97,7 @@ class BlockGrid:
         return Bitmask(sure, maybe)
 
 
-def product(a: Any, along_a: Any, b: Any, along_b: Any) -> Float[np.ndarray, "10 P"]:
+def product(a: Array, along_a: Array, b: Array, along_b: Array) -> Float[np.ndarray, "10 P"]:
     """Quadric (a + along_a . o)(b + along_b . o) of the offset o from a centre, by the coefficients
     of 1, x, y, z, x^2, y^2, z^2, xy, xz, yz; a, b (P,) and along_a, along_b (P, 3)."""
     m, n = along_a.T, along_b.T
@@ -128,7 +110,7 @@ def product(a: Any, along_a: Any, b: Any, along_b: Any) -> Float[np.ndarray, "10
     return q
 
 
-def within(radius: Any, v: Any, share: Any = 1.0) -> Float[np.ndarray, "10 P"]:
+def within(radius: Numbers, v: Array, share: Numbers = 1.0) -> Float[np.ndarray, "10 P"]:
     """Quadric radius^2 - share |v + o|^2 of the offset o from a centre; radius, share (P,) or
     scalar and v (P, 3).
     """
@@ -140,7 +122,7 @@ def within(radius: Any, v: Any, share: Any = 1.0) -> Float[np.ndarray, "10 P"]:
 
 
 @singledispatch
-def words(parts: Parts, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
+def words(parts: Parts, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """Voxels of blocks about ``points`` (P, 3) m that lie in part ``index`` (P,), whose surface may
     cross the block.
 
@@ -151,7 +133,7 @@ def words(parts: Parts, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
 
 
 @words.register
-def _(parts: Cones, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
+def _(parts: Cones, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """With d along the axis: d^2 >= cos^2 a |v|^2, and d (range - d) >= 0 where base or apex are
     near.
     """
@@ -174,7 +156,7 @@ def _(parts: Cones, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
 
 
 @words.register
-def _(parts: Pyramids, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
+def _(parts: Pyramids, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """d^2 sin^2 a >= x^2 cos^2 a, the same for y, and d (range - d) >= 0: d >= 0, as the others
     hold behind the apex too.
     """
@@ -192,7 +174,7 @@ def _(parts: Pyramids, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
 
 
 @words.register
-def _(parts: Optics, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
+def _(parts: Optics, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """Each part by its shape."""
     sure, maybe = np.zeros((2, len(index)), np.uint64)
 
@@ -205,19 +187,19 @@ def _(parts: Optics, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
 
 
 @words.register
-def _(parts: Spheres, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
+def _(parts: Spheres, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """|v|^2 <= radius^2."""
     return grid.words(within(parts.radius[index], points - rows(parts.centre, index)))
 
 
 @words.register
-def _(parts: Rods, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
+def _(parts: Capsules, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """In the ball about either end, or in the cylinder between them."""
     start, end = rows(parts.start, index), rows(parts.end, index)
     return _beside(grid, points, start, end, parts.radius[index])
 
 
-def _beside(grid: BlockGrid, points: Any, start: Any, end: Any, radius: Any) -> Bitmask:
+def _beside(grid: BlockGrid, points: Array, start: Array, end: Array, radius: Numbers) -> Bitmask:
     """Near the segments ``start``-``end`` (P, 3): in the ball about either end, or in the cylinder
     between them.
     """
@@ -236,7 +218,7 @@ def _beside(grid: BlockGrid, points: Any, start: Any, end: Any, radius: Any) -> 
 
 
 @words.register
-def _(parts: Tube, grid: BlockGrid, points: Any, index: Any) -> Bitmask:
+def _(parts: Tube, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
     """Between the two planes, and near the segment: in the ball about either end, or in the
     cylinder between them.
     """

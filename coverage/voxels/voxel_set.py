@@ -93,7 +93,7 @@ class VoxelSet:
     def __len__(self) -> int:
         return int((self.stop - self.start).sum())
 
-    def __eq__(self, other: Any) -> bool:
+    def __eq__(self, other: object) -> bool:
         return (
             isinstance(other, VoxelSet)
             and self.voxel == other.voxel
@@ -128,7 +128,8 @@ class VoxelSet:
 
     def count_in(self, key: Int[np.ndarray, " N"], size: int) -> Int[np.ndarray, " N"]:
         """Voxels of the set in each cell of ``size`` keys that starts at ``key`` (N,)."""
-        return self._rank(key + size) - self._rank(key)
+        count: np.ndarray = self._rank(key + size) - self._rank(key)
+        return count
 
     @cached_property
     def _switches(self) -> tuple[Int[np.ndarray, " E"], UInt64[np.ndarray, " E1"]]:
@@ -145,7 +146,8 @@ class VoxelSet:
         """
         ends, word = self._switches
         low, high = np.searchsorted(ends, key), np.searchsorted(ends, key + 64)
-        return word[low] ^ word[high] ^ np.where(low % 2, _ALL, np.uint64(0))
+        mask: np.ndarray = word[low] ^ word[high] ^ np.where(low % 2, _ALL, np.uint64(0))
+        return mask
 
     def _sweep(self, other: "VoxelSet", keep: Callable[[Any, Any], Any]) -> "VoxelSet":
         """The set of keys where ``keep(in self, in other)`` holds."""

@@ -64,7 +64,7 @@ def coppeliasim(placed: PlacedSetup) -> dict[str, bytes]:
     )
     for s in placed.sensors:
         joint, T = placed.on_link(s)
-        kind = "CONE" if s.unit.fov_up is None else "PYRAMID"
+        kind = "PYRAMID" if s.unit.square else "CONE"
         text += (
             f"    {{'{s.name}', '{names[joint]}', {kind}, {_table(_sizes(s.unit))}, {_pose(T)}}},\n"
         )
@@ -76,8 +76,8 @@ def _sizes(sensor: Sensor) -> list[float]:
     (x, y), gap, radius near and far, angle, largest angle of surfaces, least distance, size of the
     point shown, and two unused."""
     across, up = (
-        2 * sensor.range_m * math.tan(a / 2) if sensor.fov_up else 0.0
-        for a in (sensor.fov, sensor.fov_up or 0.0)
+        2 * sensor.range_m * math.tan(half) if sensor.square else 0.0
+        for half in (sensor.half_angle, sensor.half_angle_up)
     )
     return [
         0,
@@ -89,7 +89,7 @@ def _sizes(sensor: Sensor) -> list[float]:
         0,
         0,
         0,
-        0 if sensor.fov_up else sensor.fov,
+        0 if sensor.square else sensor.fov,
         0,
         0,
         0.01,

@@ -12,7 +12,6 @@ from trimesh.visual.material import PBRMaterial
 from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.robots.robot import BASE
 from ...coverage.soft.sampling import sample
-from ...coverage.solids.sensor_beams import Optics
 from ...objectives.occlusion import setup_sight
 from ..robots.meshes import Meshes
 from ..robots.urdf_robot import find_robot, plain_names
@@ -118,7 +117,8 @@ def _base(placed: PlacedSetup, origin: Float[np.ndarray, "4 4"]) -> Float[np.nda
     """T_base_link of the link that holds the first joint, which a URDF may have elsewhere than the
     scene's base.
     """
-    return placed.scene.robot.chain.origin[0] @ np.linalg.inv(origin)
+    T_base_link: np.ndarray = placed.scene.robot.chain.origin[0] @ np.linalg.inv(origin)
+    return T_base_link
 
 
 def _capsule(start: Any, end: Any, radius: float) -> Any:
@@ -147,11 +147,8 @@ def _band(placed: PlacedSetup, i: int) -> Any:
 def _beam(cones: Any, k: int) -> Any:
     """The cone or pyramid of a sensor, by its apex and the rim of its base."""
     half, height, axis = cones.half_angle[k], cones.range_m[k], cones.axis[k]
-    if isinstance(cones, Optics) and cones.half_up[k] > 0:
-        up = cones.up[k]
-        x, y = height * np.tan(half) * np.cross(up, axis), height * np.tan(cones.half_up[k]) * up
-        rim = np.array([x + y, y - x, -x - y, x - y])
-    else:
+    rim = cones.corners_across(k, height)
+    if len(rim) == 0:
         x = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
         x = x / np.linalg.norm(x)
         turn = np.linspace(0, 2 * np.pi, _SIDES, endpoint=False)[:, None]

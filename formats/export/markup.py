@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 from jaxtyping import Float
 
-from ..schema.robot_convert import rpy_of
+from ...coverage.robots.kinematics import rpy_of
 
 
 def words(values: Iterable[float]) -> str:
@@ -22,4 +22,5 @@ def origin(T: Float[np.ndarray, "4 4"]) -> dict[str, str]:
 def document(root: ET.Element) -> bytes:
     """The tree as a file, indented."""
     ET.indent(root)
-    return ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+    text: bytes = ET.tostring(root, encoding="utf-8", xml_declaration=True)
+    return text + b"\n"

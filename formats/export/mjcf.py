@@ -44,13 +44,12 @@ def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
             ET.SubElement(at, "inertial", _MASS)
     for body, name in zip(robot.bodies, plain_names(b.name for b in robot.bodies), strict=True):
         geom = ET.SubElement(bodies[0 if body.frame == BASE else body.frame + 1], "geom", name=name)
-        ball = not np.any(body.end - body.start)
+        start, end, radius = body.capsule.arrays()
+        ball = not np.any(end - start)
         shape = (
-            {"type": "sphere", "pos": words(body.start)}
-            if ball
-            else {"fromto": words([*body.start, *body.end])}
+            {"type": "sphere", "pos": words(start)} if ball else {"fromto": words([*start, *end])}
         )
-        geom.attrib.update({"type": "capsule", **shape, "size": words([body.radius])})
+        geom.attrib.update({"type": "capsule", **shape, "size": words([radius])})
     for s in placed.sensors:
         joint_of, T = placed.on_link(s)
         held = ET.SubElement(bodies[joint_of + 1], "body", _place(T), name=s.name)

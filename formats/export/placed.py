@@ -9,7 +9,8 @@ from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.link_bodies import Capsules, robot_capsules
+from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.solids.capsules import Capsules
 from ...objectives.scene import Scene
 from ..robots.urdf import Urdf
 from ..robots.urdf_robot import find_robot, moved_links, plain_names

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.robots.robot import BASE, Body, Robot
+from ...coverage.robots.robot import BASE, Robot
+from ...coverage.solids.capsules import Capsules
 from ..errors import UserError, shown
 from ..robots.urdf import LARGEST, Urdf, bounded_bytes, plain_xml
 from ..sensors.sensor_frames import SensorFrame, looking_along
@@ -118,24 +119,25 @@ def _link(root: ET.Element, name: str, robot: Robot, frame: int) -> None:
     for body in robot.bodies:
         if body.frame == frame:
             for use in ("visual", "collision"):
-                _capsule(link, use, body)
+                _capsule(link, use, body.capsule)
 
 
-def _capsule(link: ET.Element, use: str, body: Body) -> None:
+def _capsule(link: ET.Element, use: str, capsule: Capsules) -> None:
     """A capsule as what URDF has: a cylinder and two spheres."""
-    along = body.end - body.start
+    start, end = np.asarray(capsule.start), np.asarray(capsule.end)
+    along = end - start
     length, T = float(np.linalg.norm(along)), np.eye(4)
-    shapes: list[tuple[str, Float[np.ndarray, " 3"], dict[str, str]]] = [("sphere", body.start, {})]
+    shapes: list[tuple[str, Float[np.ndarray, " 3"], dict[str, str]]] = [("sphere", start, {})]
     if length > 0:
         T[:3, :3] = _turn_to(along / length)
-        middle = (body.start + body.end) / 2
-        shapes += [("sphere", body.end, {}), ("cylinder", middle, {"length": words([length])})]
+        middle = (start + end) / 2
+        shapes += [("sphere", end, {}), ("cylinder", middle, {"length": words([length])})]
     for kind, centre, size in shapes:
         part = ET.SubElement(link, use)
         T[:3, 3] = centre
         ET.SubElement(part, "origin", origin(T))
         ET.SubElement(
-            ET.SubElement(part, "geometry"), kind, {"radius": words([body.radius]), **size}
+            ET.SubElement(part, "geometry"), kind, {"radius": words([capsule.radius]), **size}
         )
 
 

@@ -11,7 +11,7 @@ import trimesh
 from jaxtyping import Float, Int
 from manifold3d import Manifold
 
-from ..schema.result_models import PrintCheck
+from ..schema.print_models import PrintCheck
 from .primitives import union
 from .print_plan import MM, PrintPlan
 from .ring_solids import Assembly

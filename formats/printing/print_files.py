@@ -1,16 +1,18 @@
-"""The files of printed rings: two halves of each as STL, pictures, and what was measured."""
+"""The files of printed rings: two halves of each as STL, and what was measured."""
 
 import math
+from collections.abc import Callable, Mapping
 
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.sensors.board_packing import Printing
 from ...objectives.scene import Scene
 from ..errors import UserError
-from ..schema.result_models import PrintedRing, PrintResult
+from ..schema.print_models import PrintedRing, PrintResult
 from .print_checks import check_ring, stl
 from .print_plan import MM, PrintPlan, UnbuildableError, plan_ring
-from .ring_pictures import assembled_picture, ring_picture
 from .ring_solids import Assembly, assemble, thread
+
+ASSEMBLED = "assembled.png"  # the picture of the first ring with boards and bolts
 
 
 def print_ring(
@@ -74,12 +76,16 @@ def _plain(link: str) -> str:
     return "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "_" for c in link)[:60]
 
 
+Drawing = Callable[[PrintPlan, Assembly, PrintedRing], Mapping[str, bytes]]
+"""Makes the pictures of a ring, by their names."""
+
+
 def ring_files(
-    setup: Setup, scene: Scene, printing: Printing | None = None
+    setup: Setup, scene: Scene, drawing: Drawing, printing: Printing | None = None
 ) -> tuple[PrintResult, dict[str, bytes]]:
     """The rings of ``setup`` as they are printed, ``printing`` in place of the scene's: their
-    records, and the files by name, two STL files and a picture of each ring, ``assembled.png`` of
-    the first, and ``printing.json``.
+    records, and the files by name, two STL files of each ring and its pictures, and
+    ``printing.json``.
 
     Raises:
         UserError: if a ring cannot be built; it names the ring, the reason and the largest count
@@ -92,9 +98,8 @@ def ring_files(
         except UnbuildableError as error:
             raise UserError(f"ring {number} ({ring.link}): {error}") from error
         records.append(record)
-        data |= dict(zip(record.files, (*files, ring_picture(plan, made, record)), strict=True))
-        if number == 0:
-            data["assembled.png"] = assembled_picture(plan, made, record)
-    result = PrintResult(rings=records, assembled="assembled.png")
+        data |= dict(zip(record.files[:2], files, strict=True))
+        data |= drawing(plan, made, record)
+    result = PrintResult(rings=records, assembled=ASSEMBLED)
     data["printing.json"] = (result.model_dump_json(indent=2) + "\n").encode()
     return result, data

@@ -212,7 +212,9 @@ def _split(angles: Float[np.ndarray, " n"], centre: Float[np.ndarray, " 2"]) -> 
     link most evenly.
     """
     n, sign = len(angles), 1.0 if len(angles) < 2 or angles[1] > angles[0] else -1.0
-    turns = [math.pi / 2 - (angles[j] + sign * ((n + 1) // 2 - 1) * math.pi / n) for j in range(n)]
+    turns: list[float] = [
+        math.pi / 2 - (angles[j] + sign * ((n + 1) // 2 - 1) * math.pi / n) for j in range(n)
+    ]
     return min(turns, key=lambda turn: round(abs(float((_rotation(turn) @ centre)[1])), 6))
 
 

@@ -171,11 +171,10 @@ def board(plan: PrintPlan, k: int) -> Manifold:
 def beam(plan: PrintPlan, k: int) -> Manifold:
     """The beam of sensor ``k``, as far as the ring could be in its way."""
     sensor, length = plan.ring.sensor, min(MM * plan.ring.sensor.range_m, 4 * plan.radius)
-    wide = length * math.tan(sensor.fov / 2)
-    if sensor.fov_up is None:
+    wide, high = (length * math.tan(a) for a in (sensor.half_angle, sensor.half_angle_up))
+    if not sensor.square:
         solid = Manifold.cylinder(length, 0.0, wide, 64).translate((0.0, 0.0, 0.0))
     else:
-        high = length * math.tan(sensor.fov_up / 2)
         corners = [(u * wide, v * high, length) for u in (-1, 1) for v in (-1, 1)]
         solid = Manifold.hull_points(np.array([(0.0, 0.0, 0.0), *corners]))
     return solid.transform(plan.frame(k))

@@ -8,13 +8,13 @@ is cut, the capsules together contain the whole surface, not its vertices alone.
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 from scipy.optimize import minimize
 from scipy.spatial import ConvexHull, QhullError
 
+from ...coverage.solids.capsules import Capsules
 from .lines import across, circle_centre
 
 SLABS = 8  # places along an axis between which capsules may begin and end
@@ -23,36 +23,13 @@ _AXES = 4  # along which a link is cut, at most
 _GROW = 1 + 1e-7  # of a radius, for rounding
 
 
-@dataclass(frozen=True)
-class Capsule:
-    """All points within ``radius`` m of the segment from ``start`` to ``end`` (3,) m."""
-
-    start: Float[np.ndarray, " 3"]
-    end: Float[np.ndarray, " 3"]
-    radius: float
-
-    @property
-    def volume(self) -> float:
-        """m^3."""
-        return (
-            math.pi
-            * self.radius**2
-            * (float(np.linalg.norm(self.end - self.start)) + 4 / 3 * self.radius)
-        )
-
-    def depth(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
-        """Signed distance (N,) m of points from the surface, positive inside."""
-        along = self.end - self.start
-        t = np.clip((points - self.start) @ along / max(float(along @ along), 1e-300), 0, 1)
-        return self.radius - np.linalg.norm(points - self.start - t[:, None] * along, axis=1)
-
-
 def _corners(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "M 3"]:
     """The corners of the convex hull, or all points where they lie in a plane."""
     if len(points) < 8:
         return points
     try:
-        return points[ConvexHull(points).vertices]
+        corners: np.ndarray = points[ConvexHull(points).vertices]
+        return corners
     except QhullError:
         return points
 
@@ -101,7 +78,7 @@ def enclosing(
     points: Float[np.ndarray, "N 3"],
     axes: Sequence[Float[np.ndarray, " 3"]] = (),
     polish: bool = True,
-) -> Capsule:
+) -> Capsules:
     """A small capsule that contains all points.
 
     Over lines (a direction and a place across it) and radii, the least capsule on each line is
@@ -122,7 +99,7 @@ def enclosing(
 
     def line(
         x: Float[np.ndarray, " 5"], axis: Float[np.ndarray, " 3"]
-    ) -> tuple[np.ndarray, np.ndarray, tuple]:
+    ) -> tuple[np.ndarray, np.ndarray, tuple[float, float, float]]:
         frame = across(axis)
         through = x[:2] @ frame
         direction = axis + x[2:4] @ frame
@@ -147,9 +124,9 @@ def enclosing(
                 best, x, axis = float(found.fun), found.x, axis0
     through, direction, (low, high, radius) = line(x, axis)
     ends = [origin + scale * (through + t * direction) for t in (low, high)]
-    found_one = Capsule(ends[0], ends[1], scale * radius * _GROW)
-    short = -float(found_one.depth(corners).min())
-    return found_one if short <= 0 else Capsule(ends[0], ends[1], found_one.radius + 1.01 * short)
+    found_one = Capsules(ends[0], ends[1], scale * radius * _GROW)
+    short = float(found_one.distance(corners).max())
+    return found_one if short <= 0 else Capsules(ends[0], ends[1], found_one.radius + 1.01 * short)
 
 
 def _cells(
@@ -179,7 +156,7 @@ def fit_capsules(
     triangles: Float[np.ndarray, "T 3 3"],
     axes: Sequence[Float[np.ndarray, " 3"]] = (),
     most: int = 3,
-) -> list[Capsule]:
+) -> list[Capsules]:
     """A few capsules that together contain a surface.
 
     Along each candidate axis the surface is cut at ``SLABS - 1`` even places; a dynamic programme
@@ -228,7 +205,7 @@ def fit_capsules(
     return [enclosing(part, candidates) for part in best]
 
 
-def union_volume(capsules: Sequence[Capsule], points: int = 200_000) -> float:
+def union_volume(capsules: Sequence[Capsules], points: int = 200_000) -> float:
     """Volume of the capsules' union, m^3, by points of a lattice in their box: good to about a
     percent.
     """
@@ -245,5 +222,5 @@ def union_volume(capsules: Sequence[Capsule], points: int = 200_000) -> float:
     p = low + np.mod(i * g ** -np.arange(1.0, 4.0), 1.0) * (high - low)
     inside = np.zeros(points, bool)
     for c in capsules:
-        inside |= c.depth(p) >= 0
+        inside |= c.distance(p) <= 0
     return float(np.prod(high - low) * inside.mean())

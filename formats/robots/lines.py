@@ -16,7 +16,7 @@ def across(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "2 3"]:
 def circle_centre(xy: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, " 2"]:
     """Nearly the centre (2,) m of the least circle around points (N, 2) m, by steps towards
     whichever is farthest (Bădoiu and Clarkson, 2003)."""
-    centre = (xy.min(axis=0) + xy.max(axis=0)) / 2
+    centre: np.ndarray = (xy.min(axis=0) + xy.max(axis=0)) / 2
     for i in range(1, _STEPS):
         far = xy[np.argmax(((xy - centre) ** 2).sum(axis=1))]
         centre = centre + (far - centre) / (2 * i + 2)

@@ -5,13 +5,14 @@ and plain shapes.
 import io
 from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
-from typing import Any, Literal
+from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
 import trimesh
 from jaxtyping import Float
 
+from ...coverage.choices import Surface
 from ..errors import UserError, shown
 from .urdf import UrdfShape, bounded_bytes, plain_xml
 from .urdf_chain import Carried
@@ -20,7 +21,6 @@ FORMATS = (".stl", ".dae", ".obj")
 LARGEST = 128 * 2**20  # bytes of a mesh
 MOST_TRIANGLES = 3_000_000
 FAR = 20.0  # m from its link's frame, beyond which no part of a shape is believed
-Which = Literal["collision", "visual"]
 
 
 class Meshes:
@@ -138,16 +138,16 @@ class Meshes:
             points = np.asarray(made.triangles) - [0, 0, float(made.bounds.mean(axis=0)[2])]
         T = shape.T_link_shape
         with np.errstate(over="ignore", invalid="ignore"):
-            points = points @ T[:3, :3].T + T[:3, 3]
-        far = float(np.nan_to_num(np.abs(points), nan=np.inf).max())
+            placed: np.ndarray = points @ T[:3, :3].T + T[:3, 3]
+        far = float(np.nan_to_num(np.abs(placed), nan=np.inf).max())
         if far > FAR:
             found = f"{shape.file or shape.kind}, {far:.3g} m from the link's frame"
             raise self._fail(
                 link, found, f"{FAR:g} m and less (a mesh in millimetres has scale 0.001)"
             )
-        return points
+        return placed
 
-    def surface(self, carried: Carried, which: Which) -> Float[np.ndarray, "T 3 3"]:
+    def surface(self, carried: Carried, which: Surface) -> Float[np.ndarray, "T 3 3"]:
         """Triangles (T, 3, 3) m of a link's shapes of that kind, or else of the other, in the frame
         that it rides on.
         """
@@ -161,7 +161,7 @@ class Meshes:
             return np.zeros((0, 3, 3))
         found = np.concatenate([self.shape(shape, link.name) for shape in shapes])
         R, origin = carried.T_frame_link[:3, :3], carried.T_frame_link[:3, 3]
-        points = found @ R.T + origin
+        points: np.ndarray = found @ R.T + origin
         if np.ptp(points.reshape(-1, 3), axis=0).max() < 1e-6:
             raise self._fail(link.name, shapes[0].file or shapes[0].kind, "a shape with an extent")
         return points

@@ -11,10 +11,12 @@ import trimesh
 from jaxtyping import Float
 from scipy.spatial import ConvexHull, QhullError
 
+from ...coverage.choices import Surface
 from ...coverage.robots.kinematics import Chain, forward
 from ...coverage.robots.robot import BASE, Body, Mount, Robot
-from .capsule_fit import Capsule, fit_capsules, union_volume
-from .meshes import Meshes, Which
+from ...coverage.solids.capsules import Capsules
+from .capsule_fit import fit_capsules, union_volume
+from .meshes import Meshes
 from .tubes import find_tube
 from .urdf_chain import Picked
 
@@ -34,7 +36,7 @@ class FittedLink:
     name: str
     frame: int
     triangles: Float[np.ndarray, "T 3 3"]
-    capsules: tuple[Capsule, ...]
+    capsules: tuple[Capsules, ...]
     volume: float
     contained: float
 
@@ -86,7 +88,8 @@ def _zero(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"]:
     x, y, _ = np.eye(3)
     v = y if abs(float(axis @ x)) > 0.9 else x
     v = v - (v @ axis) * axis
-    return v / np.linalg.norm(v)
+    unit: np.ndarray = v / np.linalg.norm(v)
+    return unit
 
 
 def _mount(
@@ -138,7 +141,7 @@ def fit_robot(
     meshes: Meshes,
     name: str,
     most: int = CAPSULES,
-    which: Which = "collision",
+    which: Surface = "collision",
     tell: Callable[[str], None] | None = None,
 ) -> RobotFit:
     """Fit capsules to every link's surface, and look for mount axes on its surface to be seen.
@@ -175,7 +178,7 @@ def fit_robot(
         )
         for i, c in enumerate(capsules):
             label = carried.link.name + (f"_{i}" if len(capsules) > 1 else "")
-            bodies.append(Body(label, carried.frame, c.start, c.end, c.radius))
+            bodies.append(Body(label, carried.frame, c))
         names.setdefault(carried.frame, carried.link.name)
         seen.setdefault(carried.frame, []).append(meshes.surface(carried, "visual"))
     mounts = [
@@ -196,11 +199,9 @@ def _drawn(limits: Float[np.ndarray, "J 2"]) -> Float[np.ndarray, "P J"]:
     """
     rng, shape, step = np.random.default_rng(0), (_POSES, len(limits)), np.radians(5)
     moved = rng.uniform(size=shape) < rng.uniform(0.1, 1, (_POSES, 1))
-    return np.clip(
-        moved * step * np.round(rng.uniform(-np.pi, np.pi, shape) / step),
-        limits[:, 0],
-        limits[:, 1],
-    )
+    angle = moved * step * np.round(rng.uniform(-np.pi, np.pi, shape) / step)
+    poses: np.ndarray = np.clip(angle, limits[:, 0], limits[:, 1])
+    return poses
 
 
 def _rest(chain: Chain, limits: Float[np.ndarray, "J 2"]) -> tuple[float, Float[np.ndarray, " J"]]:

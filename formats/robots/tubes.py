@@ -35,7 +35,8 @@ class MountTube:
     @property
     def axis(self) -> Float[np.ndarray, " 3"]:
         """Unit vector (3,) from start to end."""
-        return (self.end - self.start) / self.length
+        unit: np.ndarray = (self.end - self.start) / self.length
+        return unit
 
 
 @dataclass(frozen=True)

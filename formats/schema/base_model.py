@@ -14,7 +14,13 @@ from ..errors import shown
 class StrictModel(BaseModel):
     """No key unknown, no value bent into shape, nothing changed once read."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        extra="forbid",
+        strict=True,
+        frozen=True,
+        allow_inf_nan=False,
+        defer_build=True,  # until it is used: a command uses few of all models
+    )
 
 
 def fault(found: Any, allowed: str) -> PydanticCustomError:

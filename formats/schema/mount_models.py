@@ -1,60 +1,21 @@
-"""The models of what is mounted: sensors, where rings may sit and how, and the rings themselves."""
+"""The models of where rings may sit and how they are made."""
 
-import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
-from pydantic_core import PydanticCustomError
 
-from ...coverage.sensors.catalogue import MODELS
-from ...coverage.sensors.effective_range import effective
-from ...coverage.sensors.sensor import Use
-from ...objectives.scene import Mounting
-from .base_model import StrictModel, refuse
-from .field_types import Interval, Metres, Position, Tilt, ascending
+from ...coverage.sensors.board_packing import Printing
+from ...objectives.scene import Limits, Mounting, Rules
+from .base_model import refuse
+from .field_types import Interval, Metres, Tilt, ascending
+from .mapping import DEGREES, MappedModel, Of, Unit
+from .sensor_models import SensorModel
 
-_USES = ("ambient", "reflectance", "target_size")
-_SAME = 1e-6  # degrees and metres, by which a stated beam may be off that of the catalogue
-
-
-_Small = Annotated[float, Field(gt=0, le=0.2, description="metres")]
-_OnBoard = Annotated[
-    list[Annotated[float, Field(ge=-0.1, le=0.1, description="metres, from the middle")]],
-    Field(min_length=2, max_length=2),
-]
+_BOLT = Unit(lambda name: int(name[1:]) / 1000, lambda diameter: f"M{1000 * diameter:.0f}")
+_NUT = Unit(lambda name: name == "trap", lambda trapped: "trap" if trapped else "through")
 
 
-class BoardModel(StrictModel):
-    """The board that carries a sensor, seen from the front: x to the right, y up, from its
-    middle.
-    """
-
-    width: _Small
-    height: _Small
-    thickness: _Small = 0.0016
-    lens: _OnBoard = Field(default=[0.0, 0.0], description="the sensor's middle")
-    lens_height: float = Field(
-        default=0.001, ge=0, le=0.1, description="metres, of the sensor's front above the board"
-    )
-    holes: list[_OnBoard] = Field(default=[], max_length=16, description="of screws")
-    hole: _Small = Field(default=0.0025, description="metres, diameter of the holes")
-    source: str = Field(default="", max_length=1000)
-
-    @model_validator(mode="after")
-    def _within_its_outline(self) -> Self:
-        half = (self.width / 2, self.height / 2)
-        spots = {("lens",): (self.lens, 0.0)} | {
-            ("holes", i): (at, self.hole / 2) for i, at in enumerate(self.holes)
-        }
-        refuse(
-            (loc, str(at), f"within the outline of {self.width:g} by {self.height:g} m")
-            for loc, (at, r) in spots.items()
-            if any(abs(x) + r > h for x, h in zip(at, half, strict=True))
-        )
-        return self
-
-
-class PrintingModel(StrictModel):
+class PrintingModel(MappedModel[Printing]):
     """How rings are printed."""
 
     wall: float = Field(
@@ -67,10 +28,10 @@ class PrintingModel(StrictModel):
     relief: float = Field(
         default=0.002, ge=0, le=0.05, description="metres, free depth behind a board"
     )
-    bolt: Literal["M3", "M4", "M5"] = Field(
+    bolt: Annotated[Literal["M3", "M4", "M5"], Of(unit=_BOLT)] = Field(
         default="M3", description="of the bolts that close a ring"
     )
-    nut: Literal["trap", "through"] = Field(
+    nut: Annotated[Literal["trap", "through"], Of(unit=_NUT)] = Field(
         default="trap", description="a hexagonal trap for each nut, or a through hole"
     )
     gap: float = Field(
@@ -104,107 +65,24 @@ class PrintingModel(StrictModel):
         return self
 
 
-class SensorModel(StrictModel):
-    """A beam; or a model of the catalogue and what it is used for, from which the beam follows. A
-    file may state both, as those that are written do, if they agree. A square beam that neither is
-    of a model nor says how many zones it has is taken as of one: then no more is claimed than is
-    seen."""
-
-    fov_deg: float = Field(default=25.0, gt=0, lt=180, description="degrees, the full angle")
-    range_m: Metres = 1.5
-    fov_up_deg: float | None = Field(
-        default=None,
-        gt=0,
-        lt=180,
-        description="degrees, of a square beam along its ring's axis; none: a round beam",
-    )
-    zones: int = Field(
-        default=1,
-        ge=1,
-        le=1000,
-        description="in a row of a square beam, each seeing by itself; 1: blinded as a whole",
-    )
-    model: Annotated[str, Field(max_length=100)] | None = Field(
-        default=None, description="of the catalogue"
-    )
-    ambient: Annotated[str, Field(max_length=100)] | None = Field(
-        default=None, description="light, like 50kcps or 5klx"
-    )
-    reflectance: float | None = Field(
-        default=None, gt=0, le=1, description="of the target, a share"
-    )
-    target_size: Annotated[list[Metres], Field(min_length=2, max_length=2)] | None = Field(
-        default=None, description="width and height of the target, metres"
-    )
-    board: BoardModel | None = Field(
-        default=None, description="that carries it; the catalogue's, if it has one"
-    )
-
-    @property
-    def use(self) -> Use | None:
-        """What the model is used for; None without one."""
-        if self.model is None:
-            return None
-        size = None if self.target_size is None else (self.target_size[0], self.target_size[1])
-        return Use(self.model, self.ambient, self.reflectance, size)
-
-    @model_validator(mode="after")
-    def _of_the_catalogue(self) -> Self:
-        use, given = self.use, self.model_fields_set
-        if use is None:
-            refuse(
-                ((key,), getattr(self, key), "only beside a model")
-                for key in _USES
-                if getattr(self, key) is not None
-            )
-            if self.zones > 1 and self.fov_up_deg is None:
-                refuse(
-                    [(("zones",), self.zones, "1 for a round beam; more only beside fov_up_deg")]
-                )
-            return self
-        if use.model not in MODELS:
-            refuse([(("model",), use.model, ", ".join(MODELS))])
-        try:
-            found = effective(use).sensor
-        except ValueError as error:
-            raise PydanticCustomError("rule", "{error}", {"error": str(error)}) from error
-        up = None if found.fov_up is None else math.degrees(found.fov_up)
-        beam = {
-            "fov_deg": math.degrees(found.fov),
-            "range_m": found.range_m,
-            "fov_up_deg": up,
-            "zones": found.zones,
-        }
-        refuse(
-            ((key,), getattr(self, key), f"{value:.9g}, as {use.model} has it here, or no such key")
-            for key, value in beam.items()
-            if key in given
-            and value is not None
-            and abs((getattr(self, key) or 0.0) - value) > _SAME
-        )
-        refuse(
-            ((key,), getattr(self, key), f"no such key, as the beam of {use.model} is round")
-            for key, value in beam.items()
-            if value is None and getattr(self, key) is not None
-        )
-        return self
-
-
-class MountModel(StrictModel):
+class MountModel(MappedModel[Limits]):
     position: Interval = [0.0, 1.0]
     tilt_deg: Annotated[
-        list[Tilt], Field(min_length=2, max_length=2), AfterValidator(ascending)
+        list[Tilt],
+        Field(min_length=2, max_length=2),
+        AfterValidator(ascending),
+        Of("tilt", DEGREES),
     ] = [-70.0, 70.0]
     keep_out: list[Interval] = Field(
         default=[], max_length=100, description="intervals without rings"
     )
     sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
-    ring_radius: Metres | None = Field(
+    ring_radius: Annotated[Metres | None, Of("radius")] = Field(
         default=None, description="metres; the scene's, if none is given"
     )
 
 
-class RulesModel(StrictModel):
+class RulesModel(MappedModel[Rules]):
     """What makes a setup buildable."""
 
     spacing: float = Field(
@@ -215,6 +93,7 @@ class RulesModel(StrictModel):
         list[Annotated[int, Field(ge=1, le=1000)]],
         Field(min_length=2, max_length=2, description="least and most"),
         AfterValidator(ascending),
+        Of("sensors"),
     ] = [3, 24]
     rings_per_link: int = Field(default=8, ge=1, le=200, description="rings, at most")
     shared_tilt: bool = Field(default=False, description="all rings have one tilt, up to its sign")
@@ -258,48 +137,12 @@ class RulesModel(StrictModel):
             )
         return self
 
+    def to_domain(self, **given: Any) -> Rules:
+        """Return the rules; ``fixed``: rings that stay."""
+        return super().to_domain(band=(self.ring_thickness, self.ring_width), **given)
 
-class RingModel(StrictModel):
-    link: Annotated[str, Field(max_length=100)]
-    position: Position = 0.0
-    count: int = Field(ge=1, le=1000, description="sensors")
-    tilt_deg: Tilt = 0.0
-    phase_deg: float = Field(default=0.0, ge=-360, le=360, description="degrees")
-    radius: Metres | None = Field(default=None, description="metres; the scene's, if none is given")
-    sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
-
-
-_Index = Annotated[int, Field(ge=0, le=999, description="counted from 0")]
-_Place = Annotated[float, Field(ge=-100, le=100, description="metres, base frame")]
-_Part = Annotated[
-    float, Field(ge=-1.001, le=1.001, description="part of a unit vector, base frame")
-]
-
-
-class ConeRow(StrictModel):
-    """A row of ``place-rings cones``: a sensor at a pose, base frame."""
-
-    pose: int = Field(ge=0, lt=10_000, description="counted from 0")
-    ring: _Index
-    sensor: _Index
-    apex_x: _Place
-    apex_y: _Place
-    apex_z: _Place
-    axis_x: _Part
-    axis_y: _Part
-    axis_z: _Part
-    fov_deg: float = Field(gt=0, lt=180, description="degrees, the full angle")
-    range_m: Metres
-
-
-class SquareConeRow(ConeRow):
-    """A row where some sensors have square beams: with the full angle along ``up``, 0 of a cone,
-    and ``up`` itself.
-    """
-
-    fov_up_deg: float = Field(
-        ge=0, lt=180, description="degrees, the full angle along up; 0: a cone"
-    )
-    up_x: _Part
-    up_y: _Part
-    up_z: _Part
+    @classmethod
+    def from_domain(cls, value: Rules, **given: Any) -> Self:
+        """Return the table of the rules."""
+        thickness, width = value.band
+        return super().from_domain(value, ring_thickness=thickness, ring_width=width, **given)

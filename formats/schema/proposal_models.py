@@ -1,24 +1,24 @@
 """The models of proposals, of how they were found, and of the records that stand beside them."""
 
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from ...coverage.rings.ring import Setup
+from ...objectives.scene import Scene
 from .base_model import StrictModel, refuse
 from .field_types import Percent
-from .mount_models import RingModel
-from .result_models import (
-    ErrorsModel,
-    PrintResult,
-    RobustnessResult,
-    SafetyResult,
-    SensorRecord,
-    VerifyResult,
-)
-from .robot_convert import robot_of
-from .robot_models import RobotFile
-from .scene_models import SceneFile
+from .print_models import PrintResult
+from .redesign_models import ImproveResult
+from .result_models import VerifyResult
+from .ring_models import RingModel, ring_models
+from .robot_models import RobotFile, robot_of
+from .robustness_models import ErrorsModel, RobustnessResult
+from .scene_models import SceneFile, SceneModel
 from .sensor_pose_models import SensorPosesFile
+from .sensor_records import SensorRecord
+from .separation_models import SafetyResult
+from .versions import VersionedFile
 
 
 class FoundModel(StrictModel):
@@ -43,15 +43,21 @@ class FoundModel(StrictModel):
     tolerant: ErrorsModel | None = Field(default=None, description="errors that were kept in mind")
 
 
-class ProposalFile(StrictModel):
+class ProposalFile(VersionedFile):
     """A proposal (TOML): the setup first, then the scene it is for, its verified zeta, and how it
     was found.
     """
 
     rings: list[RingModel] = Field(min_length=1, max_length=1000)
-    scene: SceneFile = SceneFile()
+    scene: SceneModel = SceneModel()
     zeta: list[VerifyResult] = Field(default=[])
     found: FoundModel | None = None
+
+    @classmethod
+    def of(cls, setup: Setup, scene: Scene, **more: Any) -> Self:
+        """Return the proposal of a setup for a scene, with ``more`` keys."""
+        rings = ring_models(setup, scene.sensor)
+        return cls(rings=rings, scene=SceneModel.from_domain(scene), **more)
 
     @model_validator(mode="after")
     def _on_the_robot(self) -> Self:
@@ -78,7 +84,7 @@ class ReachModel(StrictModel):
     tried: list[ReachedModel]
 
 
-class SearchFile(StrictModel):
+class SearchFile(VersionedFile):
     """``result.json`` of a search: the proposal, and its zeta beside the paper's setups by the same
     verifier; the same of what was asked for, where that was not zeta itself."""
 
@@ -90,69 +96,6 @@ class SearchFile(StrictModel):
     short_percent: float = Field(default=0.0, ge=0, description="points by which floors are missed")
     reach: ReachModel | None = None
     sensors: list[SensorRecord] = Field(default=[])
-
-
-class ChangeModel(StrictModel):
-    """A ring touched: its number as mounted (none: it is new), what was done, and the ring before
-    and after (none where it is new, and where it is taken away). Millimetres along its link,
-    degrees that its sensors tilt and that it turns."""
-
-    ring: int | None = None
-    done: str
-    before: RingModel | None = None
-    after: RingModel | None = None
-    sensors: int
-    moved_mm: float = Field(ge=0)
-    tilted_deg: float = Field(ge=0)
-    turned_deg: float = Field(ge=0)
-
-
-class WorkModel(StrictModel):
-    """What changes cost: the sums over them. A ring that is carried to another link counts no
-    millimetres.
-    """
-
-    rings_touched: int
-    rings_carried: int
-    sensors_added: int
-    moved_mm: float = Field(ge=0)
-    tilted_deg: float = Field(ge=0)
-    turned_deg: float = Field(ge=0)
-
-
-class StepModel(StrictModel):
-    """The best with so many changes: points gained on the weighted mean against what is mounted,
-    and points by which floors are missed; the work, the changes, and all rings with their verified
-    zeta."""
-
-    exact_percent: Percent
-    gain_percent: float
-    short_percent: float = Field(ge=0)
-    work: WorkModel
-    changes: list[ChangeModel]
-    rings: list[RingModel]
-    zeta: list[VerifyResult]
-
-
-class ImproveResult(StrictModel):
-    """What ``improve --json`` prints: the setup as mounted, the scene's rules that it breaks, and
-    step by step the best with ever more changes; a number of changes that gains nothing more has no
-    step."""
-
-    setup: str
-    scene: SceneFile
-    most_changes: int
-    add_sensors: int
-    outcome: str
-    seed: int
-    seconds: float = Field(ge=0)
-    exact_percent: Percent
-    short_percent: float = Field(ge=0)
-    rings: list[RingModel]
-    zeta: list[VerifyResult]
-    broken: list[str]
-    steps: list[StepModel]
-    files: dict[str, str] = Field(default={})
 
 
 MODELS: dict[str, type[StrictModel]] = {

@@ -2,11 +2,20 @@
 in code.
 """
 
-from typing import Annotated, Self
+import math
+from typing import Annotated, Any, Self
 
+import numpy as np
+from jaxtyping import Float
 from pydantic import Field, model_validator
 
+from ...coverage.robots.built_in import ROBOTS, built_in
+from ...coverage.robots.kinematics import Chain, rpy_of, transform
+from ...coverage.robots.robot import BASE, Body, Mount, Robot
+from ...coverage.solids.capsules import Capsules
 from .base_model import StrictModel, refuse
+from .mapping import MappedModel, Of, decimals, rounded_degrees
+from .versions import VersionedFile
 
 BASE_FRAME, TCP_FRAME = "base", "tcp"
 _Place = Annotated[float, Field(ge=-100, le=100, description="metres")]
@@ -19,6 +28,10 @@ _Angles = Annotated[list[_Angle], Field(min_length=3, max_length=3)]
 _Share = Annotated[float, Field(ge=0, le=1, description="0 proximal to 1 distal")]
 _Name = Annotated[str, Field(min_length=1, max_length=100)]
 _UNIT = 1e-6  # by which the length of a unit vector may be off
+_ROUNDED = decimals(12)  # of metres and of unit vectors
+_VECTOR = Of(unit=_ROUNDED, array=True)
+_ANGLES = Of(unit=rounded_degrees(11), array=True)
+_LENGTH = Of(unit=_ROUNDED)
 
 
 class JointModel(StrictModel):
@@ -44,30 +57,32 @@ class TcpModel(StrictModel):
     rpy_deg: _Angles = [0.0, 0.0, 0.0]
 
 
-class MountAxisModel(StrictModel):
+class MountAxisModel(MappedModel[Mount]):
     """The axis of a link around which rings sit, in the frame of a joint, or of the TCP."""
 
     link: _Name
     frame: _Name = Field(description="the joint that moves the link, or tcp")
-    start: _Point = [0.0, 0.0, 0.0]
-    axis: _Unit
-    zero: _Unit = Field(description="across the axis: a ring of phase 0 has its first sensor there")
-    length: float = Field(ge=0, le=100, description="metres; 0: a fixed place")
+    start: Annotated[_Point, _VECTOR] = [0.0, 0.0, 0.0]
+    axis: Annotated[_Unit, _VECTOR]
+    zero: Annotated[_Unit, _VECTOR] = Field(
+        description="across the axis: a ring of phase 0 has its first sensor there"
+    )
+    length: Annotated[float, _LENGTH] = Field(ge=0, le=100, description="metres; 0: a fixed place")
     usable: Annotated[list[_Share], Field(min_length=2, max_length=2)] = Field(
         default=[0.0, 1.0], description="where a real ring can be closed, 0 proximal to 1 distal"
     )
-    section: float = Field(
+    section: Annotated[float, _LENGTH] = Field(
         default=0.0, ge=0, le=10, description="metres, radius of what a ring surrounds; 0: unknown"
     )
-    aside: float = Field(
+    aside: Annotated[float, _LENGTH] = Field(
         default=0.0, ge=0, le=10, description="metres, how far beside the axis that lies"
     )
-    toward_deg: float = Field(
+    toward_deg: Annotated[float, Of("toward", _ANGLES.unit)] = Field(
         default=0.0, ge=-360, le=360, description="degrees, to which side, as a ring's phase"
     )
 
 
-class BodyModel(StrictModel):
+class BodyModel(MappedModel[Body]):
     """A capsule in the frame of a joint, or of the base."""
 
     name: _Name
@@ -76,16 +91,30 @@ class BodyModel(StrictModel):
     end: _Point
     radius: float = Field(gt=0, le=10, description="metres")
 
+    def to_domain(self, **given: Any) -> Body:
+        """Return the body; ``frame`` is given by its index."""
+        ends = np.array([self.start, self.end], float)
+        return super().to_domain(capsule=Capsules(ends[0], ends[1], self.radius), **given)
 
-class RobotFile(StrictModel):
-    """A robot (TOML): a chain of revolute joints, mount axes, and the capsules that stand for its
+    @classmethod
+    def from_domain(cls, value: Body, **given: Any) -> Self:
+        """Return the table of a body; ``frame`` is given by its name."""
+        capsule = value.capsule
+        ends = {"start": _VECTOR.write(capsule.start), "end": _VECTOR.write(capsule.end)}
+        return super().from_domain(value, **ends, radius=_LENGTH.write(capsule.radius), **given)
+
+
+class RobotModel(MappedModel[Robot]):
+    """A robot: a chain of revolute joints, mount axes, and the capsules that stand for its
     links.
     """
 
     name: _Name
     source: str = Field(default="", max_length=1000, description="where the figures are from")
-    reach: float = Field(gt=0, le=100, description="metres, radius of V_O about the base")
-    home_deg: list[_Turn] | None = Field(
+    reach: Annotated[float, _LENGTH] = Field(
+        gt=0, le=100, description="metres, radius of V_O about the base"
+    )
+    home_deg: Annotated[list[_Turn] | None, Of("home", _ANGLES.unit, array=True)] = Field(
         default=None, description="degrees, the pose where a scene has none"
     )
     tcp: TcpModel = TcpModel()
@@ -154,3 +183,77 @@ class RobotFile(StrictModel):
                         )
         refuse(faults)
         return self
+
+    def to_domain(self, **given: Any) -> Robot:
+        """Return the robot; joints without limits turn freely."""
+        names = [joint.name for joint in self.joints]
+        frames = {name: j for j, name in enumerate(names)}
+        frames |= {BASE_FRAME: BASE, TCP_FRAME: len(names)}
+        limits = [joint.limits_deg or [-math.inf, math.inf] for joint in self.joints]
+        places: list[JointModel | TcpModel] = [*self.joints, self.tcp]
+        return super().to_domain(
+            chain=Chain(
+                joints=tuple(names),
+                origin=np.stack([_origin(place) for place in places]),
+                axis=np.array([joint.axis for joint in self.joints], float),
+            ),
+            limits=np.radians(np.array(limits, float)),
+            mounts=tuple(mount.to_domain(frame=frames[mount.frame]) for mount in self.mounts),
+            bodies=tuple(body.to_domain(frame=frames[body.frame]) for body in self.bodies),
+            **given,
+        )
+
+    @classmethod
+    def from_domain(cls, value: Robot, **given: Any) -> Self:
+        """Return the table of a robot, rounded as files are."""
+        chain = value.chain
+        frames = dict(enumerate(chain.joints)) | {BASE: BASE_FRAME, len(chain): TCP_FRAME}
+        limits = [None] * len(chain) if value.limits is None else list(value.limits)
+        return super().from_domain(
+            value,
+            tcp=TcpModel(**_place(chain.origin[-1])),
+            joints=[
+                JointModel(
+                    name=name, **_place(T), axis=_VECTOR.write(axis), limits_deg=_limits_deg(limit)
+                )
+                for name, T, axis, limit in zip(
+                    chain.joints, chain.origin[:-1], chain.axis, limits, strict=True
+                )
+            ],
+            mounts=[MountAxisModel.from_domain(m, frame=frames[m.frame]) for m in value.mounts],
+            bodies=[BodyModel.from_domain(b, frame=frames[b.frame]) for b in value.bodies],
+            **given,
+        )
+
+
+class RobotFile(RobotModel, VersionedFile):
+    """A robot (TOML): a chain of revolute joints, mount axes, and the capsules that stand for its
+    links.
+    """
+
+
+def _origin(place: JointModel | TcpModel) -> Float[np.ndarray, "4 4"]:
+    return transform(place.xyz, [math.radians(angle) for angle in place.rpy_deg])
+
+
+def _place(T: Float[np.ndarray, "4 4"]) -> dict[str, list[float]]:
+    return {
+        "xyz": _VECTOR.write(T[:3, 3]),
+        "rpy_deg": _ANGLES.write(rpy_of(T[:3, :3])),
+    }
+
+
+def _limits_deg(limits: Float[np.ndarray, " 2"] | None) -> list[float] | None:
+    return None if limits is None or not np.isfinite(limits).all() else _ANGLES.write(limits)
+
+
+def robot_of(key: str | RobotModel) -> Robot:
+    """The robot that a scene's ``robot`` means: a built-in one by its name (KeyError if there is
+    none), or one in-line.
+    """
+    return ROBOTS[key] if isinstance(key, str) else key.to_domain()
+
+
+def robot_key(robot: Robot) -> str | RobotModel:
+    """A robot as a scene names it: by its name if it is built in, in-line otherwise."""
+    return robot.name if built_in(robot) else RobotModel.from_domain(robot)

@@ -1,7 +1,7 @@
-"""The models of every file and of ``--json``. Degrees in files, radians in code.
+"""The model of a scene. Degrees in files, radians in code.
 
-A file is judged here and nowhere else: each key's limits and description also make the JSON Schema
-and the words of an error. What a model stands for in code is made in ``formats/convert``.
+A file is judged by its model and nowhere else: each key's limits and description also make the JSON
+Schema and the text of an error.
 """
 
 import math
@@ -18,125 +18,24 @@ from pydantic import (
 )
 
 from ...coverage.occlusion.model import Occlusion
-from ...coverage.rings.ring import RING_RADIUS
+from ...coverage.rings.ring import RING_RADIUS, Setup
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
-from ...coverage.robots.separation_distance import WALKING
-from ...coverage.solids.polyhedra import hull
-from ...coverage.targets import NAMES, ROBOT_RADIUS, TCP_RANGE
-from ...objectives.scene import REFERENCE_POSE_DEG
+from ...coverage.targets import NAMES, Shape, Target
+from ...objectives.scene import REFERENCE_POSE_DEG, Goal, Scene
 from ..errors import IN_LINE, NAMED
-from .base_model import StrictModel, fault, refuse
-from .field_types import FARTHEST, LONGEST_NAME, MOST_DEG_S, Metres, Weight
-from .mount_models import MountModel, PrintingModel, RingModel, RulesModel, SensorModel
-from .robot_convert import robot_of
-from .robot_models import RobotFile
+from .base_model import fault, refuse
+from .field_types import Metres
+from .mapping import PERCENT, MappedModel, Of
+from .motion_models import MotionModel, PoseModel, RecordedModel, SafetyModel, TrajectoryModel
+from .mount_models import MountModel, PrintingModel, RulesModel
+from .obstacle_models import ObstacleModel, obstacles_of
+from .ring_models import RingModel, ring_models, setup_of
+from .robot_models import RobotModel, robot_key, robot_of
+from .sensor_models import SensorModel
+from .versions import VersionedFile
 
 
-class PoseModel(StrictModel):
-    q_deg: list[Annotated[float, Field(ge=-720, le=720, description="degrees")]] = Field(
-        min_length=1, max_length=20
-    )
-    weight: Weight = 1.0
-    time_s: float | None = Field(default=None, description="seconds, when a record was there")
-    rate_deg_s: (
-        list[Annotated[float, Field(ge=-MOST_DEG_S, le=MOST_DEG_S, description="degrees a second")]]
-        | None
-    ) = Field(default=None, description="speeds of the joints, for V_P")
-
-
-class SafetyModel(StrictModel):
-    """What the distances of V_P are made of, S = v_h (T_r + T_s) + v_r T_r + v_r T_s / 2 + C + Z_d
-    + Z_r; v_r follows from the joints' speeds of a pose. No value here confers a safety rating."""
-
-    human_speed: float = Field(
-        default=WALKING, gt=0, le=20, description="m/s, v_h: 1.6 by ISO 13855"
-    )
-    reaction_s: float = Field(default=0.1, ge=0, le=10, description="seconds, T_r")
-    stopping_s: float | None = Field(
-        default=None, ge=0, le=10, description="seconds, T_s; by the robot's table"
-    )
-    intrusion_m: float = Field(default=0.2, ge=0, le=10, description="metres, C")
-    sensor_uncertainty_m: float = Field(default=0.1, ge=0, le=10, description="metres, Z_d")
-    robot_uncertainty_m: float = Field(default=0.05, ge=0, le=10, description="metres, Z_r")
-    robot_speed: float = Field(
-        default=0.0, ge=0, le=20, description="m/s, of all parts at poses without rate_deg_s"
-    )
-
-
-class MotionModel(StrictModel):
-    """How `check --move` may move a real robot. It is no safety function."""
-
-    speed_deg_s: float = Field(
-        default=15.0, ge=1, le=60, description="degrees a second, of the leading joint"
-    )
-    acceleration_deg_s2: float = Field(
-        default=30.0, gt=0, le=120, description="degrees a second squared, likewise"
-    )
-    near_m: float = Field(
-        default=0.15,
-        ge=0.05,
-        le=4,
-        description="metres: a reading nearer than that stops the robot",
-    )
-    self_m: float = Field(
-        default=0.04,
-        ge=0.01,
-        le=1,
-        description="metres, that the robot's bodies keep from each other",
-    )
-    cell_m: float = Field(
-        default=0.1, ge=0.02, le=1, description="metres, that they keep from obstacles"
-    )
-    near_share: float = Field(
-        default=0.5,
-        ge=0,
-        le=1,
-        description="of the sensors that must keep the whole of near_m, at least",
-    )
-    failed_share: float = Field(
-        default=0.25, ge=0, le=0.5, description="of a ring's sensors that may fail or freeze"
-    )
-    frozen_frames: int = Field(
-        default=6,
-        ge=2,
-        le=100,
-        description="frames in which a ring's distances may stay unchanged during a motion",
-    )
-    cell_complete: bool = Field(
-        default=False, description="true: all that the robot can reach is in the scene"
-    )
-    rings_as_proposed: bool = Field(
-        default=False,
-        description="true: every ring is known to be wired and mounted the right way round",
-    )
-
-
-class TrajectoryModel(StrictModel):
-    """A recorded motion from which the poses are taken; the file's name alone will do."""
-
-    file: str = Field(
-        min_length=1, max_length=1000, description="CSV, beside the scene or below its folder"
-    )
-    unit: Literal["rad", "deg"] = "rad"
-    poses: int = Field(default=200, ge=1, le=2000, description="poses, at most")
-    within_deg: float = Field(
-        default=2.0, ge=0, le=90, description="degrees, nearer than which no pose is added"
-    )
-    speed_weight: float = Field(default=1.0, ge=0, le=100, description="0: dwell time alone")
-
-
-class RecordedModel(StrictModel):
-    """Where the poses come from: a record's file, rows and seconds; the largest distance in any
-    joint of a recorded sample from its pose; and by how much speed added to the weights."""
-
-    file: Annotated[str, Field(max_length=1000)]
-    rows: int = Field(ge=0)
-    seconds: float = Field(ge=0)
-    within_deg: float = Field(ge=0, description="degrees")
-    speed_weight: float = Field(ge=0)
-
-
-class TargetModel(StrictModel):
+class TargetModel(MappedModel[Goal]):
     name: Literal["V_O", "V_T", "V_OT", "V_S", "V_P"]
     radius: Metres | None = Field(
         default=None, validate_default=True, description="metres, of V_S only"
@@ -144,7 +43,7 @@ class TargetModel(StrictModel):
     weight: float = Field(
         default=1.0, ge=0, le=1e6, description="relative weight, 0: only its floor counts"
     )
-    at_least: float = Field(
+    at_least: Annotated[float, Of(unit=PERCENT)] = Field(
         default=0.0, ge=0, le=100, description="percent that it shall have at least"
     )
 
@@ -158,72 +57,40 @@ class TargetModel(StrictModel):
             raise fault(radius, f"no radius, as the target is {name}")
         return radius
 
+    def to_domain(self, **given: Any) -> Goal:
+        """Return the target with its weight and its floor."""
+        return super().to_domain(target=Target(self.name, self.radius), **given)
 
-class CurveModel(StrictModel):
+    @classmethod
+    def from_domain(cls, value: Goal, **given: Any) -> Self:
+        """Return the table of a target with its weight and its floor."""
+        name, radius = value.target.name, value.target.radius
+        return super().from_domain(value, name=name, radius=radius, **given)
+
+
+class CurveModel(MappedModel[Shape]):
     """The pose curve, and the volumes about it."""
 
     blend: float = Field(
-        default=0.5, gt=0, le=1, description="share of a segment that its two bends take"
+        default=Shape.blend, gt=0, le=1, description="share of a segment that its two bends take"
     )
-    points_per_bend: int = Field(default=20, ge=2, le=1000, description="interpolation points")
+    points_per_bend: int = Field(
+        default=Shape.points_per_bend, ge=2, le=1000, description="interpolation points"
+    )
     robot_radius: Annotated[Metres, Field(description="metres, of V_R, the robot's own volume")] = (
-        ROBOT_RADIUS
+        Shape.robot_radius
     )
-    tcp_range: Annotated[Metres, Field(description="metres, radius of V_T")] = TCP_RANGE
-
-
-_Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="metres, base frame")]
-_Three = Field(min_length=3, max_length=3)
-_Angle = Annotated[float, Field(ge=-360, le=360, description="degrees")]
-
-
-class ObstacleModel(StrictModel):
-    """Something that stands in the cell: a box (size), a mesh (file), the hull of points, or the
-    floor, all below a height. ``centre`` and ``rpy_deg`` (about x, y, z of the base frame, in this
-    order) place all but the floor."""
-
-    name: str = Field(default="", max_length=LONGEST_NAME)
-    centre: Annotated[list[_Coordinate], _Three] = [0.0, 0.0, 0.0]
-    rpy_deg: Annotated[list[_Angle], _Three] = [0.0, 0.0, 0.0]
-    size: Annotated[list[Metres], _Three] | None = Field(
-        default=None, description="metres, of a box"
-    )
-    file: str | None = Field(
-        default=None,
-        min_length=1,
-        max_length=1000,
-        description="beside the scene or below its folder",
-    )
-    scale: float = Field(default=1.0, gt=0, le=1000, description="metres of a unit of the mesh")
-    points: list[Annotated[list[_Coordinate], _Three]] | None = Field(
-        default=None, min_length=4, max_length=20_000, description="metres, of which it is the hull"
-    )
-    floor: float | None = Field(
-        default=None, ge=-FARTHEST, le=FARTHEST, description="metres, its height"
-    )
-
-    @model_validator(mode="after")
-    def _of_one_kind(self) -> Self:
-        kinds = ("size", "file", "points", "floor")
-        given = [kind for kind in kinds if getattr(self, kind) is not None]
-        if len(given) != 1:
-            raise fault(given or None, f"one of {', '.join(kinds)}")
-        if self.points is not None:
-            try:
-                hull(np.array(self.points))
-            except ValueError as error:
-                raise fault(self.points, "corners of a solid, not all in one plane") from error
-        return self
+    tcp_range: Annotated[Metres, Field(description="metres, radius of V_T")] = Shape.tcp_range
 
 
 RobotKey = Annotated[
-    Annotated[str, Tag(NAMED)] | Annotated[RobotFile, Tag(IN_LINE)],
-    Discriminator(lambda found: IN_LINE if isinstance(found, dict | RobotFile) else NAMED),
+    Annotated[str, Tag(NAMED)] | Annotated[RobotModel, Tag(IN_LINE)],
+    Discriminator(lambda found: IN_LINE if isinstance(found, dict | RobotModel) else NAMED),
 ]
 
 
-class SceneFile(StrictModel):
-    """A scene (TOML). Every key has a default: the empty file is the reference scene."""
+class SceneModel(MappedModel[Scene]):
+    """A scene. Every key has a default: without any it is the reference scene."""
 
     robot: RobotKey = Field(
         default="ur10", description="a built-in robot, a robot's file (.toml), or a robot in-line"
@@ -236,8 +103,8 @@ class SceneFile(StrictModel):
         description=f"metres; {RING_RADIUS:g} if none is given, more where a real ring needs it",
     )
     sensor: SensorModel = SensorModel()
-    curve: CurveModel = CurveModel()
-    mounts: dict[str, MountModel] = {}
+    curve: Annotated[CurveModel, Of("shape")] = CurveModel()
+    mounts: Annotated[dict[str, MountModel], Of("limits")] = {}
     poses: list[PoseModel] = Field(
         default=[PoseModel(q_deg=list(REFERENCE_POSE_DEG))], min_length=1, max_length=10_000
     )
@@ -246,7 +113,7 @@ class SceneFile(StrictModel):
     over_poses: Literal["mean", "worst"] = Field(
         default="mean", description="what counts of several poses"
     )
-    targets: list[TargetModel] = Field(
+    targets: Annotated[list[TargetModel], Of("goals")] = Field(
         default=[TargetModel(name="V_S", radius=0.5)], min_length=1, max_length=100
     )
     safety: SafetyModel = SafetyModel()
@@ -262,7 +129,7 @@ class SceneFile(StrictModel):
 
     @field_validator("robot")
     @classmethod
-    def _known(cls, robot: str | RobotFile) -> str | RobotFile:
+    def _known(cls, robot: str | RobotModel) -> str | RobotModel:
         if isinstance(robot, str) and robot not in ROBOTS:
             raise fault(robot, f"{', '.join(ROBOTS)}, or a robot's file (.toml)")
         return robot
@@ -347,3 +214,32 @@ class SceneFile(StrictModel):
         ]
         refuse(faults)
         return self
+
+    def to_domain(self, **given: Any) -> Scene:
+        """Return the scene, but for the obstacles and the poses that it takes from other files."""
+        sensor, radius = self.sensor.to_domain(), self.ring_radius or RING_RADIUS
+        return super().to_domain(
+            robot=robot_of(self.robot),
+            ring_radius=radius,
+            radius_stated=self.ring_radius is not None,
+            rules=self.rules.to_domain(fixed=setup_of(self.fixed, sensor, radius).rings),
+            obstacles=obstacles_of(self.obstacles),
+            **given,
+        )
+
+    @classmethod
+    def from_domain(cls, value: Scene, **given: Any) -> Self:
+        """Return the table of a scene."""
+        stated = value.radius_stated or value.ring_radius != RING_RADIUS
+        return super().from_domain(
+            value,
+            robot=robot_key(value.robot),
+            ring_radius=value.ring_radius if stated else None,
+            fixed=ring_models(Setup(value.rules.fixed), value.sensor),
+            obstacles=[ObstacleModel(**obstacle.keys) for obstacle in value.obstacles],
+            **given,
+        )
+
+
+class SceneFile(SceneModel, VersionedFile):
+    """A scene (TOML). Every key has a default: the empty file is the reference scene."""

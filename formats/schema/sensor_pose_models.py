@@ -8,7 +8,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from .base_model import StrictModel, refuse
-from .mount_models import SensorModel
+from .sensor_models import SensorModel
+from .versions import VersionedFile
 
 _Name = Annotated[str, Field(min_length=1, max_length=100)]
 _Xyz = Annotated[
@@ -69,7 +70,7 @@ class RingPosesModel(StrictModel):
     sensors: list[SensorPoseModel] = Field(min_length=1, max_length=1000)
 
 
-class SensorPosesFile(StrictModel):
+class SensorPosesFile(VersionedFile):
     """Poses of sensors (JSON). beam: the axis of a sensor's frame along which it looks."""
 
     robot: str = Field(default="", max_length=100, description="its name, to be read by persons")

@@ -19,7 +19,7 @@ from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
 from ...objectives.scene import Scene
 from ..errors import UserError
-from ..schema.mount_models import ConeRow, SquareConeRow
+from ..schema.ring_models import ConeRow, SquareConeRow
 
 TOLERANCE_MM, TOLERANCE_DEG = 2.0, 1.0  # by which a sensor may be off its ring
 _UNIT = 1e-3  # by which an axis may be longer or shorter than 1
@@ -151,7 +151,8 @@ def _turned(
     T: Float[np.ndarray, "P 4 4"], v: Float[np.ndarray, "P K 3"]
 ) -> Float[np.ndarray, "P K 3"]:
     """Vectors from the base frame to the frames T_base_frame."""
-    return np.einsum("pji,pkj->pki", T[:, :3, :3], v)
+    turned: np.ndarray = np.einsum("pji,pkj->pki", T[:, :3, :3], v)
+    return turned
 
 
 def _fit(

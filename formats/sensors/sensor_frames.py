@@ -8,20 +8,20 @@ round (x to y, y to z, z to x).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from ...coverage.arrays import cross
+from ...coverage.choices import Along
 from ...coverage.rings.ring import Setup, ring_values
 from ...coverage.rings.ring_kinematics import ring_arrays, sensor_poses, up_of
 from ...coverage.robots.kinematics import Chain, forward
 from ...coverage.robots.robot import Robot
 from ...coverage.sensors.sensor import Sensor
-from ..schema.mount_models import ConeRow, SquareConeRow
+from ..schema.ring_models import ConeRow, SquareConeRow
 
-Along = Literal["x", "y", "z"]
 _TURNS = {"z": 0, "x": 1, "y": 2}
 _POSES = 3  # any ones: sensors of a link form a ring on that link in all of them, and on no other
 

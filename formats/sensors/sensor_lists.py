@@ -17,7 +17,7 @@ from ...coverage.robots.kinematics import forward
 from ...coverage.solids.sensor_beams import Optics
 from ...objectives.scene import Scene
 from ..errors import UserError, explain, shown
-from ..schema.mount_models import ConeRow, SquareConeRow
+from ..schema.ring_models import ConeRow, SquareConeRow
 from .ring_fit import fitted_setup
 
 COLUMNS, SQUARE_COLUMNS = tuple(ConeRow.model_fields), tuple(SquareConeRow.model_fields)

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 from pydantic import ValidationError
-from scipy.spatial.transform import Rotation
 
 from ...coverage.rings.ring import Setup
 from ...coverage.rings.rounding import degrees
 from ...coverage.robots.kinematics import forward
 from ...objectives.scene import Scene
-from ..convert.scenes import sensor_model, sensor_of
 from ..errors import UserError, explain, shown
 from ..schema.robot_models import TCP_FRAME
+from ..schema.sensor_models import SensorModel
 from ..schema.sensor_pose_models import RingPosesModel, SensorPoseModel, SensorPosesFile
+from ..schema.versions import FROM_FILE
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
 from .sensor_frames import SensorFrame, looking_along_z, rows_of, sensor_frames
 
@@ -25,6 +25,8 @@ _DIGITS = 12
 
 def quaternion(T: Float[np.ndarray, "4 4"]) -> list[float]:
     """The rotation of a transform as x, y, z, w, with w at least 0."""
+    from scipy.spatial.transform import Rotation
+
     return [
         round(float(v), _DIGITS) + 0.0
         for v in Rotation.from_matrix(T[:3, :3]).as_quat(canonical=True)
@@ -50,7 +52,7 @@ def poses_file(scene: Scene, setup: Setup, pose: int) -> SensorPosesFile:
             RingPosesModel(
                 link=ring.link,
                 frame=names[some[0].frame],
-                sensor=sensor_model(ring.sensor),
+                sensor=SensorModel.from_domain(ring.sensor),
                 sensors=[
                     SensorPoseModel(
                         name=s.name,
@@ -67,6 +69,8 @@ def poses_file(scene: Scene, setup: Setup, pose: int) -> SensorPosesFile:
 
 
 def _transform(xyz: Sequence[float], xyzw: Sequence[float]) -> Float[np.ndarray, "4 4"]:
+    from scipy.spatial.transform import Rotation
+
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = Rotation.from_quat(xyzw).as_matrix(), xyz
     return T
@@ -81,7 +85,7 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
             ring form none.
     """
     try:
-        file = SensorPosesFile.model_validate_json(text)
+        file = SensorPosesFile.model_validate_json(text, context=FROM_FILE)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         if first["type"] == "json_invalid":
@@ -103,7 +107,7 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
                 raise UserError(
                     f"{name}: rings[{i}].{key}: found {shown(value)}, allowed: {', '.join(allowed)}"
                 )
-        frame, unit = names.index(ring.frame), sensor_of(ring.sensor)
+        frame, unit = names.index(ring.frame), ring.sensor.to_domain()
         for k, sensor in enumerate(ring.sensors):
             T = _transform(sensor.xyz, sensor.xyzw)
             if frames is not None and sensor.base_xyz is not None and sensor.base_xyzw is not None:
@@ -117,7 +121,7 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
     setup = fitted_setup(name, *rows_of(found, robot.chain), scene, links)
     return Setup(
         tuple(
-            replace(r, sensor=sensor_of(ring.sensor))
+            replace(r, sensor=ring.sensor.to_domain())
             for r, ring in zip(setup.rings, file.rings, strict=True)
         )
     )
@@ -125,6 +129,8 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
 
 def _check_base(where: str, T: Float[np.ndarray, "4 4"], stated: Float[np.ndarray, "4 4"]) -> None:
     """Is a sensor where the file says it is in the base frame?"""
+    from scipy.spatial.transform import Rotation
+
     mm = 1000 * float(np.linalg.norm(T[:3, 3] - stated[:3, 3]))
     deg = math.degrees(Rotation.from_matrix(T[:3, :3].T @ stated[:3, :3]).magnitude())
     if mm > TOLERANCE_MM or deg > TOLERANCE_DEG:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.choices import SENSOR_FRAMES, Along
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import BASE, Mount
 from ...objectives.scene import Scene
@@ -14,9 +15,8 @@ from ..errors import UserError, shown
 from ..robots.urdf import Urdf
 from ..robots.urdf_robot import find_robot
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
-from .sensor_frames import Along, SensorFrame, looking_along_z, rows_of
+from .sensor_frames import SensorFrame, looking_along_z, rows_of
 
-PATTERN = "tof_.*"
 _LONGEST = 200  # characters of a pattern
 
 
@@ -25,7 +25,7 @@ class FramePattern:
     """Which frames of a URDF are sensors, by a regular expression for their whole names, and along
     which of its axes each looks."""
 
-    pattern: str = PATTERN
+    pattern: str = SENSOR_FRAMES
     beam: Along = "x"
 
 
@@ -99,12 +99,10 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
     found = []
     for i, ring in enumerate(rings):
         first = ring[0].azimuth
-        for k, seat in enumerate(
-            sorted(ring, key=lambda s, first=first: (s.azimuth - first) % (2 * math.pi))
-        ):
-            found.append(
-                SensorFrame(i, k, seat.mount.frame, seat.T, scene.sensor_of(seat.mount.link))
-            )
+        turns = [(seat.azimuth - first) % (2 * math.pi) for seat in ring]
+        for k, j in enumerate(sorted(range(len(ring)), key=turns.__getitem__)):
+            mount, T = ring[j].mount, ring[j].T
+            found.append(SensorFrame(i, k, mount.frame, T, scene.sensor_of(mount.link)))
     setup = fitted_setup(name, *rows_of(found, scene.robot.chain), scene)
     return Setup(tuple(replace(r, sensor=scene.sensor_of(r.link)) for r in setup.rings))
 

@@ -153,7 +153,10 @@ class MountClearance:
         start, end, thick, names = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), []
         if robot.bodies:
             capsules = robot_capsules(robot, self.frames)
-            ends = [np.einsum("paj,pnj->pna", turn, v - origin[:, None]) for v in capsules[:2]]
+            ends = [
+                np.einsum("paj,pnj->pna", turn, v - origin[:, None])
+                for v in (capsules.start, capsules.end)
+            ]
             of = np.broadcast_to(np.arange(len(robot.bodies)), ends[0].shape[:2])
             rows = np.concatenate([*(e.reshape(-1, 3) for e in ends), of.reshape(-1, 1)], axis=1)
             _, first = np.unique(np.round(rows, _SAME), axis=0, return_index=True)

@@ -7,7 +7,6 @@ what they have, broken rules and all, and the touched rings keep every rule agai
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -17,7 +16,15 @@ from ...coverage.rings.ring_kinematics import any_square, ring_arrays
 from ...coverage.rings.rounding import rounded
 from ...objectives.feasibility.clearance import MountClearance
 from ...objectives.feasibility.violations import commonest_tilt, faults, held
-from ...objectives.parameterization import Interval, Segment, decode, encode, segments, stretch
+from ...objectives.parameterization import (
+    Interval,
+    Segment,
+    SetupArrays,
+    decode,
+    encode,
+    segments,
+    stretch,
+)
 from ...objectives.scene import Scene
 from .changes import Rings, Touched, turn
 
@@ -30,7 +37,7 @@ class Placed:
     ``decode`` reads them, and their bounds, which are equal but for the touched rings."""
 
     touched: Touched
-    arrays: tuple[Any, Interval]
+    arrays: SetupArrays
     low: Values
     high: Values
     values: Values
@@ -134,7 +141,8 @@ class RedesignProblem:
         """Set the bounds of the touched rings' tilts; False where a shared tilt is beyond a link's
         limits.
         """
-        limits = {i: self.scene.limits_of(t.rings[i].link).tilt for i in rings}  # type: ignore[union-attr]
+        old = {i: ring for i in rings if (ring := t.rings[i]) is not None}
+        limits = {i: self.scene.limits_of(ring.link).tilt for i, ring in old.items()}
         if not self.scene.rules.shared_tilt:
             for i in rings:
                 low[1, i], high[1, i] = limits[i]
@@ -144,7 +152,7 @@ class RedesignProblem:
             for i, ring in enumerate(self.before)
             if ring is not None and i not in (*t.free, *self.fixed)
         ]
-        signs = {i: math.copysign(1.0, t.rings[i].tilt) for i in rings}  # type: ignore[union-attr]
+        signs = {i: math.copysign(1.0, ring.tilt) for i, ring in old.items()}
         if own:
             tilt = commonest_tilt(own)
             for i in rings:

@@ -5,15 +5,14 @@ for.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import jax
 import numpy as np
 from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Setup
-from ...coverage.rings.ring_kinematics import RingArrays, ring_arrays
-from ...objectives.parameterization import Interval, Segment, decode, encode, stretch
+from ...coverage.rings.ring_kinematics import ring_arrays
+from ...objectives.parameterization import Interval, Segment, SetupArrays, decode, encode, stretch
 from .feasible_set import FeasibleSet
 
 
@@ -71,7 +70,7 @@ class Space(FeasibleSet):
             where.tilt_of[n:] = np.arange(n, n + len(self.fixed))
         return where
 
-    def arrays(self, c: Candidate) -> tuple[RingArrays, Interval]:
+    def arrays(self, c: Candidate) -> SetupArrays:
         """A candidate for the objective; all candidates have one shape."""
         links = [self.segments[i].link if i >= 0 else self.scene.robot.links[0] for i in c.segment]
         rings = [self.ring(link, int(n)) for link, n in zip(links, c.count, strict=True)]
@@ -136,7 +135,7 @@ def _off(s: Segment, position: float) -> float:
     return max(s.low - position, position - s.high, 0.0)
 
 
-def stacked(each: Sequence[Any]) -> Any:
+def stacked(each: Sequence[SetupArrays]) -> SetupArrays:
     """Arrays of several candidates along a new first axis."""
-
-    return jax.tree.map(lambda *a: np.stack(a), *each)
+    together: SetupArrays = jax.tree.map(lambda *a: np.stack(a), *each)
+    return together

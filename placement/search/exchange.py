@@ -12,10 +12,10 @@ from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, replace
 from itertools import repeat
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from ...coverage.rings.ring import Ring
 from ...objectives.parameterization import Interval, decode
@@ -47,6 +47,16 @@ class Round:
 
 _SPREADS = (0.3, 1.0)  # of the places near a ring, in parts of a round's scale
 _STREAM, _AHEAD = 3, 4  # of random numbers, beside those of the search
+
+
+class _Trials(NamedTuple):
+    """K places that are tried for one ring."""
+
+    segment: Int[np.ndarray, " K"]
+    values: Float[np.ndarray, "K 3"]
+    """As a candidate's: along the segment, tilt, phase."""
+    sign: Float[np.ndarray, " K"]
+    """Of the tilt, where all rings share its size."""
 
 
 class Exchange:
@@ -119,42 +129,53 @@ class Exchange:
         """Put ring ``i`` where it adds most: of so many places near its own, and so many anywhere,
         its own among them.
         """
+        scene, field = self._space.scene, self._field
+        trials = self._drawn(i, near, scale, anywhere)
+        # Only points (M,) of all (N,) that no other ring sees can be worth more or less.
+        others = np.delete(self._seen, i, axis=0).any(axis=0) | self._held  # (N,)
+        unseen = np.flatnonzero(~others)  # (M,)
+        seen = field.part[others].sum(axis=0, dtype=float)  # (G,), of the goals, without this ring
+        part = field.part[unseen]  # (M, G)
+        best, winner = float(worth(seen + self._seen[i][unseen] @ part, scene)), None
+        step = max(_AT_ONCE // max(len(unseen), 1), 1)  # places tested at once
+        for s in {*trials.segment.tolist()}:
+            mine = np.flatnonzero(trials.segment == s)  # (K,), trials on this segment
+            there = _with(self.candidate, i, s, trials.values[0], 1.0)
+            places = self._places_of(there, i, trials.values[mine], trials.sign[mine])  # (3, K)
+            ring = self._ring(there, i)
+            points = field.around[ring.link].some(unseen)
+            for k in range(0, len(mine), step):
+                sees = self._see(ring, places[:, k : k + step], points)  # (step, M)
+                value = worth(seen + sees @ part, scene)  # (step,)
+                if value.max() > best:
+                    best, winner = float(value.max()), mine[k + int(value.argmax())]
+        if winner is not None:
+            s, values, sign = (a[winner] for a in trials)
+            self._take(_with(self.candidate, i, int(s), values, sign))
+
+    def _drawn(self, i: int, near: int, scale: float, anywhere: int) -> _Trials:
+        """Places to try for ring ``i``: first those near its own, then those anywhere."""
         c, space, rng = self.candidate, self._space, self._rng
         link, count = space.segments[c.segment[i]].link if space.layout else None, int(c.count[i])
         free = space.room(np.delete(c.segment, i).tolist(), link, count)
-        if space.scene.rules.shared_tilt:
+        shared = space.scene.rules.shared_tilt
+        if shared:  # a segment whose steepest tilt the shared one exceeds is out
             free = [s for s in free if space.limits(s, count)[1][1] >= c.values[1, 0]]
-        segment = np.concatenate([np.full(near, c.segment[i]), rng.choice(free, anywhere)])
-        edges = {s: space.limits(s, count) for s in {*segment.tolist()}}
-        low, high = (np.array([edges[s][k] for s in segment.tolist()]) for k in (0, 1))
+        segment = np.concatenate([np.full(near, c.segment[i]), rng.choice(free, anywhere)])  # (K,)
+        limits = {s: space.limits(s, count) for s in {*segment.tolist()}}
+        low, high = (np.array([limits[s][k] for s in segment.tolist()]) for k in (0, 1))  # (K, 3)
         values, sign = rng.uniform(low, high), rng.choice([-1.0, 1.0], len(segment))
         spread = rng.choice(_SPREADS, (near, 1)) * rng.standard_normal((near, 3))
-        values[:near] = np.clip(
-            c.values[:, i] + scale * spread * (high - low)[:near], low[:near], high[:near]
-        )
+        beside = c.values[:, i] + scale * spread * (high - low)[:near]  # (near, 3)
+        values[:near] = np.clip(beside, low[:near], high[:near])
         sign[:near] = c.sign[i]
-        if space.scene.rules.shared_tilt:
+        if shared:
             values[:, 1] = c.values[1, i]
-        others = np.delete(self._seen, i, axis=0).any(axis=0) | self._held
-        unseen = np.flatnonzero(~others)
-        seen, part = self._field.part[others].sum(axis=0, dtype=float), self._field.part[unseen]
-        best, answer = float(worth(seen + self._seen[i][unseen] @ part, space.scene)), c
-        step = max(_AT_ONCE // max(len(unseen), 1), 1)
-        for s in edges:
-            trial, mine = _with(c, i, s, values[0], 1.0), np.flatnonzero(segment == s)
-            places, ring = self._places_of(trial, i, values[mine], sign[mine]), self._ring(trial, i)
-            points = self._field.around[ring.link].some(unseen)
-            for k in range(0, len(mine), step):
-                then = worth(
-                    seen + self._see(ring, places[:, k : k + step], points) @ part, space.scene
-                )
-                if then.max() > best:
-                    best, j = float(then.max()), mine[k + int(then.argmax())]
-                    answer = _with(c, i, s, values[j], sign[j])
-        if answer is not c:
-            self._take(answer)
+        return _Trials(segment, values, sign)
 
-    def _places_of(self, c: Candidate, i: int, values: Any, sign: Any) -> Float[np.ndarray, "3 K"]:
+    def _places_of(
+        self, c: Candidate, i: int, values: Float[np.ndarray, "K 3"], sign: Float[np.ndarray, " K"]
+    ) -> Float[np.ndarray, "3 K"]:
         """Where ring ``i`` is with other values (K, 3) and signs (K,): as ``decode`` would say of
         each.
         """
@@ -211,7 +232,9 @@ def share_of(space: Space, fields: Fields, c: Candidate) -> float:
     return here.value
 
 
-def _with(c: Candidate, i: int, segment: int, values: Any, sign: float) -> Candidate:
+def _with(
+    c: Candidate, i: int, segment: int, values: Float[np.ndarray, " 3"], sign: float
+) -> Candidate:
     """``c`` with other values of ring ``i``."""
     each, which, signs = c.values.copy(), c.segment.copy(), c.sign.copy()
     each[:, i], which[i], signs[i] = values, segment, sign

@@ -3,7 +3,6 @@ sensors.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -70,7 +69,7 @@ class Fields:
 
 
 def _lookouts(
-    space: Space, frames: Any, points: list[Any], pose: list[int]
+    space: Space, frames: Float[np.ndarray, "P F 4 4"], points: list[np.ndarray], pose: list[int]
 ) -> dict[str, VisibilityTable]:
     """What stands in the way of each link's sensors."""
     scene, found = space.scene, {}

@@ -6,13 +6,13 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import nlopt
 import numpy as np
 from jaxtyping import Float
 
 from ...coverage.soft.sampling import Cloud
+from ...objectives.parameterization import SetupArrays
 from ...objectives.soft_objective import CoverageObjective
 
 Values = Float[np.ndarray, "3 R"]
@@ -44,14 +44,14 @@ class Climb:
 
 def climb(
     objective: CoverageObjective,
-    setup: Any,
+    setup: SetupArrays,
     box: tuple[Values, Values],
     start: Values,
     width: float,
     steps: int,
     clouds: Cloud,
     brake: StopToken,
-    poses: Any = None,
+    poses: Float[np.ndarray, " P"] | None = None,
 ) -> Climb:
     """L-BFGS from ``start`` within ``box`` at one ``width`` (m), ``steps`` evaluations at most, for
     the rings and sensors of ``setup`` (its ``RingArrays`` and ``Interval`` with a first axis of 1)

@@ -29,7 +29,8 @@ def _numbers(rng: Rng, total: int, parts: int, least: int, most: int) -> list[in
     while (lack := total - numbers.sum()) != 0:
         can = np.flatnonzero(numbers < most if lack > 0 else numbers > least)
         numbers[rng.choice(can)] += int(np.sign(lack))
-    return numbers.tolist()
+    listed: list[int] = numbers.tolist()
+    return listed
 
 
 def fresh(space: Space, rng: Rng) -> Candidate:

@@ -9,11 +9,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from ...coverage.processors import processors
 from ...coverage.soft.estimator import SHARP
 from ...coverage.soft.sampling import Cloud
 from ...objectives.criterion import Criterion
+from ...objectives.parameterization import SetupArrays
 from ...objectives.pose_subset import poses_at_once, representative, with_worst
 from ...objectives.scene import Scene
 from ...objectives.soft_objective import CoverageObjective, TargetPoints
@@ -31,6 +33,8 @@ UNLIKE = 0.12
 ALIKE = 0.03  # climbs that end this close count as one
 _LEAST = 256  # points of a goal at a pose
 _EACH = 8  # drawn candidates that are compared for each that is taken
+# of the poses (P,), None: the scene's
+Weights = Float[np.ndarray, " P"] | None
 
 
 class Pool:
@@ -170,7 +174,7 @@ class Pool:
         self.some = unlike_first(self.space, [c for c, *_ in climbs], ALIKE)[: stage.keep]
 
     def _climb(
-        self, c: Candidate, stage: Stage, clouds: Cloud, poses: Any
+        self, c: Candidate, stage: Stage, clouds: Cloud, poses: Weights
     ) -> tuple[Candidate, float, int]:
         """Where a candidate climbs to, seen at poses of these weights, its share of points, and the
         evaluations spent.
@@ -239,10 +243,14 @@ class Pool:
             found, self.objective.by_pose(*arrays_of(self.space, some), clouds), worst
         )
 
-    def _soft(self, some: list[Candidate], width: float, clouds: Cloud, poses: Any) -> Any:
+    def _soft(
+        self, some: list[Candidate], width: float, clouds: Cloud, poses: Weights
+    ) -> Float[np.ndarray, " S"]:
         return self.objective.zetas(*arrays_of(self.space, some), clouds, width, poses)
 
-    def _scores(self, some: list[Candidate], width: float, clouds: Cloud, poses: Any) -> Any:
+    def _scores(
+        self, some: list[Candidate], width: float, clouds: Cloud, poses: Weights
+    ) -> Float[np.ndarray, " S"]:
         """Soft values of candidates, on all processors."""
         n = processors()
         jobs = [
@@ -255,7 +263,7 @@ class Pool:
         return found
 
     def _best(
-        self, some: list[Candidate], count: int, width: float, clouds: Cloud, poses: Any
+        self, some: list[Candidate], count: int, width: float, clouds: Cloud, poses: Weights
     ) -> list[Candidate]:
         """The ``count`` best of ``some`` that are unlike each other and the pool, by their soft
         values.
@@ -266,6 +274,8 @@ class Pool:
         )[:count]
 
 
-def arrays_of(space: Space, some: list[Candidate]) -> tuple[Any, Any]:
+def arrays_of(
+    space: Space, some: list[Candidate]
+) -> tuple[SetupArrays, Float[np.ndarray, "S 3 R"]]:
     """Candidates for the objective, along a first axis."""
     return stacked([space.arrays(c) for c in some]), np.stack([space.values(c) for c in some])

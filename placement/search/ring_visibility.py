@@ -13,7 +13,7 @@ ones, which look past it at an angle, still see it.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -82,14 +82,13 @@ def rings_see(
     return seen
 
 
-def _in_cones(ring: Ring, radius: Any, above: Any, tilt: Any, turn: Any) -> tuple[Any, Any, Any]:
+def _in_cones(
+    ring: Ring, radius: np.ndarray, above: np.ndarray, tilt: np.ndarray, turn: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of points at a radius m and so far above the ring's plane, m, and sensors whose azimuth
     differs by ``turn`` rad: the part of the way along the sensor's axis, m, its squared length,
     m^2, and is it in the endless cone?"""
-    half, R = (
-        min(ring.sensor.fov, ring.sensor.fov_up or ring.sensor.fov) / 2,
-        np.float32(ring.radius),
-    )
+    half, R = ring.sensor.inscribed_half_angle, np.float32(ring.radius)
     part = np.cos(turn)
     part *= radius
     square = above * above
@@ -102,8 +101,14 @@ def _in_cones(ring: Ring, radius: Any, above: Any, tilt: Any, turn: Any) -> tupl
 
 
 def _by_others(
-    ring: Ring, points: Around, height: Any, tilt: Any, turns: Any, k: Any, n: Any
-) -> tuple[Any, ...]:
+    ring: Ring,
+    points: Around,
+    height: Float[np.ndarray, "K 1"],
+    tilt: Float[np.ndarray, "K 1"],
+    turns: Float[np.ndarray, "K N"],
+    k: Int[np.ndarray, " M"],
+    n: Int[np.ndarray, " M"],
+) -> tuple[np.ndarray, ...]:
     """Which of the points ``n`` (M,) beyond the range of the nearest sensor at places ``k`` (M,)
     the next ones see.
     """

@@ -9,7 +9,6 @@ place nearest to its own.
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -18,14 +17,17 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.occlusion.first_return import Beam, capsule_in_beam, polyhedron_in_beam
 from ...coverage.occlusion.occluders import Occluders
-from ...coverage.robots.link_bodies import segment_to_segment
 from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
+from ...coverage.solids.segments import segment_to_segment
 
 # of the grid: along the mount, around it, from one end of it to the other
 _HEIGHTS, _TURNS, _TILTS = 12, 24, 9
 # m, by which bodies are thinner: an apex in the middle of a ring's board is no deeper in its link
 _SLACK = 0.002
+# start, end (B, 3) m and radius (B,) m of capsules, and normals (F, 3) and offsets (F,) m of the
+# faces of each obstacle
+Bodies = tuple[tuple[jax.Array, jax.Array, jax.Array] | None, list[tuple[jax.Array, jax.Array]]]
 
 
 @dataclass(frozen=True)
@@ -40,17 +42,24 @@ class VisibilityTable:
     stop: Float[np.ndarray, "P C T"] | None
 
     def sees(
-        self, number: Any, height: Any, azimuth: Any, tilt: Any, square: Any
+        self,
+        number: Int[np.ndarray, " M"],
+        height: Float[np.ndarray, " M"],
+        azimuth: Float[np.ndarray, " M"],
+        tilt: Float[np.ndarray, " M"],
+        square: Float[np.ndarray, " M"],
     ) -> Bool[np.ndarray, " M"]:
         """Does a sensor at a height (M,) m and an azimuth (M,) rad, tilted so (M,) rad, see a point
         of this number (M,) in its cone, at this squared distance (M,) m^2?"""
         up = np.rint(height * ((_HEIGHTS - 1) / self.length)).astype(int) if self.length else 0
         cell = up * _TURNS + np.rint(azimuth * (_TURNS / (2 * math.pi))).astype(int) % _TURNS
         if self.clear is not None:
-            return self.clear[cell, number]
+            clear: np.ndarray = self.clear[cell, number]
+            return clear
         assert self.stop is not None
         way = np.rint((tilt / math.pi + 0.5) * (_TILTS - 1)).astype(int)
-        return square <= self.stop[self.pose[number], cell, way] ** 2
+        reached: np.ndarray = square <= self.stop[self.pose[number], cell, way] ** 2
+        return reached
 
 
 def lookout(
@@ -109,12 +118,19 @@ def lookout(
     )
 
 
-def _stop(apex: Any, look: Any, sensor: Sensor, occluders: Occluders) -> Float[np.ndarray, "C T"]:
-    half = min(sensor.fov, sensor.fov_up or sensor.fov) / 2
+def _stop(
+    apex: Float[np.ndarray, "C 3"],
+    look: Float[np.ndarray, "C T 3"],
+    sensor: Sensor,
+    occluders: Occluders,
+) -> Float[np.ndarray, "C T"]:
     beam = Beam(
         np.repeat(apex, _TILTS, axis=0),
         look.reshape(-1, 3),
-        *(np.full(look.shape[0] * _TILTS, v) for v in (half, sensor.range_m)),
+        *(
+            np.full(look.shape[0] * _TILTS, v)
+            for v in (sensor.inscribed_half_angle, sensor.range_m)
+        ),
     )
     found = np.full(len(beam.apex), np.inf)
     if (bodies := occluders.bodies) is not None:
@@ -127,18 +143,21 @@ def _stop(apex: Any, look: Any, sensor: Sensor, occluders: Occluders) -> Float[n
     return found.reshape(len(apex), _TILTS)
 
 
-def _bodies(occluders: Occluders) -> Any:
+def _bodies(occluders: Occluders) -> Bodies:
     bodies, planes = occluders.bodies, [(o.normal, o.offset) for o in occluders.obstacles]
     capsules = None if bodies is None else (bodies.start, bodies.end, bodies.radius - _SLACK)
-    return jax.tree.map(lambda a: jnp.asarray(a, jnp.float32), (capsules, planes))
+    both: Bodies = jax.tree.map(lambda a: jnp.asarray(a, jnp.float32), (capsules, planes))
+    return both
 
 
 @jax.jit
-def _clear(apex: Any, points: Any, bodies: Any) -> Any:
+def _clear(
+    apex: Float[jax.Array, "C 3"], points: Float[jax.Array, "N 3"], bodies: Bodies
+) -> Bool[jax.Array, "C N"]:
     """Is the way from each apex (C, 3) to each point (N, 3) clear (C, N)?"""
     capsules, planes = bodies
 
-    def of_one(a: Any) -> Any:
+    def of_one(a: Float[jax.Array, " 3"]) -> Bool[jax.Array, " N"]:
         hidden = jnp.zeros(len(points), bool)
         if capsules is not None:
             start, end, radius = capsules
@@ -156,4 +175,5 @@ def _clear(apex: Any, points: Any, bodies: Any) -> Any:
             hidden |= (enter < leave) & ~((steep == 0) & (here > 0)).any(axis=1)
         return ~hidden
 
-    return jax.lax.map(of_one, apex)
+    clear: jax.Array = jax.lax.map(of_one, apex)
+    return clear

@@ -3,8 +3,9 @@ no safety rating.
 """
 
 from ...coverage.rings.ring import Setup
-from ...formats.convert.sensor_records import title
-from ...formats.schema.result_models import SeparationModel, VerifyResult
+from ...formats.schema.result_models import VerifyResult
+from ...formats.schema.sensor_records import title
+from ...formats.schema.separation_models import SeparationModel
 
 DISCLAIMER = "An engineering aid: it confers no safety rating."
 

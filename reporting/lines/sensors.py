@@ -1,6 +1,6 @@
 """How the range of each sensor came about, in lines."""
 
-from ...formats.schema.result_models import SensorRecord
+from ...formats.schema.sensor_records import SensorRecord
 
 
 def sensor_lines(records: list[SensorRecord]) -> list[str]:

@@ -1,1 +1,1 @@
-"""Still pictures in three dimensions: solids as flat faces, painted from far to near."""
+"""Still pictures in three dimensions: a renderer with a depth buffer, meshes and figures."""

@@ -1,12 +1,7 @@
-"""Voxels on a ``Sheet``: the faces of a set of voxels that an eye at infinity may see.
+"""Voxels on a ``Canvas``: the faces of a set of voxels that an eye at infinity may see.
 
 A cube shows an eye at infinity at most three faces, the same three for every voxel, and of those
-only the ones without a neighbour are exposed. Painted in the order of their middles' depth they
-hide each other exactly: a ray to the eye that leaves a voxel through one of these faces climbs on
-all three axes, and first of all past that face, so what it meets lies a voxel further at least on
-the face's axis and no less far on the others. The middle of any exposed face of that voxel is
-nearer by at least half the face's share of the depth. So it stays for several sets on one lattice,
-translucent ones too.
+only the ones without a neighbour are exposed.
 """
 
 from dataclasses import dataclass
@@ -17,8 +12,8 @@ from jaxtyping import Bool, Float, Int
 
 from ...coverage.solids.base import Solid
 from ...coverage.voxels.voxel_set import OFFSET, VoxelSet, encode
-from ..plots import GREY, INK
-from .sheet import CLEAR, Sheet
+from .canvas import Canvas
+from .meshes import loops
 
 # Corners of the faces that look along +x, +y and +z, in voxels from the lowest corner, in turn
 # around the face.
@@ -29,6 +24,7 @@ _FACE = np.array(
         [(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)],
     ]
 )
+_OVER = 0.02  # sides of a voxel, by which its edges lie over its faces
 _FLAT = 1e-9  # share of a face's area that an eye sees of it from its edge, by rounding
 
 
@@ -48,7 +44,7 @@ class VoxelSkin:
 
     @property
     def faces(self) -> int:
-        """How many faces there are to paint."""
+        """How many faces there are to draw."""
         return int(np.count_nonzero(self.exposed))
 
     @property
@@ -118,11 +114,14 @@ def normals(
     value = solid(ends.reshape(-1, 3)).reshape(len(points), 2, 3)
     way = value[:, 0] - value[:, 1]
     length = np.linalg.norm(way, axis=1, keepdims=True)
-    return np.where(length > _FLAT * step, way / np.maximum(length, _FLAT * step), np.eye(3)[2])
+    normal: np.ndarray = np.where(
+        length > _FLAT * step, way / np.maximum(length, _FLAT * step), np.eye(3)[2]
+    )
+    return normal
 
 
 def add_skin(
-    sheet: Sheet,
+    canvas: Canvas,
     skin: VoxelSkin,
     colour: Any,
     normal: Float[np.ndarray, "N 3"] | None = None,
@@ -131,7 +130,7 @@ def add_skin(
     alpha: float = 1.0,
     line: float = 0.0,
 ) -> None:
-    """Add the exposed faces of a set of voxels to a sheet whose eye is at infinity, where ``skin``
+    """Add the exposed faces of a set of voxels to a canvas whose eye is at infinity, where ``skin``
     looked for it.
 
     Args:
@@ -145,55 +144,21 @@ def add_skin(
         line: width in points of the faces' edges, a little darker than the faces; 0: none.
 
     Raises:
-        ValueError: if the sheet's eye is near, where this order of painting would not be exact.
+        ValueError: if the canvas's eye is near, which may see other faces.
     """
-    if np.isfinite(sheet.distance):
-        raise ValueError("voxels are painted for an eye at infinity; this sheet's is near")
+    if np.isfinite(canvas.distance):
+        raise ValueError("voxels are drawn for an eye at infinity; this canvas's is near")
     for axis in np.flatnonzero(skin.side):
         mine = skin.exposed[:, axis]
         corners = _FACE[axis].copy()
         corners[:, axis] = (skin.side[axis] + 1) // 2
-        outlines, depths = sheet.project((skin.numbers[mine, None] + corners) * skin.voxel)
+        faces = (skin.numbers[mine, None] + corners) * skin.voxel  # (N, 4, 3)
         base = colour if np.ndim(colour) < 2 else colour[mine]
-        flat = np.broadcast_to(skin.side[axis] * np.eye(3)[axis], (len(depths), 3))
-        rgb = sheet.lit(base, flat)
+        flat = np.broadcast_to(skin.side[axis] * np.eye(3)[axis], (len(faces), 3))
+        rgb = canvas.lit(base, flat)
         if normal is not None:
-            rgb = (1 - blend) * rgb + blend * sheet.lit(base, normal[mine])
+            rgb = (1 - blend) * rgb + blend * canvas.lit(base, normal[mine])
         rgb = np.clip(rgb * (light[mine, None] if isinstance(light, np.ndarray) else light), 0, 1)
-        rgba = np.column_stack([rgb, np.full(len(rgb), alpha)])
-        edge = np.column_stack([0.72 * rgb, rgba[:, 3]]) if line else CLEAR
-        sheet.add(depths.mean(axis=1), outlines, rgba, edge, line)
-
-
-def add_bar(sheet: Sheet, at: tuple[float, float], length: float) -> None:
-    """Draw a scale of ``length`` m, its left end ``at`` (x, y) m on the sheet."""
-    x, y = np.array(at)[:, None] + length * np.array(
-        [(0, 0, 0, 1, 1, 1), (0.02, -0.02, 0, 0, 0.02, -0.02)]
-    )
-    sheet.ax.plot(x, y, color=INK, lw=1.1, zorder=5)
-    below: dict[str, Any] = {
-        "xytext": (0, -5),
-        "textcoords": "offset points",
-        "ha": "center",
-        "va": "top",
-    }
-    sheet.ax.annotate(f"{length:g} m", (x.mean(), at[1]), color=INK, fontsize=9, zorder=5, **below)
-
-
-def add_axes(sheet: Sheet, at: tuple[float, float], length: float) -> None:
-    """Draw the base frame's axes, of ``length`` m as seen from the side, from ``at`` (x, y) m on
-    the sheet.
-    """
-    arrow = {
-        "arrowstyle": "-|>,head_width=0.18,head_length=0.36",
-        "color": GREY,
-        "lw": 1.1,
-        "shrinkA": 0,
-        "shrinkB": 0,
-    }
-    for name, way in zip("xyz", length * sheet.rotation[:2].T, strict=True):
-        sheet.ax.annotate("", at + way, at, arrowprops=arrow, annotation_clip=False, zorder=5)
-        x, y = at + way + 0.2 * length * way / np.linalg.norm(way)
-        sheet.ax.text(
-            x, y, name, color=GREY, fontsize=9, ha="center", va="center", style="italic", zorder=5
-        )
+        canvas.faces(faces, rgb, alpha, lit=False)
+        if line:
+            canvas.lines(loops(faces), np.repeat(0.72 * rgb, 4, axis=0), line, _OVER * skin.voxel)

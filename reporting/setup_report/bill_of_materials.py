@@ -6,7 +6,7 @@ from collections.abc import Callable
 from ...coverage.rings.ring import Setup
 from ...coverage.sensors.catalogue import MODELS, SUPPLIES, Supply
 from ...coverage.sensors.sensor import Sensor
-from ...formats.convert.sensor_records import title
+from ...formats.schema.sensor_records import title
 from ..pages import table
 from .directions import plain
 
@@ -107,7 +107,7 @@ def _total(setup: Setup, length: Callable[[int], int]) -> str:
     rates = [rate_hz(ring.sensor) for ring in setup.rings]
     each = sum(ring.count * distances(ring.sensor) for ring in setup.rings)
     if None in rates:
-        bytes_ = sum(length(ring.count) for ring in setup.rings)
+        bytes_: float = sum(length(ring.count) for ring in setup.rings)
         return (
             f"{each:,} distances with each reading, {bytes_:,} bytes; how many readings a second is"
             " not known"

@@ -6,8 +6,6 @@ from itertools import cycle
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
@@ -17,8 +15,10 @@ from ...objectives.blind_spots import Blind
 from ...objectives.scene import Scene
 from ..placement_picture import VIEWS, draw_room
 from ..plots import COLOURS, GREY, INK
-from ..rendering.faces import add_robot, body, faces_within
-from ..rendering.sheet import Sheet, write_png
+from ..rendering.canvas import Canvas
+from ..rendering.figures import write_png
+from ..rendering.meshes import body, faces_within
+from ..rendering.robot import add_robot
 from ..rendering.voxels import add_skin, skin, voxel_set
 
 _MOST = 30_000  # voxels of a piece that are drawn
@@ -47,6 +47,9 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: i
     Raises:
         UserError: if the file cannot be written.
     """
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
     pose = blind.spots[0].pose
     spots = [(i, spot) for i, spot in enumerate(blind.spots[:shown]) if spot.pose == pose]
     frames = forward(scene.robot.chain, scene.poses[pose].q)
@@ -56,16 +59,14 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: i
     colours = dict(zip((i for i, _ in spots), cycle(_COLOURS), strict=False))
     figure = Figure(figsize=(12, 6), dpi=150, facecolor="white")
     for left, (caption, azimuth, elevation, _) in zip((0.01, 0.51), VIEWS, strict=True):
-        sheet = Sheet(
+        canvas = Canvas(
             figure.add_axes((left, 0.085, 0.48, 0.765), aspect="equal"), box, azimuth, elevation
         )
-        draw_room(sheet)
+        draw_room(canvas)
         for obstacle in scene.obstacles:
-            sheet.surface(
-                faces_within(obstacle.body, box, 0.04 * sheet.size), _OBSTACLE, 0.4, edges=False
-            )
+            canvas.faces(faces_within(obstacle.body, box), _OBSTACLE, 0.4)
         add_robot(
-            sheet,
+            canvas,
             scene.robot,
             frames,
             setup,
@@ -75,21 +76,21 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: i
         for i, spot in spots:
             drawn = coarse(spot.voxels)
             add_skin(
-                sheet,
-                skin(drawn, sheet.rotation[2]),
+                canvas,
+                skin(drawn, canvas.rotation[2]),
                 colours[i],
                 alpha=0.12 if spot.volume > _LARGE else 0.85,
             )
-        sheet.paint(smooth=False, fit=True)
+        canvas.draw()
         for i, spot in spots:
-            x, y = sheet.project(spot.centre)[0]
+            x, y = canvas.project(spot.centre)[0]
             tag = {
                 "boxstyle": "circle,pad=0.25",
                 "facecolor": "white",
                 "edgecolor": colours[i],
                 "linewidth": 1.6,
             }
-            sheet.ax.text(
+            canvas.ax.text(
                 x,
                 y,
                 str(i + 1),
@@ -100,9 +101,9 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: i
                 bbox=tag,
                 zorder=6,
             )
-        sheet.ax.axis("off")
-        sheet.ax.text(
-            0, 1.01, caption, transform=sheet.ax.transAxes, fontsize=11, color=GREY, style="italic"
+        canvas.ax.axis("off")
+        canvas.ax.text(
+            0, 1.01, caption, transform=canvas.ax.transAxes, fontsize=11, color=GREY, style="italic"
         )
     at = f", pose {pose}" if len(scene.poses) > 1 else ""
     title = (
@@ -112,4 +113,4 @@ def blind_picture(path: Path, scene: Scene, setup: Setup, blind: Blind, shown: i
     figure.text(0.5, 0.945, title, ha="center", fontsize=16, color=INK, weight="bold")
     key = [Patch(fc=colours[i], label=f"{i + 1}: {1000 * spot.volume:.1f} l") for i, spot in spots]
     figure.legend(handles=key, loc="lower center", ncols=len(key), frameon=False, fontsize=10.5)
-    write_png(path, figure, finer=2)
+    write_png(path, figure)

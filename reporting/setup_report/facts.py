@@ -7,7 +7,8 @@ import numpy as np
 from ...coverage.rings.mounting_errors import MountingErrors
 from ...coverage.rings.ring import Setup
 from ...formats.schema.proposal_models import FoundModel
-from ...formats.schema.result_models import RobustnessResult, VerifyResult
+from ...formats.schema.result_models import VerifyResult
+from ...formats.schema.robustness_models import RobustnessResult
 from ...objectives.blind_spots import Blind, blind_spots
 from ...objectives.feasibility.violations import faults
 from ...objectives.pose_subset import MANY, representative

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ...coverage.occlusion.model import OCCLUSIONS, Occlusion
-from ...formats.convert.sensor_records import sensor_records, title
+from ...formats.schema.sensor_records import sensor_records, title
 from ...objectives.blind_spots import Blind
 from ...objectives.scene import Scene
 from ..detection_page import DISCLAIMER

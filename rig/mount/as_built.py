@@ -15,9 +15,8 @@ from ...coverage.rings.ring_kinematics import sensor_cones
 from ...coverage.rings.rounding import rounded
 from ...coverage.solids.base import Parts
 from ...coverage.targets import Target
-from ...formats.convert.results import verify_result
-from ...formats.convert.scenes import ring_models, scene_model
 from ...formats.schema.proposal_models import ProposalFile
+from ...formats.schema.result_models import VerifyResult
 from ...formats.writing import to_toml
 from ...objectives.occlusion import sight
 from ...objectives.scene import Scene
@@ -95,14 +94,14 @@ class AsBuilt:
         """The setup as built as a proposal's file, with ζ of the scene's targets, verified anew."""
         verifier = verifier or Verifier(self.scene)
         found = [
-            verify_result(name, verifier.verify(self.setup, g.target), self.scene)
+            VerifyResult.of(name, verifier.verify(self.setup, g.target), self.scene)
             for g in self.scene.goals
         ]
         # the same readings make the same file
         zeta = [z.model_copy(update={"seconds": 0.0}) for z in found]
-        return ProposalFile(
-            rings=ring_models(self.setup, self.scene.sensor),
-            scene=scene_model(self.scene),
+        return ProposalFile.of(
+            self.setup,
+            self.scene,
             zeta=zeta,
         )
 

@@ -18,7 +18,7 @@ from ..sensing.expected import expected
 from ..sensing.noise import Noise
 from ..sensing.readings import Stops
 from .model import LIMITS, NAMES, free, moved
-from .solve import MountError, Read, solve
+from .solve import MountError, Read, Solved, solve
 from .wiring import Order, best_order, costs, mixed, reseated
 
 CONFIDENCE = 0.95
@@ -59,7 +59,10 @@ class RingFit:
 
     def margins(self, confidence: float = CONFIDENCE) -> Float[np.ndarray, " p"]:
         """By how much each value may be off by itself, m and rad, by Student's t."""
-        return stats.t.ppf((1 + confidence) / 2, self.freedom) * np.sqrt(np.diag(self.covariance))
+        margin: np.ndarray = stats.t.ppf((1 + confidence) / 2, self.freedom) * np.sqrt(
+            np.diag(self.covariance)
+        )
+        return margin
 
     def statistic(self, truth: Float[np.ndarray, " p"]) -> float:
         """How far ``truth`` (p,) is from the values, squared, in deviations, for each of them: of
@@ -137,33 +140,20 @@ def _fit(
         for f in (False, True)
     }
     order = best_order(tables, np.flatnonzero(none))
-    start, seat, values = turned if order.flipped else ring, order.seat(ring.count), np.zeros(4)
+    start, seat = turned if order.flipped else ring, order.seat(ring.count)
     each = tables[order.flipped][np.arange(ring.count), seat] / len(joints)
     same = _still(measured, sigma)
     silent = np.flatnonzero(none | (same & (each > _ASTRAY)))
-    read_by_wire = np.where(np.isin(np.arange(ring.count), silent), np.nan, measured)
-    for _ in range(_SEATINGS):
-        back = np.argsort(seat)
-        read = Read(joints, read_by_wire[:, back], sigma[:, back])
-        values, covariance, used, scale = solve(scene, start, read, values)
-        built = moved(scene, start, values)
-        wanted = expected(scene, Setup((built,)), joints).distance + values[3]
-        spread = np.sqrt(
-            (scale * noise.at(np.where(np.isfinite(wanted), wanted, 0.0))) ** 2
-            / max(_count(valid), 1)
-            + _FINE**2
-        )
-        table = costs(measured, wanted, spread)
-        again = reseated(table, seat, silent)
-        if (again == seat).all():
-            break
-        seat = again
+    solved, seat, wanted, table = _seated(
+        scene, start, Read(joints, measured, sigma), _count(valid), seat, silent, noise
+    )
+    values, covariance, used, scale = solved
     some, often = free(scene, ring), np.isfinite(wanted).sum(axis=0)[seat] >= _OFTEN
     astray = table[np.arange(ring.count), seat] / len(joints) > _ASTRAY
     dead = mute | (none & often) | (same & astray)
     return RingFit(
         ring,
-        built,
+        moved(scene, start, values),
         tuple(NAMES[k] for k in some),
         values[some],
         covariance,
@@ -174,6 +164,52 @@ def _fit(
         tuple(mixed(order, seat)),
         tuple(int(i) for i in np.flatnonzero(dead)),
     )
+
+
+def _seated(
+    scene: Scene,
+    start: Ring,
+    read: Read,
+    readings: float,
+    seat: Int[np.ndarray, " n"],
+    silent: Int[np.ndarray, " s"],
+    noise: Noise,
+) -> tuple[Solved, Int[np.ndarray, " n"], Float[np.ndarray, "P n"], Float[np.ndarray, "n n"]]:
+    """The errors of a ring, and the seat of each wire, in turn until the seats stay.
+
+    Args:
+        scene: with the known cell.
+        start: the ring without errors.
+        read: its readings, by wire.
+        readings: of a median.
+        seat: (n,) of each wire to begin with.
+        silent: wires (s,) that tell nothing.
+        noise: of the sensors.
+
+    Returns:
+        the errors; the seat (n,) of each wire; the distances (P, n) m that each seat should read;
+        the cost (n, n) of each wire in each seat.
+    """
+    values, wires = np.zeros(4), np.arange(start.count)
+    by_wire = np.where(np.isin(wires, silent), np.nan, read.distance)
+    for _ in range(_SEATINGS):
+        back = np.argsort(seat)
+        solved = solve(
+            scene, start, Read(read.joints, by_wire[:, back], read.sigma[:, back]), values
+        )
+        values, scale = solved[0], solved[3]
+        built = moved(scene, start, values)
+        wanted = expected(scene, Setup((built,)), read.joints).distance + values[3]
+        spread = np.sqrt(
+            (scale * noise.at(np.where(np.isfinite(wanted), wanted, 0.0))) ** 2 / max(readings, 1)
+            + _FINE**2
+        )
+        table = costs(read.distance, wanted, spread)
+        again = reseated(table, seat, silent)
+        if (again == seat).all():
+            break
+        seat = again
+    return solved, seat, wanted, table
 
 
 def _count(valid: np.ndarray) -> float:
@@ -190,4 +226,5 @@ def _still(
         f(np.where(read, measured, fill), axis=0)
         for f, fill in ((np.min, np.inf), (np.max, -np.inf))
     )
-    return (read.sum(axis=0) > 2) & (high - low <= _STILL * sigma.max(axis=0))
+    still: np.ndarray = (read.sum(axis=0) > 2) & (high - low <= _STILL * sigma.max(axis=0))
+    return still

@@ -109,7 +109,8 @@ def _inverse(information: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
     """The inverse, very large along what nothing is known of."""
     unit = LIMITS[-len(information) :]
     value, vector = np.linalg.eigh(information * unit[:, None] * unit)
-    return (vector / np.maximum(value, 1e-9)) @ vector.T * unit[:, None] * unit
+    inverse: np.ndarray = (vector / np.maximum(value, 1e-9)) @ vector.T * unit[:, None] * unit
+    return inverse
 
 
 def _deviation(values: np.ndarray) -> float:
@@ -144,7 +145,7 @@ class _Problem:
                 self.scene, moved(self.scene, self.ring, self.fixed), self.read.joints, self.which
             )
             off = (found + self.fixed[3] - self.wanted) / self.sigma
-            self._residuals = np.clip(off, -self.most, self.most)
+            self._residuals: np.ndarray = np.clip(off, -self.most, self.most)
             told = (np.abs(off) < self.most) & ~grazing(by)
             self._slopes = np.where(
                 told[:, None], (by * LIMITS)[:, self.some] / self.sigma[:, None], 0.0

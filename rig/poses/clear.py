@@ -8,7 +8,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.link_bodies import Capsules, robot_capsules, segment_to_segment
+from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.solids.capsules import Capsules
+from ...coverage.solids.segments import segment_to_segment
 from ...objectives.scene import Scene
 
 CELL, OWN = 0.1, 0.04  # m, clearance of the robot's bodies: rings stand out of them
@@ -16,7 +18,8 @@ _ALONG = 9  # points of a body's axis against the cell
 _TURN = np.pi  # rad either way of 0 that poses are drawn from, where limits leave more
 _TRIES = 100
 _ROUNDING = 1e-6  # m
-_SOME = 32  # poses
+_SOME, _MANY = 32, 256  # poses
+_APART = 0.1  # m; bodies that can be farther apart are no neighbours
 
 
 def gaps(
@@ -25,17 +28,22 @@ def gaps(
     """Of the robot's bodies at P poses, m: distances (P, A) of each two, and (P, B) of each from
     each obstacle; see ``from_cell``."""
     bodies = robot_capsules(scene.robot, forward(scene.robot.chain, np.asarray(joints, float)))
-    start, end, radius = bodies
+    return _from_each_other(bodies), from_cell(scene, bodies)
+
+
+def _from_each_other(bodies: Capsules) -> Float[np.ndarray, "P A"]:
+    """Distances (P, A) m of each two of the robot's bodies."""
+    start, end, radius = bodies.arrays()
     pairs = np.array(list(itertools.combinations(range(len(radius)), 2))).reshape(-1, 2)
     a, b = pairs.T
-    own = segment_to_segment(start[:, a], end[:, a], start[:, b], end[:, b]) - radius[a] - radius[b]
-    return own, from_cell(scene, bodies)
+    axes = segment_to_segment(start[:, a], end[:, a], start[:, b], end[:, b])  # (P, A)
+    return np.asarray(axes - radius[a] - radius[b])
 
 
 def from_cell(scene: Scene, bodies: Capsules) -> Float[np.ndarray, "P B"]:
     """Distances (P, N * O) m of N capsules from O obstacles, by points of their axes: at most 1/64
     of an axis too large, as an obstacle's function is convex along it."""
-    start, end, radius = (np.asarray(a) for a in bodies)
+    start, end, radius = (np.asarray(a) for a in bodies.arrays())
     each = [_from_body(o.body, start, end) - radius for o in scene.obstacles]
     return (
         np.stack(each, axis=-1).reshape(len(start), -1)
@@ -72,9 +80,9 @@ def clear(
 ) -> Bool[np.ndarray, " P"]:
     """Which poses keep the joints' limits, and the distances of ``least_gaps``."""
     limits = scene.robot.limits
-    good: Any = np.ones(len(joints), bool)
+    good: np.ndarray = np.ones(len(joints), bool)
     if limits is not None:
-        good = ((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=1)
+        good &= ((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=1)
     if not scene.robot.bodies:
         return good
     for found, least in zip(gaps(scene, joints), least_gaps(scene, own, cell, slack), strict=True):
@@ -87,28 +95,47 @@ def least_gaps(
 ) -> tuple[Float[np.ndarray, " A"], Float[np.ndarray, " B"]]:
     """What the pairs of ``gaps`` must keep, m: ``own`` and ``cell``, and ``slack`` more.
 
-    Two bodies that are nearer than ``own`` at one of the scene's own poses belong together, as
-    neighbours do, and need keep nothing. A body that is nearer than ``cell`` to an obstacle at one
-    of them may come as near as it is there, but never into it. A body that no joint moves nearer to
-    an obstacle, as a base to its floor, needs keep nothing.
+    Two of the robot's bodies that are nearer than ``own`` at one of the scene's own poses need keep
+    nothing if they are neighbours. Else they may come as near as they are there and no nearer. A
+    body that is nearer than ``cell`` to an obstacle at one of them may come as near as it is there,
+    but never into it. A body that no joint moves nearer to an obstacle, as a base to its floor,
+    needs keep nothing.
     """
     bodies, obstacles = (
         known.min(axis=0) for known in gaps(scene, np.array([p.q for p in scene.poses]))
     )
+    near_bodies = np.where(neighbours(scene), -np.inf, bodies - _ROUNDING)
+    near_obstacles = np.where(fixed(scene), -np.inf, np.maximum(obstacles - _ROUNDING, 0.0))
     return (
-        np.where(bodies >= own, own + slack, -np.inf),
-        np.where(
-            obstacles >= cell,
-            cell + slack,
-            np.where(fixed(scene), -np.inf, np.maximum(obstacles - _ROUNDING, 0.0)),
-        ),
+        np.where(bodies >= own, own + slack, near_bodies),
+        np.where(obstacles >= cell, cell + slack, near_obstacles),
     )
+
+
+def neighbours(scene: Scene) -> Bool[np.ndarray, " A"]:
+    """Which pairs of the robot's bodies (A,), in the order of ``gaps``, are never far apart, as
+    those on both sides of a joint: in no pose of many that are drawn within the joints' limits."""
+    low, high = _bounds(scene)
+    joints = np.random.default_rng(0).uniform(low, high, (_MANY, len(low)))
+    bodies = robot_capsules(scene.robot, forward(scene.robot.chain, joints))
+    return np.asarray((_from_each_other(bodies) < _APART).all(axis=0))
 
 
 def fixed(scene: Scene) -> Bool[np.ndarray, " B"]:
     """Which distances of bodies from obstacles (B,), in the order of ``gaps``, no joint changes."""
     joints = np.random.default_rng(0).uniform(-_TURN, _TURN, (_SOME, len(scene.robot.chain)))
-    return np.ptp(gaps(scene, joints)[1], axis=0) < _ROUNDING
+    still: np.ndarray = np.ptp(gaps(scene, joints)[1], axis=0) < _ROUNDING
+    return still
+
+
+def _bounds(scene: Scene) -> tuple[Float[np.ndarray, " J"], Float[np.ndarray, " J"]]:
+    """Lowest and highest angles (J,) rad of the joints that poses are drawn from."""
+    limits = (
+        np.tile([-np.inf, np.inf], (len(scene.robot.chain), 1))
+        if scene.robot.limits is None
+        else scene.robot.limits
+    )
+    return np.maximum(limits[:, 0], -_TURN), np.minimum(limits[:, 1], _TURN)
 
 
 def sunk(scene: Scene) -> list[str]:
@@ -135,12 +162,7 @@ def drawn(
         ValueError: if hardly any pose is clear.
     """
     rng, joints = np.random.default_rng(seed), len(scene.robot.chain)
-    limits = (
-        np.tile([-np.inf, np.inf], (joints, 1))
-        if scene.robot.limits is None
-        else scene.robot.limits
-    )
-    low, high = np.maximum(limits[:, 0], -_TURN), np.minimum(limits[:, 1], _TURN)
+    low, high = _bounds(scene)
     found = np.zeros((0, joints))
     for _ in range(_TRIES):
         some = rng.uniform(low, high, (4 * count, joints))

@@ -15,8 +15,9 @@ from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.link_bodies import Capsules, robot_capsules
+from ...coverage.robots.link_bodies import robot_capsules
 from ...coverage.sensors.sensor import Sensor
+from ...coverage.solids.capsules import Capsules
 from ...objectives.scene import Scene
 from ..sensing.expected import beams_at, to_capsules
 
@@ -55,7 +56,8 @@ class NearStops:
         ``within``
         rad of it in every joint; the full distance where there are none."""
         here = np.abs(self.joints - q).max(axis=1) <= within  # (P,)
-        return self.least[here].min(axis=0, initial=self.full)
+        least: np.ndarray = self.least[here].min(axis=0, initial=self.full)
+        return least
 
 
 def joined(*stops: NearStops) -> NearStops:
@@ -96,7 +98,7 @@ def _to_robot(
     """Distance (P, K) m of the nearest of the robot's bodies in each beam, and that body's number;
     one that is ``most`` m away or farther may be left out."""
     # (P, B, 3), (B,)
-    start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, joints))
+    start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, joints)).arrays()
     beams, of = beams_at(scene, setup, joints), np.repeat(np.arange(len(joints)), setup.sensors)
     shape, within = (len(joints), setup.sensors), np.full(len(beams), most)
     found, body = np.full(shape, np.inf), np.full(shape, NOBODY)
@@ -128,8 +130,7 @@ def _slipped(scene: Scene, ring: Ring, by: float) -> Ring:
 
 
 def _wider(sensor: Sensor) -> Sensor:
-    up = None if sensor.fov_up is None else min(sensor.fov_up + 2 * _ASTRAY, _WIDEST)
-    return replace(sensor, fov=min(sensor.fov + 2 * _ASTRAY, _WIDEST), fov_up=up)
+    return sensor.with_angles(lambda angle: min(angle + 2 * _ASTRAY, _WIDEST))
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,8 @@ class Clearance:
         """Distance (P,) m of the nearest sensor from the cell."""
         apex = np.asarray(beams_at(self.scene, self.setup, joints).apex)
         each = [np.asarray(o.body(apex)) for o in self.scene.obstacles]
-        return np.min(each, axis=0).reshape(len(joints), -1).min(axis=1)
+        least: np.ndarray = np.min(each, axis=0).reshape(len(joints), -1).min(axis=1)
+        return least
 
     def fault(self, q: Float[np.ndarray, " J"], slack: float = 0.0) -> str | None:
         """What keeps a pose from being clear, with ``slack`` m more, in words; None where nothing
@@ -91,7 +92,10 @@ def straight(
     """Poses from ``a`` to ``b`` (J,) rad, both counted in, no joint farther than ``step`` rad from
     one to the next.
     """
-    return a + np.linspace(0, 1, 2 + int(np.abs(b - a).max() / step))[:, None] * (b - a)
+    poses: np.ndarray = a + np.linspace(0, 1, 2 + int(np.abs(b - a).max() / step))[:, None] * (
+        b - a
+    )
+    return poses
 
 
 class Roadmap:

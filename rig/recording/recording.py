@@ -21,6 +21,7 @@ FORMAT = "place-rings rig 1"
 # nothing
 _SYNC = 1.0
 _CHUNK = 1 << 20
+_LAST = 1e11  # s since 1970, that a time can be
 
 
 class Recording:
@@ -128,7 +129,7 @@ class Recording:
                 return
 
 
-class Recorded:
+class RecordingReader:
     """A recording as it is read. about: what was recorded. ended: whether its end was found.
     damage: why it was read no further, empty where all was read."""
 
@@ -147,6 +148,12 @@ class Recorded:
                 " recorded"
             )
         self.ended, self.damage = False, ""
+
+    @property
+    def wall(self) -> float:
+        """When it was recorded, s since 1970; 0 where it does not say."""
+        wall = self.about.get("wall")
+        return wall if isinstance(wall, float) and 0 <= wall < _LAST else 0.0
 
     def records(self) -> Iterator[Record]:
         """Its records, up to the end or to the first damage.

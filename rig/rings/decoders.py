@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from .protocol import MOST_MM, Arrivals, Counts, Decoder, Frame, Order, Status, measured
+from .protocol import MOST_MM, Arrivals, Counts, Decoder, Frame, SequenceTracker, Status, measured
 
 NO_TARGET_MM = (0, 8190, 8191, 9999, MOST_MM)  # what firmwares write for a sensor that sees nothing
 _NONE = np.isin(np.arange(MOST_MM + 1), NO_TARGET_MM)
@@ -63,7 +63,8 @@ class PackedDecoder:
             layout,
             layout.length(count),
         )
-        self._arrivals, self._order = Arrivals(), Order(self.counts, 1 << 8 * layout.sequence.size)
+        self._arrivals = Arrivals()
+        self._order = SequenceTracker(self.counts, 1 << 8 * layout.sequence.size)
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
         """The frames that ``data``, which came at ``time`` s, completes. Raises nothing."""

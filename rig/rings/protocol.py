@@ -74,7 +74,7 @@ class Counts:
     restarts: int = 0
 
 
-class Order:
+class SequenceTracker:
     """Keeps account of the sequence numbers that come, modulo ``turn``."""
 
     def __init__(self, counts: Counts, turn: int = _TURN) -> None:
@@ -166,7 +166,7 @@ class Decoder:
 
     def __init__(self, count: int, counts: Counts | None = None) -> None:
         self.counts, self._count, self._length = counts or Counts(), count, length(count)
-        self._arrivals, self._order = Arrivals(), Order(self.counts)
+        self._arrivals, self._order = Arrivals(), SequenceTracker(self.counts)
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
         """The frames that ``data``, which came at ``time`` s, completes. Raises nothing."""
@@ -212,7 +212,10 @@ class Decoder:
     @staticmethod
     def _right(frame: memoryview) -> bool:
         with frame:
-            return zlib.crc32(frame[: -_CHECK.size]) == _CHECK.unpack(frame[-_CHECK.size :])[0]
+            right: bool = (
+                zlib.crc32(frame[: -_CHECK.size]) == _CHECK.unpack(frame[-_CHECK.size :])[0]
+            )
+            return right
 
 
 def measured(mm: np.ndarray, status: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -48,7 +48,7 @@ UNSEEN = "the robot was not seen to stand still: press its emergency stop"
 
 
 @dataclass(frozen=True)
-class Limits:
+class MotionLimits:
     """What a motion may be. joints (6, 2): lowest and highest angle of each joint, rad. speed,
     acceleration: of the leading joint, rad/s and rad/s²."""
 
@@ -94,7 +94,7 @@ class Mover:
         self,
         host: str,
         link: Link,
-        limits: Limits,
+        limits: MotionLimits,
         fault_at: Callable[[Float[np.ndarray, " 6"]], str | None] = lambda q: None,
         danger: Callable[[], str | None] = lambda: None,
         patience: float = 1.0,

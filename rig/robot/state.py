@@ -98,5 +98,7 @@ def unpack_move(data: bytes) -> tuple[tuple[float, ...], float, float]:
 def complaint(error: Exception) -> str:
     """What the client raised, as one line; that it is not there, as what to do about it."""
     if isinstance(error, ImportError):
-        return "ur-rtde is not installed: pip install 'place-rings[rig]' on Python 3.11 or 3.12"
+        from ...formats.extras import how_to_install  # loads pydantic
+
+        return f"ur-rtde is not installed: {how_to_install('rig')}"
     return " ".join(str(error).split()) or repr(error)

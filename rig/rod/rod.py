@@ -11,11 +11,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...coverage.occlusion.ranging import ball_in_cone
+from ...coverage.occlusion.ball_in_cone import ball_in_cone
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.link_bodies import Capsules, robot_capsules, segment_to_segment
+from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import cone
+from ...coverage.solids.segments import segment_to_segment
 from ...objectives.scene import Scene
 from ..poses.clear import from_cell
 from ..sensing.expected import beams_at, expected, in_beams, only
@@ -70,7 +72,7 @@ def placeable(
     stands = rod.at(points)
     good = np.asarray((from_cell(scene, stands) >= clear).all(axis=1))
     if scene.robot.bodies:
-        start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, q))
+        start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, q)).arrays()
         for a, b, r in zip(start, end, radius, strict=True):
             a, b = (np.broadcast_to(v, points.shape) for v in (a, b))
             good &= (
@@ -101,7 +103,7 @@ def seen(
         np.inf,
     )
     found, pairs = np.zeros(len(points), bool), []
-    reach, around = rod.length / 2 + rod.radius, beams.around()
+    reach, around, square = rod.length / 2 + rod.radius, beams.around(), beams.is_square()
     for k in np.flatnonzero(np.ones(len(beams), bool) if alive is None else alive):
         left = np.flatnonzero(~found)
         cosine, sine = np.cos(around.half_angle[k]), np.sin(around.half_angle[k])
@@ -114,7 +116,7 @@ def seen(
             around.range_m[k],
         )
         near = left[off <= reach]
-        if beams.half_up[k] <= 0:
+        if not square[k]:
             one = (beams.apex[k], beams.axis[k], beams.half_angle[k], beams.range_m[k])
             found[near] = ball_in_cone(*one, points[near], np.array(rod.radius))[0] < limit[k]
         near = near[~found[near]]
@@ -122,12 +124,12 @@ def seen(
     if pairs:
         k, n = np.concatenate(pairs, axis=1)
         k, n = k[~found[n]], n[~found[n]]
-        start, end, radius = rod.at(points[n])
+        upright = rod.at(points[n])
         distance = in_beams(
             only(beams, k),
-            np.asarray(start[:, 0]),
-            np.asarray(end[:, 0]),
-            np.full(len(n), radius[0]),
+            np.asarray(upright.start[:, 0]),
+            np.asarray(upright.end[:, 0]),
+            np.full(len(n), rod.radius),
         )
         found[n[distance < limit[k]]] = True
     return found

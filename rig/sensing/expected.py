@@ -17,10 +17,12 @@ from ...coverage.occlusion.ranging import slabs
 from ...coverage.rings.ring import Setup, ring_values
 from ...coverage.rings.ring_kinematics import ring_arrays, ring_beams
 from ...coverage.robots.kinematics import forward
-from ...coverage.robots.link_bodies import Capsules, point_to_segment, robot_capsules
+from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.cones import cone
 from ...coverage.solids.polyhedra import Polyhedron
-from ...coverage.solids.sensor_beams import Optics
+from ...coverage.solids.segments import point_to_segment
+from ...coverage.solids.sensor_beams import BeamShapes, Optics
 from ...objectives.scene import Scene
 from .fan import nearest_in_square, ray_to_capsule, ray_to_polyhedron
 
@@ -75,9 +77,10 @@ def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> Op
     apex, axis, up = (
         np.asarray(a).reshape(-1, 3) for a in ring_beams(here, v.position, v.tilt, v.phase, frames)
     )
-    of_sensors = here.half_angle, here.range_m, here.half_up, here.zoned
-    half, range_m, half_up, zoned = (np.tile(np.asarray(a), len(joints)) for a in of_sensors)
-    return Optics(apex, axis, half, range_m, up, half_up, zoned)
+    shapes = BeamShapes(*(np.tile(np.asarray(a), len(joints)) for a in here.beams))
+    beams = shapes.solids(apex, axis, up)
+    assert isinstance(beams, Optics)
+    return beams
 
 
 def only(beams: Optics, some: Any) -> Optics:
@@ -89,9 +92,9 @@ def to_cell(beams: Optics, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarray, 
     """Distance (R,) m of the nearest of convex bodies in each of R beams; infinite where there is
     none, 0 within one.
     """
-    return np.min([to_body(beams, body) for body in bodies], axis=0, initial=np.inf) + np.zeros(
-        len(beams)
-    )
+    each = [to_body(beams, body) for body in bodies]
+    nearest: np.ndarray = np.min(each, axis=0, initial=np.inf) + np.zeros(len(beams))
+    return nearest
 
 
 def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
@@ -105,7 +108,7 @@ def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
             _off(beams, middle) <= np.linalg.norm(corners - middle, axis=1).max() + _NEAR
         )
     some = only(beams, near)
-    square, distance = some.half_up > 0, np.full(len(near), np.inf)
+    square, distance = some.is_square(), np.full(len(near), np.inf)
     if not square.all():
         looks = Beam(*(np.asarray(getattr(some, key))[~square] for key in Beam._fields))
         distance[~square] = polyhedron_in_beam(looks, body)
@@ -124,7 +127,7 @@ def to_capsules(
     """Distance (R,) m of the nearest of capsules, start and end (T, M, 3) m, of which beam r is
     among those of ``of[r]``; one that is not nearer than ``within`` (R,) m may be left out."""
     found = np.full(len(beams), np.inf)
-    start, end, radius = (np.asarray(a) for a in capsules)
+    start, end, radius = (np.asarray(a) for a in capsules.arrays())
     reach = np.linalg.norm(end - start, axis=2) / (2 * _PIECES) + radius + _NEAR
     pairs = []
     for m, thick in enumerate(radius):
@@ -152,7 +155,7 @@ def in_beams(
     radius: Float[np.ndarray, " R"],
 ) -> Float[np.ndarray, " R"]:
     """Distance (R,) m of capsule r in beam r; infinite where it is not in it."""
-    square, found = beams.half_up > 0, np.full(len(beams), np.inf)
+    square, found = beams.is_square(), np.full(len(beams), np.inf)
     if not square.all():
         r = ~square
         rows = (beams.apex, beams.axis, beams.half_angle, beams.range_m, start, end, radius)
@@ -190,8 +193,4 @@ def _off(beams: Optics, points: Any) -> Any:
 
 
 def _in_square(beams: Optics, hit: Any) -> Any:
-    apex, axis, up = (np.asarray(a) for a in (beams.apex, beams.axis, beams.up))
-    half, half_up, range_m = (
-        np.asarray(a) for a in (beams.half_angle, beams.half_up, beams.range_m)
-    )
-    return nearest_in_square(apex, axis, up, half, half_up, range_m, hit)
+    return nearest_in_square(beams.pyramids(), hit)

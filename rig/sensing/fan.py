@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...coverage.arrays import cross, dot
+from ...coverage.arrays import dot
 from ...coverage.solids.polyhedra import Polyhedron
+from ...coverage.solids.pyramids import Pyramids
 
 RAYS, FINER = 33, 9  # a side, of the first fan and of those about its nearest ray
 _ROUNDS = 4
@@ -60,43 +61,28 @@ def ray_to_polyhedron(origin: Any, direction: Any, body: Polyhedron) -> Any:
     return np.where(enter <= leave, enter, np.inf)
 
 
-def nearest_in_square(
-    apex: Float[np.ndarray, "R 3"],
-    axis: Float[np.ndarray, "R 3"],
-    up: Float[np.ndarray, "R 3"],
-    half: Float[np.ndarray, " R"],
-    half_up: Float[np.ndarray, " R"],
-    range_m: Float[np.ndarray, " R"],
-    hit: Any,
-) -> Float[np.ndarray, " R"]:
-    """Distance (R,) m of what each of R square beams (see ``Pyramids``) meets first, infinite where
-    nothing.
+def nearest_in_square(beams: Pyramids, hit: Any) -> Float[np.ndarray, " R"]:
+    """Distance (R,) m of what each of R square beams meets first, infinite where nothing.
 
     Args:
-        apex, axis, up, half, half_up, range_m: of the beams.
+        beams: R of them.
         hit: of rows (B,), origins (B, 1, 3) and unit directions (B, N, 3): how far (B, N) m the
             thing is.
     """
-    found = np.full(len(apex), np.inf)
-    for first in range(0, len(apex), _AT_ONCE):
-        some = np.arange(first, min(first + _AT_ONCE, len(apex)))
+    found = np.full(len(beams), np.inf)
+    for first in range(0, len(beams), _AT_ONCE):
+        some = np.arange(first, min(first + _AT_ONCE, len(beams)))
         middle, wide, side = np.zeros((len(some), 2)), np.ones((len(some), 2)), RAYS
         best = np.full(len(some), np.inf)
         for _ in range(_ROUNDS):
             grid = np.stack(np.meshgrid(*(np.linspace(-1, 1, side),) * 2), axis=-1).reshape(-1, 2)
             at = np.clip(middle[:, None] + grid * wide[:, None], -1, 1)
-            x, y = (
-                at[..., 0] * np.tan(half[some])[:, None],
-                at[..., 1] * np.tan(half_up[some])[:, None],
-            )
-            way = (
-                axis[some, None]
-                + x[..., None] * cross(up, axis)[some, None]
-                + y[..., None] * up[some, None]
-            )
+            way = beams.ways(some, at)
             longer = np.sqrt(dot(way, way))
-            distance = hit(some, apex[some, None], way / longer[..., None])
-            distance = np.where(distance <= range_m[some, None] * longer, distance, np.inf)
+            distance = hit(some, np.asarray(beams.apex)[some, None], way / longer[..., None])
+            distance = np.where(
+                distance <= np.asarray(beams.range_m)[some, None] * longer, distance, np.inf
+            )
             nearest = distance.argmin(axis=1)
             best = np.minimum(best, distance[np.arange(len(some)), nearest])
             middle, wide = at[np.arange(len(some)), nearest], wide * 2 / (side - 1)

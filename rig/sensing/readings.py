@@ -50,7 +50,8 @@ class Readings:
             raise ValueError(
                 f"ring {ring}: found a reading of sensor {sensor}, allowed: 0 to {count[ring] - 1}"
             )
-        return np.cumsum([0, *count])[self.ring] + self.sensor
+        number: np.ndarray = np.cumsum([0, *count])[self.ring] + self.sensor
+        return number
 
 
 _KEYS = tuple(Readings.__dataclass_fields__)

@@ -14,7 +14,7 @@ Measured = tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]
 _NOISE = 0.003  # m
 
 
-class World(Protocol):
+class Environment(Protocol):
     """What the simulated rings see. counts: sensors of each ring."""
 
     counts: tuple[int, ...]

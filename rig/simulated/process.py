@@ -119,4 +119,5 @@ class SimulatedRig:
                 )
             self._left += data
         line, _, self._left = self._left.partition(b"\n")
-        return json.loads(line)
+        answer: dict[str, Any] = json.loads(line)
+        return answer

@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from .arm import Arm
 from .controller import PERIOD, Controller
-from .plain import World
+from .plain import Environment
 from .ports import SimulatedRing
 from .spoilers import SPOILERS
 
@@ -28,7 +28,7 @@ class Rig:
     """What is simulated. folder: where the rings' ports appear, ring0, ring1, … rate: frames a
     second. encodings: of each ring's firmware; one for all where there is but one."""
 
-    world: World
+    world: Environment
     q: Float[np.ndarray, " 6"]
     folder: Path
     address: str = "127.0.0.1"
@@ -79,7 +79,7 @@ class Simulation:
             None,
             None,
         )
-        looking: asyncio.Future | None = None
+        looking: asyncio.Future[Any] | None = None
         while True:
             due = max(due + 1 / self._rig.rate, time.monotonic() - 1.0)
             await asyncio.sleep(due - time.monotonic())

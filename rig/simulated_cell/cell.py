@@ -15,12 +15,10 @@ import numpy as np
 from jaxtyping import Float
 
 from ...coverage.rings.ring import Setup
-from ...coverage.robots.link_bodies import Capsules
-from ...formats.convert.obstacles import obstacles_of
-from ...formats.convert.scenes import ring_models, scene_model
+from ...coverage.solids.capsules import Capsules
 from ...formats.loader import read_proposal
+from ...formats.schema.obstacle_models import ObstacleModel, obstacles_of
 from ...formats.schema.proposal_models import ProposalFile
-from ...formats.schema.scene_models import ObstacleModel
 from ...formats.writing import to_toml, write_text
 from ...objectives.scene import Scene
 from ..rod.rod import Rod
@@ -36,7 +34,7 @@ FILE = "world.toml"
 _HAND, _AWAY, _DEEP = 0.04, 0.14, 0.01  # m: a hand's radius, its middle from a sensor, its depth
 
 
-class Cell:
+class SimulatedCell:
     """What rings of a ``World`` see, of the robot, the cell and, where there is one, a rod or a
     hand.
     """
@@ -51,9 +49,9 @@ class Cell:
     def see(self, q: Float[np.ndarray, " 6"]) -> Float[np.ndarray, " K"]:
         """True distances, m, as wired: infinite without a target, nan of the dead."""
         joints = np.asarray(q, float)[None]
-        return self._world.distances(
-            joints, self._rod if self._hand is None else self._before(joints, self._hand)
-        )[0]
+        rod = self._rod if self._hand is None else self._before(joints, self._hand)
+        distance: np.ndarray = self._world.distances(joints, rod)[0]
+        return distance
 
     def measure(self, seen: Float[np.ndarray, " K"], rng: np.random.Generator) -> list[Measured]:
         """The same through noise."""
@@ -107,7 +105,7 @@ def simulated_rig(scene: Scene, setup: Setup, seed: int, folder: Path) -> Simula
     file = folder / FILE
     write_text(
         file,
-        to_toml(ProposalFile(rings=ring_models(setup, scene.sensor), scene=scene_model(scene))),
+        to_toml(ProposalFile.of(setup, scene)),
     )
     return SimulatedRig((("-m", __name__), (str(file), str(seed))))
 
@@ -118,7 +116,7 @@ def main() -> None:
     """
     folder, address, file, seed = sys.argv[1:5]
     setup, scene, _ = read_proposal(Path(file))
-    cell, q = Cell(injected(scene, setup, int(seed)).world(scene)), scene.poses[0].q
+    cell, q = SimulatedCell(injected(scene, setup, int(seed)).world(scene)), scene.poses[0].q
     for rod in ([0.0, 0.0, 10.0], None):
         cell.tell({"rod": rod})
         cell.see(q)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...coverage.rings.ring import Setup
-from ...coverage.robots.link_bodies import Capsules
+from ...coverage.solids.capsules import Capsules
 from ...objectives.scene import Scene
 from ..sensing.expected import expected
 from ..sensing.noise import Noise

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...coverage.targets import Target
+from ..engine import counting, searching  # noqa: F401  (they are registered)
+from ..engine.scenes import Rings
 from ..engine.store import Cell
-from ..engine.tasks import Rings
 from . import tasks  # noqa: F401  (they are registered)
 
 TARGETS = (Target("V_S", 0.5), Target("V_S", 1.5), Target("V_OT"))

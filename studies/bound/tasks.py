@@ -3,12 +3,15 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ..engine.tasks import Rings, register, scene_from, setup_from
+from ..engine.scenes import Rings, scene_from, setup_from
+from ..engine.tasks import register
 from .ring_grid import RingGrid, bounded, covered, points_in
 
 
 @register("share of points")
-def share_of_points(scene: Mapping[str, Any], setup: str | Rings, points: int, seed: int) -> float:
+def share_of_points(
+    scene: Mapping[str, object], setup: str | Rings, points: int, seed: int
+) -> float:
     """Percent of the points drawn in the scene's first target that a setup covers, at its first
     pose.
     """
@@ -19,7 +22,7 @@ def share_of_points(scene: Mapping[str, Any], setup: str | Rings, points: int, s
 
 @register("bound")
 def bound(
-    scene: Mapping[str, Any],
+    scene: Mapping[str, object],
     sensors: int,
     seed: int,
     points: int,

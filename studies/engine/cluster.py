@@ -33,7 +33,8 @@ from distributed import Client, Future, KilledWorker, LocalCluster, get_worker
 from distributed.security import Security
 
 from ...formats.errors import UserError
-from .runner import Work, program
+from .digest import programs
+from .runner import Work
 from .store import Cell, Store
 from .tasks import TASKS, shared
 
@@ -45,37 +46,37 @@ _LOOK = 1.0  # s, between looks at how many workers there are
 _SPLIT = 4  # batches for each worker, at least, where there are enough cells
 
 
-def _asked(works: Mapping[str, Work]) -> list[Any]:
-    """What a worker has to be: the program's version, the names of its tasks, and the modules that
-    register these.
+def _required(cells: Sequence[Cell], works: Mapping[str, Work]) -> list[Any]:
+    """What a worker must have to measure these cells: by their tasks the version of the program,
+    and the modules that register the tasks.
     """
-    modules = {work.__module__ for work in works.values()}
-    return [
-        program(works),
-        list(works),
-        sorted(module for module in modules if module.startswith(_STUDIES)),
-    ]
+    tasks = {name: works[name] for name in sorted({cell.work for cell in cells})}
+    modules = {task.__module__ for task in tasks.values()}
+    return [programs(tasks), sorted(name for name in modules if name.startswith(_STUDIES))]
 
 
 @cache
-def _own_version(tasks: tuple[str, ...], modules: tuple[str, ...]) -> str:
-    """On a worker: the version of the program that its own tasks of these names make."""
+def _own_versions(tasks: tuple[str, ...], modules: tuple[str, ...]) -> dict[str, str]:
+    """On a worker: by these tasks the version of its own program; none where it lacks the task."""
     with suppress(ImportError):  # then this is another program
         for module in modules:
             import_module(module)
-    return program({name: TASKS[name] for name in tasks if name in TASKS})
+    return programs({name: TASKS[name] for name in tasks if name in TASKS})
 
 
-def _measure(asked: Sequence[Any], topic: str, keys: list[str]) -> None:
-    """On a worker: measure the cells of these keys by the program asked for, and tell of each when
+def _measure(required: Sequence[Any], topic: str, keys: list[str]) -> None:
+    """On a worker: measure the cells of these keys by the program required, and report each when
     it is finished.
     """
     worker = get_worker()
-    version, tasks, modules = asked
-    if version != (own := _own_version(tuple(tasks), tuple(modules))):
-        raise UserError(
-            f"{worker.address}: found a worker of place-rings {own}, allowed: {version}, as here"
-        )
+    versions, modules = required
+    own = _own_versions(tuple(versions), tuple(modules))
+    for task, version in versions.items():
+        if own.get(task) != version:
+            raise UserError(
+                f"{worker.address}: found a worker whose {task!r} is of place-rings"
+                f" {own.get(task)}, allowed: {version}, as here"
+            )
     for key in keys:
         work, arguments = json.loads(key)
         start = time.perf_counter()
@@ -86,12 +87,13 @@ def _measure(asked: Sequence[Any], topic: str, keys: list[str]) -> None:
 class _Study:
     """The cells still waiting, the batches they are in, and those that are out."""
 
-    def __init__(self, client: Client, cells: Sequence[Cell], asked: list[Any]) -> None:
-        self.client, self.asked, self.topic = client, asked, f"place-rings-{uuid.uuid4()}"
+    def __init__(self, client: Client, cells: Sequence[Cell], required: list[Any]) -> None:
+        self.client, self.required = client, required
+        self.topic = f"place-rings-{uuid.uuid4()}"
         self.waiting = {cell.key: cell for cell in cells}
         # of finished cells, as text, and of ended batches
-        self.news: SimpleQueue[str | Future] = SimpleQueue()
-        self.out: dict[Future, list[str]] = {}
+        self.news: SimpleQueue[str | Future[Any]] = SimpleQueue()
+        self.out: dict[Future[Any], list[str]] = {}
         self.losses: Counter[str] = Counter()
         self.workers, self.looked, self.met = self._count(), time.monotonic(), time.monotonic()
         groups: dict[str, list[str]] = {}
@@ -121,11 +123,11 @@ class _Study:
                 )
         while self.batches and len(self.out) < self.workers:
             keys = self.batches.popleft()
-            future = self.client.submit(_measure, self.asked, self.topic, keys, pure=False)
+            future = self.client.submit(_measure, self.required, self.topic, keys, pure=False)
             self.out[future] = keys
             future.add_done_callback(self.news.put)
 
-    def ended(self, future: Future) -> None:
+    def ended(self, future: "Future[Any]") -> None:
         """Raise what a batch ended by; put back what a lost worker left."""
         rest = [key for key in self.out.pop(future) if key in self.waiting]
         status, error = future.status, future.exception() if future.status == "error" else None
@@ -167,7 +169,8 @@ def run(
             scheduler is gone.
     """
     found = {cell.key: store.get(cell) for cell in cells}
-    study = _Study(client, [cell for cell in cells if found[cell.key] is None], _asked(works))
+    waiting = [cell for cell in cells if found[cell.key] is None]
+    study = _Study(client, waiting, _required(waiting, works))
 
     def keep(text: str) -> None:
         key, result, seconds = json.loads(text)

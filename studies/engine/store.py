@@ -35,17 +35,20 @@ class Cell:
 
 
 class Store:
-    """A file of results by cell. ``version``: of the program; what another version measured is
-    measured again.
-    """
+    """A file of results by cell, and by the version of the program that measured them."""
 
-    def __init__(self, file: Path, version: str) -> None:
+    def __init__(self, file: Path, version: str | Mapping[str, str]) -> None:
         """Open or make ``file``, and keep others out of it.
+
+        Args:
+            file: the database.
+            version: of the program, for all cells or by work; what another version measured is
+                measured again.
 
         Raises:
             UserError: if it is not such a file, or another process has it.
         """
-        self.file, self.version = file, version
+        self.file, self._version = file, version
         try:
             self._base = sqlite3.connect(file, timeout=1.0, isolation_level=None)
             self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
@@ -81,18 +84,17 @@ class Store:
     def get(self, cell: Cell) -> Any:
         """The result of a cell, as JSON gives it back; None where there is none."""
         question = "SELECT result FROM cells WHERE key = ? AND version = ?"
-        found = self._base.execute(question, (cell.key, self.version)).fetchone()
+        found = self._base.execute(question, (cell.key, self._of(cell))).fetchone()
         return json.loads(found[0]) if found else None
 
-    def put(self, cell: Cell, result: Any, seconds: float) -> None:
+    def put(self, cell: Cell, result: object, seconds: float) -> None:
         """Keep the result of a cell; where there is one already, that one stays."""
         text = json.dumps(result, allow_nan=False)
         self._base.execute(
             "INSERT OR IGNORE INTO cells VALUES (?, ?, ?, ?)",
-            (cell.key, self.version, text, seconds),
+            (cell.key, self._of(cell), text, seconds),
         )
 
-    def seconds(self) -> float:
-        """What all cells of this version took, s."""
-        total = "SELECT coalesce(sum(seconds), 0) FROM cells WHERE version = ?"
-        return float(self._base.execute(total, (self.version,)).fetchone()[0])
+    def _of(self, cell: Cell) -> str:
+        """The version of the program that measures a cell."""
+        return self._version if isinstance(self._version, str) else self._version[cell.work]

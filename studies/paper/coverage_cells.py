@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ...coverage.choices import Rule
 from ...coverage.robots.built_in import PAPER_ROBOTS, ROBOTS
 from ...coverage.targets import Target
-from ...objectives.verify import Rule
 from ...simulation.task import TaskMotion, fastest, pick_and_place
+from ..engine.scenes import Rings
 from ..engine.store import Cell
-from ..engine.tasks import Rings
 
 SETUPS = ("n1_8_0", "n1_16_0", "n2_16_10", "n2_16_25", "n2_16_55", "n3_16_55")
 THETAS = tuple(range(0, 61, 5))  # degrees, of n2_16_theta
@@ -71,7 +71,7 @@ def scene(chain: str, q: Float[np.ndarray, " J"] | None = None, **keys: Any) -> 
 
 
 def question(
-    row: CoverageRow, where: Mapping[str, Any], setup: str | Rings, target: Target
+    row: CoverageRow, where: Mapping[str, object], setup: str | Rings, target: Target
 ) -> Question:
     """A row and the cell that fills it."""
     arguments = {

@@ -11,12 +11,11 @@ import numpy as np
 from ...coverage.rings.ring import named_setup
 from ...coverage.robots.built_in import ROBOTS
 from ...coverage.sensors.sensor import PAPER_SENSOR
-from ...formats.convert.scenes import setup_of
-from ...formats.schema.mount_models import RingModel
+from ...formats.schema.ring_models import RingModel, setup_of
 from ...simulation.approach import Approach
 from ...simulation.distance import MODES, THINGS, Series, Table, series, summary
+from ..engine.scenes import Rings
 from ..engine.store import Cell
-from ..engine.tasks import Rings
 from . import tasks  # noqa: F401  (they are registered)
 from .coverage_cells import SETUPS, task
 from .statements import Statement, Verdict
@@ -121,8 +120,8 @@ def gain(
     """
     pairs = zip(results[before, mode, thing], results[after, mode, thing], strict=True)
     differences = [
-        {"d": b[key] - a[key]} for a, b in pairs if a[key] is not None and b[key] is not None
-    ]  # type: ignore[operator]
+        {"d": y - x} for a, b in pairs if (x := a[key]) is not None and (y := b[key]) is not None
+    ]
     return summary(differences)["d"]
 
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 from matplotlib.axes import Axes
 
 from ...reporting.plots import COLOURS, GREY, INK, MARKERS, plain, save, sheet
@@ -145,7 +145,12 @@ def shells(rows: Sequence[CoverageRow], configurations: Sequence[CoverageRow], f
     tilts(rows, configurations, [f"V_S({r:g})" for r in RADII], file)
 
 
-def cycle(rows: Sequence[CoverageRow], time: Any, speed: Any, file: Path) -> None:
+def cycle(
+    rows: Sequence[CoverageRow],
+    time: Float[np.ndarray, " T"],
+    speed: Float[np.ndarray, " T"],
+    file: Path,
+) -> None:
     """Coverage along one cycle of the task, and the TCP's speed (time in s, speed in m/s)."""
     figure = sheet(11, 8)
     axes = figure.subplots(3, 1, sharex=True, height_ratios=(1, 1, 0.6))

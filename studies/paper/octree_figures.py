@@ -4,33 +4,33 @@ several voxel sizes.
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
-from scipy.spatial import ConvexHull
 
 from ...coverage.sensors.sensor import PAPER_SENSOR
 from ...coverage.solids.cones import Cones
 from ...coverage.voxels.octree import Rule, count, voxels
 from ...objectives.scene import Scene
 from ...reporting.plots import GREY, INK
-from ...reporting.rendering.faces import circle, cone
-from ...reporting.rendering.sheet import UNSEEN_COLOUR, Sheet, write_png
-from ...reporting.rendering.voxels import add_axes, add_bar, add_skin, normals, skin
+from ...reporting.rendering.canvas import UNSEEN_COLOUR, Canvas, paler
+from ...reporting.rendering.figures import add_axes, add_bar, write_png
+from ...reporting.rendering.meshes import circle, cone, loops
+from ...reporting.rendering.voxels import add_skin, normals, skin
 from .octree_view import (
     EYE,
     SHELL_COLOUR,
     OctreeView,
+    canvas_of,
     draw_both,
     draw_cones,
     draw_discs,
     draw_left,
-    paler,
-    sheet_of,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 CONE_VOXELS = (0.2, 0.1, 0.05, 0.025)  # m
 PAPER_CONE, PAPER_OCTREE = 0.173, 0.17  # m^3: the paper's cone, by its formula and by its octree
@@ -42,13 +42,15 @@ _RULES: dict[Rule, tuple[str, str]] = {
 _OFF = CONE_VOXELS[-1] / 3
 PLACES = 100  # of a cone on the lattice, over which a volume is averaged
 _DISCS, _METAL = 0.1, "#aab3bc"  # m between the discs of a cone; its colour
-_DPI, _FINER = 150, 2  # of the file, and pixels a side that are drawn for one of its
+_DPI = 150
 
 
 def _axes(
     size: tuple[float, float], rows: int, columns: int, **space: float
-) -> tuple[Figure, list[Axes]]:
+) -> "tuple[Figure, list[Axes]]":
     """A figure of ``size`` in inches and its axes, row by row."""
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=size, dpi=_DPI, facecolor="white")
     axes = figure.subplots(rows, columns, squeeze=False, gridspec_kw=space)
     for ax in axes.flat:
@@ -56,7 +58,7 @@ def _axes(
     return figure, list(axes.flat)
 
 
-def _head(figure: Figure, title: str, text: str) -> None:
+def _head(figure: "Figure", title: str, text: str) -> None:
     height = figure.get_size_inches()[1]
     figure.text(
         0.5, 1 - 0.2 / height, title, fontsize=15, color=INK, weight="bold", ha="center", va="top"
@@ -64,7 +66,7 @@ def _head(figure: Figure, title: str, text: str) -> None:
     figure.text(0.5, 1 - 0.52 / height, text, fontsize=10.5, color=GREY, ha="center", va="top")
 
 
-def _title(ax: Axes, name: str, text: str) -> None:
+def _title(ax: "Axes", name: str, text: str) -> None:
     for words, up, size, colour, weight in (
         (text, 3, 9.5, GREY, "normal"),
         (name, 3 + 11.8 * (1 + text.count("\n")), 12, INK, "bold"),
@@ -78,27 +80,29 @@ def _title(ax: Axes, name: str, text: str) -> None:
         ax.annotate(words, (0, 1), fontsize=size, color=colour, weight=weight, **place)
 
 
-def _fit(sheets: Sequence[Sheet], alike: bool) -> None:
-    """Zoom to what is drawn, on all sheets ``alike`` or on each, and draw scales below it: alike
+def _fit(canvases: Sequence[Canvas], alike: bool) -> None:
+    """Zoom to what is drawn, on all canvases ``alike`` or on each, and draw scales below it: alike
     ones once, and the base frame's axes once."""
-    limits = np.array([(s.ax.dataLim.min, s.ax.dataLim.max) for s in sheets])
+    limits = np.array([(s.ax.dataLim.min, s.ax.dataLim.max) for s in canvases])
     if alike:
         limits[:] = limits[:, 0].min(axis=0), limits[:, 1].max(axis=0)
-    for i, (sheet, (low, high)) in enumerate(zip(sheets, limits, strict=True)):
-        figure: Any = sheet.ax.figure
-        cell = figure.get_size_inches() * sheet.ax.get_position(original=True).size
+    for i, (canvas, (low, high)) in enumerate(zip(canvases, limits, strict=True)):
+        figure: Any = canvas.ax.figure
+        cell = figure.get_size_inches() * canvas.ax.get_position(original=True).size
         middle, size = (low + high) / 2, (high - low) * [1, 1.15]
         size = cell * (size / cell).max()
         (left, bottom), (right, top) = middle - size * [0.5, 0.545], middle + size * [0.5, 0.455]
-        sheet.ax.set(xlim=(left, right), ylim=(bottom, top))
+        canvas.ax.set(xlim=(left, right), ylim=(bottom, top))
         if i == 0 or not alike:
-            add_bar(sheet, (left + 0.01 * size[0], bottom + 0.06 * size[1]), 0.5)
+            add_bar(canvas, (left + 0.01 * size[0], bottom + 0.06 * size[1]), 0.5)
         if i == 0:
-            add_axes(sheet, (right - 0.11 * size[1], bottom + 0.05 * size[1]), 0.07 * size[1])
+            add_axes(canvas, (right - 0.11 * size[1], bottom + 0.05 * size[1]), 0.07 * size[1])
 
 
-def _key(figure: Figure, view: OctreeView, *more: tuple[Any, str]) -> None:
+def _key(figure: "Figure", view: OctreeView, *more: tuple[Any, str]) -> None:
     """Say below what the colours of the voxels mean."""
+    from matplotlib.patches import Patch
+
     seen = [
         (view.colours[link], f"seen from the {link.replace('_', ' ')}")
         for link in dict.fromkeys(view.links)
@@ -153,18 +157,18 @@ def four_panels(
             f"{found['left_voxels']:,} voxels, {found['left_m3']:.2f} m³",
         ),
     )
-    sheets = [sheet_of(ax, view) for ax in axes]
-    for sheet, (draw, name, text) in zip(sheets, drawings, strict=True):
-        draw(sheet, view)
-        _title(sheet.ax, name, text)
-    _fit(sheets, alike=False)
+    canvases = [canvas_of(ax, view) for ax in axes]
+    for canvas, (draw, name, text) in zip(canvases, drawings, strict=True):
+        draw(canvas, view)
+        _title(canvas.ax, name, text)
+    _fit(canvases, alike=False)
     share = (
         f"{found['covered_voxels']:,} of {found['shell_voxels']:,} voxels seen: ζ ="
         f" {found['zeta_percent']:.1f} %"
     )
     _head(figure, f"{setup_name}, shell V_S of {radius:g} m", share)
     _key(figure, view, (UNSEEN_COLOUR, "left over (d)"))
-    write_png(file, figure, _FINER)
+    write_png(file, figure)
     return found
 
 
@@ -182,22 +186,22 @@ def shells(
     figure, axes = _axes(
         (width, 5.1), 1, len(radii), left=0.01, right=0.99, bottom=0.07, top=0.75, wspace=0.04
     )
-    sheets = [sheet_of(ax, view) for ax, view in zip(axes, views, strict=True)]
-    for letter, sheet, view, shown in zip("abcdefgh", sheets, views, found, strict=False):
-        draw_both(sheet, view)
+    canvases = [canvas_of(ax, view) for ax, view in zip(axes, views, strict=True)]
+    for letter, canvas, view, shown in zip("abcdefgh", canvases, views, found, strict=False):
+        draw_both(canvas, view)
         share = (
             f"{shown['covered_voxels']:,} of {shown['shell_voxels']:,} voxels seen: ζ ="
             f" {shown['zeta_percent']:.1f} %"
         )
-        _title(sheet.ax, f"({letter})  r_S = {shown['radius']:g} m", share)
-    _fit(sheets, alike=True)
+        _title(canvas.ax, f"({letter})  r_S = {shown['radius']:g} m", share)
+    _fit(canvases, alike=True)
     _head(
         figure,
         f"{setup_name}, shells V_S of several radii",
         f"voxels of {100 * voxel:g} cm, cut open",
     )
     _key(figure, views[0], (paler(GREY, 0.55), "paler: seen, outside V_S"))
-    write_png(file, figure, _FINER)
+    write_png(file, figure)
     return found
 
 
@@ -235,25 +239,25 @@ def one_cone(file: Path) -> list[dict[str, float | str]]:
         hspace=0.27,
         wspace=0.04,
     )
-    sheets = [Sheet(ax, solid.bounds(), *EYE) for ax in axes]
+    canvases = [Canvas(ax, solid.bounds(), *EYE) for ax in axes]
     rim = circle(apex + height * axis, axis, height * np.tan(half))
-    outline = sheets[0].project(np.vstack([apex, rim]))[0]
-    outline = outline[ConvexHull(outline).vertices]
-    sheets[0].surface(cone(apex, axis, half, height, 60), _METAL, edges=False)
+    outline = canvases[0].hull(np.vstack([apex, rim]))
+    canvases[0].mesh(cone(apex, axis, half, height), _METAL, closed=True)
     _title(axes[0], "Cone", f"closed form\n{truth:.4f} m³\n")
     for d in np.arange(_DISCS, height + 1e-9, _DISCS):
-        xy, depth = sheets[5].project(circle(apex + d * axis, axis, d * np.tan(half)))
-        sheets[5].add([depth.mean()], xy[None], paler(_METAL, 0.3), GREY, 0.7)
+        disc = circle(apex + d * axis, axis, d * np.tan(half))
+        canvases[5].faces(disc[None], paler(_METAL, 0.3), lit=False)
+        canvases[5].lines(loops(disc[None]), GREY, 0.7)
     _title(axes[5], "Discs", f"{_DISCS:g} m apart\n\n")
     rows: list[dict[str, float | str]] = []
-    for sheet, (rule, voxel) in zip(
-        [*sheets[1:5], *sheets[6:]], [(r, v) for r in _RULES for v in CONE_VOXELS], strict=True
+    for canvas, (rule, voxel) in zip(
+        [*canvases[1:5], *canvases[6:]], [(r, v) for r in _RULES for v in CONE_VOXELS], strict=True
     ):
         found = voxels(solid, voxel, rule)
-        s = skin(found, sheet.rotation[2])
+        s = skin(found, canvas.rotation[2])
         line = 0.5 if voxel > CONE_VOXELS[-1] else 0.25
         add_skin(
-            sheet,
+            canvas,
             s,
             paler(_RULES[rule][0], 0.3),
             normals(solid, s.centres, voxel),
@@ -261,14 +265,14 @@ def one_cone(file: Path) -> list[dict[str, float | str]]:
             1.12,
             line=line,
         )
-        sheet.ax.plot(*np.vstack([outline, outline[:1]]).T, color=INK, lw=0.9, zorder=4)
+        canvas.ax.plot(*np.vstack([outline, outline[:1]]).T, color=INK, lw=0.9, zorder=4)
         error = 100 * (found.volume / truth - 1)
         mean, deviation = _anywhere(solid, voxel, rule)
         text = (
             f"{len(found):,} voxels\n{found.volume:.4f} m³ ({error:+.1f} %)\n{PLACES} places:"
             f" {mean:.3f} ± {deviation:.3f}"
         )
-        _title(sheet.ax, f"{rule}, {voxel:g} m", text.replace("-", "−"))
+        _title(canvas.ax, f"{rule}, {voxel:g} m", text.replace("-", "−"))
         rows.append({"rule": rule, "voxel": voxel, "voxels": len(found), "volume_m3": found.volume})
         rows[-1] |= {
             "closed_form_m3": truth,
@@ -276,9 +280,9 @@ def one_cone(file: Path) -> list[dict[str, float | str]]:
             "mean_m3": mean,
             "deviation_m3": deviation,
         }
-    for sheet in sheets:
-        sheet.paint(smooth=False, fit=True)
-    _fit(sheets, alike=True)
+    for canvas in canvases:
+        canvas.draw()
+    _fit(canvases, alike=True)
     places = f"{PLACES} places: mean ± deviation over drawn places on the lattice, m³"
     rules = "; ".join(f"{rule}: a voxel counts when {when}" for rule, (_, when) in _RULES.items())
     _head(
@@ -286,5 +290,5 @@ def one_cone(file: Path) -> list[dict[str, float | str]]:
         "One sensor's cone in voxels",
         f"{rules}\n{places}; the paper: cone {PAPER_CONE:g}, octree {PAPER_OCTREE:g} m³",
     )
-    write_png(file, figure, _FINER)
+    write_png(file, figure)
     return rows

@@ -4,12 +4,9 @@ voxels left over.
 
 from dataclasses import dataclass
 from itertools import cycle
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
-from scipy.spatial import ConvexHull
 
 from ...coverage.rings.ring import Setup, named_setup
 from ...coverage.rings.ring_kinematics import sensor_cones
@@ -21,21 +18,19 @@ from ...coverage.voxels.octree import voxels
 from ...coverage.voxels.voxel_set import VoxelSet
 from ...objectives.scene import Scene
 from ...objectives.verify import target_voxels
-from ...reporting.rendering.faces import add_robot, body, circle, cone, loft
-from ...reporting.rendering.sheet import LINK_COLOURS, UNSEEN_COLOUR, Sheet
+from ...reporting.rendering.canvas import LINK_COLOURS, UNSEEN_COLOUR, Canvas, paler, rgb
+from ...reporting.rendering.meshes import body, circle, cone, loops, tube
+from ...reporting.rendering.robot import add_robot
 from ...reporting.rendering.voxels import add_skin, cut_open, holds, normals, openness, skin
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 EYE = (-62.0, 20.0)  # azimuth and elevation, degrees
 SHELL_COLOUR, BEND_COLOUR = "#c9bbe6", "#7f878f"
 _STRAIGHT = ("#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
 _TOWARDS = 0.2  # cosine of the angle to the eye, above which a cone would hide the robot
-_BURIED = 0.01  # m below other cones' surface, where no face is drawn: it cannot be seen
 _SECTION = 1.25  # light of the faces of a cut, beside that of the rest
-
-
-def paler(colour: Any, share: float) -> Any:
-    """Colours (..., 3) with a share of white."""
-    return (1 - share) * np.asarray(to_rgb(colour) if isinstance(colour, str) else colour) + share
 
 
 @dataclass(frozen=True)
@@ -105,21 +100,21 @@ class OctreeView:
             Cones(c.apex[k], c.axis[k], c.half_angle[k], c.range_m[k])(points)
             for k in parts.values()
         ]
-        return np.array([to_rgb(self.colours[name]) for name in parts])[np.argmin(depth, axis=0)]
+        return np.array([rgb(self.colours[name]) for name in parts])[np.argmin(depth, axis=0)]
 
 
-def sheet_of(ax: Axes, view: OctreeView) -> Sheet:
-    """A sheet for the drawings below, seen from infinity."""
+def canvas_of(ax: "Axes", view: OctreeView) -> Canvas:
+    """A canvas for the drawings below, seen from infinity."""
     ax.set_aspect("equal")
     ax.axis("off")
-    return Sheet(ax, view.shell.bounds(), *EYE)
+    return Canvas(ax, view.shell.bounds(), *EYE)
 
 
-def _add_robot(sheet: Sheet, view: OctreeView) -> None:
-    add_robot(sheet, view.scene.robot, view.frames, view.setup, view.colours)
+def _add_robot(canvas: Canvas, view: OctreeView) -> None:
+    add_robot(canvas, view.scene.robot, view.frames, view.setup, view.colours)
 
 
-def draw_discs(sheet: Sheet, view: OctreeView) -> None:
+def draw_discs(canvas: Canvas, view: OctreeView) -> None:
     """V_S as it is swept: grey discs where the pose curve bends, a colour each where it is
     straight.
     """
@@ -129,65 +124,63 @@ def draw_discs(sheet: Sheet, view: OctreeView) -> None:
         way = piece.velocity(t)
         way /= np.linalg.norm(way, axis=1, keepdims=True)
         rims = np.array([circle(c, n, radius) for c, n in zip(piece.point(t), way, strict=True)])
-        rgb = to_rgb(BEND_COLOUR if piece.bend else next(shades))
+        colour = BEND_COLOUR if piece.bend else next(shades)
+        canvas.lines(loops(rims), paler(colour, 0.4), 0.6)
         if not piece.bend:
-            sheet.surface(loft(rims), np.array(rgb), 0.5, edges=False)
-        outlines, depths = sheet.project(rims)
-        sheet.add(
-            depths.mean(axis=1), outlines, (*rgb, 0.012 if piece.bend else 0.1), (*rgb, 0.6), 0.7
-        )
-    _add_robot(sheet, view)
-    sheet.paint(smooth=False, fit=True)
+            canvas.mesh(tube(rims), colour, 0.5)
+            canvas.faces(rims, colour, 0.1, lit=False)
+    _add_robot(canvas, view)
+    canvas.draw()
 
 
-def draw_cones(sheet: Sheet, view: OctreeView) -> None:
+def draw_cones(canvas: Canvas, view: OctreeView) -> None:
     """V_FOV: cones in the colours of their links; those that point at the eye in outline, so that
     the robot is seen.
     """
+    from matplotlib.collections import PolyCollection
+
     c: Any = view.cones
-    towards = c.axis @ sheet.rotation[2] > _TOWARDS
-    solid = np.flatnonzero(~towards)
-    opaque = Cones(c.apex[solid], c.axis[solid], c.half_angle[solid], c.range_m[solid])
-    for k in solid:
-        faces = cone(c.apex[k], c.axis[k], c.half_angle[k], c.range_m[k], 90)
-        shown = opaque(faces.mean(axis=1)) > -_BURIED
-        sheet.surface(faces[shown], paler(view.colours[view.links[k]], 0.15), edges=False)
-    _add_robot(sheet, view)
-    sheet.paint(smooth=False, fit=True)
-    if not towards.any():
-        return
+    towards = c.axis @ canvas.rotation[2] > _TOWARDS
+    for k in np.flatnonzero(~towards):
+        solid = cone(c.apex[k], c.axis[k], c.half_angle[k], c.range_m[k])
+        canvas.mesh(solid, paler(view.colours[view.links[k]], 0.15), closed=True)
+    _add_robot(canvas, view)
+    canvas.draw()
     for k in np.flatnonzero(towards):
-        rim = circle(
-            c.apex[k] + c.range_m[k] * c.axis[k], c.axis[k], c.range_m[k] * np.tan(c.half_angle[k])
+        base, wide = c.apex[k] + c.range_m[k] * c.axis[k], c.range_m[k] * np.tan(c.half_angle[k])
+        rim = circle(base, c.axis[k], wide)
+        colour = tuple(rgb(view.colours[view.links[k]]))
+        outline = PolyCollection(
+            [canvas.hull(np.vstack([c.apex[k], rim])), canvas.project(rim)[0]],
+            facecolors=[(*colour, 0.05), (*colour, 0.08)],
+            edgecolors=[(*colour, 0.25), (*colour, 0.9)],
+            linewidths=[0.5, 0.9],
+            zorder=3,
         )
-        xy, depth = sheet.project(np.vstack([c.apex[k], rim]))
-        hull, rgb = xy[ConvexHull(xy).vertices], to_rgb(view.colours[view.links[k]])
-        sheet.add([depth.mean()], hull[None], (*rgb, 0.05), (*rgb, 0.25), 0.5)
-        sheet.add([depth.mean()], xy[None, 1:], (*rgb, 0.08), (*rgb, 0.9), 0.9)
-    sheet.paint(smooth=False, fit=True)
+        canvas.ax.add_collection(outline)
 
 
-def _section(sheet: Sheet, view: OctreeView, kept: VoxelSet, solid: Solid, colour: Any) -> None:
+def _section(canvas: Canvas, view: OctreeView, kept: VoxelSet, solid: Solid, colour: Any) -> None:
     """A set of voxels cut open upright along the arm, the half nearer to the eye away, without the
     robot's own V_R.
     """
-    axis = int(np.argmax(np.abs(sheet.rotation[2, :2])))
+    axis = int(np.argmax(np.abs(canvas.rotation[2, :2])))
     line = body(view.scene.robot, view.frames)[:, axis]
     at = round((line.min() + line.max()) / 2 / kept.voxel)  # a plane of the lattice
-    side = np.sign(sheet.rotation[2, axis])
+    side = np.sign(canvas.rotation[2, axis])
     rest = cut_open(kept, axis, at * kept.voxel, side)
-    s = skin(rest, sheet.rotation[2])
+    s = skin(rest, canvas.rotation[2])
     normal = normals(solid, s.centres, s.voxel)
     cut = s.exposed[:, axis] & (s.numbers[:, axis] == (at if side < 0 else at - 1))
     normal[cut] = side * np.eye(3)[axis]
     light = (0.5 + 0.5 * openness(s, rest)) * np.where(cut, _SECTION, 1.0)
-    add_skin(sheet, s, colour(s), normal, 0.6, light)
-    sheet.paint(smooth=False, fit=True)
-    _add_robot(sheet, view)  # over the voxels, of which those in its own volume are away
-    sheet.paint(smooth=False, fit=True, zorder=3)
+    add_skin(canvas, s, colour(s), normal, 0.6, light)
+    canvas.draw()
+    _add_robot(canvas, view)  # over the voxels, of which those in its own volume are away
+    canvas.draw(zorder=3)
 
 
-def draw_both(sheet: Sheet, view: OctreeView) -> None:
+def draw_both(canvas: Canvas, view: OctreeView) -> None:
     """Omega(V_S) and Omega(V_FOV), cut open: what is seen in the colours of the links, paler where
     it is not in V_S.
     """
@@ -197,18 +190,22 @@ def draw_both(sheet: Sheet, view: OctreeView) -> None:
     def colour(s: Any) -> Any:
         seen, wanted = (holds(v, s.numbers)[:, None] for v in (view.seen, view.wanted))
         of_link = view.colour_at(s.centres)
-        return np.where(seen, np.where(wanted, of_link, paler(of_link, 0.55)), to_rgb(SHELL_COLOUR))
+        return np.where(seen, np.where(wanted, of_link, paler(of_link, 0.55)), rgb(SHELL_COLOUR))
 
     _section(
-        sheet, view, (view.wanted | view.seen) - body_voxels, Difference(both, view.shell.b), colour
+        canvas,
+        view,
+        (view.wanted | view.seen) - body_voxels,
+        Difference(both, view.shell.b),
+        colour,
     )
 
 
-def draw_left(sheet: Sheet, view: OctreeView) -> None:
+def draw_left(canvas: Canvas, view: OctreeView) -> None:
     """Omega(V_S) less Omega(V_FOV), cut open."""
     left = Difference(view.shell, view.cones)
     _section(
-        sheet,
+        canvas,
         view,
         view.wanted - view.seen,
         left,

@@ -8,8 +8,8 @@ import numpy as np
 from ...coverage.rings.ring import RING_RADIUS, named_setup
 from ...coverage.sensors.sensor import PAPER_SENSOR
 from ...coverage.targets import Target
-from ...formats.convert.scenes import ring_models
-from ..engine.tasks import Rings
+from ...formats.schema.ring_models import ring_models
+from ..engine.scenes import Rings
 from .coverage_cells import COUNTS, FAR, NEAR, CoverageRow, Question, question, scene
 
 SETUPS = ("n1_16_0", "n2_16_25", "n2_16_55", "n3_16_55")

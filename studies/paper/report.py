@@ -13,7 +13,7 @@ from ...coverage.sensors.sensor import PAPER_SENSOR
 from ...reporting import approach_figure, distance_figures
 from ...reporting.pages import csv_text, html, table
 from ...simulation.distance import summary
-from ..engine.tasks import scene_from
+from ..engine.scenes import scene_from
 from . import coverage_cells as paper
 from . import distance_cells as paper_distance
 from . import figures as paper_figures
@@ -253,7 +253,7 @@ def _monitored(f: Findings) -> Iterator[str]:
     yield "![the unseen approaches](approach.png)\n"
 
 
-def _short(number: Any) -> str:
+def _short(number: object) -> str:
     return f"{number:.4f}".rstrip("0").rstrip(".") if isinstance(number, float) else f"{number}"
 
 

@@ -4,8 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from ..engine import counting, searching  # noqa: F401  (they are registered)
+from ..engine.scenes import Rings
 from ..engine.store import Cell
-from ..engine.tasks import Rings
 from . import coverage_cells as paper
 from . import distance_cells as paper_distance
 from . import open_choices as paper_open

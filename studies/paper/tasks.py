@@ -10,7 +10,8 @@ from ...simulation.approach import unseen_approaches
 from ...simulation.distance import cell as distance_cell
 from ...simulation.distance import repeated
 from ...simulation.task import TaskMotion, pick_and_place
-from ..engine.tasks import Rings, register, scene_from, setup_from
+from ..engine.scenes import Rings, scene_from, setup_from
+from ..engine.tasks import register
 
 
 @cache

@@ -3,15 +3,13 @@
 import re
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
-from ...formats.convert.scenes import ring_models, scene_model
 from ...formats.escaping import printable_lines
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.writing import to_toml
 from ...reporting.pages import csv_text, html, table
 from ...reporting.plots import COLOURS, INK, MARKERS, plain, save, sheet
-from ..engine.tasks import scene_from
+from ..engine.scenes import scene_from
 from .study import Point, dominated, front, hypervolume, is_papers, setup_of_point
 
 _POINTS = "points.csv"
@@ -58,7 +56,7 @@ def picture(points: Sequence[Point], names: tuple[str, str], file: Path) -> None
 def write(
     points: Sequence[Point],
     names: tuple[str, str],
-    where: dict[str, Any],
+    where: dict[str, object],
     folder: Path,
     command: str,
 ) -> dict[str, str]:
@@ -97,14 +95,13 @@ def _file(p: Point, kept: Sequence[Point]) -> str:
     return f"point_{p.sensors}_{kept.index(p):02d}.toml" if p in kept else ""
 
 
-def _proposal(p: Point, names: tuple[str, str], where: dict[str, Any]) -> str:
+def _proposal(p: Point, names: tuple[str, str], where: dict[str, object]) -> str:
     scene = scene_from(where)
     heading = (
         f"Found as: {p.name}. {names[0]} {p.first:.2f} %, {names[1]} {p.second:.2f} % (rule centre,"
         " voxels of 1 cm)."
     )
-    rings = ring_models(setup_of_point(p, where), scene.sensor)
-    return to_toml(ProposalFile(rings=rings, scene=scene_model(scene)), heading)
+    return to_toml(ProposalFile.of(setup_of_point(p, where), scene), heading)
 
 
 def _page(

@@ -13,10 +13,9 @@ from typing import Any
 
 from ...coverage.rings.ring import named_setup
 from ...coverage.targets import Target
-from ...formats.convert.scenes import ring_models, setup_of
-from ...formats.schema.mount_models import RingModel
+from ...formats.schema.ring_models import RingModel, ring_models, setup_of
+from ..engine.scenes import Rings, scene_from
 from ..engine.store import Cell
-from ..engine.tasks import Rings, scene_from
 from ..paper.coverage_cells import SETUPS
 
 POINTS = 24  # searches between the ends of the front that was asked for
@@ -78,8 +77,8 @@ def hypervolume(points: Sequence[tuple[float, float]]) -> float:
 
 
 def _place(
-    where: dict[str, Any],
-    goals: list[dict[str, Any]],
+    where: dict[str, object],
+    goals: list[dict[str, object]],
     sensors: int,
     seed: int,
     known: Sequence[Rings] = (),
@@ -94,13 +93,13 @@ def _place(
     return Cell("place", arguments | {"short": bool(known)})
 
 
-def _goal(target: Target, weight: float, at_least: float = 0.0) -> dict[str, Any]:
+def _goal(target: Target, weight: float, at_least: float = 0.0) -> dict[str, object]:
     return {"name": target.name, "radius": target.radius, "weight": weight, "at_least": at_least}
 
 
 def measure(
     run: Measure,
-    where: dict[str, Any],
+    where: dict[str, object],
     targets: tuple[Target, Target],
     budgets: dict[int, int],
     seed: int,
@@ -189,7 +188,7 @@ def _told(name: str, targets: tuple[Target, Target]) -> str:
 
 def _counted(
     run: Measure,
-    where: dict[str, Any],
+    where: dict[str, object],
     targets: tuple[Target, Target],
     setups: Sequence[tuple[int, str, Rings]],
 ) -> list[Point]:
@@ -216,7 +215,7 @@ def _counted(
     ]
 
 
-def _papers(run: Measure, where: dict[str, Any], targets: tuple[Target, Target]) -> list[Point]:
+def _papers(run: Measure, where: dict[str, object], targets: tuple[Target, Target]) -> list[Point]:
     """The paper's setups at the same scene; none where its robot lacks one of their links."""
     scene = scene_from(where)
     setups = []
@@ -236,7 +235,7 @@ def is_papers(point: Point) -> bool:
     return point.name in SETUPS
 
 
-def setup_of_point(point: Point, where: dict[str, Any]) -> Any:
+def setup_of_point(point: Point, where: dict[str, object]) -> Any:
     """The setup that a point stands for."""
     scene = scene_from(where)
     return setup_of(

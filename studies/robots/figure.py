@@ -14,9 +14,9 @@ from ...coverage.occlusion.model import OCCLUSIONS
 from ...coverage.robots.kinematics import forward
 from ...coverage.robots.link_bodies import robot_capsules
 from ...reporting.plots import COLOURS, GREY, INK, save, sheet
-from ...reporting.rendering.faces import add_robot
-from ...reporting.rendering.sheet import LINK_COLOURS, Sheet
-from ..engine.tasks import scene_from, setup_from
+from ...reporting.rendering.canvas import LINK_COLOURS, Canvas
+from ...reporting.rendering.robot import add_robot
+from ..engine.scenes import scene_from, setup_from
 from .study import RobotRow, where
 
 SHOWN = "shadow"  # the search whose rings are drawn
@@ -85,22 +85,22 @@ def _keys() -> list[Line2D]:
 
 
 def _paint(ax: Axes, name: str, row: RobotRow) -> Any:
-    """The robot with the rings of ``row``; returns its corners (2, 2) m on the sheet."""
+    """The robot with the rings of ``row``; returns its corners (2, 2) m in the axes."""
     scene = scene_from(where(name, {}))
     robot, frames = scene.robot, forward(scene.robot.chain, scene.poses[0].q)
     bodies = robot_capsules(robot, frames)
     ends = np.concatenate(
         [p + s * bodies.radius[:, None] for p in (bodies.start, bodies.end) for s in (-1, 1)]
     )
-    view = Sheet(ax, np.stack([ends.min(axis=0), ends.max(axis=0)]), *_EYE)
+    view = Canvas(ax, np.stack([ends.min(axis=0), ends.max(axis=0)]), *_EYE)
     colour = dict(zip(robot.links, cycle(LINK_COLOURS), strict=False))
     add_robot(view, robot, frames, setup_from(row.rings, scene), colour, real=True, width=_WIDTH)
-    painted = view.paint()
-    xy = np.concatenate([path.vertices for path in painted.get_paths()])
+    corners = view.extent()
+    view.draw(fit=False)
     ax.set_aspect("equal")
     ax.axis("off")
     ax.set_title(f"{name}   ·   reach {robot.reach:g} m", fontsize=12, color=INK, loc="left")
-    return np.stack([xy.min(axis=0), xy.max(axis=0)])
+    return corners
 
 
 def _dumbbells(ax: Axes, rows: Sequence[RobotRow]) -> None:

@@ -4,12 +4,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ...coverage.occlusion.model import OCCLUSIONS
-from ...formats.convert.scenes import scene_model
-from ...formats.schema.mount_models import RingModel
 from ...formats.schema.proposal_models import ProposalFile
+from ...formats.schema.ring_models import RingModel
+from ...formats.schema.scene_models import SceneModel
 from ...formats.writing import to_toml
 from ...reporting.pages import csv_text, html, table
-from ..engine.tasks import scene_from
+from ..engine.scenes import scene_from
 from .figure import picture
 from .study import PROCESSORS, SEARCHES, SECONDS, SENSORS, TARGET, VOXEL, RobotRow, pose_deg, where
 
@@ -54,7 +54,7 @@ def _proposal(row: RobotRow) -> str:
         " of 1 cm)."
     )
     rings = [RingModel.model_validate(ring) for ring in row.rings]
-    scene = scene_model(scene_from(where(row.robot, SEARCHES[row.name])))
+    scene = SceneModel.from_domain(scene_from(where(row.robot, SEARCHES[row.name])))
     return to_toml(ProposalFile(rings=rings, scene=scene), heading)
 
 

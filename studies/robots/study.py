@@ -14,9 +14,9 @@ import numpy as np
 
 from ...coverage.occlusion.model import OCCLUSIONS
 from ...coverage.targets import Target
-from ...formats.convert.scenes import ring_models
+from ...formats.schema.ring_models import ring_models
+from ..engine.scenes import Rings, scene_from, setup_from
 from ..engine.store import Cell
-from ..engine.tasks import Rings, scene_from, setup_from
 
 ROBOTS = ("ur3e", "ur5e", "ur10", "ur10e", "panda", "iiwa14")
 TARGET = Target("V_S", 0.5)
@@ -62,7 +62,7 @@ class RobotRow:
         return self.finished is not None
 
 
-def where(robot: str, keys: Mapping[str, Any]) -> dict[str, Any]:
+def where(robot: str, keys: Mapping[str, object]) -> dict[str, Any]:
     """Keys of the scene of a robot in its own pose."""
     return {"robot": robot, "targets": [{"name": TARGET.name, "radius": TARGET.radius}], **keys}
 
@@ -101,10 +101,11 @@ def measure(run: Measure, seed: int = 0) -> list[RobotRow]:
     rows = []
     for robot in ROBOTS:
         for name in (*SEARCHES, *PAPERS):
-            percents = [round(zetas[robot, name, model]["zeta_percent"], 4) for model in OCCLUSIONS]
-            row = RobotRow(
-                robot, name, setups[robot, name], *percents, unseeing=unseeing[robot, name]
+            ignore, shadow, blind = (
+                round(zetas[robot, name, model]["zeta_percent"], 4) for model in OCCLUSIONS
             )
+            rings, none = setups[robot, name], unseeing[robot, name]
+            row = RobotRow(robot, name, rings, ignore, shadow, blind, none)
             if one := found.get((robot, name)):
                 row = replace(
                     row,

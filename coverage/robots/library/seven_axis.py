@@ -15,6 +15,7 @@ import math
 
 import numpy as np
 
+from ...solids.capsules import Capsules
 from ..kinematics import Chain, transform
 from ..robot import BASE, Body, Mount, Robot
 
@@ -26,12 +27,13 @@ _Capsule = tuple[str, int, tuple[float, float, float], tuple[float, float, float
 
 
 def _unit(*v: float) -> np.ndarray:
-    return np.array(v) / np.linalg.norm(v)
+    unit: np.ndarray = np.array(v) / np.linalg.norm(v)
+    return unit
 
 
 def _bodies(rows: tuple[_Capsule, ...]) -> tuple[Body, ...]:
     return tuple(
-        Body(name, frame, np.array(start), np.array(end), radius)
+        Body(name, frame, Capsules(np.array(start), np.array(end), radius))
         for name, frame, start, end, radius in rows
     )
 

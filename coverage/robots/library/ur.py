@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...solids.capsules import Capsules
 from ..kinematics import Chain, transform
 from ..robot import BASE, Body, Mount, Robot
 
@@ -84,7 +85,7 @@ def _arm(
         mounts=(*mounts, Mount("tool", 6, _O, _Y, _X, 0.0, section=flange)),
         reach=reach,
         bodies=tuple(
-            Body(link, frame, np.array(a), np.array(b), radius)
+            Body(link, frame, Capsules(np.array(a), np.array(b), radius))
             for link, frame, a, b, radius in bodies
         ),
         limits=_LIMITS,

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from ...solids.capsules import Capsules
 from ..kinematics import Chain, dh_transform, transform
 from ..robot import Body, Mount, Robot
 
@@ -49,14 +50,14 @@ UR10 = Robot(
     # Radii of the public collision meshes' tubes and housings, on the mounts' axes: thinner than
     # the paper's rings. The base turns about its own axis, so that it may ride on the first frame.
     bodies=(
-        Body("base", 0, -0.0523 * _Z, _O, 0.075),
-        Body("shoulder", 0, _O, 0.185 * _Y, 0.075),
-        Body("upper_arm", 1, _O, 0.612 * _Z, 0.054),
-        Body("elbow", 1, 0.612 * _Z, 0.612 * _Z - 0.1719 * _Y, 0.06),
-        Body("forearm", 2, _O, 0.5723 * _Z, 0.045),
-        Body("wrist_1", 3, _O, 0.1149 * _Y, 0.046),
-        Body("wrist_2", 4, _O, 0.1157 * _Z, 0.046),
-        Body("wrist_3", 5, _O, 0.0472 * _Y, 0.045),
+        Body("base", 0, Capsules(-0.0523 * _Z, _O, 0.075)),
+        Body("shoulder", 0, Capsules(_O, 0.185 * _Y, 0.075)),
+        Body("upper_arm", 1, Capsules(_O, 0.612 * _Z, 0.054)),
+        Body("elbow", 1, Capsules(0.612 * _Z, 0.612 * _Z - 0.1719 * _Y, 0.06)),
+        Body("forearm", 2, Capsules(_O, 0.5723 * _Z, 0.045)),
+        Body("wrist_1", 3, Capsules(_O, 0.1149 * _Y, 0.046)),
+        Body("wrist_2", 4, Capsules(_O, 0.1157 * _Z, 0.046)),
+        Body("wrist_3", 5, Capsules(_O, 0.0472 * _Y, 0.045)),
     ),
     limits=_LIMITS,
     home=_HOME,
@@ -90,12 +91,12 @@ UR10_DH = Robot(
     # The same radii on the lines between the link end points, as this chain leaves out the links'
     # sideways offsets.
     bodies=(
-        Body("base", 0, 0.075 * _Z, 0.1273 * _Z, 0.075),
-        Body("upper_arm", 1, _O, -0.612 * _X, 0.054),
-        Body("forearm", 2, _O, -0.5723 * _X, 0.045),
-        Body("wrist_1", 3, _O, 0.163941 * _Z, 0.046),
-        Body("wrist_2", 4, _O, 0.1157 * _Z, 0.046),
-        Body("wrist_3", 5, _O, 0.0472 * _Z, 0.045),
+        Body("base", 0, Capsules(0.075 * _Z, 0.1273 * _Z, 0.075)),
+        Body("upper_arm", 1, Capsules(_O, -0.612 * _X, 0.054)),
+        Body("forearm", 2, Capsules(_O, -0.5723 * _X, 0.045)),
+        Body("wrist_1", 3, Capsules(_O, 0.163941 * _Z, 0.046)),
+        Body("wrist_2", 4, Capsules(_O, 0.1157 * _Z, 0.046)),
+        Body("wrist_3", 5, Capsules(_O, 0.0472 * _Z, 0.045)),
     ),
     limits=_LIMITS,
     home=_HOME,

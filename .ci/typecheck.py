@@ -1,0 +1,77 @@
+"""Type check of the package as it is installed, seen from an empty folder.
+
+From the checkout's root a checker may find a few files by their own names and pass, so that what it
+has checked is compared with what the rule of setup.py installs.
+
+Usage: PYTHON .ci/typecheck.py, with the interpreter of an environment that has mypy and, by
+``pip install .``, the package.
+"""
+
+import runpy
+import subprocess
+import sys
+import sysconfig
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import SimpleNamespace
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = "place_rings"
+
+
+def handed_to_setuptools(root: Path = ROOT) -> dict[str, object]:
+    """What setup.py hands to setuptools."""
+    handed: dict[str, object] = {}
+    kept = sys.modules.get("setuptools")
+    sys.modules["setuptools"] = SimpleNamespace(setup=handed.update)  # type: ignore[assignment]
+    try:
+        runpy.run_path(str(root / "setup.py"))
+    finally:
+        del sys.modules["setuptools"]
+        if kept is not None:
+            sys.modules["setuptools"] = kept
+    return handed
+
+
+def installed_modules(root: Path = ROOT) -> dict[str, Path]:
+    """The files that the rule of setup.py installs, by the names they are imported by."""
+    handed = handed_to_setuptools(root)
+    folders: dict[str, str] = handed["package_dir"]  # type: ignore[assignment]
+    packages: list[str] = handed["packages"]  # type: ignore[assignment]
+    modules = {}
+    for package in packages:
+        mapped = max((p for p in folders if f"{package}.".startswith(f"{p}.")), key=len)
+        inner = package[len(mapped) :].strip(".").split(".")
+        for file in root.joinpath(folders[mapped], *inner).glob("*.py"):
+            modules[package if file.stem == "__init__" else f"{package}.{file.stem}"] = file
+    return modules
+
+
+def seen(report: str) -> set[str]:
+    """The modules that mypy's report of lines names: checked ones, and folders without any."""
+    return {line.split()[-1] for line in report.splitlines()[1:]}
+
+
+def main() -> None:
+    spec = find_spec(PACKAGE)
+    place = Path(next(iter((spec and spec.submodule_search_locations) or ["."]))).resolve()
+    if not place.is_relative_to(Path(sysconfig.get_path("purelib")).resolve()):
+        sys.exit("place-rings is not installed here, or editable: run pip install .")
+    with TemporaryDirectory() as empty:
+        if not (place / "py.typed").exists():
+            Path(empty, PACKAGE).symlink_to(place)  # else a checker leaves it out as untyped
+        command = [sys.executable, "-m", "mypy", "--config-file", str(ROOT / "pyproject.toml")]
+        command += ["--cache-dir", "cache", "--linecount-report", "lines", "-p", PACKAGE]
+        done = subprocess.run(command, cwd=empty)
+        if done.returncode:
+            sys.exit(done.returncode)
+        checked = seen(Path(empty, "lines", "linecount.txt").read_text())
+    expected = set(installed_modules())
+    if unseen := sorted(expected - checked):
+        sys.exit(f"{len(unseen)} of {len(expected)} files were not checked: {', '.join(unseen)}")
+    print(f"all {len(expected)} files were checked")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,66 @@
+"""How long commands take to start
+
+Processor seconds of a whole process, of all its threads, as a ratio to those of ``import jax`` in
+the same rounds: a busy machine stretches both. In every round each command runs once, in a new
+folder.
+"""
+
+import resource
+import statistics
+import subprocess
+import sys
+from collections.abc import Sequence
+from tempfile import TemporaryDirectory
+
+from common import table
+
+_SHELL = ("--target", "V_S", "--radius", "0.5")
+# the command's arguments, and the ratio that it shall not exceed
+_COMMANDS: dict[tuple[str, ...], float] = {
+    ("--help",): 0.45,
+    ("robots",): 0.8,
+    ("schema", "scene"): 0.8,
+    ("sensors",): 0.8,
+    ("verify", "n3_16_55", *_SHELL): 2.0,
+    (*_SHELL, "--occlusion", "ignore"): 8.0,
+}
+_ROUNDS = 5
+
+
+def processor_seconds(arguments: Sequence[str]) -> float:
+    """What a Python process with these arguments takes, and what it starts."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    with TemporaryDirectory() as folder:
+        subprocess.run([sys.executable, *arguments], cwd=folder, check=True, capture_output=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def report(options: Sequence[str] = ()) -> list[str]:
+    """Measure in turns; ``--rounds=N``: each so often."""
+    rounds = _ROUNDS
+    for option in options:
+        name, _, value = option.partition("=")
+        if name != "--rounds" or not value.isdecimal() or not int(value):
+            raise SystemExit(f"{option}: no such option; known: --rounds=N")
+        rounds = int(value)
+    lines = {words: ("-m", "place_rings.cli.entry", *words) for words in _COMMANDS}
+    lines = {("import jax",): ("-c", "import jax"), **lines}
+    for words in (("import jax",), ("--help",)):
+        processor_seconds(lines[words])  # the first run compiles Python's files
+    seconds = {words: [] for words in lines}
+    for _ in range(rounds):
+        for words, arguments in lines.items():
+            seconds[words].append(processor_seconds(arguments))
+    medians = {words: statistics.median(each) for words, each in seconds.items()}
+    jax = medians[("import jax",)]
+    rows = [
+        (f"`place-rings {' '.join(words)}`", *(f"{n:.2f}" for n in (took, took / jax)), f"{most:g}")
+        for words, most in _COMMANDS.items()
+        for took in [medians[words]]
+    ]
+    return [
+        f"Medians of {rounds} rounds. `import jax`: {jax:.2f} processor seconds.",
+        "",
+        *table(("command", "processor seconds", "ratio to `import jax`", "at most"), rows),
+    ]

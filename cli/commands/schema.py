@@ -1,0 +1,35 @@
+"""The command schema."""
+
+import json
+from typing import Literal
+
+
+def schema(
+    name: Literal[
+        "scene",
+        "robot",
+        "proposal",
+        "verify",
+        "robustness",
+        "result",
+        "improve",
+        "safety",
+        "printing",
+        "check",
+        "sensors",
+    ],
+    /,
+) -> None:
+    """Print the JSON Schema of a file or of a command's JSON.
+
+    Example: place-rings schema scene
+    """
+    from ...formats.schema.proposal_models import MODELS
+    from ...reporting.terminal import say_json
+
+    models = MODELS
+    if name == "check":  # the rig's models are its own
+        from ...rig.check.models import CheckResult
+
+        models = {"check": CheckResult}
+    say_json(json.dumps(models[name].model_json_schema(), indent=2))

@@ -1,0 +1,87 @@
+"""What the options of ``check`` mean: where rings are, which parts, how large the rod is."""
+
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from ...coverage.rings.ring import Setup
+from ...formats.errors import UserError, shown
+from ...formats.extras import require
+from ...rig.check.models import PortModel
+from ...rig.check.planned_check import ring_names
+from ...rig.rings.decoders import DECODERS
+from ...rig.rings.health import BAUD
+from ...rig.rod.rod import Rod
+
+_RING = re.compile(r"(?P<name>[^=]+)=(?P<port>[^,]+)(,(?P<decoder>[^,]*))?(,(?P<baud>\d{2,8}))?")
+_ROD = re.compile(r"(?P<thick>\d+(\.\d+)?)x(?P<long>\d+(\.\d+)?)")
+
+
+def resolve_ports(setup: Setup, asked: Sequence[str]) -> list[PortModel]:
+    """The ports of all rings, from NAME=PORT[,DECODER[,BAUD]]; UserError where one is missing,
+    named twice, or unknown.
+    """
+    names, found = ring_names(setup), dict[str, PortModel]()
+    for text in asked:
+        match = _RING.fullmatch(text)
+        if match is None:
+            raise UserError(
+                f"--ring: found {shown(text)}, allowed: NAME=PORT[,DECODER[,BAUD]], like"
+                " tool=/dev/ttyUSB0"
+            )
+        name, decoder = match["name"], match["decoder"] or "place-rings"
+        if name.isdecimal() and int(name) < len(names):
+            name = names[int(name)]
+        if name not in names or name in found:
+            left = [n for n in names if n not in found]
+            raise UserError(
+                f"--ring: found {shown(name)}, allowed: each of {', '.join(left) or 'none more'}"
+                " once"
+            )
+        if decoder not in DECODERS:
+            raise UserError(
+                f"--ring {text}: found decoder {shown(decoder)}, allowed: {', '.join(DECODERS)}"
+            )
+        count = setup.rings[names.index(name)].count
+        found[name] = PortModel(
+            name=match["port"], count=count, decoder=decoder, baud=int(match["baud"] or BAUD)
+        )
+    if missing := [n for n in names if n not in found]:
+        raise UserError(
+            f"--ring: found none for {', '.join(missing)}, allowed: NAME=PORT for every ring of the"
+            " proposal"
+        )
+    return [found[n] for n in names]
+
+
+def check_ports(setup: Setup, ports: Sequence[PortModel]) -> None:
+    """UserError for a port that is not there, or that this user may not read and write."""
+    for name, port in zip(ring_names(setup), ports, strict=True):
+        if os.name == "posix" and not Path(port.name).exists():
+            raise UserError(
+                f"--ring {name}: found no {shown(port.name)}, allowed: a port that is there, like"
+                " /dev/ttyUSB0"
+            )
+        if os.name == "posix" and not os.access(port.name, os.R_OK | os.W_OK):
+            raise UserError(
+                f"--ring {name}: found {shown(port.name)} without rights to it, allowed: one to"
+                " read and write"
+            )
+
+
+def resolve_rod(text: str) -> Rod:
+    """A rod of so many mm of thickness and of length over all, as 70x370."""
+    match = _ROD.fullmatch(text)
+    thick, long = (float(match["thick"]), float(match["long"])) if match else (0.0, 0.0)
+    if not 1 <= thick <= long <= 5000:
+        raise UserError(
+            f"--rod-mm: found {shown(text)}, allowed: THICKNESSxLENGTH in mm, 1 to 5000, like"
+            " 70x370"
+        )
+    return Rod(thick / 2000, (long - thick) / 1000)
+
+
+def check_installed() -> None:
+    """UserError that says what to install, where what speaks to robots and rings is not there."""
+    require("rig", "check", "rtde_receive", "rtde_control", "serial")

@@ -1,0 +1,119 @@
+"""Targets on the command line: names, radii, weights and floors, as a scene's goals."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ...coverage.targets import Target
+from ...formats.errors import UserError, shown
+from ...objectives.scene import Goal, Scene
+
+_TARGET = re.compile(r"(?P<name>[^:=]+)(:(?P<radius>[^:=]+))?(=(?P<weight>[^:=]+))?")
+_MOST_WEIGHT = 1e6
+
+
+def positive(option: str, text: str) -> float:
+    """``text`` as a positive finite number; UserError names the option."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and 0 < value <= _MOST_WEIGHT):
+        raise UserError(f"{option}: found {shown(text)}, allowed: a positive number")
+    return value
+
+
+def parse_goal(text: str, radius: float | None, option: str = "--target") -> Goal:
+    """NAME[:RADIUS][=WEIGHT] as a goal, for instance ``V_S:0.5=0.6``; ``radius`` is that of a V_S
+    without its own, and ``option`` is blamed."""
+    match = _TARGET.fullmatch(text)
+    if match is None:
+        raise UserError(
+            f"{option}: found {shown(text)}, allowed: NAME[:RADIUS][=WEIGHT], like V_S:0.5=0.6"
+        )
+    weight = positive(f"{option} {text}, weight", match["weight"]) if match["weight"] else 1.0
+    own = positive(f"{option} {text}, radius", match["radius"]) if match["radius"] else None
+    if own is None and match["name"] == "V_S":
+        own = radius
+    try:
+        return Goal(Target(match["name"], own), weight)
+    except ValueError as error:
+        raise UserError(f"{option}: found {shown(text)}, but {error}") from error
+
+
+def parse_goals(targets: Sequence[str], radius: float | None) -> tuple[Goal, ...]:
+    """All goals of the options ``--target`` and ``--radius``; none where no target was given."""
+    if radius is not None and not (math.isfinite(radius) and radius > 0):
+        raise UserError(f"--radius: found {radius:g}, allowed: a positive number of metres")
+    goals = tuple(parse_goal(text, radius) for text in targets)
+    used = any(
+        g.target.name == "V_S" and ":" not in text for g, text in zip(goals, targets, strict=True)
+    )
+    if radius is not None and not used:
+        raise UserError(
+            f"--radius: found {radius:g}, allowed: only with a --target V_S that has no radius of"
+            " its own"
+        )
+    return goals
+
+
+def with_goals(scene: Scene, goals: tuple[Goal, ...], option: str = "--radius") -> Scene:
+    """``scene`` with these goals in place of its own, if there are any; ``option`` is blamed."""
+    for goal in goals:
+        inner = scene.shape.robot_radius
+        if goal.target.radius is not None and goal.target.radius <= inner:
+            raise UserError(
+                f"{option}: found {goal.target.radius:g}, allowed: above {inner:g}, the radius of"
+                " the robot's own V_R"
+            )
+    return replace(scene, goals=goals) if goals else scene
+
+
+def with_floors(scene: Scene, floors: Sequence[str]) -> Scene:
+    """``scene`` with floors NAME[:RADIUS]=PERCENT for its targets; one that is no target of it
+    becomes one of weight 0.
+    """
+    goals, floored = list(scene.goals), list[Target]()
+    for text in floors:
+        match = _TARGET.fullmatch(text)
+        if match is None or not match["weight"]:
+            raise UserError(
+                f"--at-least: found {shown(text)}, allowed: NAME[:RADIUS]=PERCENT, like V_S:1.5=60"
+            )
+        percent = positive(f"--at-least {text}, percent", match["weight"])
+        if percent > 100:
+            raise UserError(
+                f"--at-least: found {percent:g}, allowed: percent, above 0 and at most 100"
+            )
+        if match["name"] == "V_S" and not match["radius"]:
+            raise UserError(
+                f"--at-least: found {shown(text)}, allowed: a V_S with its radius, like"
+                f" V_S:0.5={match['weight']}"
+            )
+        target = parse_goal(text.rpartition("=")[0], None, "--at-least").target
+        with_goals(scene, (Goal(target),), f"--at-least {text}, radius")
+        if target in floored:
+            raise UserError(
+                f"--at-least: found {shown(text)} beside another floor for {target}, allowed: one"
+            )
+        floored.append(target)
+        place = next((i for i, g in enumerate(goals) if g.target == target), None)
+        if place is None:
+            goals.append(Goal(target, 0.0, percent / 100))
+        else:
+            goals[place] = replace(goals[place], at_least=percent / 100)
+    return replace(scene, goals=tuple(goals))
+
+
+def resolve_pair(targets: Sequence[str], scene: Scene) -> tuple[Target, Target]:
+    """The two targets of a front in ``scene``: the near and the far shell where none are given."""
+    goals = parse_goals(targets, None) or (Goal(Target("V_S", 0.5)), Goal(Target("V_S", 1.5)))
+    if weighted := [text for text in targets if "=" in text]:
+        raise UserError(
+            f"--target: found {shown(weighted[0])}, allowed: no weight, as a front has all of them"
+        )
+    if len(goals) != 2 or goals[0].target == goals[1].target:
+        raise UserError(f"--target: found {len(goals)} target(s), allowed: two different ones")
+    with_goals(scene, goals)
+    return goals[0].target, goals[1].target

@@ -1,0 +1,103 @@
+"""The command that checks a proposed setup on a rig, real, simulated or recorded."""
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from ...coverage.rings.ring import Setup
+from ...formats.errors import UserError
+from ...formats.writing import output_folder
+from ...objectives.scene import Scene
+from ...reporting.terminal import Terminal, say
+from ...rig.check.assessment import assess
+from ...rig.check.live import LiveCheck
+from ...rig.check.models import PortModel
+from ...rig.check.planned_check import PlannedCheck, ring_names
+from ...rig.check.plans import CheckOptions, Plans, plan_check, write_plans
+from ...rig.check.report import write_files
+from ...rig.poses.itinerary import Itinerary
+from ...rig.poses.near_stops import NearStops
+from ...rig.recording.recording import RecordingReader
+from ...rig.session.gathering import replay
+from ...rig.session.session import Session
+from ..pipes import ended_by_signals, gone_is_an_error
+from .check_before import EXEMPT, confirm, show_near_stops
+from .check_talk import tell
+from .check_view import View
+
+
+class TerminalAttendant:
+    """The person at a check, in a terminal."""
+
+    def __init__(self, console: Terminal) -> None:
+        self._console = console
+
+    def working(self, what: str) -> AbstractContextManager[object]:
+        return self._console.status(what)
+
+    def view(self, session: Session, setup: Setup) -> View:
+        ranges = [r.sensor.range_m for r in setup.rings]
+        return View(session, ring_names(setup), ranges, self._console)
+
+    def show_near_stops(self, stops: NearStops, setup: Setup, scene: Scene) -> None:
+        show_near_stops(stops, setup, scene, self._console)
+
+    def confirm(self, scene: Scene, plans: Plans, itinerary: Itinerary) -> None:
+        confirm(scene, plans, itinerary, self._console)
+
+    def alarm(self, text: str) -> None:
+        say(f"ATTENTION: {text}", error=True)
+
+
+def check_live(
+    name: str,
+    setup: Setup,
+    scene: Scene,
+    options: CheckOptions,
+    host: str | None,
+    ports: Sequence[PortModel],
+    out: Path,
+    as_json: bool,
+) -> int:
+    """Check ``setup`` on the robot at ``host`` and the rings at ``ports``; on a simulated rig where
+    ``host`` is None.
+
+    Returns:
+        the exit code of the verdict.
+    """
+    console = Terminal(stderr=True)
+    if host is None:
+        console.print(EXEMPT, highlight=False, soft_wrap=True)
+    live = LiveCheck.of(name, setup, scene, options, host)
+    with console.status("planning"):
+        plans = plan_check(live.setup, live.scene, options, live.moved)
+    folder = output_folder(out)
+    files = write_plans(live.scene, plans, folder)
+    with gone_is_an_error(), ended_by_signals():
+        record = live.record(plans, ports, folder, TerminalAttendant(console))
+    try:
+        with console.status("judging"):
+            assessment = assess(record.check, record.gathered, RecordingReader(record.file).wall)
+        files = [*write_files(record.check, assessment, folder), *files, record.file.name]
+        return tell(assessment, files, folder, as_json)
+    except KeyboardInterrupt:
+        text = f"interrupted; {record.file} is whole, and check --replay judges it"
+        say(f"place-rings: {text}", error=True)
+        raise SystemExit(130) from None
+
+
+def check_replay(subject: str | None, path: Path, out: Path, as_json: bool) -> int:
+    """The report of a recording, anew, and the exit code of its verdict. ``subject``: what it must
+    be of.
+    """
+    recorded = RecordingReader(path)
+    check = PlannedCheck.read(str(path), recorded.about.get("check"))
+    if subject is not None and subject != check.about.setup:
+        raise UserError(
+            f"{path}: found a recording of {check.about.setup}, allowed: one of {subject}"
+        )
+    folder = output_folder(out)
+    with Terminal(stderr=True).status("judging"):
+        gathered = replay(recorded, check.ports, check.about.stale_s)
+        assessment = assess(check, gathered, recorded.wall, recorded.damage)
+    return tell(assessment, write_files(check, assessment, folder), folder, as_json)

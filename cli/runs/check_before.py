@@ -1,0 +1,83 @@
+"""What a check tells a person before it moves the robot, and the question whether it may."""
+
+import math
+
+from rich.table import Table
+
+from ...coverage.rings.ring import Setup
+from ...formats.errors import UserError
+from ...objectives.scene import Scene
+from ...reporting.terminal import Terminal
+from ...rig.check.models import DISCLAIMER
+from ...rig.check.planned_check import ring_names
+from ...rig.check.plans import Plans
+from ...rig.poses.itinerary import Itinerary
+from ...rig.poses.near_stops import NearStops, by_ring
+
+EXEMPT = (
+    "The simulated rig knows its whole cell, and nobody can be hurt: it moves without --move,"
+    " without a floor and [motion] cell_complete in the scene, and with relaxed limits of time. A"
+    " real robot does not."
+)
+
+
+def show_near_stops(stops: NearStops, setup: Setup, scene: Scene, console: Terminal) -> None:
+    """Print what each ring keeps of the near stop along the route, and why not all of it."""
+    table = Table(
+        title=(
+            f"Near stop along the route: a reading below {1000 * stops.full:.0f} mm stops the robot"
+        ),
+        title_justify="left",
+        caption=(
+            "A sensor that may see the robot itself stops it at a shorter distance there, or not at"
+            " all."
+        ),
+        caption_justify="left",
+    )
+    table.add_column("ring")
+    for name in (
+        "sensors",
+        "always full",
+        "sometimes less",
+        "sometimes none",
+        "full, % of the route",
+    ):
+        table.add_column(name, justify="right")
+    table.add_column("lowered by the robot's own (sensors)")
+    for name, ring in zip(
+        ring_names(setup), by_ring(stops, setup, [b.name for b in scene.robot.bodies]), strict=True
+    ):
+        counts = (ring.sensors, ring.always_full, ring.sometimes_less, ring.sometimes_none)
+        why = ", ".join(f"{body} ({count})" for body, count in ring.why)
+        table.add_row(name, *map(str, counts), f"{100 * ring.share:.0f}", why)
+    console.print(table)
+
+
+def confirm(scene: Scene, plans: Plans, itinerary: Itinerary, console: Terminal) -> None:
+    """Say what will move and what stops it, and ask; UserError unless the answer is yes."""
+    reached, motion = sum(map(len, itinerary.reached)), scene.motion
+    floors = ", ".join(f"{o.keys['floor']:g} m" for o in scene.obstacles if "floor" in o.keys)
+    lines = [
+        (
+            f"The scene states: the floor lies at {floors} in the base frame; it and"
+            f" {len(scene.obstacles) - 1} more obstacles are all that the robot can reach;"
+            f" rings_as_proposed = {str(motion.rings_as_proposed).lower()}."
+        ),
+        (
+            f"The robot will move to {reached} of {sum(map(len, plans.poses))} poses, its leading"
+            f" joint at up to {math.degrees(motion.speed):g}°/s and"
+            f" {math.degrees(motion.acceleration):g}°/s². It stops on a near reading as in the"
+            " table above, on a ring that is silent, frozen or reports failures, on a fault of a"
+            " link, and on Ctrl-C."
+        ),
+        DISCLAIMER,
+        "Keep out of its reach, and a hand on its emergency stop.",
+    ]
+    for line in lines:
+        console.print(line, highlight=False, soft_wrap=True)
+    try:
+        answer = console.input("Type yes to let it move > ").strip()
+    except (EOFError, OSError, UnicodeDecodeError):
+        answer = ""
+    if answer != "yes":
+        raise UserError("--move: not confirmed, nothing was moved; allowed: yes")

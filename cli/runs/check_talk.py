@@ -1,0 +1,42 @@
+"""What a check says in a terminal when it is over."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ...reporting.terminal import Terminal, say_json
+from ...rig.check.assessment import Assessment
+
+EXIT = {"as proposed": 0, "differs": 1, "unfinished": 3}  # 2: bad input
+
+
+def tell(assessment: Assessment, files: Sequence[str], folder: Path, as_json: bool) -> int:
+    """Print the verdict and where the files are, or the result as JSON; the exit code of the
+    verdict.
+    """
+    r = assessment.result
+    if as_json:
+        say_json(r.model_dump_json(indent=2))
+        return EXIT[r.verdict]
+    console = Terminal()
+    lines = [f"{r.setup}: {r.verdict}", *(f"  {reason}" for reason in r.reasons)]
+    lines += [f"  warning: {warning}" for warning in r.warnings]
+    if r.mount is not None:
+        for one in r.mount.rings:
+            errors = ", ".join(
+                f"{e.name} {e.value:+.2f} ± {e.margin:.2f} {e.unit}" for e in one.errors
+            )
+            lines.append(f"ring {one.ring} ({one.link}): {errors}")
+        lines += [
+            f"{z.named}: {z.proposed_percent:.2f} % as proposed, {z.alive_percent:.2f} % as built"
+            " and answering"
+            for z in r.mount.zeta
+        ]
+    for c in r.coverage:
+        found = f"{c.measured_percent:.1f} % ({c.low_percent:.1f} to {c.high_percent:.1f})"
+        lines.append(
+            f"rod: seen in {found} of {c.named} by {c.trials} trials, predicted"
+            f" {c.predicted_percent:.1f} %"
+        )
+    for line in [*lines, r.disclaimer, *(f"  {folder / name}" for name in files)]:
+        console.print(line, highlight=False, soft_wrap=True, markup=False)
+    return EXIT[r.verdict]

@@ -1,0 +1,131 @@
+"""What a terminal shows while a check runs: each ring's distances and health, the robot, how far it
+is.
+"""
+
+import time
+from contextlib import suppress
+
+import numpy as np
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+from ...rig.check.models import DISCLAIMER
+from ...rig.check.plans import Part
+from ...rig.check.procedure import EndedError
+from ...rig.rings.protocol import Frame, Status
+from ...rig.robot.vetting import LinkFaultError
+from ...rig.session.session import Session
+
+_BARS = "█▇▆▅▄▃▂▁"  # near to far
+_WORDS = {"self": "self check", "mount": "mount check", "coverage": "coverage check"}
+_OFTEN = 4  # times a second
+
+
+def bars(frame: Frame | None, range_m: float) -> Text:
+    """A sensor a character: the nearer the higher; a dot: nothing; a cross: no answer."""
+    text = Text()
+    if frame is None:
+        return Text("not heard", style="red")
+    for distance, status in zip(frame.distance, frame.status, strict=True):
+        if status == Status.FAILED:
+            text.append("x", style="red")
+        elif np.isnan(distance):
+            text.append("·", style="dim")
+        else:
+            share = min(max(float(distance) / range_m, 0.0), 0.999)
+            text.append(
+                _BARS[int(share * len(_BARS))], style="yellow" if distance < 0.15 * range_m else ""
+            )
+    return text
+
+
+class View:
+    """The live view of a session. ranges: of each ring's sensors, m; names: of the rings."""
+
+    def __init__(
+        self, session: Session, names: list[str], ranges: list[float], console: Console
+    ) -> None:
+        self._session, self._names, self._ranges, self._console = session, names, ranges, console
+        self._part, self._done, self._of, self._said = "", 0, 1, ""
+        self._begin = time.monotonic()
+        self._live = Live(
+            get_renderable=self.table,
+            console=console,
+            refresh_per_second=_OFTEN,
+            transient=True,
+            redirect_stdout=False,
+        )
+
+    def __enter__(self) -> "View":
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with suppress(OSError):  # the terminal may be gone
+            self._live.stop()
+
+    def show(self, part: Part, done: int, of: int) -> None:
+        """So many steps of a part are done; told in a line where there is no terminal to draw
+        on.
+        """
+        if not self._console.is_terminal and part != self._said:
+            with suppress(OSError):
+                self._console.print(f"{_WORDS[part]} …", highlight=False)
+        self._part, self._done, self._of, self._said = _WORDS[part], done, of, part
+
+    def ask(self, words: str) -> bool:
+        """Tell a person what to do, and wait: Enter, it is done; s, it is left out; q or the end of
+        input: no more.
+        """
+        try:
+            self._live.stop()
+            prompt = Text(f"{words}\n  Enter: done, s: leave it out, q: end the check > ")
+            answer = self._console.input(prompt).strip().lower()
+        except (EOFError, OSError, UnicodeDecodeError):
+            answer = "q"
+        if self._console.is_terminal:
+            self._live.start()
+        if answer == "q":
+            raise EndedError("ended by who was asked")
+        return answer != "s"
+
+    def table(self) -> Group:
+        """What is drawn."""
+        seconds = max(time.monotonic() - self._begin, 1e-3)
+        table = Table(title=f"{self._robot()}, {seconds:.0f} s", title_justify="left")
+        for name in ("ring", "frames/s", "lost", "late", "corrupt", "nearest, m"):
+            table.add_column(name, justify="left" if name == "ring" else "right")
+        table.add_column("sensors, as wired")
+        rings = zip(
+            self._names,
+            self._session.rings.latest(),
+            self._session.rings.counts,
+            self._ranges,
+            strict=True,
+        )
+        for name, frame, c, range_m in rings:
+            near = (
+                np.nan
+                if frame is None or np.isnan(frame.distance).all()
+                else float(np.nanmin(frame.distance))
+            )
+            cells = (f"{c.frames / seconds:.1f}", str(c.lost), str(c.late), str(c.corrupt))
+            table.add_row(
+                name, *cells, "" if np.isnan(near) else f"{near:.3f}", bars(frame, range_m)
+            )
+        line = Table.grid(padding=(0, 1))
+        line.add_row(
+            self._part, ProgressBar(self._of, self._done, width=40), f"{self._done} of {self._of}"
+        )
+        return Group(table, line, Text(DISCLAIMER, style="dim"))
+
+    def _robot(self) -> str:
+        try:
+            q = np.degrees(self._session.link.latest().q)
+        except LinkFaultError as fault:
+            return f"robot: {fault}"
+        return "robot at " + ", ".join(f"{a:.1f}" for a in q) + "°"

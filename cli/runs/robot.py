@@ -1,0 +1,121 @@
+"""A robot from a URDF or one that is built in, with a picture to check and files to edit."""
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+from rich.table import Table
+
+from ...coverage.choices import Surface
+from ...coverage.robots.built_in import ROBOTS
+from ...coverage.robots.robot import Robot
+from ...formats.errors import UserError, shown
+from ...formats.escaping import printable
+from ...formats.robots.robot_fit import RobotFit, outlines
+from ...formats.schema.robot_models import RobotFile
+from ...formats.writing import output_folder, to_toml, write_text
+from ...objectives.scene import Rules, Scene
+from ...reporting.robot_picture import robot_picture
+from ...reporting.terminal import Terminal
+from ..options.urdf_robot import import_urdf
+
+_LIST = re.compile(r"\[\n[-+.\deE,\s]+\]")  # of numbers, over several lines
+_CLEARANCE = 0.02  # m, from what a ring surrounds to its sensors
+_HEADING = """A robot, for place-rings. Edit it freely; a scene names it by robot = "{file}".
+Lengths in metres, angles in degrees. A mount is the axis of a link around which rings sit: from \
+start along axis
+(proximal to distal), in the frame of the joint that moves the link. A body is a capsule that \
+stands for a part.
+Of a URDF, reach (the radius of V_O) is an estimate: the data sheet knows better."""
+
+
+def ring_radius(robot: Robot) -> float:
+    """A radius at which rings clear all sections, and go around all links as real ones, m, up to
+    the next 5 mm.
+    """
+    real = Scene(robot=robot, rules=Rules(mount="real"))
+    around = max(m.section + m.aside for m in robot.mounts) + _CLEARANCE
+    return (
+        math.ceil(200 * max(around, *(real.least_radius(link) for link in robot.links)) - 1e-6)
+        / 200
+    )
+
+
+def scene_text(robot: Robot, file: str) -> str:
+    """A scene that names the robot's file, as TOML."""
+    angles = ", ".join(f"{round(math.degrees(a), 3) + 0.0:g}" for a in robot.rest)
+    keys = [tomli_w.dumps({link: 0}).removesuffix(" = 0\n") for link in robot.links]
+    links = "".join(f"\n[mounts.{key}]\nposition = [0.0, 1.0]\n" for key in keys)
+    return (
+        f"# A scene on {printable(robot.name)}. Edit it, then: place-rings --scene scene.toml\n"
+        f'robot = "{file}"\nring_radius = {ring_radius(robot):g}  # m, clear of all mounts\n\n'
+        f"[[poses]]\nq_deg = [{angles}]\n"
+        f"{links}"
+    )
+
+
+def robot(
+    what: str,
+    base: str | None,
+    tip: str | None,
+    packages: Sequence[Path],
+    capsules: int,
+    surface: Surface,
+    name: str | None,
+    out: Path,
+) -> None:
+    """Write ``robot.toml``, ``scene.toml`` and ``robot.png`` of a robot that is built in or in a
+    URDF.
+    """
+    if what in ROBOTS:
+        fit = RobotFit(ROBOTS[what], ())
+    elif what.lower().endswith((".urdf", ".xml")):
+        fit = import_urdf(Path(what), base, tip, packages, capsules, surface, name)
+    else:
+        raise UserError(
+            f"robot: found {shown(what)}, allowed: a file .urdf, or one of {', '.join(ROBOTS)}"
+        )
+    found = fit.robot
+    folder = output_folder(out)
+    files = [folder / file for file in ("robot.toml", "scene.toml", "robot.png")]
+    robot_picture(files[2], found, fit.links)
+    text = to_toml(RobotFile.from_domain(found), _HEADING.format(file=files[0].name))
+    write_text(
+        files[0],
+        _LIST.sub(lambda m: "[" + ", ".join(m[0][1:-1].replace(",", " ").split()) + "]", text),
+    )
+    write_text(files[1], scene_text(found, files[0].name))
+    console = Terminal()
+    console.print(_mount_table(found))
+    if fit.links:
+        console.print(_body_table(fit))
+        console.print(outlines(fit.links) + ".", highlight=False)
+    for path in files:
+        console.print(f"  {path}", highlight=False, soft_wrap=True)
+
+
+def _mount_table(robot: Robot) -> Table:
+    table = Table(title=f"{robot.name}: mounts", title_justify="left")
+    for column in ("link", "moved by", "length, mm", "usable", "section, mm"):
+        table.add_column(column, justify="left" if column in ("link", "moved by") else "right")
+    names = (*robot.chain.joints, "tcp")
+    for m in robot.mounts:
+        usable = f"{m.usable[0]:.2f} … {m.usable[1]:.2f}" if m.length > 0 else ""
+        table.add_row(
+            m.link, names[m.frame], f"{1000 * m.length:.0f}", usable, f"{1000 * m.section:.0f}"
+        )
+    return table
+
+
+def _body_table(fit: RobotFit) -> Table:
+    table = Table(title="capsules", title_justify="left")
+    for column in ("link", "capsules", "radii, mm", "times its volume"):
+        table.add_column(column, justify="left" if column == "link" else "right")
+    for link in fit.links:
+        radii = ", ".join(f"{1000 * c.radius:.0f}" for c in link.capsules)
+        ratio = f"{link.ratio:.2f}" if np.isfinite(link.ratio) else "flat"
+        table.add_row(link.name, str(len(link.capsules)), radii, ratio)
+    return table

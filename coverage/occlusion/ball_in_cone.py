@@ -1,0 +1,59 @@
+"""The nearest point of a ball in a cone, in closed form, for NumPy and JAX."""
+
+from typing import Any
+
+from ..arrays import Array, Numbers, dot, namespace, root
+
+
+def ball_in_cone(
+    apex: Array, axis: Array, half_angle: Numbers, range_m: Numbers, centre: Array, radius: Numbers
+) -> tuple[Any, Any]:
+    """Nearest point to the apex of a ball's part in a cone with a flat base; all arguments
+    broadcast.
+
+    Ball and cone are convex, so there is one such point, and both are symmetric about the plane
+    through the axis and the ball's centre, so it lies there. In that half-plane, with coordinates
+    along and across the axis, it is
+
+    - the apex, if the ball holds it;
+    - straight towards the centre, if that direction lies in the cone and the ball begins there
+      before the base;
+    - on the base, at the ball's inner edge, if it begins behind the base;
+    - where the cone's edge first meets the ball, if the centre's direction lies outside.
+
+    Args:
+        apex, axis: (..., 3) m and unit.
+        half_angle, range_m: (...) rad in (0, pi/2) and m along the axis.
+        centre, radius: (..., 3) m and (...) m.
+
+    Returns:
+        distance (...) m, infinite where the ball misses the cone, and the point (..., 3) m, of no
+            meaning there.
+    """
+    xp = namespace(centre)
+    cosine, sine = xp.cos(half_angle), xp.sin(half_angle)
+    v = centre - apex
+    along = dot(v, axis)
+    aside = v - along[..., None] * axis
+    across = root(dot(aside, aside))
+    length = root(dot(v, v))
+
+    # distance of the centre from the edge's line, positive outside the cone
+    offset = across * cosine - along * sine
+    straight = offset <= 0
+    share = 1 - radius / xp.where(length > radius, length, radius)
+    before = along * share <= range_m
+    on_base = across - root(radius**2 - (along - range_m) ** 2)
+    reaches_base = (xp.abs(along - range_m) <= radius) & (on_base * cosine <= range_m * sine)
+    edge = along * cosine + across * sine - root(radius**2 - offset**2)
+    meets_edge = (offset <= radius) & (edge >= 0) & (edge * cosine <= range_m)
+
+    x = xp.where(straight, xp.where(before, along * share, range_m), edge * cosine)
+    y = xp.where(straight, xp.where(before, across * share, on_base), edge * sine)
+    inside = length <= radius
+    seen = inside | xp.where(straight, before | reaches_base, meets_edge)
+    reach = xp.where(straight & before, length * share, root(x * x + y * y))
+    distance = xp.where(seen, xp.where(inside, 0.0, reach), xp.inf)
+    x, y = xp.where(inside, 0.0, x), xp.where(inside, 0.0, y)
+    unit = aside / xp.where(across > 0, across, 1.0)[..., None]
+    return distance, apex + x[..., None] * axis + y[..., None] * unit

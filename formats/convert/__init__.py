@@ -1,1 +1,0 @@
-"""Between the models of files and what they stand for in code."""

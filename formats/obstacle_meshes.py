@@ -1,0 +1,90 @@
+"""Reads the meshes that a scene names as obstacles."""
+
+import io
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..coverage.solids.polyhedra import hull
+from ..objectives.scene import Obstacle, Scene
+from .errors import UserError, shown
+from .schema.field_types import FARTHEST, LONGEST_NAME
+from .schema.obstacle_models import ObstacleModel
+
+MESHES = ("stl", "ply", "off", "obj")
+_PIECES = 64  # separate parts of a mesh, at most
+_FACES = 2000  # of a part's hull, at most: each throws a plane of shadow
+_DIGITS = 9  # decimals of a corner, m, in a file
+
+
+def with_meshes(scene: Scene, models: list[ObstacleModel], where: str, read: Any) -> Scene:
+    """``scene`` with the meshes of its file, part by part; a part that is not convex is stood for
+    by its convex hull.
+
+    Args:
+        scene: with the obstacles that need no file.
+        models: all obstacles of the file.
+        where: the file and the key of its obstacles, for messages.
+        read: gives the path and the bytes of a file that obstacle ``i`` names.
+
+    Raises:
+        UserError: in one line.
+    """
+    found = list(scene.obstacles)
+    for i, model in enumerate(models):
+        if model.file is None:
+            continue
+        key = f"{where}[{i}].file"
+        path, data = read(key, model.file)
+        found += _parts(model, key, path, data)
+    return replace(scene, obstacles=tuple(found))
+
+
+def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obstacle]:
+    kind = path.suffix.lower().lstrip(".")
+    if kind not in MESHES:
+        raise UserError(
+            f"{key}: found {shown(model.file)}, allowed: a mesh,"
+            f" {', '.join('.' + m for m in MESHES)}"
+        )
+    import trimesh  # takes a while
+
+    try:
+        mesh: Any = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=True)
+        pieces = list(mesh.split(only_watertight=False))
+    except Exception as error:  # whatever a parser of foreign files raises
+        raise UserError(
+            f"{key}: {shown(model.file)} cannot be read as a mesh: {type(error).__name__}"
+        ) from error
+    if not 0 < len(pieces) <= _PIECES:
+        raise UserError(f"{key}: found {len(pieces)} separate parts, allowed: 1 to {_PIECES}")
+    T, found = model.transform, []
+    for n, piece in enumerate(pieces):
+        corners = np.asarray(piece.vertices, float) * model.scale
+        try:
+            if not np.isfinite(corners).all() or np.abs(corners).max() > FARTHEST:
+                raise ValueError(f"corners lie beyond {FARTHEST:g} m; see scale")
+            body = hull(corners)
+        except ValueError as error:
+            raise UserError(
+                f"{key}: part {n} of {shown(model.file)}: {error}; allowed: solid parts"
+            ) from error
+        if len(body.offset) > _FACES:
+            raise UserError(
+                f"{key}: part {n} has {len(body.offset)} faces, allowed: {_FACES}; simplify the"
+                " mesh"
+            )
+        corners = np.unique(body.edges.reshape(-1, 3), axis=0) @ T[:3, :3].T + T[:3, 3]
+        corners = np.round(corners, _DIGITS)
+        if np.abs(corners).max() > FARTHEST:
+            raise UserError(
+                f"{key}: part {n} of {shown(model.file)} lies beyond {FARTHEST:g} m; allowed:"
+                " nearer"
+            )
+        part = f" part {n}" if len(pieces) > 1 else ""
+        name = (model.name or path.stem)[: LONGEST_NAME - len(part)] + part
+        keys = {"name": name, "points": corners.tolist()}
+        found.append(Obstacle(name, hull(corners), keys, hulled=not bool(piece.is_convex)))
+    return found

@@ -1,0 +1,82 @@
+"""The model of an obstacle of the cell."""
+
+from typing import Annotated, Self
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import Field, model_validator
+
+from ...coverage.robots.kinematics import transform
+from ...coverage.solids.polyhedra import Polyhedron, box, half_space, hull
+from ...objectives.scene import Obstacle
+from .base_model import StrictModel, fault
+from .field_types import FARTHEST, LONGEST_NAME, Metres
+
+_Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="metres, base frame")]
+_Three = Field(min_length=3, max_length=3)
+_Angle = Annotated[float, Field(ge=-360, le=360, description="degrees")]
+
+
+class ObstacleModel(StrictModel):
+    """Something that stands in the cell: a box (size), a mesh (file), the hull of points, or the
+    floor, all below a height. ``centre`` and ``rpy_deg`` (about x, y, z of the base frame, in this
+    order) place all but the floor."""
+
+    name: str = Field(default="", max_length=LONGEST_NAME)
+    centre: Annotated[list[_Coordinate], _Three] = [0.0, 0.0, 0.0]
+    rpy_deg: Annotated[list[_Angle], _Three] = [0.0, 0.0, 0.0]
+    size: Annotated[list[Metres], _Three] | None = Field(
+        default=None, description="metres, of a box"
+    )
+    file: str | None = Field(
+        default=None,
+        min_length=1,
+        max_length=1000,
+        description="beside the scene or below its folder",
+    )
+    scale: float = Field(default=1.0, gt=0, le=1000, description="metres of a unit of the mesh")
+    points: list[Annotated[list[_Coordinate], _Three]] | None = Field(
+        default=None, min_length=4, max_length=20_000, description="metres, of which it is the hull"
+    )
+    floor: float | None = Field(
+        default=None, ge=-FARTHEST, le=FARTHEST, description="metres, its height"
+    )
+
+    @model_validator(mode="after")
+    def _of_one_kind(self) -> Self:
+        kinds = ("size", "file", "points", "floor")
+        given = [kind for kind in kinds if getattr(self, kind) is not None]
+        if len(given) != 1:
+            raise fault(given or None, f"one of {', '.join(kinds)}")
+        if self.points is not None:
+            try:
+                hull(np.array(self.points))
+            except ValueError as error:
+                raise fault(self.points, "corners of a solid, not all in one plane") from error
+        return self
+
+    @property
+    def transform(self) -> Float[np.ndarray, "4 4"]:
+        """Where it stands in the base frame, m."""
+        return transform(self.centre, np.radians(self.rpy_deg))
+
+    def body(self) -> Polyhedron | None:
+        """Return its solid in the base frame; None of a mesh, which is in a file of its own."""
+        T = self.transform
+        if self.floor is not None:
+            return half_space(self.floor)
+        if self.size is not None:
+            return box(self.centre, self.size, T[:3, :3])
+        if self.points is not None:
+            return hull(np.array(self.points) @ T[:3, :3].T + T[:3, 3])
+        return None
+
+
+def obstacles_of(models: list[ObstacleModel]) -> tuple[Obstacle, ...]:
+    """The obstacles that need no file; the loader adds meshes."""
+    obstacles = []
+    for i, model in enumerate(models):
+        name = model.name or ("floor" if model.floor is not None else f"obstacle {i}")
+        if (body := model.body()) is not None:
+            obstacles.append(Obstacle(name, body, model.model_dump(exclude_defaults=True)))
+    return tuple(obstacles)

@@ -1,0 +1,37 @@
+"""The formats of ``place-rings export``: of each, what makes its files."""
+
+from collections.abc import Callable, Mapping
+
+from ..formats.export.coppeliasim import coppeliasim
+from ..formats.export.glb import glb
+from ..formats.export.mjcf import mjcf
+from ..formats.export.placed import PlacedSetup
+from ..formats.export.ros2 import ros2
+from ..formats.export.tables import csv, json
+from ..formats.export.urdf import urdf
+from ..formats.export.xacro import xacro
+
+Files = Mapping[str, bytes]  # by their names in the folder
+
+
+def _urdf(placed: PlacedSetup) -> Files:
+    return urdf(placed) | xacro(placed)
+
+
+def _stl(placed: PlacedSetup) -> Files:
+    from ..formats.printing.print_files import ring_files  # loads solids
+    from .ring_pictures import ring_pictures
+
+    return ring_files(placed.setup, placed.scene, ring_pictures)[1]
+
+
+FORMATS: dict[str, Callable[[PlacedSetup], Files]] = {
+    "urdf": _urdf,
+    "mjcf": mjcf,
+    "glb": glb,
+    "csv": csv,
+    "json": json,
+    "coppeliasim": coppeliasim,
+    "ros2": ros2,
+    "stl": _stl,
+}

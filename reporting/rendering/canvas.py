@@ -1,0 +1,290 @@
+"""The renderer of still pictures: meshes, faces, lines and points in metres, seen by a camera and
+drawn into the axes of a figure with a depth buffer, so that what is nearer hides what is farther.
+
+Add parts in any order with ``Canvas.mesh``, ``faces``, ``lines`` and ``points``; ``Canvas.draw``
+puts the picture into the axes, at whatever resolution the figure is written. Labels, rulers and
+legends are matplotlib's, over or under it.
+"""
+
+from copy import copy
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from .rasterizer import UNLIT, DepthBuffer, Triangles, shaded
+
+# Okabe and Ito's colours, told apart by every kind of colour vision: cool ones see, the hot one is
+# unseen.
+LINK_COLOURS = ("#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#F0E442")
+UNSEEN_COLOUR = "#D55E00"
+FINER = 2  # pixels a side that are computed for one of the picture, which is their mean
+_LIGHT = np.array(
+    [-0.45, 0.6, 0.66]
+)  # right, up and towards the eye: from the upper left behind it
+
+Surface = tuple[Float[np.ndarray, "_ 3"], Int[np.ndarray, "_ 3"]]
+"""A mesh: vertices (V, 3) m, and the vertices (T, 3) of its triangles."""
+Colour = Any
+"""A colour of all parts, as ``#rrggbb`` or (3,) in [0, 1], or one of each (N, 3)."""
+
+
+def rgb(colour: Colour) -> Float[np.ndarray, "*N 3"]:
+    """A colour, or several, as numbers (..., 3) in [0, 1]; by name only as ``#rrggbb``."""
+    if isinstance(colour, str):
+        return np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+    return np.asarray(colour, float)
+
+
+def paler(colour: Colour, share: float) -> Float[np.ndarray, "*N 3"]:
+    """Colours (..., 3) with a share of white."""
+    return (1 - share) * rgb(colour) + share
+
+
+def _normals(vertices: Float[np.ndarray, "V 3"], triangles: Int[np.ndarray, "T 3"]) -> Any:
+    """Unit normals (V, 3) of a mesh at its vertices: the mean over their triangles by the angle of
+    each, so that it does not matter how a flat face is cut; 0 where there is none."""
+    corners = vertices[triangles]
+    way = np.roll(corners, -1, axis=1) - corners  # (T, 3, 3), to the next corner
+    way /= np.maximum(np.linalg.norm(way, axis=2, keepdims=True), 1e-300)
+    angle = np.arccos(np.clip(-np.sum(way * np.roll(way, 1, axis=1), axis=2), -1, 1))
+    flat = np.cross(way[:, 0], way[:, 1])
+    flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
+    of_corner = (angle[..., None] * flat[:, None]).reshape(-1, 3)
+    normal = np.stack(
+        [np.bincount(triangles.ravel(), of_corner[:, i], len(vertices)) for i in range(3)], axis=1
+    )
+    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+
+
+class Canvas:
+    """What a camera sees, in axes whose coordinates are metres at the depth of the middle of a
+    box."""
+
+    def __init__(
+        self,
+        ax: Any,
+        box: Float[np.ndarray, "2 3"],
+        azimuth_deg: float,
+        elevation_deg: float,
+        diagonals: float = np.inf,
+    ) -> None:
+        """Look at the middle of a box.
+
+        Args:
+            ax: matplotlib's axes to draw into, or None for ``image`` alone.
+            box: its lower and upper corner, m.
+            azimuth_deg: where the eye stands, about the vertical from +x.
+            elevation_deg: and above the horizon.
+            diagonals: distance of the eye in diagonals of the box; from infinity, edges that are
+                parallel stay so.
+        """
+        a, e = np.radians([azimuth_deg, elevation_deg])
+        right = (-np.sin(a), np.cos(a), 0.0)
+        up = (-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e))
+        towards_eye = (np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e))
+        self.ax, self.box, self.rotation = ax, box, np.array([right, up, towards_eye])
+        self.size = float(np.linalg.norm(box[1] - box[0]))
+        self.distance = diagonals * self.size
+        self._solid: list[Triangles] = []
+        self._clear: list[Triangles] = []
+        self._lines: list[tuple[Any, Any, float]] = []  # ends, colours, width in points
+        self._spots: list[tuple[Any, Any, Any]] = []  # centres, radii m, colours
+
+    def project(self, points: Any) -> tuple[Any, Any]:
+        """Coordinates (..., 2) m in the axes, and depths (...), larger is nearer, of points
+        (..., 3)."""
+        seen = (points - self.box.mean(axis=0)) @ self.rotation.T
+        return seen[..., :2] * self._nearness(seen[..., 2:]), seen[..., 2]
+
+    def hull(self, points: Any) -> Any:
+        """Outline (M, 2) m in the axes of the convex hull of points (N, 3)."""
+        from scipy.spatial import ConvexHull
+
+        xy = self.project(points)[0]
+        return xy[ConvexHull(xy).vertices]
+
+    def _nearness(self, depth: Any) -> Any:
+        return self.distance / (self.distance - depth) if np.isfinite(self.distance) else 1.0
+
+    def _placed(self, points: Any, nearer: float = 0.0) -> Any:
+        """Coordinates (..., 3): in the axes, and a depth that is affine over a face there,
+        which is the reciprocal of the distance where the eye is near."""
+        xy, depth = self.project(points)
+        depth = depth + nearer
+        if np.isfinite(self.distance):
+            depth = self.size * self._nearness(depth)
+        return np.concatenate([xy, depth[..., None]], axis=-1)
+
+    def light(self, normal: Any) -> Any:
+        """Light (...) in [0, 1] from the upper left behind the eye, on surfaces with unit normals
+        (..., 3), both sides alike."""
+        seen = normal @ self.rotation.T
+        return np.clip(np.where(seen[..., 2] < 0, -1, 1) * (seen @ _LIGHT), 0, 1)
+
+    def lit(self, colour: Colour, normal: Any) -> Any:
+        """Colours (N, 3) of surfaces with unit normals (N, 3)."""
+        return shaded(np.broadcast_to(rgb(colour), normal.shape), self.light(normal))
+
+    def mesh(
+        self, surface: Surface, colour: Colour, alpha: float = 1.0, closed: bool = False
+    ) -> None:
+        """Add a mesh, shaded smoothly across the edges of its triangles.
+
+        Args:
+            surface: vertices and triangles; corners that are not shared make a crease.
+            colour: of all, or of each triangle (T, 3).
+            alpha: opacity.
+            closed: its triangles turn anti-clockwise as seen from outside, and those that look
+                away from the eye are left out; otherwise both sides are seen, alike.
+        """
+        vertices, triangles = surface
+        view = self._placed(vertices)[triangles]  # (T, 3, 3)
+        sides = view[:, 1:, :2] - view[:, :1, :2]
+        facing = sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]
+        light = _normals(vertices, triangles) @ (_LIGHT @ self.rotation)
+        corner = np.clip(np.sign(facing)[:, None] * light[triangles], 0, 1)
+        shown = facing > 0 if closed else facing != 0
+        self._add(view[shown], self._each(colour, shown), corner[shown], alpha)
+
+    def faces(
+        self, faces: Any, colour: Colour, alpha: float = 1.0, lit: bool = True, nearer: float = 0.0
+    ) -> None:
+        """Add flat convex faces.
+
+        Args:
+            faces: corners (N, M, 3) m, in turn around each.
+            colour: of all, or of each (N, 3).
+            alpha: opacity.
+            lit: shaded by their normals, both sides alike; otherwise of their colour as it is.
+            nearer: m, by which they count as nearer to the eye than they are.
+        """
+        if not len(faces):
+            return
+        fan = np.array([(0, i, i + 1) for i in range(1, faces.shape[1] - 1)])
+        light = np.full(len(faces), UNLIT)
+        if lit:
+            normal = np.cross(faces[:, 2] - faces[:, 0], faces[:, -1] - faces[:, 1])
+            length = np.linalg.norm(normal, axis=1, keepdims=True)
+            light = self.light(normal / np.maximum(length, 1e-300))
+        view = self._placed(faces, nearer)[:, fan].reshape(-1, 3, 3)
+        colours = np.repeat(self._each(colour, np.ones(len(faces), bool)), len(fan), axis=0)
+        self._add(view, colours, np.repeat(light, len(fan))[:, None] * np.ones(3), alpha)
+
+    @staticmethod
+    def _each(colour: Colour, shown: Any) -> Any:
+        """Colours of those that are shown, of one for all or one of each."""
+        given = rgb(colour)
+        return given[shown] if given.ndim > 1 else np.broadcast_to(given, (int(shown.sum()), 3))
+
+    def _add(self, view: Any, colour: Any, light: Any, alpha: float) -> None:
+        made = Triangles(view, colour, light, np.full(len(view), float(alpha)))
+        (self._solid if alpha >= 1 else self._clear).append(made)
+
+    def lines(self, ends: Any, colour: Colour, width: float, nearer: float = 0.0) -> None:
+        """Add straight lines (N, 2, 3) m, ``width`` in points; ``nearer``: see ``faces``."""
+        if len(ends):
+            colours = self._each(colour, np.ones(len(ends), bool))
+            self._lines.append((self._placed(ends, nearer), colours, width))
+
+    def points(self, points: Any, colour: Colour, radius: float, nearer: float = 0.0) -> None:
+        """Add round spots that face the eye at points (N, 3) m, of ``radius`` m; ``nearer``: see
+        ``faces``."""
+        if not len(points):
+            return
+        depth = self.project(points)[1]
+        radii = radius * self._nearness(depth) * np.ones(len(points))
+        colours = self._each(colour, np.ones(len(points), bool))
+        self._spots.append((self._placed(points, nearer), radii, colours))
+
+    def extent(self) -> Float[np.ndarray, "2 2"] | None:
+        """Lower and upper corner (2, 2) m, in the axes, of all that was added; None of nothing."""
+        parts = [t.corners for t in (*self._solid, *self._clear) if len(t)]
+        parts += [ends for ends, *_ in self._lines]
+        parts += [
+            np.concatenate([at[:, :2] - r[:, None], at[:, :2] + r[:, None]])
+            for at, r, _ in self._spots
+        ]
+        flat = [part[..., :2].reshape(-1, 2) for part in parts]
+        if not flat:
+            return None
+        low = np.min([xy.min(axis=0) for xy in flat], axis=0)
+        return np.stack([low, np.max([xy.max(axis=0) for xy in flat], axis=0)])
+
+    def image(
+        self,
+        low: Any,
+        pixel: Any,
+        shape: tuple[int, int],
+        finer: int = FINER,
+        outline: float = np.inf,
+        point: float = 1.0,
+    ) -> Float[np.ndarray, "H W 4"]:
+        """The picture (H, W, 4), red, green, blue and opacity in [0, 1], row 0 at the bottom.
+
+        Args:
+            low: (2,) m, in the axes, of its lower left corner.
+            pixel: m that a pixel is wide and high, one number or (2,).
+            shape: its rows and columns.
+            finer: pixels a side that are computed for one.
+            outline: m of depth between neighbours from which on there is a dark line.
+            point: pixels that a point of a line's width is.
+        """
+        scale = finer / (np.asarray(pixel, float) * np.ones(2))
+        buffer = DepthBuffer((shape[0] * finer, shape[1] * finer))
+
+        def onto(corners: Any) -> Any:
+            return np.concatenate(
+                [(corners[..., :2] - low) * scale, corners[..., 2:]], axis=-1, dtype=np.float64
+            )
+
+        def triangles(some: list[Triangles]) -> Triangles:
+            t = Triangles.joined(some)
+            return Triangles(onto(t.corners), t.colour, t.light, t.alpha)
+
+        solid = [triangles(self._solid)] if self._solid else []
+        solid += [_strokes(onto(e), c, 0.5 * w * point * finer) for e, c, w in self._lines]
+        if solid:
+            buffer.opaque(Triangles.joined(solid))
+        if np.isfinite(outline):
+            buffer.outline(outline + 2.0 / float(scale[0]))
+        for centre, radius, colour in self._spots:
+            buffer.stamp(onto(centre), radius * scale[0], colour)
+        if self._clear:
+            buffer.translucent(triangles(self._clear))
+        return buffer.image(finer)
+
+    def draw(
+        self, fit: bool = True, zorder: float = 2, finer: int = FINER, outline: float = np.inf
+    ) -> None:
+        """Put all that was added into the axes, and forget it.
+
+        Args:
+            fit: the axes' limits grow to it.
+            zorder: over what else of the axes' it lies.
+            finer: see ``image``.
+            outline: see ``image``.
+        """
+        from .artist import RenderedCanvas  # loads matplotlib
+
+        extent = self.extent()
+        if extent is None:
+            return
+        kept = copy(self)
+        self._solid, self._clear, self._lines, self._spots = [], [], [], []
+        self.ax.add_artist(RenderedCanvas(kept.image, extent, zorder, finer, outline))
+        if fit:
+            self.ax.update_datalim(extent)
+
+
+def _strokes(ends: Any, colour: Any, half: float) -> Triangles:
+    """Lines (N, 2, 3) on the screen as triangles, ``half`` as wide to either side and beyond their
+    ends."""
+    way = ends[:, 1, :2] - ends[:, 0, :2]
+    way = half * way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
+    side = np.stack([-way[:, 1], way[:, 0]], axis=1)
+    corners = ends[:, [0, 1, 1, 0]].copy()
+    corners[..., :2] += np.stack([-way - side, way - side, way + side, side - way], axis=1)
+    shown = corners[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
+    unlit = np.full((len(shown), 3), UNLIT)
+    return Triangles(shown, np.repeat(colour, 2, axis=0), unlit, np.ones(len(shown)))

@@ -1,0 +1,75 @@
+"""Figures with rendered pictures in them: scales, axes, and the file that they go to."""
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...formats.escaping import printable_lines
+from ...formats.writing import write_bytes
+from ..plots import GREY, INK
+from .canvas import Canvas
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def png(figure: "Figure") -> bytes:
+    """The figure as a PNG; its texts are shown as they are, in printable characters."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.text import Text
+    from PIL import Image
+
+    for text in figure.findobj(Text):
+        text.set_parse_math(False)  # a dollar in a name is a dollar
+        text.set_text(printable_lines(text.get_text()))
+    canvas, data = FigureCanvasAgg(figure), io.BytesIO()
+    canvas.draw()
+    pixels = np.asarray(canvas.buffer_rgba())[..., :3]
+    pixels = pixels // 5 * 5  # 52 steps of a channel, half the file; white stays white
+    Image.fromarray(pixels).save(data, "png", compress_level=7)  # 9: 4 times as long, as large
+    return data.getvalue()
+
+
+def write_png(path: Path, figure: "Figure") -> None:
+    """Write the figure as a PNG: the old file or the new, never half.
+
+    Raises:
+        UserError: if the file cannot be written; an old one stays as it was.
+    """
+    write_bytes(path, png(figure))
+
+
+def add_bar(canvas: Canvas, at: tuple[float, float], length: float) -> None:
+    """Draw a scale of ``length`` m, its left end ``at`` (x, y) m on the canvas."""
+    x, y = np.array(at)[:, None] + length * np.array(
+        [(0, 0, 0, 1, 1, 1), (0.02, -0.02, 0, 0, 0.02, -0.02)]
+    )
+    canvas.ax.plot(x, y, color=INK, lw=1.1, zorder=5)
+    below: dict[str, Any] = {
+        "xytext": (0, -5),
+        "textcoords": "offset points",
+        "ha": "center",
+        "va": "top",
+    }
+    canvas.ax.annotate(f"{length:g} m", (x.mean(), at[1]), color=INK, fontsize=9, zorder=5, **below)
+
+
+def add_axes(canvas: Canvas, at: tuple[float, float], length: float) -> None:
+    """Draw the base frame's axes, of ``length`` m as seen from the side, from ``at`` (x, y) m on
+    the canvas.
+    """
+    arrow = {
+        "arrowstyle": "-|>,head_width=0.18,head_length=0.36",
+        "color": GREY,
+        "lw": 1.1,
+        "shrinkA": 0,
+        "shrinkB": 0,
+    }
+    for name, way in zip("xyz", length * canvas.rotation[:2].T, strict=True):
+        canvas.ax.annotate("", at + way, at, arrowprops=arrow, annotation_clip=False, zorder=5)
+        x, y = at + way + 0.2 * length * way / np.linalg.norm(way)
+        canvas.ax.text(
+            x, y, name, color=GREY, fontsize=9, ha="center", va="center", style="italic", zorder=5
+        )

@@ -1,0 +1,191 @@
+"""Solids as meshes: circles, balls, rods, capsules, cones, rings and hulls."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.rings.ring import Ring
+from ...coverage.robots.robot import Robot
+from ...coverage.solids.base import Solid, Union
+from ...coverage.solids.capsules import Capsules
+from ...coverage.solids.cones import Cones
+from ...coverage.solids.polyhedra import Polyhedron
+from ...coverage.solids.spheres import Spheres
+from .canvas import Surface
+
+RING_WIDTH = 0.04  # m
+
+
+def _polygon(corners: int) -> Any:
+    """Corners (T, 2) of a regular polygon in the circle of radius 1."""
+    return np.array(
+        [(np.cos(t), np.sin(t)) for t in np.linspace(0, 2 * np.pi, corners, endpoint=False)]
+    )
+
+
+DISC, FINE_DISC = _polygon(48), _polygon(96)
+_UP = np.eye(3)[2]
+_THINNEST = 1e-4  # m, of what is drawn of a polyhedron
+
+
+def circle(centre: Any, axis: Any, radius: float, polygon: Any = DISC) -> Any:
+    """Points (T, 3) m of a circle about the unit ``axis``."""
+    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    return centre + radius / np.linalg.norm(u) * (polygon @ np.stack([u, np.cross(axis, u)]))
+
+
+def tube(circles: Float[np.ndarray, "C T 3"]) -> Surface:
+    """The surface between neighbouring circles, which they share: so it is shaded smoothly. Its
+    triangles turn anti-clockwise as seen from outside where the circles follow their axes."""
+    c, t = circles.shape[:2]
+    i, j = np.meshgrid(np.arange(c - 1), np.arange(t), indexing="ij")
+    a, b = i * t + j, i * t + (j + 1) % t
+    faces = np.stack([np.stack([a, b, b + t], -1), np.stack([a, b + t, a + t], -1)], axis=2)
+    return circles.reshape(-1, 3), faces.reshape(-1, 3)
+
+
+def loops(circles: Float[np.ndarray, "C T 3"]) -> Float[np.ndarray, "E 2 3"]:
+    """The edges of closed lines."""
+    return np.stack([circles, np.roll(circles, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+
+
+def joined(some: list[Surface]) -> Surface:
+    """Several surfaces as one."""
+    first = np.cumsum([0, *(len(v) for v, _ in some)])
+    if not some:
+        return np.zeros((0, 3)), np.zeros((0, 3), int)
+    return np.concatenate([v for v, _ in some]), np.concatenate(
+        [f + n for (_, f), n in zip(some, first, strict=False)]
+    )
+
+
+def closed(circles: Float[np.ndarray, "C T 3"]) -> Surface:
+    """The surface between neighbouring circles with its ends drawn together in their middles."""
+    low, high = (np.broadcast_to(c.mean(axis=0), (1, *c.shape)) for c in (circles[0], circles[-1]))
+    return tube(np.concatenate([low, circles, high]))
+
+
+def ball(c: Any, r: float, n: int) -> Any:
+    """Circles of latitude (n, T, 3) m of the ball about ``c`` (3,) of radius ``r``."""
+    return np.array(
+        [
+            circle(c + r * np.sin(b) * _UP, _UP, r * np.cos(b))
+            for b in np.pi * np.linspace(-0.5, 0.5, n)
+        ]
+    )
+
+
+def rod(a: Any, b: Any, radius: float) -> Any:
+    """Circles (C, T, 3) m from ``a`` to ``b``, evenly spaced."""
+    return np.array(
+        [circle(p, (b - a) / np.linalg.norm(b - a), radius) for p in np.linspace(a, b, 20)]
+    )
+
+
+def cone(apex: Any, axis: Any, half_angle: float, range_m: float) -> Surface:
+    """A cone's side and base, with a crease between them."""
+    base, wide = apex + range_m * axis, range_m * np.tan(half_angle)
+    near, rim, middle = (
+        circle(c, axis, r, FINE_DISC)
+        for c, r in ((apex, 1e-3 * wide), (base, wide), (base, 1e-3 * wide))
+    )
+    return joined([tube(np.stack([near, rim])), tube(np.stack([rim, middle]))])
+
+
+def body(robot: Robot, frames: Any) -> Any:
+    """Centreline (P, 3) m of the links' bodies: joint origins, and the mount axes where links have
+    them.
+    """
+    points = [np.zeros(3)]
+    for j, T in enumerate(frames):
+        ends = [m.start + t * m.axis for m in robot.mounts if m.frame == j for t in (0.0, m.length)]
+        points += [T[:3, :3] @ p + T[:3, 3] for p in (np.zeros(3), *ends)]
+    return np.array(
+        [p for i, p in enumerate(points) if i == 0 or np.linalg.norm(p - points[i - 1]) > 1e-6]
+    )
+
+
+def capsule(a: Any, b: Any, radius: float) -> Any:
+    """Circles (C, T, 3) m of the capsule of ``radius`` about the segment from ``a`` to ``b``."""
+    length = float(np.linalg.norm(b - a))
+    axis = (b - a) / length if length > 1e-9 else _UP
+    bend = np.pi / 2 * np.linspace(0.02, 1, 7)
+    place = np.concatenate(
+        [
+            -radius * np.cos(bend),
+            np.linspace(0, length, 12)[1:-1],
+            length + radius * np.cos(bend[::-1]),
+        ]
+    )
+    wide = radius * np.concatenate([np.sin(bend), np.ones(10), np.sin(bend[::-1])])
+    return np.array([circle(a + t * axis, axis, r) for t, r in zip(place, wide, strict=True)])
+
+
+def band(robot: Robot, frames: Any, ring: Ring, width: float = RING_WIDTH) -> Any:
+    """Circles (2, T, 3) m of a ring, so wide along its axis, on a robot with ``frames``
+    T_base_frame (F, 4, 4).
+    """
+    m = robot.mount(ring.link)
+    R, origin = frames[m.frame][:3, :3], frames[m.frame][:3, 3]
+    ends = [m.start + (ring.position * m.length + t) * m.axis for t in (-width / 2, width / 2)]
+    return np.array([circle(origin + R @ end, R @ m.axis, ring.radius) for end in ends])
+
+
+def rim_of(cones: Cones, k: int, length: float) -> Any:
+    """Points (_, 3) m around beam ``k`` at ``length`` m along its axis: a circle, or a square
+    beam's corners.
+    """
+    centre, corners = cones.apex[k] + length * cones.axis[k], cones.corners_across(k, length)
+    if len(corners):
+        return centre + corners
+    return circle(centre, cones.axis[k], float(length * np.tan(cones.half_angle[k])))
+
+
+def lengths_within(cones: Cones, outer: Solid) -> Any:
+    """Length (K,) m at which each cone is drawn: where its axis leaves the target for the last
+    time, at most its range.
+    """
+    share = np.linspace(0, 1, 61)[1:]
+    points = (
+        cones.apex[:, None] + (share[:, None] * cones.range_m[:, None, None]) * cones.axis[:, None]
+    )
+    inside = outer(points.reshape(-1, 3)).reshape(points.shape[:2]) <= 0.02
+    return cones.range_m * np.where(inside, share, 0.1).max(axis=1)
+
+
+def faces_within(body: Polyhedron, box: Any) -> Any:
+    """Triangles (N, 3, 3) m of what of a polyhedron lies in the box (2, 3) m; none where that is
+    nothing."""
+    from scipy.optimize import linprog
+    from scipy.spatial import ConvexHull, HalfspaceIntersection
+
+    normal = np.concatenate([np.asarray(body.normal), np.eye(3), -np.eye(3)])
+    offset = np.concatenate([np.asarray(body.offset), box[1], -box[0]])
+    middle = linprog(
+        [0, 0, 0, -1],
+        np.column_stack([normal, np.ones(len(normal))]),
+        offset,
+        bounds=[(None, None)] * 4,
+    )
+    if not middle.success or middle.x[3] < _THINNEST:
+        return np.zeros((0, 3, 3))
+    corners = HalfspaceIntersection(np.column_stack([normal, -offset]), middle.x[:3]).intersections
+    return corners[ConvexHull(corners).simplices]
+
+
+def convex_pieces(outer: Any) -> list[Any]:
+    """Point sets (_, 3) m whose convex hulls together make a target's outer solid: balls, capsules
+    and a tube.
+    """
+    if isinstance(outer, Union):
+        return convex_pieces(outer.a) + convex_pieces(outer.b)
+    if isinstance(outer, Spheres):
+        return [
+            ball(c, r, 41).reshape(-1, 3) for c, r in zip(outer.centre, outer.radius, strict=True)
+        ]
+    if isinstance(outer, Capsules):
+        ends = zip(outer.start, outer.end, outer.radius, strict=True)
+        return [np.concatenate([ball(c, r, 21).reshape(-1, 3) for c in (a, b)]) for a, b, r in ends]
+    discs = [circle(c, n, outer.radius) for c, n in zip(outer.centre, outer.normal, strict=True)]
+    return [np.concatenate([discs[i], discs[i + 1]]) for i in outer.first]

@@ -1,0 +1,62 @@
+"""A robot and its rings on a canvas."""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ...coverage.rings.ring import Setup
+from ...coverage.robots.link_bodies import robot_capsules
+from ...coverage.robots.robot import Robot
+from .canvas import Canvas, rgb
+from .meshes import RING_WIDTH, ball, band, body, capsule, circle, closed, loops, rod, tube
+
+_LINK, _JOINT = "#b4bbc3", "#7d8791"
+_LINK_RADIUS, _JOINT_RADIUS = 0.048, 0.062  # m
+_RIM = 0.7  # points, width of a ring's edges
+_FOOT, _FOOT_HEIGHT = 0.095, 0.03  # m
+_UP = np.eye(3)[2]
+
+
+def add_robot(
+    canvas: Canvas,
+    robot: Robot,
+    frames: Any,
+    setup: Setup,
+    colour: dict[str, str],
+    real: bool = False,
+    width: float = RING_WIDTH,
+) -> None:
+    """Add the robot's links, joints and foot, and its rings in the colours of their links.
+
+    Args:
+        frames: T_base_frame (F, 4, 4) from ``forward``.
+        real: draw the robot's bodies, if it has any, and not a stick along its joints and mounts.
+        width: of a ring along its axis, m.
+    """
+    if real and robot.bodies:
+        _add_bodies(canvas, robot, frames)
+    else:
+        _add_stick(canvas, robot, frames)
+    for ring in setup.rings:
+        rims = band(robot, frames, ring, width)
+        canvas.mesh(tube(rims), colour[ring.link])
+        # a ring that is seen from its edge has no other area
+        canvas.lines(loops(rims), 0.8 * rgb(colour[ring.link]), _RIM)
+
+
+def _add_bodies(canvas: Canvas, robot: Robot, frames: Any) -> None:
+    bodies = robot_capsules(robot, frames)
+    for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True):
+        canvas.mesh(closed(capsule(a, b, float(r))), _LINK, closed=True)
+
+
+def _add_stick(canvas: Canvas, robot: Robot, frames: Any) -> None:
+    line = body(robot, frames)
+    for a, b in pairwise(line):
+        canvas.mesh(tube(rod(a, b, _LINK_RADIUS)), _LINK, closed=True)
+    low, high = (circle(line[0] + h * _UP, _UP, _FOOT) for h in (0.0, _FOOT_HEIGHT))
+    canvas.mesh(tube(np.stack([low, high])), _JOINT, closed=True)
+    canvas.faces(high[None], _JOINT)
+    for p in line[1:-1]:
+        canvas.mesh(tube(ball(p, _JOINT_RADIUS, 13)), _JOINT, closed=True)

@@ -1,0 +1,171 @@
+"""Pictures of printed rings: each with its dimensions, and one as it is mounted."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..formats.printing.primitives import union
+from ..formats.printing.print_files import ASSEMBLED
+from ..formats.printing.print_plan import PrintPlan
+from ..formats.printing.ring_solids import Assembly
+from ..formats.schema.print_models import PrintedRing
+from .rendering.canvas import Canvas
+from .rendering.figures import png
+
+if TYPE_CHECKING:
+    from manifold3d import Manifold
+    from matplotlib.axes import Axes
+
+_BODY, _OTHER = (0.93, 0.62, 0.28), (0.98, 0.76, 0.46)
+_BOARD, _METAL, _LINK = (0.16, 0.52, 0.38), (0.62, 0.64, 0.68), (0.80, 0.83, 0.88)
+_INK = "#333333"
+_APART = 14.0  # mm, between the halves where they are shown apart
+_STEP = 1.2  # mm of depth between neighbouring pixels, from which on there is an outline
+_CREASE = 30.0  # degrees between faces, from which on their edge is sharp
+_ABOVE, _SIDE = (-90, 90), (-90, 0)  # azimuth and elevation of the eye, degrees
+_ABOUT_ORIGIN = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
+Parts = list[tuple["Manifold", tuple[float, float, float]]]
+
+
+def _show(ax: "Axes", parts: Parts, eye: tuple[float, float], margin: float) -> Canvas:
+    """Draw solids in their colours; the coordinates of the axes are mm from the origin."""
+    canvas = Canvas(ax, _ABOUT_ORIGIN, *eye)
+    for solid, colour in parts:
+        mesh = solid.calculate_normals(0, _CREASE).to_mesh()
+        canvas.mesh((mesh.vert_properties[:, :3], mesh.tri_verts), colour, closed=True)
+    extent: Any = canvas.extent()
+    low, high = extent + np.array([[-margin], [margin]])
+    canvas.draw(fit=False, outline=_STEP)
+    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    ax.axis("off")
+    return canvas
+
+
+def _dimension(
+    ax: "Axes",
+    a: tuple[float, float],
+    b: tuple[float, float],
+    text: str,
+    off: tuple[float, float] = (0, 0),
+) -> None:
+    """An arrow between two points, and what it measures."""
+    ax.annotate(
+        "",
+        a,
+        b,
+        arrowprops={"arrowstyle": "<|-|>", "color": _INK, "lw": 0.9, "shrinkA": 0, "shrinkB": 0},
+    )
+    middle = ((a[0] + b[0]) / 2 + off[0], (a[1] + b[1]) / 2 + off[1])
+    box = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.9}
+    ax.text(*middle, text, ha="center", va="center", fontsize=9, color=_INK, bbox=box)
+
+
+def ring_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
+    """A PNG of a ring: both halves apart as printed, from above and from the side with dimensions,
+    and what was measured.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13, 8.2), dpi=100, facecolor="white")
+    one, other = made.halves
+    apart: Parts = [
+        (one.translate((0, _APART / 2, 0)), _BODY),
+        (other.translate((0, -_APART / 2, 0)), _OTHER),
+    ]
+    _show(figure.add_axes((0.01, 0.40, 0.56, 0.53)), apart, (-62, 38), 3)
+    parts: Parts = [(one, _BODY), (other, _OTHER)]
+    above = figure.add_axes((0.57, 0.36, 0.43, 0.57))
+    _show(above, parts, _ABOVE, 14)
+    (left, right), (bottom, _) = above.get_xlim(), above.get_ylim()
+    x, y = (float(v) for v in plan.centre)
+    low = bottom + 6
+    _dimension(above, (left + 14, low), (right - 14, low), f"{right - left - 28:.1f} mm")
+    slant = math.radians(52)
+    for radius, at, label in ((plan.bore, (x, y), "bore"), (plan.radius, (0.0, 0.0), "lenses")):
+        tip = (at[0] + radius * math.cos(slant), at[1] + radius * math.sin(slant))
+        tail = (at[0] - radius * math.cos(slant), at[1] - radius * math.sin(slant))
+        shift = (
+            (0.0, 0.0)
+            if label == "bore"
+            else (0.62 * radius * math.cos(slant), 0.62 * radius * math.sin(slant))
+        )
+        _dimension(above, tail, tip, f"{label} ⌀ {2 * radius:.1f}", shift)
+        slant = math.radians(-38)
+    side = figure.add_axes((0.57, 0.02, 0.43, 0.30))
+    _show(side, parts, _SIDE, 12)
+    left, right = side.get_xlim()
+    _dimension(
+        side,
+        (right - 10, plan.low),
+        (right - 10, plan.lug[1]),
+        f"{plan.lug[1] - plan.low:.1f}",
+    )
+    side.axhline(plan.low, color=_INK, lw=0.8, ls=(0, (6, 3)))
+    side.text(left + 1, plan.low - 2, "bed", fontsize=9, color=_INK, va="top")
+    lines = [
+        (
+            f"{record.count} boards, tilted by {abs(record.tilt_deg):.1f}°,"
+            f" {record.position_mm:.1f} mm along {record.link}"
+        ),
+        f"screws {record.screws}; bolts {record.bolts}",
+        "",
+        *(
+            f"{'✓' if c.holds else '✗'} {c.name}: {c.measured:.4g}"
+            f" {c.unit}{_allowed(c.least, c.most)}"
+            for c in record.checks
+        ),
+    ]
+    figure.text(0.02, 0.37, "\n".join(lines), fontsize=9.5, va="top", color=_INK, linespacing=1.35)
+    figure.suptitle(f"Ring {record.ring} on {record.link}", x=0.02, ha="left", fontsize=14)
+    return png(figure)
+
+
+def _allowed(least: float | None, most: float | None) -> str:
+    if least is not None:
+        return f" (at least {least:.3g})"
+    return "" if most is None else f" (at most {most:.3g})"
+
+
+def assembled_picture(plan: PrintPlan, made: Assembly, record: PrintedRing) -> bytes:
+    """A PNG of a ring with boards and bolts around its link, from two sides; arrows say where the
+    sensors look.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13, 6.6), dpi=100, facecolor="white")
+    reach = 0.35 * plan.radius
+    middle = (plan.low + plan.lug[1]) / 2
+    span = 0.85 * plan.radius
+    link = made.link.trim_by_plane((0, 0, 1), middle - span).trim_by_plane(
+        (0, 0, -1), -middle - span
+    )
+    parts: Parts = [*zip(made.halves, (_BODY, _OTHER), strict=True)]
+    parts += [(union(made.boards), _BOARD), (made.bolts, _METAL), (link, _LINK)]
+    for place, eye in (
+        ((0.0, 0.02, 0.53, 0.9), (-58, 28)),
+        ((0.5, 0.02, 0.5, 0.9), (-90, 62)),
+    ):
+        ax = figure.add_axes(place)
+        view = _show(ax, parts, eye, 0.3 * plan.radius).rotation
+        for k in range(len(plan.angles)):
+            frame = plan.frame(k)
+            if float(frame[:, 2] @ view[2]) > 0.1:
+                start, end = (view[:2] @ (frame[:, 3] + d * frame[:, 2]) for d in (2.0, reach))
+                ax.annotate(
+                    "",
+                    tuple(end),
+                    tuple(start),
+                    arrowprops={"arrowstyle": "-|>", "color": "#b03060", "lw": 1.1},
+                )
+    flipped = "towards proximal" if record.flipped else "towards distal"
+    figure.suptitle(
+        f"Ring {record.ring} on {record.link}, up: {flipped}", x=0.02, ha="left", fontsize=14
+    )
+    return png(figure)
+
+
+def ring_pictures(plan: PrintPlan, made: Assembly, record: PrintedRing) -> dict[str, bytes]:
+    """The pictures of a ring, by their names: its own, and of the first as it is mounted."""
+    own = {record.files[2]: ring_picture(plan, made, record)}
+    return own if record.ring else own | {ASSEMBLED: assembled_picture(plan, made, record)}

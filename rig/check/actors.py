@@ -1,0 +1,220 @@
+"""Who does what a check asks for: a robot that is moved, or a person; a rod that is simulated, or
+put by a person.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.rings.ring import Setup
+from ...objectives.scene import Scene
+from ..poses.itinerary import Itinerary
+from ..poses.near_stops import STEP, NearStops, joined
+from ..rings.health import SILENT
+from ..robot.motion import MotionLimits, Mover, MoveRefusedError, MoveStoppedError
+from ..robot.state import State
+from ..robot.vetting import LinkFaultError
+from ..rod.rod import Rod
+from ..sensing.readings import WITHIN
+from ..session.session import Session
+from ..session.stop_conditions import StopConditions, StopRules
+from ..simulated.process import SimulatedRig, SimulationError
+from .plans import Part
+from .procedure import EndedError
+
+_LOOK, _SETTLE = 0.1, 0.3  # s; an arm that has arrived still swings
+_STILL = 0.01  # rad/s
+_LATE = 0.05  # m, that what a simulated ring saw may have come nearer since
+_LEAVE = "; step out of the robot's reach: it may move next"
+_PASSAGE = 0.15  # s, of a simulated hand before a sensor
+
+Ask = Callable[[str], bool]  # a person is told what to do: done, or left out; EndedError: no more
+Show = Callable[[Part, int, int], None]
+
+
+class MovedRobot:
+    """A robot that is moved along an itinerary, and stopped by what the stop conditions say.
+
+    Args:
+        host: of the robot.
+        scene: with its limits.
+        session: robot and rings.
+        itinerary: with the ways.
+        route: the near stops along the whole of it.
+        alarm: is told at once where the robot is not seen to stand still.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        scene: Scene,
+        session: Session,
+        itinerary: Itinerary,
+        route: NearStops,
+        alarm: Callable[[str], None],
+    ) -> None:
+        limits, motion = scene.robot.limits, scene.motion
+        joints = (
+            np.tile([-2 * np.pi, 2 * np.pi], (len(scene.robot.chain), 1))
+            if limits is None
+            else limits
+        )
+        self._itinerary, self._session, self._counts = itinerary, session, session.rings.sizes
+        self._within = STEP + motion.speed * SILENT * session.patience  # a reading may be that old
+        # A simulated ring shows what it saw a while ago, maybe on another way: there the near stops
+        # of the whole route hold. Else those of each way do, from where the robot really is.
+        self._by_way = session.patience <= 1
+        self._stops = (
+            itinerary.near_stops_to(itinerary.at, session.link.latest().q)
+            if self._by_way
+            else route.lowered(_LATE)
+        )
+        self._mover = Mover(
+            host,
+            session.link,
+            MotionLimits(joints, motion.speed, motion.acceleration),
+            itinerary.clearance.fault,
+            StopConditions(
+                session, self._near, StopRules(motion.failed_share, motion.frozen_frames)
+            ),
+            session.patience,
+            alarm,
+        )
+
+    def order(self, joints: Float[np.ndarray, "P J"]) -> Sequence[int]:
+        return self._itinerary.order(joints)
+
+    def stand(self, q: Float[np.ndarray, " J"], words: str) -> bool:
+        for node in self._itinerary.next(q):
+            try:
+                self._move(node)
+            except (MoveRefusedError, MoveStoppedError, LinkFaultError) as error:
+                raise EndedError(f"on the way to {words}: {error}") from error
+            self._itinerary.at = node
+        time.sleep(_SETTLE)
+        return True
+
+    def _move(self, node: int) -> None:
+        """Move to a node, with the near stops of the way there."""
+        goal = self._itinerary.map.nodes[node]
+        if not self._by_way:
+            self._mover.move(goal)
+            return
+        way = self._itinerary.near_stops_to(node, self._session.link.latest().q)
+        self._stops = joined(self._stops, way)  # a reading may still be of the way before
+        self._mover.move(goal)
+        self._stops = way
+
+    def _near(self, q: Float[np.ndarray, " J"]) -> list[Float[np.ndarray, " n"]]:
+        """The near stops that hold at ``q`` (J,) rad, ring by ring."""
+        return np.split(self._stops.near(q, self._within), np.cumsum(self._counts)[:-1])
+
+    def close(self) -> None:
+        """Stop, and let go of it."""
+        self._mover.close()
+
+
+class GuidedRobot:
+    """A robot that a person brings where it is to stand, by its own pendant: nothing is sent to
+    it.
+    """
+
+    def __init__(self, session: Session, ask: Ask) -> None:
+        self._session, self._ask = session, ask
+
+    def order(self, joints: Float[np.ndarray, "P J"]) -> Sequence[int]:
+        return range(len(joints))
+
+    def stand(self, q: Float[np.ndarray, " J"], words: str) -> bool:
+        angles = ", ".join(f"{a:.1f}" for a in np.degrees(q))
+        while self._off(q) > WITHIN:
+            if not self._ask(
+                f"{words}: bring the robot to joints {angles}° (farthest off:"
+                f" {np.degrees(self._off(q)):.1f}°)"
+            ):
+                return False
+        while np.abs(self._state().speed).max() > _STILL:
+            time.sleep(_LOOK)
+        return True
+
+    def _off(self, q: Float[np.ndarray, " J"]) -> float:
+        return float(np.abs(self._state().q - q).max())
+
+    def _state(self) -> State:
+        try:
+            return self._session.link.latest()
+        except LinkFaultError as fault:
+            raise EndedError(str(fault)) from fault
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+class SimulatedHelper:
+    """Who puts a rod, and passes a hand over the sensors, of a simulated rig."""
+
+    def __init__(self, rig: SimulatedRig, setup: Setup, rod: Rod) -> None:
+        self._rig, self._setup, self._rod = rig, setup, rod
+
+    def put(self, point: Float[np.ndarray, " 3"] | None, words: str) -> bool:
+        at = None if point is None else point.tolist()
+        self._tell(rod=at, radius=self._rod.radius, length=self._rod.length)
+        return True
+
+    def wave(self, ring: int) -> bool:
+        for seat in [*range(self._setup.rings[ring].count), None]:
+            self._tell(hand=None if seat is None else [ring, seat])
+            time.sleep(_PASSAGE)
+        return True
+
+    def _tell(self, **words: Any) -> None:
+        try:
+            self._rig.do("world", **words)
+        except (SimulationError, OSError) as error:
+            raise EndedError(str(error)) from error
+
+
+class Helper:
+    """A person who puts the rod where it is to be, and passes a hand over the sensors of a ring;
+    names: of the rings. moves: may the robot move by itself, once this person is done?"""
+
+    def __init__(self, ask: Ask, names: Sequence[str], moves: bool) -> None:
+        self._ask, self._names, self._leave = ask, names, _LEAVE if moves else ""
+
+    def put(self, point: Float[np.ndarray, " 3"] | None, words: str) -> bool:
+        return self._ask(words if point is not None else words + self._leave)
+
+    def wave(self, ring: int) -> bool:
+        return self._ask(
+            f"ring {self._names[ring]}: pass a hand 10 to 20 cm before its sensors, one by one,"
+            " half a second each, from the first on in the order of phase (right-handed about the"
+            " link, toward its distal end), and take it away" + self._leave
+        )
+
+
+class RobotAndHelper:
+    """Robot, helper and who is shown how far it is, as one ``Operator``."""
+
+    def __init__(
+        self, robot: MovedRobot | GuidedRobot, helper: SimulatedHelper | Helper, show: Show
+    ) -> None:
+        self.order, self.stand, self.put, self.wave, self.show = (
+            robot.order,
+            robot.stand,
+            helper.put,
+            helper.wave,
+            show,
+        )
+
+
+def hurried(scene: Scene) -> Scene:
+    """``scene`` with the fastest motion that is allowed: nobody can be hurt by a simulated
+    robot.
+    """
+    return replace(
+        scene, motion=replace(scene.motion, speed=np.radians(60.0), acceleration=np.radians(120.0))
+    )

@@ -1,0 +1,82 @@
+"""The assessment of a check: its parts measured, what differs from the proposal, and the verdict;
+the same while it is fresh and from a recording.
+"""
+
+import time
+from dataclasses import dataclass
+from typing import Literal
+
+from ...objectives.verify import Verifier
+from ..session.gathering import Gathered
+from .findings import differences, missing
+from .models import CheckResult
+from .part_results import PartResults, part_results
+from .planned_check import PlannedCheck
+from .records import (
+    coverage_of,
+    events_of,
+    lines_of,
+    link_of,
+    mount_of,
+    seconds_of,
+    self_check_of,
+    warnings_of,
+)
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """What a check says of the rig."""
+
+    result: CheckResult
+    """The verdict with all that a report needs."""
+    parts: PartResults
+    """What it is made of."""
+    verifier: Verifier
+    """Of the scene, at the check's voxel."""
+
+
+def assess(check: PlannedCheck, gathered: Gathered, wall: float, damage: str = "") -> Assessment:
+    """Assess what was gathered.
+
+    Args:
+        check: what was to be done.
+        gathered: what came.
+        wall: s since 1970, when it was recorded.
+        damage: of the recording, if it was read from one that is not whole.
+    """
+    done, about, rings = part_results(check, gathered), check.about, len(check.setup.rings)
+    verifier = Verifier(check.scene, about.voxel)
+    mount = mount_of(check, len(done.stops), done.built, verifier)
+    coverage = [coverage_of(check, rod, done.built) for rod in done.rods]
+    differs = differences(done, mount, coverage)
+    lacks, too_much = missing(check.plans, rings, done, mount, coverage)
+    ended = _ended(gathered)
+    early = [f"ended early: {ended}"] if ended else []
+    verdict: Literal["as proposed", "differs", "unfinished"] = (
+        "unfinished" if ended or too_much else "differs" if differs else "as proposed"
+    )
+    result = CheckResult(
+        setup=about.setup,
+        simulated=about.injected,
+        seed=about.seed,
+        recorded=time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(wall)),
+        seconds=seconds_of(gathered),
+        verdict=verdict,
+        reasons=[*early, *done.failures, *differs, *lacks],
+        warnings=warnings_of(gathered, damage),
+        robot=link_of(gathered),
+        lines=lines_of(check.setup, check.ports, gathered),
+        events=events_of(gathered),
+        self_check=self_check_of(done.self_check, done.waves),
+        mount=mount,
+        coverage=coverage,
+        version=about.version,
+    )
+    return Assessment(result, done, verifier)
+
+
+def _ended(gathered: Gathered) -> str:
+    """Why the check ended early; empty where it did not."""
+    ends = (str(said.get("why")) for _, said in gathered.said if said.get("what") == "ended")
+    return next(ends, "it was cut off")

@@ -1,0 +1,268 @@
+"""A check on a rig, real or simulated: the rig is reached, moved or guided, and recorded."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float
+
+from ...coverage.rings.ring import Setup
+from ...coverage.rings.rounding import rounded
+from ...formats.errors import UserError
+from ...formats.schema.proposal_models import ProposalFile
+from ...objectives.scene import Scene
+from ..poses.itinerary import Itinerary
+from ..poses.near_stops import NearStops
+from ..poses.routes import SLACK, Clearance
+from ..recording.recording import Recording
+from ..rings.health import BAUD
+from ..robot.link import START
+from ..robot.motion import MoveRefusedError
+from ..robot.state import JOINTS
+from ..robot.vetting import STALE, LinkFaultError
+from ..rod.rod import Rod
+from ..session.gathering import Gathered
+from ..session.session import Session
+from ..simulated.process import SimulatedRig, SimulationError
+from ..simulated_cell.cell import simulated_rig, with_cell
+from .actors import GuidedRobot, Helper, MovedRobot, RobotAndHelper, SimulatedHelper, hurried
+from .models import AboutFile, PortModel
+from .plan_files import mount_plan_model, rod_plan_model
+from .planned_check import PlannedCheck, ring_names
+from .plans import CheckOptions, Part, Plans
+from .preconditions import require_known_cell, require_near_stop
+from .procedure import run
+
+# patience: a real rig's limits of time hold, a simulated one shares its machine
+_REAL, _SIMULATED = 1.0, 100.0
+_FIRST = 3.0  # s, for the rings to be heard
+
+
+class LiveView(AbstractContextManager["LiveView"], Protocol):
+    """Shows a session while it runs, and asks the person at the rig."""
+
+    def show(self, part: Part, done: int, of: int) -> None:
+        """So many steps of a part are done."""
+        ...
+
+    def ask(self, words: str) -> bool:
+        """Have a person do something, and wait: done, or left out; EndedError: no more."""
+        ...
+
+
+class Attendant(Protocol):
+    """The person at a check, as the check reaches them."""
+
+    def working(self, what: str) -> AbstractContextManager[object]:
+        """Say what is being done meanwhile."""
+        ...
+
+    def view(self, session: Session, setup: Setup) -> LiveView:
+        """The live view of a session."""
+        ...
+
+    def show_near_stops(self, stops: NearStops, setup: Setup, scene: Scene) -> None:
+        """Show what each ring keeps of the near stop along the route."""
+        ...
+
+    def confirm(self, scene: Scene, plans: Plans, itinerary: Itinerary) -> None:
+        """Ask whether a real robot may move; UserError unless the answer is yes."""
+        ...
+
+    def alarm(self, text: str) -> None:
+        """Warn at once: the robot is not seen to stand still."""
+        ...
+
+
+@dataclass(frozen=True)
+class LiveRecord:
+    """A check that was done, or ended early."""
+
+    check: PlannedCheck
+    gathered: Gathered
+    file: Path
+    """The recording."""
+
+
+@dataclass(frozen=True)
+class _Rig:
+    """A rig that can be reached."""
+
+    address: str
+    """Of the robot's controller."""
+    ports: Sequence[PortModel]
+    """Of the rings."""
+    simulated: SimulatedRig | None
+    """None: a real one."""
+
+
+@dataclass(frozen=True)
+class LiveCheck:
+    """A check of a setup on a rig."""
+
+    name: str
+    """Of the setup, for people."""
+    setup: Setup
+    """Rounded as its file holds it."""
+    scene: Scene
+    """With the cell of a simulated rig."""
+    options: CheckOptions
+    host: str | None
+    """Name or address of the robot's controller; None: a simulated rig is started."""
+
+    @staticmethod
+    def of(
+        name: str, setup: Setup, scene: Scene, options: CheckOptions, host: str | None
+    ) -> "LiveCheck":
+        """The check, once it may be done: UserError for a robot that cannot be spoken to, or that
+        is to be moved in a cell that is not known.
+        """
+        scene = with_cell(scene) if host is None else scene
+        if len(scene.robot.chain) != JOINTS:
+            raise UserError(
+                f"check: found robot {scene.robot.name}, allowed: one of {JOINTS} joints, as"
+                " ur-rtde knows no other"
+            )
+        if options.move and {"mount", "coverage"} & set(options.parts):
+            require_known_cell(scene)
+        return LiveCheck(name, rounded(setup, scene.sensor), scene, options, host)
+
+    @property
+    def moved(self) -> bool:
+        """Whether the check moves the robot."""
+        return self.options.move or self.host is None
+
+    def record(
+        self, plans: Plans, ports: Sequence[PortModel], folder: Path, attendant: Attendant
+    ) -> LiveRecord:
+        """Do what is planned on the rings at ``ports``, or at a simulated rig's own, and record it
+        in ``folder``; UserError where it cannot begin.
+        """
+        with self._rig(ports, folder, attendant) as rig:
+            about = self._about(plans, rig)
+            check = PlannedCheck.read("about", about.model_dump(mode="json"))
+            file = _free(folder)
+            recording = Recording(file, {"check": about.model_dump(mode="json")})
+            session = Session(rig.address, check.ports, recording, patience=self._patience)
+            try:
+                self._follow(session, check, rig, attendant)
+            finally:
+                session.close()
+        return LiveRecord(check, session.gathered, file)
+
+    @property
+    def _patience(self) -> float:
+        return _SIMULATED if self.host is None else _REAL
+
+    @contextmanager
+    def _rig(
+        self, ports: Sequence[PortModel], folder: Path, attendant: Attendant
+    ) -> Iterator[_Rig]:
+        if self.host is not None:
+            yield _Rig(self.host, ports, None)
+            return
+        with ExitStack() as stack:
+            with attendant.working("starting the simulated rig"):
+                rig = stack.enter_context(
+                    _started(self.scene, self.setup, self.options.seed, folder)
+                )
+            own = [
+                PortModel(name=rig.ring(i), count=r.count, baud=BAUD, patience=_SIMULATED)
+                for i, r in enumerate(self.setup.rings)
+            ]
+            yield _Rig(rig.address, own, rig)
+
+    def _about(self, plans: Plans, rig: _Rig) -> AboutFile:
+        return AboutFile(
+            setup=self.name,
+            proposal=ProposalFile.of(self.setup, self.scene),
+            seed=self.options.seed,
+            injected=rig.simulated is not None,
+            moved=self.moved,
+            stale_s=STALE * self._patience,
+            voxel=self.options.voxel,
+            ports=list(rig.ports),
+            seconds=plans.seconds,
+            wave=plans.wave,
+            stops=mount_plan_model(plans.mount) if plans.mount else None,
+            trials=[rod_plan_model(p) for p in plans.rods],
+            version=version("place-rings"),
+        )
+
+    def _follow(
+        self, session: Session, check: PlannedCheck, rig: _Rig, attendant: Attendant
+    ) -> None:
+        """Do what is planned; UserError where it cannot begin."""
+        setup, plans = check.setup, check.plans
+        try:
+            start = session.link.wait((START + 1) * session.patience).q
+        except LinkFaultError as fault:
+            raise UserError(f"--robot-host {self.host or 'sim'}: {fault}") from fault
+        session.rings.wait(_FIRST * session.patience)
+        moves = self.moved and bool(plans.poses)
+        with ExitStack() as stack:
+            view = attendant.view(session, setup)
+            robot: MovedRobot | GuidedRobot = GuidedRobot(session, view.ask)
+            if moves:
+                robot = self._moved_robot(session, check, rig, start, attendant)
+                stack.callback(robot.close)
+            rod = plans.rods[0].rod if plans.rods else Rod()
+            helper = (
+                Helper(view.ask, ring_names(setup), moves)
+                if rig.simulated is None
+                else SimulatedHelper(rig.simulated, setup, rod)
+            )
+            stack.enter_context(view)
+            run(session, plans, RobotAndHelper(robot, helper, view.show))
+
+    def _moved_robot(
+        self,
+        session: Session,
+        check: PlannedCheck,
+        rig: _Rig,
+        start: Float[np.ndarray, " J"],
+        attendant: Attendant,
+    ) -> MovedRobot:
+        """The robot, ready to be moved, once a person has said yes; UserError where it may not
+        be.
+        """
+        setup, scene = check.setup, check.scene
+        if rig.simulated is not None:
+            scene = hurried(scene)
+        if wrong := Clearance(scene, setup).fault(start, SLACK):
+            raise UserError(
+                f"--move: the robot stands where nothing may begin: {wrong}; bring it to a clear"
+                " pose"
+            )
+        with attendant.working("planning the route"):
+            itinerary = Itinerary(scene, setup, start, check.plans.poses, check.about.seed)
+            stops = itinerary.near_stops()
+        attendant.show_near_stops(stops, setup, scene)
+        waived = self.options.reduced_near_stop
+        if rig.simulated is None:
+            require_near_stop(stops, scene, waived)
+            attendant.confirm(scene, check.plans, itinerary)
+        waived = waived and stops.share < scene.motion.near_share
+        session.say("near stop", share=stops.share, waived=waived)
+        try:
+            return MovedRobot(rig.address, scene, session, itinerary, stops, attendant.alarm)
+        except (MoveRefusedError, LinkFaultError) as error:
+            raise UserError(f"--move: {error}") from error
+
+
+def _started(scene: Scene, setup: Setup, seed: int, folder: Path) -> SimulatedRig:
+    try:
+        return simulated_rig(scene, setup, seed, folder)
+    except SimulationError as error:
+        raise UserError(f"--rig sim: {error}") from error
+
+
+def _free(folder: Path) -> Path:
+    """The first name of a recording that is free."""
+    return next(
+        p for p in (folder / f"recording-{i}.rig" for i in range(1, 100_000)) if not p.exists()
+    )

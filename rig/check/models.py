@@ -1,0 +1,247 @@
+"""The models of a check: what its recording is about, and what it found (``check.json``, ``check
+--json``).
+"""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from ...formats.schema.base_model import StrictModel, refuse
+from ...formats.schema.field_types import Percent
+from ...formats.schema.proposal_models import ProposalFile
+from ...formats.schema.robot_models import robot_of
+from .plan_files import MountPlanFile, RodPlanFile
+
+DISCLAIMER = (
+    "place-rings is an engineering aid. A check is no safety function and confers no safety rating:"
+    " whoever is near the robot is protected by the robot's own safety functions and by nothing"
+    " here."
+)
+_Text = Annotated[str, Field(max_length=1000)]
+
+
+def _named(target: str, radius: float | None) -> str:
+    return target if radius is None else f"{target}({radius:g})"
+
+
+class PortModel(StrictModel):
+    name: _Text
+    count: int = Field(ge=1, le=1000)
+    decoder: str = "place-rings"
+    baud: int = Field(ge=50, le=20_000_000)
+    patience: float = Field(default=1.0, ge=1, le=100)
+
+
+class AboutFile(StrictModel):
+    """What a recording is of: all that a report needs beside the readings. stale_s: after which a
+    state of the robot was none. injected: was the rig simulated, with what the seed injects?
+    trials: of each target."""
+
+    setup: _Text
+    proposal: ProposalFile
+    seed: int = Field(ge=0)
+    injected: bool
+    moved: bool
+    stale_s: float = Field(gt=0, le=10)
+    voxel: float = Field(gt=0, le=1)
+    ports: list[PortModel] = Field(min_length=1, max_length=255)
+    seconds: float | None = Field(default=None, gt=0, le=3600)
+    wave: bool = False
+    stops: MountPlanFile | None = None
+    trials: list[RodPlanFile] = Field(default=[], max_length=100)
+    version: _Text
+
+    @model_validator(mode="after")
+    def _agreeing(self) -> Self:
+        rings = [ring.count for ring in self.proposal.rings]
+        if [port.count for port in self.ports] != rings:
+            refuse(
+                [
+                    (
+                        ("ports",),
+                        f"counts {[port.count for port in self.ports]}",
+                        f"those of the rings, {rings}",
+                    )
+                ]
+            )
+        joints, plans = (
+            len(robot_of(self.proposal.scene.robot).chain),
+            [p for p in (self.stops, *self.trials) if p],
+        )
+        angles = {
+            len(s.q_deg)
+            for p in plans
+            for s in (p.stops if isinstance(p, MountPlanFile) else p.poses)
+        }
+        if angles - {joints}:
+            refuse(
+                [(("stops",), f"{max(angles - {joints})} angles", f"{joints}, as the robot has")]
+            )
+        if any(p.poses != self.trials[0].poses for p in self.trials):
+            refuse([(("trials",), "other poses for another target", "the same")])
+        return self
+
+
+class LinkModel(StrictModel):
+    """Of the robot: states that came, over how long; its clock against the host's, and why the link
+    ended, if it did.
+    """
+
+    states: int
+    seconds: float
+    drift_ppm: float | None = None
+    jitter_ms: float | None = None
+    ended: str | None = None
+
+
+class LineModel(StrictModel):
+    """Of a ring's line: frames that were used, and what spoiled others; its clock against the
+    host's.
+    """
+
+    ring: int
+    link: str
+    port: str
+    decoder: str
+    frames: int
+    lost: int
+    late: int
+    corrupt: int
+    restarts: int
+    drift_ppm: float | None = None
+    jitter_ms: float | None = None
+
+
+class EventModel(StrictModel):
+    """What happened to a ring's line, so many seconds after the recording's begin."""
+
+    seconds: float
+    ring: int
+    what: str
+    detail: str = ""
+
+
+class LookModel(StrictModel):
+    """A ring in the self check; sensors are named ring:sensor."""
+
+    ring: int
+    frames: int
+    rate_hz: float
+    gaps: int
+    answering: int
+    scatter_mm: float | None = None
+
+
+class WavingModel(StrictModel):
+    """A ring over which a hand was passed: of each place in its frames the seat, null where it saw
+    no hand.
+    """
+
+    ring: int
+    seats: list[int | None]
+    faults: list[str]
+    missed: list[int]
+
+
+class SelfModel(StrictModel):
+    rings: list[LookModel]
+    silent: list[str]
+    noisy: list[str]
+    lossy: list[str]
+    on_robot: list[str]
+    surprising: list[str]
+    waved: list[WavingModel] = Field(default=[])
+
+
+class ErrorModel(StrictModel):
+    """An error of mounting: found, within a margin of 95 %; and what was injected, of a simulated
+    rig.
+    """
+
+    name: Literal["slip", "tilt", "phase", "offset"]
+    unit: Literal["mm", "°"]
+    value: float
+    margin: float
+    injected: float | None = None
+
+
+class RingFitModel(StrictModel):
+    ring: int
+    link: str
+    readings: int
+    scale: float
+    errors: list[ErrorModel]
+    faults: list[str]
+    region_holds: bool | None = Field(
+        default=None, description="the joint region of 95 %, what was injected"
+    )
+
+
+class ZetaModel(StrictModel):
+    target: str
+    radius: float | None = None
+    proposed_percent: Percent
+    built_percent: Percent
+    alive_percent: Percent
+
+    @property
+    def named(self) -> str:
+        """The target."""
+        return _named(self.target, self.radius)
+
+
+class MountCheckModel(StrictModel):
+    stops: int
+    planned: int
+    open: list[str]
+    rings: list[RingFitModel]
+    zeta: list[ZetaModel]
+    injected_found: dict[str, bool] | None = None
+
+
+class CoverageModel(StrictModel):
+    """Trials with the rod: by what was predicted (seen, unseen) and by what was (seen, unseen); the
+    share of the target, and what was predicted of it as proposed and, after a mount check, as
+    built."""
+
+    target: str
+    radius: float | None = None
+    rod_mm: list[float]
+    trials: int
+    planned: int
+    testable_percent: Percent
+    table: list[list[int]]
+    predicted_percent: Percent
+    built_percent: Percent | None = None
+    true_percent: Percent | None = Field(default=None, description="of a simulated rig, counted")
+    measured_percent: Percent
+    low_percent: Percent
+    high_percent: Percent
+    agrees: bool
+
+    @property
+    def named(self) -> str:
+        """The target."""
+        return _named(self.target, self.radius)
+
+
+class CheckResult(StrictModel):
+    """What ``check --json`` prints. verdict: ``as proposed``, ``differs``, or ``unfinished``;
+    warnings: what speaks against believing it."""
+
+    setup: str
+    simulated: bool
+    seed: int
+    recorded: str
+    seconds: float
+    verdict: Literal["as proposed", "differs", "unfinished"]
+    reasons: list[str]
+    warnings: list[str]
+    robot: LinkModel
+    lines: list[LineModel]
+    events: list[EventModel]
+    self_check: SelfModel | None = None
+    mount: MountCheckModel | None = None
+    coverage: list[CoverageModel] = Field(default=[])
+    version: str
+    disclaimer: str = DISCLAIMER

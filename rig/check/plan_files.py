@@ -1,0 +1,205 @@
+"""The files of plans: stops of a mount check, trials of a coverage check. Metres and degrees."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from ...coverage.targets import Target
+from ...formats.loader import read_model
+from ...formats.schema.base_model import StrictModel, refuse
+from ...formats.schema.field_types import Metres, Percent
+from ...formats.schema.versions import VersionedFile
+from ...formats.writing import to_toml, write_text
+from ..mount.stop_plan import MountPlan
+from ..rod.rod import Detection, Rod
+from ..rod.trial_plan import RodPlan, Stratum
+from ..sensing.noise import Noise
+
+_Angles = Annotated[
+    list[Annotated[float, Field(ge=-720, le=720, description="degrees")]],
+    Field(min_length=1, max_length=20),
+]
+_Place = Annotated[float, Field(ge=-100, le=100, description="metres, base frame")]
+_Count = Annotated[int, Field(ge=1, le=100_000)]
+_Index = Annotated[int, Field(ge=0, le=100_000, description="counted from 0")]
+_DIGITS = 6  # decimals
+
+
+class StopModel(StrictModel):
+    q_deg: _Angles
+
+
+class MountPlanFile(VersionedFile):
+    """Where the robot stops for a mount check, how many frames are read there, and what is to be
+    learned of each ring: the information about slip, tilt, phase and offset, in units of 20 mm, 5°,
+    5° and 20 mm."""
+
+    frames: _Count
+    stops: list[StopModel] = Field(min_length=1, max_length=10_000)
+    information: list[list[list[float]]] = Field(max_length=1000)
+
+    @model_validator(mode="after")
+    def _square(self) -> Self:
+        refuse(
+            (("information", i), f"{[len(row) for row in part]}", "four rows of four")
+            for i, part in enumerate(self.information)
+            if [len(row) for row in part] != [4] * 4
+        )
+        joints = len(self.stops[0].q_deg)
+        refuse(
+            (("stops", i, "q_deg"), len(s.q_deg), f"{joints} angles, as the first")
+            for i, s in enumerate(self.stops)
+            if len(s.q_deg) != joints
+        )
+        return self
+
+
+class RodModel(StrictModel):
+    radius: Metres
+    length: float = Field(
+        ge=0, le=10, description="metres, of the axis between the round ends' middles"
+    )
+
+
+class NoiseModel(StrictModel):
+    sigma: float = Field(ge=0, le=1, description="metres")
+    share: float = Field(ge=0, le=1, description="of the distance")
+    quantum: float = Field(ge=0, le=1, description="metres")
+    lost: float = Field(ge=0, lt=1, description="of the readings")
+
+
+class DetectionModel(StrictModel):
+    frames: _Count
+    before: _Count
+    sure: float = Field(gt=0, le=100, description="standard deviations")
+    noise: NoiseModel
+
+
+class StratumModel(StrictModel):
+    pose: _Index
+    covered: bool
+    weight: float = Field(ge=0, le=1)
+    points: _Count
+
+
+class TrialModel(StrictModel):
+    stratum: _Index
+    point: Annotated[list[_Place], Field(min_length=3, max_length=3)]
+
+
+class RodPlanFile(VersionedFile):
+    """Where a test rod is put at each pose, upright, its middle at each point."""
+
+    target: Literal["V_O", "V_T", "V_OT", "V_S", "V_P"]
+    target_radius: Metres | None = None
+    testable_percent: Percent
+    rod: RodModel
+    detection: DetectionModel
+    poses: list[StopModel] = Field(min_length=1, max_length=10_000)
+    strata: list[StratumModel] = Field(min_length=1, max_length=20_000)
+    trials: list[TrialModel] = Field(min_length=1, max_length=100_000)
+
+    @model_validator(mode="after")
+    def _agreeing(self) -> Self:
+        try:
+            Target(self.target, self.target_radius)
+        except ValueError as error:
+            refuse([(("target_radius",), self.target_radius, f"another: {error}")])
+        poses, strata = len(self.poses), len(self.strata)
+        refuse(
+            (("strata", i, "pose"), s.pose, f"0 to {poses - 1}")
+            for i, s in enumerate(self.strata)
+            if s.pose >= poses
+        )
+        refuse(
+            (("trials", i, "stratum"), t.stratum, f"0 to {strata - 1}")
+            for i, t in enumerate(self.trials)
+            if t.stratum >= strata
+        )
+        return self
+
+
+def _stops(joints: np.ndarray) -> list[StopModel]:
+    return [StopModel(q_deg=[round(math.degrees(a), _DIGITS) for a in q]) for q in joints]
+
+
+def _joints(stops: list[StopModel]) -> np.ndarray:
+    return np.radians([s.q_deg for s in stops])
+
+
+def mount_plan_model(plan: MountPlan) -> MountPlanFile:
+    """A plan of stops as a file holds it."""
+    return MountPlanFile(
+        frames=plan.frames, stops=_stops(plan.joints), information=plan.information.tolist()
+    )
+
+
+def mount_plan_of(file: MountPlanFile) -> MountPlan:
+    """The plan of stops that a file holds."""
+    return MountPlan(
+        _joints(file.stops), file.frames, np.array(file.information, float).reshape(-1, 4, 4)
+    )
+
+
+def write_mount_plan(path: Path, plan: MountPlan) -> None:
+    """Write a plan of stops as TOML; UserError if it cannot be written."""
+    write_text(path, to_toml(mount_plan_model(plan)))
+
+
+def read_mount_plan(path: Path) -> MountPlan:
+    """A plan of stops from its file; UserError if it cannot be read or breaks a rule."""
+    return mount_plan_of(read_model(path, MountPlanFile))
+
+
+def rod_plan_model(plan: RodPlan) -> RodPlanFile:
+    """A plan of trials as a file holds it."""
+    name: Any = plan.target.name
+    return RodPlanFile(
+        target=name,
+        target_radius=plan.target.radius,
+        testable_percent=100 * plan.testable,
+        rod=RodModel(**vars(plan.rod)),
+        detection=DetectionModel(
+            frames=plan.detection.frames,
+            before=plan.detection.before,
+            sure=plan.detection.sure,
+            noise=NoiseModel(**vars(plan.detection.noise)),
+        ),
+        poses=_stops(plan.joints),
+        strata=[
+            StratumModel(pose=s.pose, covered=s.covered, weight=s.weight, points=s.points)
+            for s in plan.strata
+        ],
+        trials=[
+            TrialModel(stratum=int(s), point=[round(float(x), _DIGITS) for x in p])
+            for s, p in zip(plan.stratum, plan.point, strict=True)
+        ],
+    )
+
+
+def write_rod_plan(path: Path, plan: RodPlan) -> None:
+    """Write a plan of trials as TOML; UserError if it cannot be written."""
+    write_text(path, to_toml(rod_plan_model(plan)))
+
+
+def read_rod_plan(path: Path) -> RodPlan:
+    """A plan of trials from its file; UserError if it cannot be read or breaks a rule."""
+    return rod_plan_of(read_model(path, RodPlanFile))
+
+
+def rod_plan_of(file: RodPlanFile) -> RodPlan:
+    """The plan of trials that a file holds."""
+    d = file.detection
+    return RodPlan(
+        Target(file.target, file.target_radius),
+        Rod(file.rod.radius, file.rod.length),
+        Detection(Noise(**d.noise.model_dump()), d.frames, d.before, d.sure),
+        _joints(file.poses),
+        tuple(Stratum(s.pose, s.covered, s.weight, s.points) for s in file.strata),
+        np.array([t.stratum for t in file.trials]),
+        np.array([t.point for t in file.trials]),
+        file.testable_percent / 100,
+    )

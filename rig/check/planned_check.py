@@ -1,0 +1,69 @@
+"""A check as it was planned: setup, scene and plans, as its recording holds them."""
+
+from dataclasses import dataclass
+
+from pydantic import ValidationError
+
+from ...coverage.rings.ring import Setup
+from ...formats.errors import explain
+from ...formats.schema.ring_models import setup_of
+from ...formats.schema.versions import FROM_FILE
+from ...objectives.scene import Scene
+from ..rings.health import Port
+from ..simulated_cell.injected import Injected, injected
+from .models import AboutFile
+from .plan_files import mount_plan_of, rod_plan_of
+from .plans import Plans
+
+
+@dataclass(frozen=True)
+class PlannedCheck:
+    """A setup in a scene, and what was planned."""
+
+    about: AboutFile
+    """As the recording holds it."""
+    scene: Scene
+    """Robot, cell and targets."""
+    setup: Setup
+    """The rings as proposed."""
+    plans: Plans
+    """What was to be done."""
+
+    @staticmethod
+    def of(about: AboutFile) -> "PlannedCheck":
+        """The check that a model describes."""
+        scene = about.proposal.scene.to_domain()
+        stops = mount_plan_of(about.stops) if about.stops else None
+        plans = Plans(about.seconds, stops, tuple(rod_plan_of(t) for t in about.trials), about.wave)
+        return PlannedCheck(
+            about, scene, setup_of(about.proposal.rings, scene.sensor, scene.ring_radius), plans
+        )
+
+    @staticmethod
+    def read(name: str, content: object) -> "PlannedCheck":
+        """The check of a recording's table; UserError, which names ``name``, if it is none."""
+        try:
+            return PlannedCheck.of(AboutFile.model_validate(content, context=FROM_FILE))
+        except ValidationError as error:
+            raise explain(name, error, AboutFile) from error
+
+    @property
+    def ports(self) -> list[Port]:
+        """Where the rings were."""
+        return [Port(p.name, p.count, p.decoder, p.baud, p.patience) for p in self.about.ports]
+
+    @property
+    def injected(self) -> Injected | None:
+        """The errors and faults of a simulated rig; None for a real one."""
+        return injected(self.scene, self.setup, self.about.seed) if self.about.injected else None
+
+
+def ring_names(setup: Setup) -> list[str]:
+    """What each ring is called: by its link, and by its number among that link's where there are
+    several.
+    """
+    links = [r.link for r in setup.rings]
+    return [
+        link if links.count(link) == 1 else f"{link}.{links[:i].count(link)}"
+        for i, link in enumerate(links)
+    ]

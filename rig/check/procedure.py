@@ -1,0 +1,171 @@
+"""The steps of a check on a rig that is listened to: where to stand, what to put where, and from
+when to when to read.
+
+Readings are gathered all the time; what is said beside them tells which belong to which step, in
+the recording too.
+"""
+
+import time
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from jaxtyping import Float
+
+from ..mount.stop_plan import MountPlan
+from ..rod.trial_plan import RodPlan
+from ..session.session import Session
+from .plans import Part, Plans
+
+_SLOWEST = 5.0  # frames a second of a ring that is waited for
+_PATIENCE = 1.0  # s, besides
+_LOOK = 0.02  # s
+
+
+class EndedError(Exception):
+    """The check cannot go on, or was ended; the text says why. What was gathered is judged."""
+
+
+class Operator(Protocol):
+    """Who brings the robot where it is to stand, and the rod where it is to be."""
+
+    def order(self, joints: Float[np.ndarray, "P J"]) -> Sequence[int]:
+        """Which of P poses to go to, in this order; those that cannot be reached are left out."""
+        ...
+
+    def stand(self, q: Float[np.ndarray, " J"], words: str) -> bool:
+        """Bring the robot to ``q`` (J,) rad and let it stand still; False: this is left out.
+        EndedError: no more.
+        """
+        ...
+
+    def put(self, point: Float[np.ndarray, " 3"] | None, words: str) -> bool:
+        """Put the rod's middle at ``point`` (3,) m, or away; False: this is left out. EndedError:
+        no more.
+        """
+        ...
+
+    def wave(self, ring: int) -> bool:
+        """Pass a hand over the sensors of a ring, one by one; False: this is left out. EndedError:
+        no more.
+        """
+        ...
+
+    def show(self, part: Part, done: int, of: int) -> None:
+        """So many steps of a part are done."""
+        ...
+
+
+class Span(NamedTuple):
+    """From when to when, s of the host's monotonic clock, what was read: ``self``, ``wave`` at a
+    ring, ``mount`` at a stop, ``before`` at a pose without the rod, ``trial`` with it."""
+
+    what: str
+    number: int
+    begin: float
+    end: float
+
+
+def spans(said: Iterable[tuple[float, dict[str, Any]]]) -> list[Span]:
+    """The steps that were done, from what was said; one that was not ended is none."""
+    done, begun = list[Span](), None
+    for at, words in said:
+        match words:
+            case {"what": "begin", "step": str(step), "number": int(number)}:
+                begun = (step, number, at)
+            case {"what": "end"} if begun:
+                done.append(Span(*begun, at))
+                begun = None
+    return done
+
+
+def run(session: Session, plans: Plans, operator: Operator) -> str:
+    """Do all that is planned; why it ended early, empty where it did not. Ctrl-C ends it like
+    anything else, and so does another signal that is raised as a KeyboardInterrupt, by its text."""
+    why = ""
+    try:
+        if plans.seconds is not None:
+            _self(session, plans.seconds, operator)
+        if plans.wave:
+            _wave(session, operator)
+        if plans.mount is not None:
+            _mount(session, plans.mount, operator)
+        if plans.rods:
+            _rod(session, plans.rods, operator)
+    except EndedError as error:
+        why = str(error)
+    except KeyboardInterrupt as error:
+        why = str(error) or "interrupted"
+    session.say("ended", why=why)
+    return why
+
+
+def _self(session: Session, seconds: float, operator: Operator) -> None:
+    session.say("begin", step="self", number=0)
+    begin = time.monotonic()
+    while (spent := time.monotonic() - begin) < seconds:
+        operator.show("self", int(spent), int(np.ceil(seconds)))
+        _check(session)
+        time.sleep(_LOOK)
+    session.say("end")
+
+
+def _wave(session: Session, operator: Operator) -> None:
+    rings = len(session.rings.counts)
+    for ring in range(rings):
+        operator.show("self", ring, rings)
+        _check(session)
+        session.say("begin", step="wave", number=ring)
+        if operator.wave(ring):
+            session.say("end")
+
+
+def _mount(session: Session, plan: MountPlan, operator: Operator) -> None:
+    order = operator.order(plan.joints)
+    for done, stop in enumerate(order):
+        operator.show("mount", done, len(order))
+        if operator.stand(plan.joints[stop], f"stop {stop} of the mount check"):
+            _read(session, plan.frames, "mount", stop)
+    operator.show("mount", len(order), len(order))
+
+
+def _rod(session: Session, plans: Sequence[RodPlan], operator: Operator) -> None:
+    joints, before = plans[0].joints, plans[0].detection.before
+    first = np.cumsum([0, *(len(p.stratum) for p in plans)])
+    done, total = 0, int(first[-1])
+    for pose in operator.order(joints):
+        there = operator.stand(joints[pose], f"pose {pose} of the coverage check")
+        if there and operator.put(None, f"pose {pose}: no rod, nobody in the sensors' reach"):
+            _read(session, before, "before", pose)
+            for plan, start in zip(plans, first[:-1], strict=True):
+                for trial in np.flatnonzero(plan.pose == pose):
+                    operator.show("coverage", done, total)
+                    x, y, z = 1000 * plan.point[trial]
+                    words = (
+                        f"trial {start + trial}: rod upright, its middle at ({x:.0f}, {y:.0f},"
+                        f" {z:.0f}) mm"
+                    )
+                    if operator.put(plan.point[trial], words):
+                        _read(session, plan.detection.frames, "trial", int(start + trial))
+                    done += 1
+        if there:
+            operator.put(None, f"pose {pose} is done: rod away")
+    operator.show("coverage", done, total)
+
+
+def _read(session: Session, frames: int, step: str, number: int) -> None:
+    """Wait for so many frames of every ring that is heard, the first begun after now left out."""
+    session.say("begin", step=step, number=int(number))
+    first, most = [c.frames for c in session.rings.counts], (frames + 1) / _SLOWEST + _PATIENCE
+    until = time.monotonic() + most * session.patience
+    while time.monotonic() < until:
+        _check(session)
+        if all(c.frames - f > frames for c, f in zip(session.rings.counts, first, strict=True)):
+            break
+        time.sleep(_LOOK)
+    session.say("end")
+
+
+def _check(session: Session) -> None:
+    if session.trouble:
+        raise EndedError(session.trouble)

@@ -1,0 +1,239 @@
+"""What was gathered and measured, as the models of a check hold it."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from ...coverage.rings.ring import Setup
+from ...objectives.verify import Verifier
+from ..mount.as_built import AsBuilt, faults, truth_of
+from ..mount.fit import RingFit
+from ..mount.waving import Waving
+from ..recording.clocks import Alignment
+from ..rings.health import Happened, Port
+from ..robot.vetting import Ended
+from ..rod.coverage_estimate import RodCheck
+from ..rod.trial_plan import Places, places, rod_zeta
+from ..session.gathering import Gathered
+from ..simulated_cell.injected import Injected
+from .models import (
+    CoverageModel,
+    ErrorModel,
+    EventModel,
+    LineModel,
+    LinkModel,
+    LookModel,
+    MountCheckModel,
+    RingFitModel,
+    SelfModel,
+    WavingModel,
+    ZetaModel,
+)
+from .planned_check import PlannedCheck
+from .self_check import SelfCheck
+
+_SHOWN: dict[str, tuple[float, Literal["mm", "°"]]] = {
+    "slip": (1000.0, "mm"),
+    "tilt": (180 / np.pi, "°"),
+    "phase": (180 / np.pi, "°"),
+    "offset": (1000.0, "mm"),
+}
+_WORTH = (Happened.BACK,)  # events that warn of nothing
+_DIGITS = 6
+
+
+def seconds_of(gathered: Gathered) -> float:
+    """From the robot's first state to its last."""
+    times = [s.time for s in gathered.states] or [0.0]
+    return round(times[-1] - times[0], 3)
+
+
+def _clock(alignment: Alignment | None) -> tuple[float | None, float | None]:
+    """Drift, ppm, and jitter, ms."""
+    return (
+        (None, None)
+        if alignment is None
+        else (round(1e6 * alignment.drift, 2), round(1000 * alignment.jitter, 3))
+    )
+
+
+def link_of(gathered: Gathered) -> LinkModel:
+    """Of the robot's link."""
+    endings = [said for _, said in gathered.said if said.get("what") == "link ended"]
+    ended = None
+    if endings:
+        why, detail = (str(endings[0].get(key, "")) for key in ("why", "detail"))
+        ended = ": ".join(
+            t for t in (Ended[why].value if why in Ended.__members__ else why, detail) if t
+        )
+    drift, jitter = _clock(gathered.clock())
+    states, seconds = len(gathered.states), seconds_of(gathered)
+    return LinkModel(states=states, seconds=seconds, drift_ppm=drift, jitter_ms=jitter, ended=ended)
+
+
+def lines_of(setup: Setup, ports: Sequence[Port], gathered: Gathered) -> list[LineModel]:
+    """Of every ring's line."""
+    rows, clocks = [], gathered.clocks(len(ports))
+    for i, (ring, port, c, clock) in enumerate(
+        zip(setup.rings, ports, gathered.counts, clocks, strict=True)
+    ):
+        counts: Any = {
+            key: getattr(c, key) for key in ("frames", "lost", "late", "corrupt", "restarts")
+        }
+        drift, jitter = _clock(clock)
+        where: Any = {"ring": i, "link": ring.link, "port": port.name, "decoder": port.decoder}
+        rows.append(LineModel(**where, **counts, drift_ppm=drift, jitter_ms=jitter))
+    return rows
+
+
+def events_of(gathered: Gathered) -> list[EventModel]:
+    """What happened to rings' lines, in order."""
+    start = min([s.time for s in gathered.states] + [e.time for e in gathered.events], default=0.0)
+    events = sorted(gathered.events, key=lambda e: (e.time, e.ring, e.what.name))
+    return [
+        EventModel(
+            seconds=round(e.time - start, 3), ring=e.ring, what=e.what.value, detail=e.detail
+        )
+        for e in events
+    ]
+
+
+def warnings_of(gathered: Gathered, damage: str) -> list[str]:
+    """What speaks against believing the rest."""
+    happened = [
+        f"ring {e.ring}: {e.what}{': ' + e.detail if e.detail else ''}" for e in events_of(gathered)
+    ]
+    happened = [
+        f
+        for f, e in zip(happened, events_of(gathered), strict=True)
+        if e.what not in {w.value for w in _WORTH}
+    ]
+    link = link_of(gathered).ended
+    waived = [
+        said
+        for _, said in gathered.said
+        if said.get("what") == "near stop" and said.get("waived") is True
+    ]
+    shares = [said["share"] for said in waived if isinstance(said.get("share"), float)]
+    return [
+        *(
+            f"moved with {100 * share:.0f} % of the sensors keeping the whole near stop, as was"
+            " allowed"
+            for share in shares
+        ),
+        *([f"the robot's link ended: {link}"] if link else []),
+        *([f"the recording is not whole: {damage}"] if damage else []),
+        *dict.fromkeys(happened),
+    ]
+
+
+def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel | None:
+    """Of the self check."""
+    if done is None:
+        return None
+    first, rings = np.cumsum([0, *(r.count for r in done.setup.rings)]), []
+    for i, health in enumerate(done.rings):
+        k = slice(int(first[i]), int(first[i + 1]))
+        spread = done.spread[k][np.isfinite(done.spread[k])]
+        rings.append(
+            LookModel(
+                ring=i,
+                frames=health.frames,
+                rate_hz=round(health.rate, 3),
+                gaps=health.gaps,
+                answering=int((done.answers[k] > 0).sum()),
+                scatter_mm=round(1000 * float(np.median(spread)), 3) if len(spread) else None,
+            )
+        )
+    keys = ("silent", "noisy", "lossy", "on_robot", "surprising")
+    hands = [
+        WavingModel(
+            ring=i,
+            seats=[int(s) if s >= 0 else None for s in w.seat],
+            faults=w.faults(),
+            missed=list(w.missed),
+        )
+        for i, w in waved.items()
+    ]
+    return SelfModel(
+        rings=rings, waved=hands, **{key: done.named(getattr(done, key)) for key in keys}
+    )
+
+
+def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
+    """Of a ring as it was found to be mounted, beside what was injected."""
+    truth = None if done is None else truth_of(fit, done.errors[number])
+    errors = []
+    for k, (name, value, margin) in enumerate(
+        zip(fit.names, fit.values, fit.margins(), strict=True)
+    ):
+        scale, unit = _SHOWN[name]
+        key: Any = name
+        was = None if truth is None else round(scale * float(truth[k]), _DIGITS)
+        value, margin = (round(scale * float(v), _DIGITS) for v in (value, margin))
+        errors.append(ErrorModel(name=key, unit=unit, value=value, margin=margin, injected=was))
+    return RingFitModel(
+        ring=number,
+        link=fit.nominal.link,
+        readings=fit.used,
+        scale=round(fit.scale, _DIGITS),
+        errors=errors,
+        faults=faults(fit),
+        region_holds=None if truth is None else fit.holds(truth),
+    )
+
+
+def mount_of(
+    check: PlannedCheck, stops: int, built: AsBuilt | None, verifier: Verifier
+) -> MountCheckModel | None:
+    """Of a mount check of which so many ``stops`` were read."""
+    plan, was = check.plans.mount, check.injected
+    if plan is None or built is None:
+        return None
+    zeta = []
+    for goal in check.scene.goals:
+        z = built.zeta(goal.target, verifier)
+        percents = {
+            f"{key}_percent": 100 * getattr(z, key) for key in ("proposed", "built", "alive")
+        }
+        zeta.append(ZetaModel(target=goal.target.name, radius=goal.target.radius, **percents))
+    return MountCheckModel(
+        stops=stops,
+        planned=len(plan.joints),
+        open=[f"ring {i}: {name}" for i, f in enumerate(built.fits) for name in f.open],
+        rings=[fit_of(i, f, was) for i, f in enumerate(built.fits)],
+        zeta=zeta,
+        injected_found=None if was is None else was.found(built.fits),
+    )
+
+
+def coverage_of(check: PlannedCheck, rod: RodCheck, built: AsBuilt | None) -> CoverageModel:
+    """Of the trials in a target."""
+    plan, was, true, guess = rod.plan, check.injected, None, None
+    if was is not None or built is not None:
+        where: Places = places(check.scene, plan.target, plan.rod)
+        if built is not None:
+            guess = 100 * rod_zeta(
+                check.scene, built.setup, where, plan.rod, plan.detection, built.alive
+            )
+        if was is not None:
+            mounted = was.world(check.scene).mounted
+            true = 100 * rod_zeta(check.scene, mounted, where, plan.rod, plan.detection, was.alive)
+    size = [2000 * plan.rod.radius, 1000 * (plan.rod.length + 2 * plan.rod.radius)]
+    return CoverageModel(
+        target=plan.target.name,
+        radius=plan.target.radius,
+        rod_mm=[round(v, 3) for v in size],
+        trials=int(rod.tested.sum()),
+        planned=len(rod.tested),
+        testable_percent=100 * plan.testable,
+        table=rod.table.tolist(),
+        predicted_percent=min(100 * rod.predicted, 100.0),
+        built_percent=guess,
+        true_percent=true,
+        measured_percent=min(100 * rod.share.value, 100.0),
+        low_percent=100 * rod.share.low,
+        high_percent=min(100 * rod.share.high, 100.0),
+        agrees=rod.agrees,
+    )

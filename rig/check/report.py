@@ -1,0 +1,273 @@
+"""The files of a check: page, JSON, CSV, and the setup as built."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...formats.writing import write_text
+from ...reporting.pages import csv_text, escaped, html, table
+from ..rod.coverage_estimate import RodCheck
+from ..sensing.expected import expected
+from ..sensing.readings import Stops
+from .assessment import Assessment
+from .models import CheckResult, RingFitModel, WavingModel
+from .planned_check import PlannedCheck
+
+
+def write_files(check: PlannedCheck, assessment: Assessment, folder: Path) -> list[str]:
+    """Write the report of a check; return the files' names."""
+    result, done = assessment.result, assessment.parts
+    texts = {"check.html": html(page(result), folder, f"Check of {result.setup}")}
+    texts["check.json"] = result.model_dump_json(indent=2) + "\n"
+    if done.read is not None:
+        texts["stops.csv"] = csv_text(_stops(check, done.stops, done.read))
+    if done.rods:
+        texts["trials.csv"] = csv_text(_trials(done.rods))
+    if done.built is not None:
+        name = f"{check.about.setup}, as built"
+        texts["built.toml"] = done.built.toml(name, assessment.verifier)
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    return list(texts)
+
+
+def _number(value: float, digits: int = 4) -> Any:
+    return round(float(value), digits) if np.isfinite(value) else ""
+
+
+def _stops(check: PlannedCheck, numbers: Sequence[int], read: Stops) -> list[Mapping[str, Any]]:
+    """Each sensor, as wired, at each stop: what should have been read as proposed, and what was."""
+    setup = check.setup
+    wanted = expected(check.scene, setup, read.joints)
+    first = np.cumsum([0, *(r.count for r in setup.rings)])
+    ring = setup.ring_of_sensor
+    return [
+        {
+            "stop": stop,
+            "ring": int(ring[k]),
+            "sensor": int(k - first[ring[k]]),
+            "proposed_m": _number(wanted.distance[p, k]),
+            "read_m": _number(read.distance[p, k]),
+            "scatter_m": _number(read.spread[p, k]),
+            "valid": int(read.valid[p, k]),
+            "readings": int(read.total[p, k]),
+        }
+        for p, stop in enumerate(numbers)
+        for k in range(setup.sensors)
+    ]
+
+
+def _trials(rods: Sequence[RodCheck]) -> list[Mapping[str, Any]]:
+    """The trials in each target, numbered one after another."""
+    rows = list[Mapping[str, Any]]()
+    for rod in rods:
+        plan = rod.plan
+        rows += [
+            {
+                "trial": len(rows) + i,
+                "target": str(plan.target),
+                "pose": int(plan.pose[i]),
+                **dict(
+                    zip(("x_m", "y_m", "z_m"), (_number(v) for v in plan.point[i]), strict=True)
+                ),
+                "predicted_seen": int(plan.covered[i]),
+                "tested": int(rod.tested[i]),
+                "seen": int(rod.seen[i]) if rod.tested[i] else "",
+                "told_by": int(rod.told[i].sum()) if rod.tested[i] else "",
+            }
+            for i in range(len(plan.stratum))
+        ]
+    return rows
+
+
+def page(r: CheckResult) -> str:
+    """The report as Markdown."""
+    lines = [f"# Check of {escaped(r.setup)}: {r.verdict}", "", f"> {r.disclaimer}", ""]
+    kind = f"a simulated rig, seed {r.seed}" if r.simulated else "a real rig"
+    lines += [
+        f"Recorded {r.recorded} on {kind}, {r.seconds:.0f} s, by place-rings {escaped(r.version)}.",
+        "",
+    ]
+    lines += [f"- {escaped(reason)}" for reason in r.reasons] + [""] * bool(r.reasons)
+    if r.warnings:
+        lines += ["## Warnings", "", *(f"- {escaped(warning)}" for warning in r.warnings), ""]
+    return "\n".join([*lines, *_self(r), *_mount(r), *_coverage(r), *_health(r)])
+
+
+def _self(r: CheckResult) -> list[str]:
+    if r.self_check is None:
+        return []
+    rows = [
+        (
+            str(one.ring),
+            str(one.frames),
+            f"{one.rate_hz:.1f}",
+            str(one.gaps),
+            str(one.answering),
+            _shown(one.scatter_mm),
+        )
+        for one in r.self_check.rings
+    ]
+    heads = ("ring", "frames", "a second", "gaps", "sensors that answer", "scatter, mm")
+    named = (
+        ("Never answer", r.self_check.silent),
+        ("Scatter more than thought", r.self_check.noisy),
+        ("Often miss what they see", r.self_check.lossy),
+        ("Return the robot itself", r.self_check.on_robot),
+        ("Read other than expected", r.self_check.surprising),
+    )
+    return [
+        *("## Self check", "", table(heads, rows)),
+        *(f"- {words}: {escaped(', '.join(sensors))}" for words, sensors in named if sensors),
+        *(f"- ring {w.ring}, by a hand: {escaped(_wired(w))}" for w in r.self_check.waved),
+        "",
+    ]
+
+
+def _wired(wave: WavingModel) -> str:
+    """Which sensor each wire has, by a hand."""
+    missed = [f"none was seen by {', '.join(map(str, wave.missed))}"] * bool(wave.missed)
+    return "; ".join(wave.faults + missed) or "wired in order"
+
+
+def _shown(value: float | None, digits: int = 1) -> str:
+    return "" if value is None else f"{value:.{digits}f}"
+
+
+def _mount(r: CheckResult) -> list[str]:
+    if r.mount is None:
+        return []
+    lines = [
+        "## Mount check",
+        "",
+        f"{r.mount.stops} of {r.mount.planned} stops; margins of 95 %.",
+        "",
+    ]
+    heads = [
+        "ring",
+        "link",
+        "slip, mm",
+        "tilt, °",
+        "phase, °",
+        "offset, mm",
+        "readings",
+        "residuals",
+    ]
+    lines += [table(heads, [_ring(one) for one in r.mount.rings])]
+    lines += [
+        f"- ring {one.ring} ({escaped(one.link)}) {escaped(fault)}"
+        for one in r.mount.rings
+        for fault in one.faults
+    ]
+    lines += [f"- not told by these readings: {escaped(', '.join(r.mount.open))}"] * bool(
+        r.mount.open
+    )
+    if r.mount.injected_found is not None:
+        held = [one.region_holds for one in r.mount.rings]
+        said = ", ".join(
+            f"{what} {'found' if ok else 'NOT found'}"
+            for what, ok in r.mount.injected_found.items()
+        )
+        lines += [
+            "",
+            (
+                f"Of what was injected: {said}; what was injected lies in the region of 95 % of"
+                f" {sum(map(bool, held))} of {len(held)} rings (after a slash: injected)."
+            ),
+        ]
+    rows = [
+        (
+            z.named,
+            *(f"{v:.2f}" for v in (z.proposed_percent, z.built_percent, z.alive_percent)),
+        )
+        for z in r.mount.zeta
+    ]
+    return [
+        *lines,
+        "",
+        table(("ζ, %", "as proposed", "as built", "as built, by sensors that answer"), rows),
+    ]
+
+
+def _ring(one: RingFitModel) -> list[str]:
+    by = {e.name: e for e in one.errors}
+    cells = []
+    for name in ("slip", "tilt", "phase", "offset"):
+        e = by.get(name)
+        was = "" if e is None or e.injected is None else f" / {e.injected:+.2f}"
+        cells.append("–" if e is None else f"{e.value:+.2f} ± {e.margin:.2f}{was}")
+    return [str(one.ring), escaped(one.link), *cells, str(one.readings), f"{one.scale:.2f}"]
+
+
+def _coverage(r: CheckResult) -> list[str]:
+    lines = ["## Coverage check", ""] if r.coverage else []
+    for c in r.coverage:
+        (a, b), (d, e) = c.table
+        thick, long = c.rod_mm
+        rows = [("predicted seen", str(a), str(b)), ("predicted unseen", str(d), str(e))]
+        verdict = "they agree" if c.agrees else "they do not agree"
+        lines += [
+            (
+                f"{c.trials} of {c.planned} trials with a rod {thick:g} mm thick and {long:g} mm"
+                f" long, in the {c.testable_percent:.0f} % of {c.named} where it can stand."
+            ),
+            *("", table(("trials", "seen", "not seen"), rows)),
+            (
+                f"The rod is seen in **{c.measured_percent:.1f} %** ({c.low_percent:.1f} to"
+                f" {c.high_percent:.1f}) of {c.named}, predicted {c.predicted_percent:.1f} %:"
+                f" {verdict}."
+            ),
+        ]
+        if c.built_percent is not None:
+            lines.append(f"Predicted of the setup as built: {c.built_percent:.1f} %.")
+        if c.true_percent is not None:
+            lines.append(f"True of the simulated rig, counted: {c.true_percent:.1f} %.")
+        lines.append("")
+    return lines
+
+
+def _health(r: CheckResult) -> list[str]:
+    rows = [
+        (
+            *(
+                escaped(t)
+                for t in (
+                    f"{one.ring} {one.link}",
+                    "simulated" if r.simulated else one.port,
+                    one.decoder,
+                )
+            ),
+            *(str(v) for v in (one.frames, one.lost, one.late, one.corrupt, one.restarts)),
+            *(_shown(one.drift_ppm), _shown(one.jitter_ms, 2)),
+        )
+        for one in r.lines
+    ]
+    heads = (
+        "ring",
+        "port",
+        "decoder",
+        "frames",
+        "lost",
+        "late",
+        "corrupt",
+        "restarts",
+        "clock, ppm",
+        "jitter, ms",
+    )
+    robot = (
+        f"The robot told of itself {r.robot.states} times in {r.robot.seconds:.1f} s; its clock"
+        " goes"
+    )
+    clock = (
+        f"{robot} {_shown(r.robot.drift_ppm)} ppm fast, states come within"
+        f" {_shown(r.robot.jitter_ms, 2)} ms."
+    )
+    lines = ["## Links", "", table(heads, rows), clock, ""]
+    if r.events:
+        rows = [
+            (f"{e.seconds:.2f}", str(e.ring), escaped(e.what), escaped(e.detail)) for e in r.events
+        ]
+        lines += ["## Events", "", table(("s", "ring", "what", "detail"), rows)]
+    return lines

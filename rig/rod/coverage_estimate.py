@@ -1,0 +1,183 @@
+"""What the trials with the rod say of the coverage: seen or not, the share of the target, and
+whether that is as predicted.
+
+The share is the sum of the strata's, by their weights. Its interval joins the strata's exact
+intervals (Clopper and Pearson) by the variances recovered from their limits (MOVER; Zou and Donner
+2008, Statistics in Medicine 27): the squares of what each stratum's weighted limit is off are
+added. Wilson's, a tenth narrower, would not do: where nearly all trials of heavy strata succeed, 97
+% of 20 in each of three, the joined interval would hold the share 92 times in 100. A stratum of
+which nothing was tested may be anything.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Int
+from scipy import stats
+
+from ...coverage.rings.ring import Setup
+from ..sensing.readings import Readings, Stops, at_stops
+from .trial_plan import RodPlan, Stratum
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Share:
+    """A share in [0, 1] and its interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class RodCheck:
+    """What came out.
+
+    told (T, K): which sensors, as wired, told of the rod. tested (T,): trials that were done.
+    share: of the target, measured; predicted: the same as planned. table (2, 2): trials by what was
+    predicted (seen, not seen) and by what was.
+    """
+
+    plan: RodPlan
+    told: Bool[np.ndarray, "T K"]
+    tested: Bool[np.ndarray, " T"]
+    share: Share
+    confidence: float
+
+    @property
+    def seen(self) -> Bool[np.ndarray, " T"]:
+        """Was the rod told by any sensor?"""
+        return _any(self.told)
+
+    @property
+    def predicted(self) -> float:
+        return self.plan.zeta
+
+    @property
+    def table(self) -> Int[np.ndarray, "2 2"]:
+        cells: Any = [
+            [self.plan.covered == p, self.seen == s] for p in (True, False) for s in (True, False)
+        ]
+        return np.array([(a & b & self.tested).sum() for a, b in cells]).reshape(2, 2)
+
+    @property
+    def agrees(self) -> bool:
+        """Does the interval hold what was predicted?"""
+        return self.share.low <= self.predicted <= self.share.high
+
+    def text(self) -> list[str]:
+        """The verdict in lines."""
+        (a, b), (c, d) = self.table
+        s, p, rod = self.share, self.plan, self.plan.rod
+        lines = [
+            (
+                f"{self.tested.sum()} of {len(self.tested)} trials with a rod"
+                f" {2000 * rod.radius:.0f} mm thick and {1000 * (rod.length + 2 * rod.radius):.0f}"
+                f" mm long, in the {100 * p.testable:.0f} % of {p.target} where it can stand."
+            ),
+            f"Predicted seen: {a} seen, {b} not. Predicted unseen: {c} seen, {d} not.",
+            (
+                f"Measured ζ {100 * s.value:.1f} % ({100 * s.low:.1f} to {100 * s.high:.1f}),"
+                f" predicted {100 * self.predicted:.1f} %:"
+                f" {'they agree' if self.agrees else 'they do not agree'}."
+            ),
+        ]
+        for i in np.flatnonzero(self.tested & (self.seen != p.covered)):
+            x, y, z = 1000 * p.point[i]
+            said, was = ("seen", "unseen") if p.covered[i] else ("unseen", "seen")
+            lines.append(
+                f"trial {i} at pose {p.pose[i]}, ({x:.0f}, {y:.0f}, {z:.0f}) mm: predicted {said},"
+                f" was {was}"
+            )
+        return lines
+
+
+def check_rod(
+    plan: RodPlan,
+    setup: Setup,
+    before: Readings,
+    trials: Sequence[Readings | None],
+    confidence: float = CONFIDENCE,
+) -> RodCheck:
+    """Judge the trials.
+
+    Args:
+        plan: what was to be tested.
+        setup: whose rings read.
+        before: at every pose of the plan, without the rod.
+        trials: readings with the rod at each point, in the plan's order; None, or no reading at the
+            pose: not tested.
+
+    Raises:
+        ValueError: if there are more or fewer trials than planned, or readings of no sensor of the
+            setup.
+    """
+    if len(trials) != len(plan.stratum):
+        raise ValueError(f"found {len(trials)} trials, allowed: {len(plan.stratum)}, as planned")
+    empty = at_stops(before, setup, plan.joints)
+    told, tested = np.zeros((len(trials), setup.sensors), bool), np.zeros(len(trials), bool)
+    for pose in range(len(plan.joints)):
+        if not (empty.total[pose] > 0).any():
+            continue
+        for i in np.flatnonzero(plan.pose == pose):
+            read = trials[int(i)]
+            if read is not None and len(read):
+                now = at_stops(read, setup, plan.joints[[pose]])
+                tested[i] = (now.total > 0).any()
+                told[i] = nearer(plan, empty, pose, now)
+    return RodCheck(
+        plan,
+        told,
+        tested,
+        share(plan.strata, plan.stratum[tested], _any(told)[tested], confidence),
+        confidence,
+    )
+
+
+def _any(told: Bool[np.ndarray, "T K"]) -> Bool[np.ndarray, " T"]:
+    return np.asarray(told.any(axis=1))
+
+
+def nearer(plan: RodPlan, empty: Stops, pose: int, now: Stops) -> Bool[np.ndarray, " K"]:
+    """Which sensors tell of something that was not there before."""
+    was, read = empty.distance[pose], now.distance[0]
+    with np.errstate(invalid="ignore"):
+        closer = read < was - plan.detection.margin(was)
+    return np.asarray(np.isfinite(read) & (closer | (np.isnan(was) & (empty.total[pose] > 0))))
+
+
+def share(
+    strata: Sequence[Stratum],
+    stratum: Int[np.ndarray, " T"],
+    seen: Bool[np.ndarray, " T"],
+    confidence: float = CONFIDENCE,
+) -> Share:
+    """The share of the target that is seen, from T trials, each of a stratum."""
+    value, low, high, open_ = 0.0, 0.0, 0.0, 0.0
+    for i, s in enumerate(strata):
+        some = seen[stratum == i]
+        if not len(some):
+            open_ += s.weight
+            continue
+        least, most = _interval(int(some.sum()), len(some), confidence)
+        p = float(some.mean())
+        value += s.weight * p
+        low += (s.weight * (p - least)) ** 2
+        high += (s.weight * (most - p)) ** 2
+    return Share(
+        value + open_ / 2,
+        max(value - math.sqrt(low), 0.0),
+        min(value + math.sqrt(high) + open_, 1.0),
+    )
+
+
+@cache
+def _interval(seen: int, trials: int, confidence: float) -> tuple[float, float]:
+    found = stats.binomtest(seen, trials).proportion_ci(confidence, "exact")
+    return float(found.low), float(found.high)

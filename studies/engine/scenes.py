@@ -1,0 +1,27 @@
+"""Scenes and setups from what a cell can hold."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from ...coverage.rings.ring import Setup, named_setup
+from ...formats.schema.ring_models import RingModel, setup_of
+from ...formats.schema.scene_models import SceneModel
+from ...objectives.scene import Scene
+
+Rings = list[dict[str, Any]]
+
+
+def scene_from(scene: Mapping[str, Any]) -> Scene:
+    """A scene from the keys in which it differs from the reference scene, as a scene's file has
+    them.
+    """
+    return SceneModel.model_validate(dict(scene)).to_domain()
+
+
+def setup_from(setup: str | Rings, scene: Scene) -> Setup:
+    """A setup from the paper's name or from rings as a proposal's file has them."""
+    if isinstance(setup, str):
+        return named_setup(setup, scene.sensor, scene.ring_radius)
+    return setup_of(
+        [RingModel.model_validate(ring) for ring in setup], scene.sensor, scene.ring_radius
+    )

@@ -1,0 +1,98 @@
+"""Files state their version; those without are of the first, newer ones are refused."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+from place_rings.coverage.rings.ring import named_setup
+from place_rings.formats.errors import UserError
+from place_rings.formats.loader import read_model, read_proposal, read_robot, read_scene, resolve
+from place_rings.formats.schema import versions
+from place_rings.formats.schema.proposal_models import MODELS, ProposalFile
+from place_rings.formats.schema.robot_models import RobotFile
+from place_rings.formats.schema.scene_models import SceneFile
+from place_rings.formats.schema.versions import FILE_VERSION, FROM_FILE, VersionedFile
+from place_rings.formats.writing import to_toml
+from place_rings.objectives.scene import Scene
+
+RINGS = "[[rings]]\nlink = 'tool'\ncount = 8\n"
+FILES = {name: model for name, model in MODELS.items() if name not in ("verify", "robustness")}
+RESULTS = sorted((Path(__file__).parent.parent / "results").rglob("*.toml"))
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_each_file_that_a_user_keeps_has_a_version(name):
+    assert issubclass(FILES[name], VersionedFile)
+    key = FILES[name].model_json_schema()["properties"]["version"]
+    assert (key["default"], key["minimum"], key["maximum"]) == (1, 1, FILE_VERSION)
+
+
+def test_what_is_written_states_its_version_once_and_first():
+    proposal = ProposalFile.of(named_setup("n2_16_25"), Scene())
+    for file in (proposal, SceneFile.from_domain(Scene()), RobotFile.from_domain(Scene().robot)):
+        text = to_toml(file)
+        assert text.startswith(f"version = {FILE_VERSION}\n")
+        assert text.count("\nversion") == 0
+        assert tomllib.loads(text)["version"] == FILE_VERSION
+
+
+def test_a_file_with_and_without_its_version_is_the_same(tmp_path):
+    for text, read in (("", read_scene), (RINGS, lambda path: read_proposal(path)[2])):
+        old, new = tmp_path / "old.toml", tmp_path / "new.toml"
+        old.write_text(text)
+        new.write_text("version = 1\n" + text)
+        assert repr(read(old)) == repr(read(new))
+
+
+@pytest.mark.parametrize("path", RESULTS, ids=lambda path: path.name)
+def test_files_that_were_written_before_read_on(path):
+    keys = tomllib.loads(path.read_text())
+    if "rings" in keys:
+        assert read_model(path, ProposalFile).version == FILE_VERSION
+
+
+def test_a_newer_file_is_refused_in_one_line(run, tmp_path):
+    texts = {"scene.toml": "", "robot.toml": "", "proposal.toml": RINGS}
+    for name, text in texts.items():
+        (tmp_path / name).write_text(f"version = {FILE_VERSION + 1}\nnew = 1\n" + text)
+    (tmp_path / "sensors.json").write_text(json.dumps({"version": 9, "new": 1}))
+    (tmp_path / "named.toml").write_text("robot = 'robot.toml'")
+    read = {
+        "scene.toml": read_scene,
+        "robot.toml": read_robot,
+        "named.toml": read_scene,
+        "proposal.toml": read_proposal,
+        "sensors.json": lambda path: resolve(str(path), None),
+    }
+    for name, reader in read.items():
+        with pytest.raises(UserError, match=r"version: found \d, allowed: 1; update place-rings"):
+            reader(tmp_path / name)
+    code, out, err = run("verify", str(tmp_path / "proposal.toml"))
+    assert (code, out, err.count("\n")) == (2, "", 1)
+
+
+def test_an_older_file_is_upgraded_before_defaults_apply(tmp_path, monkeypatch):
+    """As the next version will: what a file of the first does not state keeps its meaning."""
+
+    def first(model: type[VersionedFile], keys: dict) -> dict:
+        if not issubclass(model, ProposalFile):
+            return keys
+        scene = {"rules": {"mount": "free"}, **keys.get("scene", {})}
+        return keys | {"scene": scene}
+
+    monkeypatch.setattr(versions, "FILE_VERSION", 2)
+    monkeypatch.setattr(versions, "UPGRADES", {1: first})
+    path = tmp_path / "proposal.toml"
+    for stated, mount in (("", "free"), ("version = 1\n", "free"), ("version = 2\n", None)):
+        path.write_text(stated + RINGS)
+        _, scene, file = read_proposal(path)
+        assert (scene.rules.mount, file.version) == (mount, 2)
+    within = {"proposal": {"rings": [{"link": "tool", "count": 8}]}, "version": 2}
+
+    class Holder(VersionedFile):
+        proposal: ProposalFile
+
+    found = Holder.model_validate(within, context=FROM_FILE)
+    assert found.proposal.scene.rules.mount == "free"
+    assert ProposalFile.of(named_setup("n2_16_25"), Scene()).scene.rules.mount is None

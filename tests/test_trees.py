@@ -1,0 +1,40 @@
+"""Trees of arrays: JAX and ``mapped`` see the same leaves, with JAX loaded before or after."""
+
+import subprocess
+import sys
+
+import jax
+import numpy as np
+from hypothesis import given
+from place_rings.coverage.solids.base import Difference, Union
+from place_rings.coverage.solids.spheres import Spheres
+from place_rings.coverage.trees import mapped
+
+from . import drawing
+
+_LATE = """
+import sys
+import numpy as np
+from place_rings.coverage.solids.spheres import Spheres
+balls = Spheres(np.zeros((1, 3)), np.ones(1))
+assert "jax" not in sys.modules
+import jax
+assert len(jax.tree.leaves(balls)) == 2
+"""
+
+
+@given(drawing.seeds)
+def test_mapped_is_jaxs_map(seed):
+    rng = np.random.default_rng(seed)
+    cones = drawing.cones(rng, 3)
+    balls = Spheres(rng.normal(size=(2, 3)), rng.uniform(size=2))
+    for solid in (cones, Union(cones, balls), Difference(Union(balls, cones), balls)):
+        ours, theirs = (each(lambda a: 2 * a[:1], solid) for each in (mapped, jax.tree.map))
+        assert jax.tree.structure(ours) == jax.tree.structure(theirs)
+        for a, b in zip(jax.tree.leaves(ours), jax.tree.leaves(theirs), strict=True):
+            assert np.array_equal(a, b)
+    assert mapped(len, (cones.apex, None)) == (3, None)
+
+
+def test_a_solid_that_was_there_before_jax_is_a_tree_of_jax():
+    subprocess.run([sys.executable, "-c", _LATE], check=True)
