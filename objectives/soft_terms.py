@@ -92,7 +92,7 @@ class SoftTerms:
                     row.apex, row.axis, row.half_angle, row.range_m, row.up, row.half_up, row.zoned
                 )
                 seen, points = (
-                    self._past(beams, row.pose),
+                    self.past(beams, row.pose),
                     jax.tree.map(lambda a: a[row.term], clouds),
                 )
                 if row.group is None:
@@ -107,7 +107,7 @@ class SoftTerms:
 
         return jax.lax.map(one, (jnp.arange(len(rows.term)), rows), batch_size=_rows()[1])
 
-    def _past(self, cones: Cones, pose: Any) -> Seen:
+    def past(self, cones: Cones, pose: Any) -> Seen:
         """What the scene's occlusion and obstacles leave of cones at a pose."""
         seen: Cones | Hidden = cones
         if self._bodies is not None:
