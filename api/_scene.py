@@ -12,7 +12,7 @@ from ._catalogue import robots
 from ._errors import InputError, input_errors
 from ._targets import TargetVolume, volume_of
 from ._trajectory import Trajectory
-from .coverage.occlusion.model import Occlusion
+from .coverage.occlusion.model import OCCLUSIONS, Occlusion
 from .coverage.rings.ring import Ring
 from .coverage.robots.built_in import PAPER_ROBOTS
 from .coverage.robots.robot import Robot
@@ -39,6 +39,15 @@ _KEYS = (
     "over_poses",
     "safety",
 )
+
+
+_KINDS: dict[str, type] = {
+    "sensor": Sensor,
+    "rules": Rules,
+    "safety": Safety,
+    "mounts": Mapping,
+    "obstacles": Obstacle,
+}
 
 
 class Scene:
@@ -99,6 +108,8 @@ class Scene:
             "ring_radius": ring_radius,
             "radius_stated": None if ring_radius is None else True,
         }
+        given_kinds = given | {"occlusion": occlusion, "over_poses": over_poses, "mounts": mounts}
+        _check_kinds(given_kinds | {"obstacles": tuple(obstacles)})
         core = CoreScene(
             robot=_robot(robot),
             occlusion=occlusion,
@@ -198,6 +209,7 @@ class Scene:
             core = _with_poses(core, None) if at_rest else core
         elif "robot" in changes:
             core = replace(core, robot=_robot(changes["robot"]))
+        _check_kinds(changes)
         fields: dict[str, Any] = {
             key: changes[key]
             for key in ("sensor", "occlusion", "rules", "over_poses", "safety")
@@ -336,6 +348,19 @@ def _robot(robot: Robot | str) -> Robot:
     return robots[robot]
 
 
+def _check_kinds(given: Mapping[str, Any]) -> None:
+    """Refuse values of another kind than an argument has; None stands for a default."""
+    for name, one_of in (("occlusion", OCCLUSIONS), ("over_poses", ("mean", "worst"))):
+        if name in given and given[name] not in one_of:
+            raise InputError(f"found {given[name]!r}, allowed: {', '.join(one_of)}", name)
+    for name, kind in _KINDS.items():
+        value = given.get(name)
+        each = value if name == "obstacles" and value is not None else (value,)
+        for one in each:
+            if one is not None and not isinstance(one, kind):
+                raise InputError(f"found {one!r}, allowed: {kind.__name__}", name)
+
+
 def _goals(targets: Sequence[TargetVolume]) -> tuple[Any, ...]:
     if isinstance(targets, TargetVolume):
         targets = [targets]
@@ -372,7 +397,7 @@ def _with_poses(core: CoreScene, poses: Poses) -> CoreScene:
             "poses",
         ) from error
     if angles.ndim != 2 or not angles.size:
-        raise InputError(f"found shape {np.shape(poses)}, allowed: (J,) or (P, J)", "poses")
+        raise InputError(f"found shape {angles.shape}, allowed: (J,) or (P, J)", "poses")
     return replace(core, poses=tuple(Pose(q) for q in angles))
 
 
@@ -382,6 +407,4 @@ def _checked(core: CoreScene) -> CoreScene:
         scene_model(core)
     except ValidationError as error:
         raise InputError(str(explain("scene", error, SceneFile))) from error
-    except (AttributeError, TypeError) as error:
-        raise InputError(f"found a value of another type than allowed: {error}", "scene") from error
     return core

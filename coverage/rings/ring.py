@@ -56,7 +56,7 @@ class Ring:
 class Setup:
     """All rings on one robot.
 
-    rings: in the order in which they count, from 0; any sequence will do.
+    rings: in the order in which they count, from 0; a list becomes a tuple.
 
     Raises:
         ValueError: if there is something else than a ``Ring`` among them.
@@ -73,7 +73,7 @@ class Setup:
 
     def __repr__(self) -> str:
         each = "".join(f"\n    {ring!r}," for ring in self.rings)
-        return f"Setup([{each}\n])  # {self.sensors} sensors" if each else "Setup([])"
+        return f"Setup(({each}\n))  # {self.sensors} sensors" if each else "Setup(())"
 
     @staticmethod
     def named(name: str, sensor: Sensor = PAPER_SENSOR, radius: float = RING_RADIUS) -> "Setup":
