@@ -5,7 +5,7 @@ means.
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from pydantic import ValidationError
 
@@ -21,6 +21,17 @@ from .objectives.occlusion import check_bodies, check_mounting
 from .objectives.scene import Scene as CoreScene
 from .objectives.separation_summary import separations
 from .objectives.verify import check_voxel, target_voxels
+
+
+class Placed(Protocol):
+    """What holds a setup in a scene, as all results do."""
+
+    name: str
+    setup: Setup
+    scene: Scene
+
+
+SetupLike = Setup | str | Path | Placed
 
 _NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
 _STEP, _STEPS = 0.005, 15  # m, by which a ring of the paper is widened, and how often at most

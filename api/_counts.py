@@ -3,10 +3,9 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
-from ._checks import check_scene, check_sight, resolve_setup
+from ._checks import SetupLike, check_scene, check_sight, resolve_setup
 from ._errors import InputError, input_errors
 from ._placement import Placement
 from ._scene import Scene
@@ -19,8 +18,6 @@ from .formats.schema.result_models import VerifyResult
 from .objectives.occlusion import unseeing
 from .objectives.scene import Scene as CoreScene
 from .objectives.verify import VOXEL, Rule, Verified, Verifier, by_occlusion
-
-SetupLike = Setup | str | Path | Placement
 
 
 @dataclass(frozen=True, repr=False)
@@ -143,7 +140,7 @@ def verify(
         >>> import place_rings as pr
         >>> pr.verify("n2_16_25", pr.Scene(targets=[pr.Shell(0.5)]), voxel=0.02)
         Coverage of n2_16_25: 80 sensors in 5 rings
-          V_S(0.5): 44.58 %
+          V_S(0.5): 44.50 %
     """
     if rule not in ("centre", "touch"):
         raise InputError(f"found {rule}, allowed: centre, touch; or use certify", "rule")

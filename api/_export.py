@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from ._checks import resolve_setup
-from ._counts import SetupLike
+from ._checks import SetupLike, resolve_setup
 from ._errors import InputError, input_errors
 from ._scene import Scene
 from .formats.errors import shown

@@ -2,36 +2,16 @@
 
 import base64
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from ._pictures import Picture, picture
 from ._scene import Scene
 from .coverage.rings.ring import Setup
 
 if TYPE_CHECKING:
-    from ._robustness import RobustnessReport
     from ._views import View
-
-
-@dataclass(frozen=True, repr=False)
-class Picture:
-    """A picture that a notebook shows.
-
-    png: the bytes of a PNG file. path: where it was written, None where it was not.
-    """
-
-    png: bytes
-    path: Path | None = None
-
-    def _repr_png_(self) -> bytes:
-        return self.png
-
-    def __repr__(self) -> str:
-        where = "" if self.path is None else f" at {self.path}"
-        return f"<Picture of {len(self.png):,} bytes{where}>"
 
 
 class Placement:
@@ -56,8 +36,6 @@ class Placement:
         Raises:
             InputError: if the file cannot be written.
         """
-        from ._views import picture
-
         return picture(self.scene, self.setup, self.captions(), path)
 
     def report(
@@ -87,12 +65,6 @@ class Placement:
 
         return export(self, to=to, folder=folder, **options)
 
-    def robustness(self, **options: Any) -> "RobustnessReport":
-        """What failures and errors of mounting leave; see ``place_rings.robustness``."""
-        from ._robustness import robustness
-
-        return robustness(self, **options)
-
     def rows(self) -> Iterable[Sequence[str]]:
         """Name and value of each line of the result's text."""
         return ()
@@ -117,11 +89,3 @@ class Placement:
         name = "" if self.name in ("setup", "proposal") else f"{self.name}: "
         rings = len(self.setup.rings)
         return f"{name}{self.setup.sensors} sensors in {rings} ring{'s' * (rings != 1)}"
-
-
-def png_of(write: Any) -> bytes:
-    """The bytes of the PNG that ``write`` puts at a path."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "picture.png"
-        write(path)
-        return path.read_bytes()

@@ -2,17 +2,16 @@
 found.
 """
 
-import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cached_property
-from importlib.metadata import version
 from pathlib import Path
 
 from ._errors import input_errors
 from ._placement import Placement
 from ._scene import Scene
+from ._versions import versions
 from .coverage.rings.ring import Setup
 from .formats.convert.results import tolerant_model
 from .formats.convert.scenes import ring_models, scene_model
@@ -33,7 +32,6 @@ from .placement.search.fewest_sensors import Reach
 from .placement.search.progress import Outcome, Statistics
 from .placement.search.search import SearchResult
 
-PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
 _HEADING = """A placement of sensor rings, found by place-rings. Edit it freely, then check it \
 again:
   place-rings verify proposal.toml
@@ -253,8 +251,3 @@ class Proposal(Placement):
             losing=aim.losing,
             tolerant=tolerant_model(aim),
         )
-
-
-def versions() -> dict[str, str]:
-    """The versions of Python and of the packages that results depend on."""
-    return {name: version(name) for name in PACKAGES} | {"python": sys.version.split()[0]}

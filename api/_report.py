@@ -4,11 +4,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from ._checks import check_scene, check_sight, resolve_setup
-from ._counts import SetupLike
+from ._checks import SetupLike, check_scene, check_sight, resolve_setup
 from ._errors import InputError, input_errors
-from ._proposal import Proposal, versions
 from ._scene import Scene
+from ._versions import versions
 from .formats.loader import how_found
 from .formats.ring_frame import frame_length
 from .formats.writing import output_folder, write_text
@@ -69,7 +68,7 @@ def report(
     log = Terminal(stderr=True, quiet=True) if console is None else console
     with input_errors():
         made = output_folder(Path(folder))
-        origin = setup.found if isinstance(setup, Proposal) else None
+        origin = getattr(setup, "found", None)
         origin = how_found(str(setup)) if isinstance(setup, str | Path) else origin
         facts = gather(name, placed, core, voxel, draws, seed, origin, log)
         with log.status("drawing"), TemporaryDirectory() as pictures:

@@ -1,17 +1,14 @@
 """The soft coverage of a setup, for gradients: under ``jax.grad``, ``jit`` and ``vmap``."""
 
 from collections import OrderedDict
-from pathlib import Path
 from typing import Any
 
 import jax
 import numpy as np
 
-from ._checks import resolve_setup
+from ._checks import SetupLike, resolve_setup
 from ._errors import InputError, input_errors
-from ._placement import Placement
 from ._scene import Scene, core_scene
-from .coverage.rings.ring import Setup
 from .coverage.rings.ring_kinematics import RingArrays, ring_arrays
 from .coverage.soft.sampling import Cloud, cloud
 from .objectives.scene import Scene as CoreScene
@@ -45,7 +42,7 @@ def sample_points(scene: Scene | CoreScene, count: int = 8192, seed: int = 0) ->
 
 
 def coverage_fraction(
-    setup: Setup | str | Path | Placement,
+    setup: SetupLike,
     scene: Scene | CoreScene,
     points: TargetPoints | Any,
     width: float | jax.Array = 0.02,

@@ -1,4 +1,4 @@
-"""Pictures, and the page in a browser."""
+"""The page in a browser."""
 
 import sys
 import threading
@@ -8,33 +8,17 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ._checks import check_scene, check_sight, resolve_setup
-from ._counts import SetupLike
+from ._checks import SetupLike, check_scene, check_sight, resolve_setup
 from ._errors import input_errors
-from ._placement import Picture, png_of
 from ._scene import Scene
-from .coverage.rings.ring import Setup
 from .coverage.soft.sampling import EmptySolidError
-from .formats.writing import output_folder, write_bytes
+from .formats.writing import output_folder
 from .objectives.scene import Scene as CoreScene
 
 if TYPE_CHECKING:
     from .viewer.server import Server
 
 LOOPBACK = "127.0.0.1"
-
-
-def picture(
-    scene: Scene, setup: Setup, captions: Sequence[str], path: str | Path | None
-) -> Picture:
-    """The picture of a setup under its captions, written where ``path`` says."""
-    from .reporting.placement_picture import placement_picture
-
-    with input_errors():
-        png = png_of(lambda file: placement_picture(file, scene.core, setup, captions))
-        if path is not None:
-            write_bytes(Path(path), png)
-    return Picture(png, None if path is None else Path(path))
 
 
 class View:

@@ -75,7 +75,8 @@ class SoftFraction:
             cloud, pose = one
             return self._zeta(tuple(b[pose] for b in beams), (made_of, pose, cloud, wide))
 
-        zetas = jax.lax.map(term, (self._clouds, self._pose))  # (T,)
+        clouds = tuple(jax.tree.leaves(self._clouds))
+        zetas = jax.lax.map(term, (clouds, self._pose))  # (T,)
         return (self._weights * zetas).sum()
 
 
@@ -86,7 +87,7 @@ def _differentiable(terms: SoftTerms) -> Callable[[Any, Any], Any]:
         (half_angle, range_m, half_up, zoned), pose, cloud, width = fixed
         apex, axis, *up = beams
         cones = optics(apex, axis, half_angle, range_m, up[0] if up else None, half_up, zoned)
-        return soft_zeta(terms.past(cones, pose), cloud, width, slopes=slopes)
+        return soft_zeta(terms.past(cones, pose), Cloud(*cloud), width, slopes=slopes)
 
     def value_of(beams: Any, fixed: Any) -> Any:
         return soft(beams, fixed, False).zeta

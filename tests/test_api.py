@@ -395,14 +395,14 @@ def test_the_gradient_is_that_of_finite_differences(case):
     slope, step = jax.grad(function)(values), 1e-5
     for index in np.ndindex(*values.shape):
         there = [function(values.at[index].add(s * step)) for s in (1, -1)]
-        expected = (there[0] - there[1]) / (2 * step)
-        assert slope[index] == pytest.approx(expected, abs=2e-4), (index, case)
+        expected = float(there[0] - there[1]) / (2 * step)
+        assert float(slope[index]) == pytest.approx(expected, abs=2e-4), (index, case)
 
 
 def test_jit_and_vmap_give_the_same():
     scene, setup = CASES["two targets, two poses"]
     function = fraction_of(setup, scene, pr.sample_points(scene, 256))
-    values = jnp.asarray(setup.values) + jnp.arange(3)[:, None, None] * 0.01
+    values = jnp.asarray(np.asarray(setup.values) + np.arange(3)[:, None, None] * 0.01)
     each = [jax.value_and_grad(function)(v) for v in values]
     for both in (
         [jax.jit(jax.value_and_grad(function))(v) for v in values],
@@ -410,7 +410,7 @@ def test_jit_and_vmap_give_the_same():
         list(zip(*jax.jit(jax.vmap(jax.value_and_grad(function)))(values), strict=True)),
     ):
         for (value, slope), (expected, by) in zip(both, each, strict=True):
-            assert value == pytest.approx(expected, abs=1e-6)
+            assert float(value) == pytest.approx(float(expected), abs=1e-6)
             np.testing.assert_allclose(slope, by, atol=1e-6)
 
 
@@ -418,9 +418,9 @@ def test_a_sharp_fraction_is_the_share_of_the_points_and_own_points_serve():
     setup = pr.Setup.named("n2_16_25")
     points = pr.sample_points(NEAR, 8192)
     exact = pr.verify(setup, NEAR, voxel=0.02).coverage
-    sharp = pr.coverage_fraction(setup, NEAR, points, 1e-6)
+    sharp = float(pr.coverage_fraction(setup, NEAR, points, 1e-6))
     assert sharp == pytest.approx(exact, abs=0.02)
-    own = pr.coverage_fraction(setup, NEAR, points.points[0], 1e-6)
+    own = float(pr.coverage_fraction(setup, NEAR, points.points[0], 1e-6))
     assert own == pytest.approx(sharp, abs=1e-6)
 
 
