@@ -12,11 +12,10 @@ from pydantic import ValidationError
 from ._errors import InputError, input_errors
 from ._scene import Scene, core_scene
 from .coverage.rings.ring import Ring, Setup
-from .formats.convert.scenes import ring_models, scene_model
 from .formats.errors import explain
 from .formats.loader import resolve
-from .formats.schema.mount_models import RingModel
-from .formats.schema.scene_models import SceneFile
+from .formats.schema.ring_models import RingModel, ring_models
+from .formats.schema.scene_models import SceneFile, SceneModel
 from .objectives.occlusion import check_bodies, check_mounting
 from .objectives.scene import Scene as CoreScene
 from .objectives.separation_summary import separations
@@ -41,7 +40,7 @@ _COARSE = 0.1  # m: from here on it is quick to see whether a target holds a vox
 def check_scene(scene: CoreScene, voxel: float) -> None:
     """Refuse what cannot be counted or written before anything is tried: InputError."""
     try:
-        scene_model(scene)
+        SceneModel.from_domain(scene)
     except ValidationError as error:
         raise InputError(str(explain("the scene", error, SceneFile))) from error
     for goal in scene.goals:

@@ -11,10 +11,8 @@ from ._placement import Placement
 from ._scene import Scene
 from .coverage.rings.ring import Setup
 from .coverage.voxels.certified_bounds import Bracket
-from .formats.convert.occlusion_records import with_sight
-from .formats.convert.results import verify_result
-from .formats.convert.sensor_records import sensor_records
 from .formats.schema.result_models import VerifyResult
+from .formats.schema.sensor_records import sensor_records
 from .objectives.occlusion import unseeing
 from .objectives.scene import Scene as CoreScene
 from .objectives.verify import VOXEL, Rule, Verified, Verifier, by_occlusion
@@ -81,12 +79,13 @@ class Coverage(Placement):
             "mounting": mounting_lines(core, self.setup),
         }
         return tuple(
-            with_sight(
-                verify_result(self.name, one, core),
+            VerifyResult.of(self.name, one, core)
+            .with_occlusion(
                 core,
                 by_occlusion(self.verifier, self.setup, one),
                 blocked,
-            ).model_copy(update=more)
+            )
+            .model_copy(update=more)
             for one in self.each
         )
 

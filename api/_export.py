@@ -48,9 +48,9 @@ def export(
         ...     print([file.name for file in pr.export("n1_8_0", to="csv", folder=folder)])
         ['sensors.csv']
     """
-    from .formats.export.formats import FORMATS
     from .formats.export.placed import PlacedSetup
     from .formats.robots.urdf import read_urdf
+    from .reporting.export_formats import FORMATS
 
     kinds = (to,) if isinstance(to, str) else tuple(dict.fromkeys(to))
     unknown = next((kind for kind in kinds if kind not in FORMATS), None)

@@ -8,9 +8,9 @@ from ._placement import Placement
 from ._proposal import Proposal
 from ._scene import Scene
 from .coverage.robots.robot import Robot
-from .formats.convert.scenes import scene_model
 from .formats.loader import read_proposal, read_robot, read_scene
-from .formats.schema.robot_convert import robot_file
+from .formats.schema.robot_models import RobotFile
+from .formats.schema.scene_models import SceneFile
 from .formats.writing import to_toml, write_text
 from .objectives.scene import Scene as CoreScene
 
@@ -84,9 +84,13 @@ def save(what: Placement | Scene | Robot | CoreScene, path: str | Path) -> Path:
         return Proposal(what.setup, what.scene).save(path)
     if isinstance(what, Scene | CoreScene):
         core = what.core if isinstance(what, Scene) else what
-        text = to_toml(scene_model(core), "A scene, for place-rings: --scene of its commands.")
+        text = to_toml(
+            SceneFile.from_domain(core), "A scene, for place-rings: --scene of its commands."
+        )
     elif isinstance(what, Robot):
-        text = to_toml(robot_file(what), "A robot, for place-rings: a scene names it by robot.")
+        text = to_toml(
+            RobotFile.from_domain(what), "A robot, for place-rings: a scene names it by robot."
+        )
     else:
         raise InputError(
             f"found a {type(what).__name__}, allowed: a result, a Scene or a Robot", "what"

@@ -13,9 +13,6 @@ from ._placement import Placement
 from ._scene import Scene
 from ._versions import versions
 from .coverage.rings.ring import Setup
-from .formats.convert.results import tolerant_model
-from .formats.convert.scenes import ring_models, scene_model
-from .formats.convert.sensor_records import sensor_records
 from .formats.schema.proposal_models import (
     FoundModel,
     ProposalFile,
@@ -24,6 +21,8 @@ from .formats.schema.proposal_models import (
     SearchFile,
 )
 from .formats.schema.result_models import VerifyResult
+from .formats.schema.robustness_models import ErrorsModel
+from .formats.schema.sensor_records import sensor_records
 from .formats.writing import to_toml, write_text
 from .objectives.criterion import Criterion, judge
 from .objectives.pose_subset import MANY
@@ -159,9 +158,9 @@ class Proposal(Placement):
         core, zeta = self.scene.core, list(self.records if records is None else records)
         if len(core.poses) > MANY:
             zeta = [r.model_copy(update={"poses": []}) for r in zeta]
-        return ProposalFile(
-            rings=ring_models(self.setup, core.sensor),
-            scene=scene_model(core),
+        return ProposalFile.of(
+            self.setup,
+            core,
             zeta=[r.model_copy(update={"setup": "proposal"}) for r in zeta],
             found=self.found or self._found(),
         )
@@ -249,5 +248,5 @@ class Proposal(Placement):
             versions=versions(),
             redundancy=aim.seen,
             losing=aim.losing,
-            tolerant=tolerant_model(aim),
+            tolerant=ErrorsModel.of(aim),
         )

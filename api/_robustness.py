@@ -10,8 +10,7 @@ from ._placement import Placement
 from ._scene import Scene
 from .coverage.rings.mounting_errors import Law, MountingErrors
 from .coverage.rings.ring import Setup
-from .formats.convert.results import robustness_result
-from .formats.schema.result_models import RobustnessResult
+from .formats.schema.robustness_models import RobustnessResult
 from .objectives.redundancy import Redundancy, redundancy
 from .objectives.scene import Scene as CoreScene
 from .objectives.tolerance import Tolerance, tolerance
@@ -39,7 +38,7 @@ class RobustnessReport(Placement):
     def records(self) -> tuple[RobustnessResult, ...]:
         """What ``place-rings robustness --json`` prints, one record for each target, in percent."""
         pairs = zip(self.redundancy, self.tolerance, strict=True)
-        return tuple(robustness_result(self.name, self.setup, sure, off) for sure, off in pairs)
+        return tuple(RobustnessResult.of(self.name, self.setup, sure, off) for sure, off in pairs)
 
     def captions(self) -> list[str]:
         return [f"{r.target}: {100 * r.zeta:.1f} % covered" for r in self.redundancy]

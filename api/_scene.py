@@ -18,10 +18,9 @@ from .coverage.robots.built_in import PAPER_ROBOTS
 from .coverage.robots.robot import Robot
 from .coverage.robots.separation_distance import Safety
 from .coverage.sensors.sensor import Sensor
-from .formats.convert.obstacles import obstacles_of
-from .formats.convert.scenes import scene_model
 from .formats.errors import explain
-from .formats.schema.scene_models import ObstacleModel, SceneFile
+from .formats.schema.obstacle_models import ObstacleModel, obstacles_of
+from .formats.schema.scene_models import SceneFile, SceneModel
 from .objectives.scene import Limits, Obstacle, Pose, Rules
 from .objectives.scene import Scene as CoreScene
 
@@ -404,7 +403,7 @@ def _with_poses(core: CoreScene, poses: Poses) -> CoreScene:
 def _checked(core: CoreScene) -> CoreScene:
     """The scene, if its file would be read; InputError otherwise."""
     try:
-        scene_model(core)
+        SceneModel.from_domain(core)
     except ValidationError as error:
         raise InputError(str(explain("scene", error, SceneFile))) from error
     return core

@@ -17,7 +17,7 @@ from ..coverage.rings.ring_kinematics import RingArrays, seen_from, sensor_poses
 from ..coverage.robots.kinematics import forward
 from ..coverage.soft.estimator import Soft, soft_zeta
 from ..coverage.soft.sampling import Cloud
-from ..coverage.solids.sensor_beams import optics
+from ..coverage.solids.sensor_beams import BeamShapes
 from .scene import Scene
 from .soft_terms import SoftTerms
 
@@ -63,17 +63,19 @@ class SoftFraction:
     def _mean(self, arrays: RingArrays, values: Any, width: Any) -> Any:
         dtype = self._clouds.points.dtype
         here = sensor_poses(arrays, *values)
-        parts = seen_from(arrays, here, self._frames, arrays.half_up is not None)
+        parts = seen_from(arrays, here, self._frames, arrays.beams.square)
         beams = tuple(part.astype(dtype) for part in parts)  # each (P, K, 3)
-        made_of = tuple(
-            None if a is None else jnp.asarray(a, None if a.dtype == bool else dtype)
-            for a in (arrays.half_angle, arrays.range_m, arrays.half_up, arrays.zoned)
+        shapes = BeamShapes(
+            *(
+                None if a is None else jnp.asarray(a, None if a.dtype == bool else dtype)
+                for a in arrays.beams
+            )
         )
         wide = jnp.asarray(width, dtype)
 
         def term(one: Any) -> Any:
             cloud, pose = one
-            return self._zeta(tuple(b[pose] for b in beams), (made_of, pose, cloud, wide))
+            return self._zeta(tuple(b[pose] for b in beams), (shapes, pose, cloud, wide))
 
         clouds = tuple(jax.tree.leaves(self._clouds))
         zetas = jax.lax.map(term, (clouds, self._pose))  # (T,)
@@ -84,9 +86,8 @@ def _differentiable(terms: SoftTerms) -> Callable[[Any, Any], Any]:
     """Soft ζ of beams, (K, 3) each, with the gradient that comes with it."""
 
     def soft(beams: Any, fixed: Any, slopes: bool) -> Soft:
-        (half_angle, range_m, half_up, zoned), pose, cloud, width = fixed
-        apex, axis, *up = beams
-        cones = optics(apex, axis, half_angle, range_m, up[0] if up else None, half_up, zoned)
+        shapes, pose, cloud, width = fixed
+        cones = shapes.solids(*beams)
         return soft_zeta(terms.past(cones, pose), Cloud(*cloud), width, slopes=slopes)
 
     def value_of(beams: Any, fixed: Any) -> Any:
