@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-if TYPE_CHECKING or "jax" in sys.modules:
+if TYPE_CHECKING:
     import jax
 
     Array: TypeAlias = np.ndarray | jax.Array
+elif "jax" in sys.modules:
+    # NumPy turns arrays without axes into its scalars, which its own types overlook.
+    Array: TypeAlias = np.ndarray | np.generic | sys.modules["jax"].Array
 else:
-    Array: TypeAlias = np.ndarray
+    Array: TypeAlias = np.ndarray | np.generic
 
 Numbers: TypeAlias = Array | float
 """Numbers of any shape that broadcast: an array, or a single one."""
@@ -24,11 +27,12 @@ Vector: TypeAlias = Array | tuple[float, ...] | list[float]
 """Coordinates as a person or a file gives them."""
 
 
-def namespace(array: Array) -> Any:
-    """The array API namespace of ``array``: ``numpy`` for a NumPy array, ``jax.numpy`` for a JAX
-    one (traced or not).
+def namespace(array: Numbers) -> Any:
+    """The array API namespace of ``array``: ``numpy`` for a NumPy array or scalar, ``jax.numpy``
+    for a JAX array (traced or not).
     """
-    return array.__array_namespace__()
+    some: Any = array
+    return some.__array_namespace__()
 
 
 def dot(a: Array, b: Array) -> Any:
@@ -47,7 +51,7 @@ def cross(a: Array, b: Array) -> Any:
     return namespace(a).stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1], axis=-1)
 
 
-def root(square: Array) -> Any:
+def root(square: Numbers) -> Any:
     """Square root with value 0 and gradient 0 at (and below) 0: the dangerous input is replaced
     before the root.
     """

@@ -128,7 +128,7 @@ def capsule_shadow(apex: Array, start: Array, end: Array, radius: Numbers) -> Sh
     )
 
 
-def _gain(growth: Array) -> Any:
+def _gain(growth: Numbers) -> Any:
     """How much further than the nearest place the best one lies, per metre of distance, where radii
     grow by ``growth``.
     """
