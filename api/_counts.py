@@ -9,13 +9,14 @@ from ._checks import SetupLike, check_scene, check_sight, resolve_setup
 from ._errors import InputError, input_errors
 from ._placement import Placement
 from ._scene import Scene
+from .coverage.choices import Rule
 from .coverage.rings.ring import Setup
 from .coverage.voxels.certified_bounds import Bracket
 from .formats.schema.result_models import VerifyResult
 from .formats.schema.sensor_records import sensor_records
 from .objectives.occlusion import unseeing
 from .objectives.scene import Scene as CoreScene
-from .objectives.verify import VOXEL, Rule, Verified, Verifier, by_occlusion
+from .objectives.verify import VOXEL, Verified, Verifier, by_occlusion
 
 
 @dataclass(frozen=True, repr=False)

@@ -8,7 +8,8 @@ from ._checks import SetupLike, check_scene, check_sight, resolve_setup
 from ._errors import InputError, input_errors
 from ._placement import Placement
 from ._scene import Scene
-from .coverage.rings.mounting_errors import Law, MountingErrors
+from .coverage.choices import Law
+from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup
 from .formats.schema.robustness_models import RobustnessResult
 from .objectives.redundancy import Redundancy, redundancy

@@ -9,9 +9,10 @@ from ._errors import InputError, input_errors
 from ._proposal import Proposal
 from ._robustness import mounting_errors
 from ._scene import Scene, core_scene
+from .coverage.choices import Losing
 from .coverage.rings.mounting_errors import MountingErrors
 from .coverage.rings.ring import Setup
-from .objectives.criterion import Criterion, Losing, check_criterion
+from .objectives.criterion import Criterion, check_criterion
 from .objectives.scene import Rules
 from .objectives.scene import Scene as CoreScene
 from .objectives.verify import VOXEL, Verifier

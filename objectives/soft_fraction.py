@@ -58,18 +58,16 @@ class SoftFraction:
             values: positions, tilts and phases (rad) of the rings.
             width: of the sigmoid, m; taken as a constant.
         """
-        return self._compiled(arrays, jnp.asarray(values), jax.lax.stop_gradient(width))
+        mean: jax.Array = self._compiled(arrays, jnp.asarray(values), jax.lax.stop_gradient(width))
+        return mean
 
     def _mean(self, arrays: RingArrays, values: Any, width: Any) -> Any:
         dtype = self._clouds.points.dtype
         here = sensor_poses(arrays, *values)
         parts = seen_from(arrays, here, self._frames, arrays.beams.square)
         beams = tuple(part.astype(dtype) for part in parts)  # each (P, K, 3)
-        shapes = BeamShapes(
-            *(
-                None if a is None else jnp.asarray(a, None if a.dtype == bool else dtype)
-                for a in arrays.beams
-            )
+        shapes: BeamShapes = jax.tree.map(
+            lambda a: jnp.asarray(a, None if a.dtype == bool else dtype), arrays.beams
         )
         wide = jnp.asarray(width, dtype)
 
@@ -99,8 +97,8 @@ def _differentiable(terms: SoftTerms) -> Callable[[Any, Any], Any]:
 
     if jax.default_backend() == "cpu":
         # one setup after the other: vectorised, all would do the work of the slowest block
-        value_of = jax.custom_batching.sequential_vmap(value_of)
-        both_of = jax.custom_batching.sequential_vmap(both_of)
+        value_of = jax.custom_batching.sequential_vmap(value_of)  # type: ignore[no-untyped-call]
+        both_of = jax.custom_batching.sequential_vmap(both_of)  # type: ignore[no-untyped-call]
 
     @jax.custom_vjp
     def zeta(beams: Any, fixed: Any) -> Any:
