@@ -15,16 +15,18 @@ from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
+from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "place_rings"
 
 
-def handed_to_setuptools(root: Path = ROOT) -> dict[str, object]:
+def handed_to_setuptools(root: Path = ROOT) -> dict[str, Any]:
     """What setup.py hands to setuptools."""
-    handed: dict[str, object] = {}
+    handed: dict[str, Any] = {}
     kept = sys.modules.get("setuptools")
-    sys.modules["setuptools"] = SimpleNamespace(setup=handed.update)  # type: ignore[assignment]
+    stand_in: Any = SimpleNamespace(setup=handed.update)
+    sys.modules["setuptools"] = stand_in
     try:
         runpy.run_path(str(root / "setup.py"))
     finally:
@@ -37,8 +39,8 @@ def handed_to_setuptools(root: Path = ROOT) -> dict[str, object]:
 def installed_modules(root: Path = ROOT) -> dict[str, Path]:
     """The files that the rule of setup.py installs, by the names they are imported by."""
     handed = handed_to_setuptools(root)
-    folders: dict[str, str] = handed["package_dir"]  # type: ignore[assignment]
-    packages: list[str] = handed["packages"]  # type: ignore[assignment]
+    folders: dict[str, str] = handed["package_dir"]
+    packages: list[str] = handed["packages"]
     modules = {}
     for package in packages:
         mapped = max((p for p in folders if f"{package}.".startswith(f"{p}.")), key=len)

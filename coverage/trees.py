@@ -14,6 +14,7 @@ from types import ModuleType
 from typing import Any, TypeVar, cast
 
 _Class = TypeVar("_Class", bound=type)
+_Tree = TypeVar("_Tree")
 _waiting: list[type] = []
 
 
@@ -27,7 +28,7 @@ def tree(cls: _Class) -> _Class:
     return cls
 
 
-def mapped(function: Callable[[Any], Any], values: Any) -> Any:
+def mapped(function: Callable[[Any], Any], values: _Tree) -> _Tree:
     """A tree with ``function`` of each of its arrays in their places."""
     if hasattr(values, "tree_fields"):
         return type(values)(

@@ -100,7 +100,7 @@ class SoftTerms:
             def look() -> Soft:
                 beams = row.beams.solids(row.apex, row.axis, row.up)
                 seen, points = (
-                    self._past(beams, row.pose),
+                    self.past(beams, row.pose),
                     jax.tree.map(lambda a: a[row.term], clouds),
                 )
                 if group is None or weights is None:
@@ -117,7 +117,7 @@ class SoftTerms:
         each: Soft = jax.lax.map(one, (jnp.arange(len(rows.term)), rows), batch_size=_rows()[1])
         return each
 
-    def _past(self, cones: Cones, pose: Int[Array, ""]) -> Seen:
+    def past(self, cones: Cones, pose: Int[Array, ""]) -> Seen:
         """What the scene's occlusion and obstacles leave of cones at a pose."""
         seen: Cones | Hidden = cones
         if self._bodies is not None:

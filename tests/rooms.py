@@ -7,6 +7,12 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
+FRONT = "api"  # the room that is installed as place_rings itself
+
+
+def installed_parts(path: Path) -> tuple[str, ...]:
+    """The parts of a path below the root as they stand in the installed package."""
+    return path.parts[1:] if path.parts[:1] == (FRONT,) else path.parts
 
 
 def rooms(root: Path = ROOT) -> list[str]:
@@ -25,7 +31,7 @@ def modules(root: Path = ROOT) -> Iterator[tuple[str, Path]]:
     """The name by which each file is imported once it is installed, and the file."""
     for room in rooms(root):
         for file in sorted((root / room).rglob("*.py")):
-            parts = file.relative_to(root).with_suffix("").parts
+            parts = installed_parts(file.relative_to(root).with_suffix(""))
             yield (
                 ".".join(("place_rings", *(parts[:-1] if parts[-1] == "__init__" else parts))),
                 file,

@@ -170,8 +170,7 @@ class Beams(Parts):
         live = np.flatnonzero(self.cones.range_m > 0)
         if len(live) == 0:
             return np.zeros((2, 3))
-        box: np.ndarray = mapped(lambda a: a[live], self.cones).bounds()
-        return box
+        return mapped(lambda a: a[live], self.cones).bounds()
 
 
 @words.register

@@ -2,7 +2,7 @@
 
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -31,12 +31,76 @@ class Ring:
     radius: float = RING_RADIUS
     sensor: Sensor = field(default=PAPER_SENSOR)
 
+    def __post_init__(self) -> None:
+        """Refuse what no ring has: ValueError."""
+        for name, value, allowed, holds in (
+            ("position", self.position, "0 (proximal) to 1 (distal)", 0 <= self.position <= 1),
+            ("count", self.count, "a number of sensors", self.count >= 0),
+            ("tilt", self.tilt, "rad, between -pi/2 and pi/2", abs(self.tilt) < math.pi / 2),
+            ("phase", self.phase, "rad, a finite number", math.isfinite(self.phase)),
+            ("radius", self.radius, "m, 0 and more", 0 <= self.radius < math.inf),
+        ):
+            if not holds:
+                raise ValueError(f"Ring: {name}: found {value}, allowed: {allowed}")
+
+    def __repr__(self) -> str:
+        angles = f"tilt={float(self.tilt):.4g}, phase={float(self.phase):.4g}"
+        beam = "" if self.sensor == PAPER_SENSOR else f", sensor={self.sensor!r}"
+        return (
+            f"Ring({self.link!r}, {float(self.position):.4g}, {self.count}, {angles},"
+            f" radius={self.radius:g}{beam})"
+        )
+
 
 @dataclass(frozen=True)
 class Setup:
-    """All rings on one robot."""
+    """All rings on one robot.
+
+    rings: in the order in which they count, from 0; a list becomes a tuple.
+
+    Raises:
+        ValueError: if there is something else than a ``Ring`` among them.
+    """
 
     rings: tuple[Ring, ...]
+
+    def __post_init__(self) -> None:
+        rings = tuple(self.rings)
+        for ring in rings:
+            if not isinstance(ring, Ring):
+                raise ValueError(f"Setup: rings: found a {type(ring).__name__}, allowed: Ring")
+        object.__setattr__(self, "rings", rings)
+
+    def __repr__(self) -> str:
+        each = "".join(f"\n    {ring!r}," for ring in self.rings)
+        return f"Setup(({each}\n))  # {self.sensors} sensors" if each else "Setup(())"
+
+    @staticmethod
+    def named(name: str, sensor: Sensor = PAPER_SENSOR, radius: float = RING_RADIUS) -> "Setup":
+        """The paper's setup of a name like ``n2_16_25``; see ``named_setup``."""
+        return named_setup(name, sensor, radius)
+
+    @property
+    def values(self) -> Float[np.ndarray, "3 R"]:
+        """Positions (row 0), tilts and phases (rows 1 and 2, rad) of the rings."""
+        v = ring_values(self)
+        return np.stack([v.position, v.tilt, v.phase])
+
+    def with_values(self, values: Float[np.ndarray, "3 R"]) -> "Setup":
+        """The same rings at other positions, tilts and phases, as ``values`` gives them.
+
+        Raises:
+            ValueError: for another shape, or values that no ring has.
+        """
+        values = np.asarray(values, float)
+        if values.shape != (3, len(self.rings)):
+            raise ValueError(f"values: found shape {values.shape}, allowed: (3, {len(self.rings)})")
+        return Setup(
+            tuple(
+                replace(ring, position=float(p), tilt=float(t), phase=float(f))
+                for ring, (p, t, f) in zip(self.rings, values.T, strict=True)
+            )
+        )
 
     @property
     def sensors(self) -> int:

@@ -74,6 +74,10 @@ class Robot:
     home: Float[np.ndarray, " J"] | None = None
     source: str = ""
 
+    def __repr__(self) -> str:
+        joints, links = len(self.chain), ", ".join(self.links)
+        return f"<Robot {self.name}: {joints} joints, reach {self.reach:g} m, mounts on {links}>"
+
     @property
     def links(self) -> tuple[str, ...]:
         return tuple(m.link for m in self.mounts)

@@ -35,6 +35,23 @@ class Sensor:
     zones: int = 1
     board: Board | None = None
 
+    def __post_init__(self) -> None:
+        """Refuse what no sensor has: ValueError."""
+        up = self.fov_up
+        for name, value, allowed, holds in (
+            ("fov", self.fov, "rad, above 0 and below pi", 0 < self.fov < math.pi),
+            ("range_m", self.range_m, "m, above 0", 0 < self.range_m < math.inf),
+            ("fov_up", up, "None, or rad, above 0 and below pi", up is None or 0 < up < math.pi),
+            ("zones", self.zones, "1 and more", self.zones >= 1),
+        ):
+            if not holds:
+                raise ValueError(f"Sensor: {name}: found {value}, allowed: {allowed}")
+
+    def __repr__(self) -> str:
+        up = "" if self.fov_up is None else f", fov_up={self.fov_up:.6g}, zones={self.zones}"
+        use = "" if self.use is None else f", use={self.use!r}"
+        return f"Sensor(fov={self.fov:.6g}, range_m={self.range_m:.4g}{up}{use})"
+
     @property
     def square(self) -> bool:
         """Is the beam a pyramid, not a cone?"""

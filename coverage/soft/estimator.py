@@ -92,7 +92,7 @@ def over_groups(
         whole_groups(a) for a in (cloud.points, cloud.weight, cloud.centre, cloud.radius)
     )
 
-    def one(i: Index, total: Array) -> Any:
+    def one(i: Index, total: tuple[jax.Array, jax.Array]) -> Any:
         some = tuple(jax.lax.dynamic_slice_in_dim(a, i * group, group) for a in blocks)
         return add(beams, beams.near(some, width, cut), some, width, slopes, *total)
 

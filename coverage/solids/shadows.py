@@ -54,8 +54,7 @@ class Shadow(NamedTuple):
 
     def rows(self, index: Index) -> "Shadow":
         """Those of ``index``, where there is one axis of shadows."""
-        some: Shadow = mapped(lambda a: rows(a, index) if a.ndim == 2 else a[index], self)
-        return some
+        return mapped(lambda a: rows(a, index) if a.ndim == 2 else a[index], self)
 
 
 def _perpendicular(v: Array) -> Any:

@@ -40,6 +40,8 @@ class Progress:
     setup: Setup | None = None
     counted: int = 0
     to_count: int = 0
+    sensors: int | None = None
+    """Of this search, where several with other numbers of sensors go after each other."""
 
     @property
     def climbed(self) -> float:

@@ -1,6 +1,5 @@
 """The frames that a ring sends: docs/rig.md as a table of bytes."""
 
-import struct
 import zlib
 from dataclasses import dataclass
 from enum import IntEnum
@@ -8,14 +7,14 @@ from enum import IntEnum
 import numpy as np
 from jaxtyping import Float, Integer
 
+from ...formats import ring_frame
+
 VERSION = 1
 MAGIC = b"\xa5\xc3"
 MOST_SENSORS = 64
 MOST_MM = 0xFFFF
-# magic, version, count, its complement, sequence, timestamp in µs
-_HEADER = struct.Struct("<2sBBBHQ")
-_CHECK = struct.Struct("<I")
-_SENSORS = np.dtype([("mm", "<u2"), ("status", "u1")])
+_HEADER, _CHECK, _SENSORS = ring_frame.HEADER, ring_frame.CHECK, ring_frame.SENSORS
+length = ring_frame.frame_length
 _TURN = 1 << 16  # of the sequence number
 _LATE = (
     # frames: one that is older than the newest by no more came late, one that is older yet is of a
@@ -96,11 +95,6 @@ class SequenceTracker:
         self._last, self._clock = sequence, clock
         self._counts.frames += 1
         return True
-
-
-def length(count: int) -> int:
-    """Bytes of a frame of ``count`` sensors."""
-    return _HEADER.size + count * _SENSORS.itemsize + _CHECK.size
 
 
 def encode(

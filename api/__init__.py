@@ -1,0 +1,126 @@
+"""Find where rings of Time-of-Flight sensors belong on a robot arm, and prove how much of the space
+around it they cover.
+
+Lengths are in metres and angles in radians, but for names that end in ``_deg``, ``_mm`` or
+``_percent``. Coverage is a share in [0, 1]. What is not listed in ``__all__`` may change.
+
+Example:
+    >>> import place_rings as pr
+    >>> scene = pr.Scene(robot="ur10e", targets=[pr.Shell(0.5)])
+    >>> result = pr.verify("n1_8_0", scene, voxel=0.05)
+    >>> 0 < result.coverage < 1
+    True
+"""
+
+from importlib import import_module
+from importlib.metadata import version as _version
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ._catalogue import robots, sensors
+    from ._counts import Coverage, certify, verify
+    from ._errors import InputError
+    from ._export import export
+    from ._files import load, save
+    from ._proposal import Proposal
+    from ._report import report
+    from ._robustness import RobustnessReport, robustness
+    from ._scene import Scene, obstacle
+    from ._search import search
+    from ._soft import coverage_fraction, sample_points
+    from ._targets import (
+        ProtectiveVolume,
+        ReachAndToolSpheres,
+        ReachSphere,
+        Shell,
+        ToolSphere,
+    )
+    from ._trajectory import Trajectory
+    from ._views import view
+    from .coverage.rings.ring import Ring, Setup
+    from .coverage.robots.robot import Robot
+    from .coverage.robots.separation_distance import Safety
+    from .coverage.sensors.sensor import Sensor
+    from .objectives.scene import Limits, Pose, Rules
+    from .placement.search.feasible_set import InfeasibleError
+    from .placement.search.progress import Outcome, Progress
+
+__all__ = [
+    "Coverage",
+    "InfeasibleError",
+    "InputError",
+    "Limits",
+    "Outcome",
+    "Pose",
+    "Progress",
+    "Proposal",
+    "ProtectiveVolume",
+    "ReachAndToolSpheres",
+    "ReachSphere",
+    "Ring",
+    "Robot",
+    "RobustnessReport",
+    "Rules",
+    "Safety",
+    "Scene",
+    "Sensor",
+    "Setup",
+    "Shell",
+    "ToolSphere",
+    "Trajectory",
+    "certify",
+    "coverage_fraction",
+    "export",
+    "load",
+    "obstacle",
+    "report",
+    "robots",
+    "robustness",
+    "sample_points",
+    "save",
+    "search",
+    "sensors",
+    "verify",
+    "view",
+]
+
+_MODULES = {
+    "_catalogue": ("robots", "sensors"),
+    "_counts": ("Coverage", "certify", "verify"),
+    "_errors": ("InputError",),
+    "_export": ("export",),
+    "_files": ("load", "save"),
+    "_proposal": ("Proposal",),
+    "_report": ("report",),
+    "_robustness": ("RobustnessReport", "robustness"),
+    "_scene": ("Scene", "obstacle"),
+    "_search": ("search",),
+    "_soft": ("coverage_fraction", "sample_points"),
+    "_targets": ("ProtectiveVolume", "ReachAndToolSpheres", "ReachSphere", "Shell", "ToolSphere"),
+    "_trajectory": ("Trajectory",),
+    "_views": ("view",),
+    "coverage.rings.ring": ("Ring", "Setup"),
+    "coverage.robots.robot": ("Robot",),
+    "coverage.robots.separation_distance": ("Safety",),
+    "coverage.sensors.sensor": ("Sensor",),
+    "objectives.scene": ("Limits", "Pose", "Rules"),
+    "placement.search.feasible_set": ("InfeasibleError",),
+    "placement.search.progress": ("Outcome", "Progress"),
+}
+_WHERE = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """Load what is asked for the first time; ``import place_rings`` alone loads nothing."""
+    if name == "__version__":
+        value: Any = _version("place-rings")
+    elif name in _WHERE:
+        value = getattr(import_module(f".{_WHERE[name]}", __name__), name)
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

@@ -1,0 +1,210 @@
+"""Exact and certified coverage of a setup."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from ._checks import SetupLike, check_scene, check_sight, resolve_setup
+from ._errors import InputError, input_errors
+from ._placement import Placement
+from ._scene import Scene
+from .coverage.choices import Rule
+from .coverage.rings.ring import Setup
+from .coverage.voxels.certified_bounds import Bracket
+from .formats.schema.result_models import VerifyResult
+from .formats.schema.sensor_records import sensor_records
+from .objectives.occlusion import unseeing
+from .objectives.scene import Scene as CoreScene
+from .objectives.verify import VOXEL, Verified, Verifier, by_occlusion
+
+
+@dataclass(frozen=True, repr=False)
+class Coverage(Placement):
+    """What a setup covers of the targets of a scene.
+
+    setup, scene: what was counted, and where. each: one record for each target, with its poses.
+    name: of the setup, as it was given.
+    """
+
+    setup: Setup
+    scene: Scene
+    each: tuple[Verified, ...]
+    name: str = "setup"
+    verifier: Verifier = field(kw_only=True, compare=False)
+
+    @property
+    def coverage(self) -> float:
+        """ζ in [0, 1]: the weighted mean over targets and poses; the worst pose's where the scene
+        asks for it. Of an interval the middle.
+        """
+        return self.verifier.judged(self.each)[1]
+
+    @property
+    def low(self) -> float:
+        """Lower end of the interval that holds the mean over the targets, in [0, 1]; equal to the
+        mean unless it is certified.
+        """
+        return self._mean("low")
+
+    @property
+    def high(self) -> float:
+        """Upper end of that interval, in [0, 1]."""
+        return min(self._mean("high"), 1.0)
+
+    @property
+    def by_target(self) -> dict[str, float]:
+        """ζ in [0, 1] of each target, by its name, such as ``V_S(0.5)``."""
+        return {str(v.target): v.zeta for v in self.each}
+
+    @property
+    def by_pose(self) -> tuple[float, ...]:
+        """ζ in [0, 1] at each pose, the weighted mean over the targets."""
+        weights = self.scene.core.goal_weights
+        return tuple(
+            float(sum(w * v.poses[i].zeta for w, v in zip(weights, self.each, strict=True)))
+            for i in range(len(self.scene.poses))
+        )
+
+    @cached_property
+    def records(self) -> tuple[VerifyResult, ...]:
+        """What ``place-rings verify --json`` prints, one record for each target: in percent, under
+        all models of occlusion, with the sensors that see next to nothing.
+        """
+        from .reporting.lines.occlusion import mounting_lines
+
+        core = self.scene.core
+        blocked = unseeing(core, self.setup)
+        more = {
+            "sensors": sensor_records(self.setup),
+            "mounting": mounting_lines(core, self.setup),
+        }
+        return tuple(
+            VerifyResult.of(self.name, one, core)
+            .with_occlusion(
+                core,
+                by_occlusion(self.verifier, self.setup, one),
+                blocked,
+            )
+            .model_copy(update=more)
+            for one in self.each
+        )
+
+    def captions(self) -> list[str]:
+        return [f"{v.target}: {100 * v.zeta:.1f} % covered" for v in self.each]
+
+    def rows(self) -> Iterable[Sequence[str]]:
+        for v in self.each:
+            if v.rule == "certified":
+                yield str(v.target), f"{100 * v.low:.4f} … {100 * v.high:.4f} %"
+            else:
+                yield str(v.target), f"{100 * v.zeta:.2f} %"
+        if len(self.each) > 1:
+            yield "weighted mean", f"{100 * self.coverage:.2f} %"
+
+    def __float__(self) -> float:
+        return self.coverage
+
+    def _mean(self, key: str) -> float:
+        weights = self.scene.core.goal_weights
+        return float(sum(w * getattr(v, key) for w, v in zip(weights, self.each, strict=True)))
+
+
+def verify(
+    setup: SetupLike,
+    scene: Scene | CoreScene | None = None,
+    *,
+    voxel: float = VOXEL,
+    rule: Rule = "centre",
+    memory_gb: float | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Coverage:
+    """Count the exact coverage of a setup.
+
+    Args:
+        setup: a ``Setup``, a name like ``n2_16_25``, a proposal's path, sensors (.csv, .json,
+            .urdf), or a result.
+        scene: where it is counted; by default the proposal's own, or the reference scene.
+        voxel: side of a voxel, m.
+        rule: ``centre`` counts a voxel whose centre is inside, ``touch`` one of which any part is.
+        memory_gb: that sets of voxels may take; half of the free memory by default.
+        progress: is given the number of each pose before it is counted.
+
+    Returns:
+        ζ for each target and pose.
+
+    Raises:
+        InputError: for a setup that does not fit the scene, or voxels that would take days.
+
+    Example:
+        >>> import place_rings as pr
+        >>> pr.verify("n2_16_25", pr.Scene(targets=[pr.Shell(0.5)]), voxel=0.02)
+        Coverage of n2_16_25: 80 sensors in 5 rings
+          V_S(0.5): 44.50 %
+    """
+    if rule not in ("centre", "touch"):
+        raise InputError(f"found {rule}, allowed: centre, touch; or use certify", "rule")
+    if memory_gb is not None and not memory_gb >= 0.01:
+        raise InputError(f"found {memory_gb:g}, allowed: 0.01 and more", "memory_gb")
+    memory = None if memory_gb is None else memory_gb * 1e9
+    return _count(setup, scene, voxel, rule, 0.0, memory, progress, None)
+
+
+def certify(
+    setup: SetupLike,
+    scene: Scene | CoreScene | None = None,
+    *,
+    width: float | None = None,
+    voxel: float | None = None,
+    progress: Callable[[Bracket], None] | None = None,
+) -> Coverage:
+    """Prove an interval that holds the exact coverage.
+
+    Args:
+        setup, scene: as for ``verify``.
+        width: of the interval, in percentage points; 0.1 by default.
+        voxel: instead of a width, the side of the cells that are looked at, m.
+        progress: is given the interval after each pass.
+
+    Returns:
+        ``low`` and ``high`` in [0, 1], whatever rounding does.
+
+    Raises:
+        InputError: as for ``verify``, or for a width out of range.
+
+    Example:
+        >>> import place_rings as pr
+        >>> proof = pr.certify("n1_8_0", pr.Scene(targets=[pr.Shell(0.5)]), width=1.0)
+        >>> proof.low <= 0.1596 <= proof.high, proof.high - proof.low <= 0.01
+        (True, True)
+    """
+    if width is not None and not 0 < width <= 100:
+        raise InputError(
+            f"found {width:g}, allowed: percentage points, above 0 and at most 100", "width"
+        )
+    if width is None:
+        width = 0.1 if voxel is None else 0.0
+    return _count(setup, scene, voxel, "certified", width / 100, None, None, progress)
+
+
+def _count(
+    setup: SetupLike,
+    scene: Scene | CoreScene | None,
+    voxel: float | None,
+    rule: Rule,
+    width: float,
+    memory: float | None,
+    at: Callable[[int], None] | None,
+    tell: Callable[[Bracket], None] | None,
+) -> Coverage:
+    name, placed, core = resolve_setup(setup, scene)
+    check_sight(core, placed)
+    if rule != "certified" and voxel is not None:
+        check_scene(core, voxel)
+    calls: dict[str, Any] = {
+        key: call for key, call in (("at", at), ("tell", tell)) if call is not None
+    }
+    verifier = Verifier(core, voxel, rule, width, memory=memory, **calls)
+    with input_errors():
+        each = tuple(verifier.verify(placed, goal.target) for goal in core.goals)
+    return Coverage(placed, Scene.of(core), each, name, verifier=verifier)

@@ -1,0 +1,82 @@
+"""Files for other programs."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ._checks import SetupLike, resolve_setup
+from ._errors import InputError, input_errors
+from ._scene import Scene
+from .formats.errors import shown
+from .formats.writing import output_folder, write_bytes
+from .objectives.scene import Scene as CoreScene
+
+
+def export(
+    setup: SetupLike,
+    scene: Scene | CoreScene | None = None,
+    *,
+    to: str | Sequence[str],
+    folder: str | Path = "place-rings-export",
+    pose: int = 0,
+    urdf: str | Path | None = None,
+    packages: Sequence[str | Path] = (),
+    points: int = 0,
+    keep: Sequence[str | Path] = (),
+) -> tuple[Path, ...]:
+    """Write a setup for other programs: its robot with a frame for each sensor, a scene to look at,
+    tables, scripts.
+
+    Args:
+        setup, scene: as for ``verify``.
+        to: one or more of urdf, mjcf, glb, csv, json, coppeliasim, ros2, stl.
+        folder: for the files; made if need be.
+        pose: of the scene, counted from 0.
+        urdf, packages: the robot's own URDF, which gets the sensors, and folders with its meshes.
+        points: of each target in a glb.
+        keep: files that must not be written over, as they were read.
+
+    Returns:
+        The files.
+
+    Raises:
+        InputError: for an unknown format, a pose that the scene has not, or a folder that cannot be
+            written.
+
+    Example:
+        >>> import place_rings as pr, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     print([file.name for file in pr.export("n1_8_0", to="csv", folder=folder)])
+        ['sensors.csv']
+    """
+    from .formats.export.placed import PlacedSetup
+    from .formats.robots.urdf import read_urdf
+    from .reporting.export_formats import FORMATS
+
+    kinds = (to,) if isinstance(to, str) else tuple(dict.fromkeys(to))
+    unknown = next((kind for kind in kinds if kind not in FORMATS), None)
+    if unknown is not None or not kinds:
+        raise InputError(f"found {shown(unknown)}, allowed: {', '.join(FORMATS)}", "to")
+    _, placed, core = resolve_setup(setup, scene)
+    if not 0 <= pose < len(core.poses):
+        raise InputError(
+            f"found {pose}, allowed: 0 to {len(core.poses) - 1}, the scene's poses", "pose"
+        )
+    out = Path(folder)
+    with input_errors():
+        robot = None if urdf is None else read_urdf(Path(urdf))
+        folders = tuple(Path(p) for p in packages)
+        what = PlacedSetup(core, placed, pose, out, robot, folders, points)
+        files = {name: data for kind in kinds for name, data in FORMATS[kind](what).items()}
+    given = [setup] if isinstance(setup, str | Path) else []
+    read = {Path(p).resolve() for p in (*keep, *given, *([urdf] if urdf else []))}
+    for name in files:
+        if (out / name).resolve() in read:
+            raise InputError(
+                f"found {shown(str(out / name))}, which is read here, allowed: another folder",
+                "folder",
+            )
+    with input_errors():
+        made = output_folder(out)
+        for name, data in files.items():
+            write_bytes(made / name, data)
+    return tuple(made / name for name in files)

@@ -1,0 +1,122 @@
+"""Files: proposals, scenes and robots, read and written."""
+
+import tomllib
+from pathlib import Path
+
+from ._errors import InputError, input_errors
+from ._placement import Placement
+from ._proposal import Proposal
+from ._scene import Scene
+from .coverage.robots.robot import Robot
+from .formats.loader import read_proposal, read_robot, read_scene
+from .formats.schema.robot_models import RobotFile
+from .formats.schema.scene_models import SceneFile
+from .formats.writing import to_toml, write_text
+from .objectives.scene import Scene as CoreScene
+
+
+def load(path: str | Path) -> Proposal | Scene | Robot:
+    """Read a proposal, a scene or a robot (TOML), or a robot's URDF.
+
+    A file with ``[[rings]]`` is a proposal, one with ``[[joints]]`` a robot, any other a scene. To
+    a URDF's links capsules and mounts are fitted, which takes a while.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        A ``Proposal``, a ``Scene`` or a ``Robot``. The coverage of a proposal is counted anew.
+
+    Raises:
+        InputError: in one line, which names the file, the key, what was found and what is allowed.
+
+    Example:
+        >>> import place_rings as pr, pathlib, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = pr.save(pr.Scene(robot="ur5e"), pathlib.Path(folder) / "scene.toml")
+        ...     print(pr.load(path))
+        <Scene: ur5e, 1 pose, V_S(0.5), occlusion ignore>
+    """
+    file = Path(path)
+    with input_errors():
+        if file.suffix.lower() == ".urdf":
+            return _robot_of_urdf(file)
+        match _kind(file):
+            case "rings":
+                setup, scene, model = read_proposal(file)
+                seed = 0 if model.found is None else model.found.seed
+                command = "" if model.found is None else model.found.command
+                return Proposal(
+                    setup,
+                    Scene.of(scene),
+                    str(path),
+                    seed=seed,
+                    command=command,
+                    found=model.found,
+                )
+            case "joints":
+                return read_robot(file)
+            case _:
+                return Scene.of(read_scene(file))
+
+
+def save(what: Placement | Scene | Robot | CoreScene, path: str | Path) -> Path:
+    """Write a proposal, a scene or a robot as TOML, at once: a kill leaves the old file or the new
+    one.
+
+    Args:
+        what: a ``Proposal``; any other result is saved as a proposal too.
+        path: of the file; its folder exists.
+
+    Raises:
+        InputError: if it cannot be written.
+
+    Example:
+        >>> import place_rings as pr, pathlib, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = pr.save(pr.robots["ur3e"], pathlib.Path(folder) / "robot.toml")
+        ...     print(pr.load(path).name)
+        ur3e
+    """
+    if isinstance(what, Proposal):
+        return what.save(path)
+    if isinstance(what, Placement):
+        return Proposal(what.setup, what.scene).save(path)
+    if isinstance(what, Scene | CoreScene):
+        core = what.core if isinstance(what, Scene) else what
+        text = to_toml(
+            SceneFile.from_domain(core), "A scene, for place-rings: --scene of its commands."
+        )
+    elif isinstance(what, Robot):
+        text = to_toml(
+            RobotFile.from_domain(what), "A robot, for place-rings: a scene names it by robot."
+        )
+    else:
+        raise InputError(
+            f"found a {type(what).__name__}, allowed: a result, a Scene or a Robot", "what"
+        )
+    with input_errors():
+        write_text(Path(path), text)
+    return Path(path)
+
+
+def _kind(file: Path) -> str:
+    """The key that tells what a file is; empty for a scene, and for one that cannot be read, as
+    reading it says why.
+    """
+    try:
+        keys = tomllib.loads(file.read_text("utf-8-sig"))
+    except (OSError, ValueError, RecursionError):
+        return ""
+    return next((key for key in ("rings", "joints") if key in keys), "")
+
+
+def _robot_of_urdf(file: Path) -> Robot:
+    from .formats.robots.meshes import Meshes
+    from .formats.robots.robot_fit import fit_robot
+    from .formats.robots.urdf import read_urdf
+    from .formats.robots.urdf_chain import pick_chain
+
+    urdf = read_urdf(file)
+    picked = pick_chain(urdf, None, None)
+    return fit_robot(picked, Meshes(file, ()), urdf.name, 3, "collision").robot

@@ -1,0 +1,91 @@
+"""A setup in a scene, and what can be made of it: pictures, pages, files for other programs."""
+
+import base64
+from collections.abc import Iterable, Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ._pictures import Picture, picture
+from ._scene import Scene
+from .coverage.rings.ring import Setup
+
+if TYPE_CHECKING:
+    from ._views import View
+
+
+class Placement:
+    """A setup in a scene; what ``search``, ``verify``, ``certify``, ``robustness`` and ``load``
+    give.
+    """
+
+    setup: Setup
+    scene: Scene
+    name: str
+
+    def captions(self) -> list[str]:
+        """The title of a picture, one text for each target."""
+        return []
+
+    def plot(self, path: str | Path | None = None) -> Picture:
+        """Draw robot, rings, beams and what stays uncovered, from two sides: 1800 x 900.
+
+        Args:
+            path: of a PNG file; without it the picture is only returned.
+
+        Raises:
+            InputError: if the file cannot be written.
+        """
+        return picture(self.scene, self.setup, self.captions(), path)
+
+    def report(
+        self,
+        folder: str | Path = "place-rings-report",
+        *,
+        voxel: float = 0.01,
+        draws: int = 100,
+        seed: int = 0,
+    ) -> Path:
+        """Write the report: one page to read, print and build from; see ``place_rings.report``."""
+        from ._report import report
+
+        return report(self, folder=folder, voxel=voxel, draws=draws, seed=seed)
+
+    def view(self, **options: Any) -> "View":
+        """Show the setup in a browser; see ``place_rings.view``."""
+        from ._views import view
+
+        return view(self, **options)
+
+    def export(
+        self, *to: str, folder: str | Path = "place-rings-export", **options: Any
+    ) -> tuple[Path, ...]:
+        """Write files for other programs; see ``place_rings.export``."""
+        from ._export import export
+
+        return export(self, to=to, folder=folder, **options)
+
+    def rows(self) -> Iterable[Sequence[str]]:
+        """Name and value of each line of the result's text."""
+        return ()
+
+    def __repr__(self) -> str:
+        rows = [f"  {name}: {value}" for name, value in self.rows()]
+        head = f"{type(self).__name__} of {self._what()}"
+        return "\n".join([head, *rows])
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>"
+            for name, value in self.rows()
+        )
+        data = base64.b64encode(self.plot().png).decode()
+        return (
+            f"<b>{escape(type(self).__name__)}</b> of {escape(self._what())}<table>{rows}</table>"
+            f'<img width="900" alt="the setup from two sides" src="data:image/png;base64,{data}">'
+        )
+
+    def _what(self) -> str:
+        name = "" if self.name in ("setup", "proposal") else f"{self.name}: "
+        rings = len(self.setup.rings)
+        return f"{name}{self.setup.sensors} sensors in {rings} ring{'s' * (rings != 1)}"

@@ -1,0 +1,88 @@
+"""The report of a setup: one page to read, print and build from."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from ._checks import SetupLike, check_scene, check_sight, resolve_setup
+from ._errors import InputError, input_errors
+from ._scene import Scene
+from ._versions import versions
+from .formats.loader import how_found
+from .formats.ring_frame import frame_length
+from .formats.writing import output_folder, write_text
+from .objectives.scene import Scene as CoreScene
+from .reporting.terminal import Terminal
+
+FILE = "report.html"
+
+
+def report(
+    setup: SetupLike,
+    scene: Scene | CoreScene | None = None,
+    *,
+    folder: str | Path = "place-rings-report",
+    voxel: float = 0.01,
+    draws: int = 100,
+    seed: int = 0,
+    arguments: tuple[str, ...] = (),
+    console: Terminal | None = None,
+) -> Path:
+    """Write a report that needs nothing else: what a setup covers, where it is blind, how to mount
+    it, what it takes.
+
+    Args:
+        setup, scene: as for ``verify``.
+        folder: for report.html; made if need be.
+        voxel: side of the voxels that are counted, m.
+        draws: mountings drawn for the tolerance, 1 to 100,000.
+        seed: of the draws.
+        arguments: of the command that the report repeats under "make it again".
+        console: shows progress; none by default.
+
+    Returns:
+        The path of report.html.
+
+    Raises:
+        InputError: for a setup that does not fit the scene, or a folder that cannot be written.
+
+    Example:
+        >>> import place_rings as pr, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     page = pr.report("n1_8_0", folder=folder, voxel=0.1, draws=2)
+        ...     print(page.name, page.stat().st_size > 10_000)
+        report.html True
+    """
+    from .reporting.pages import html
+    from .reporting.placement_picture import placement_picture
+    from .reporting.setup_report.blind_spot_picture import blind_picture
+    from .reporting.setup_report.facts import gather
+    from .reporting.setup_report.report_page import PICTURE, blind_name, listed_spots, page
+    from .reporting.tables import target_label
+
+    if not 1 <= draws <= 100_000:
+        raise InputError(f"found {draws}, allowed: 1 to 100000", "draws")
+    name, placed, core = resolve_setup(setup, scene)
+    check_scene(core, voxel)
+    check_sight(core, placed)
+    log = Terminal(stderr=True, quiet=True) if console is None else console
+    with input_errors():
+        made = output_folder(Path(folder))
+        origin = getattr(setup, "found", None)
+        origin = how_found(str(setup)) if isinstance(setup, str | Path) else origin
+        facts = gather(name, placed, core, voxel, draws, seed, origin, log)
+        with log.status("drawing"), TemporaryDirectory() as pictures:
+            captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in facts.own]
+            placement_picture(Path(pictures) / PICTURE, core, placed, captions)
+            for n, blind in enumerate(facts.blind):
+                if shown := listed_spots(blind):
+                    blind_picture(Path(pictures) / blind_name(n), core, placed, blind, shown)
+            created = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+            words = arguments or ("report", name)
+            text = html(
+                page(facts, words, versions(), created, frame_length),
+                Path(pictures),
+                f"Placement report: {Path(name).name}",
+            )
+        write_text(made / FILE, text)
+    return made / FILE

@@ -1,0 +1,212 @@
+"""The search: from a scene to a proposal."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from ._checks import check_scene, check_scene_sight
+from ._errors import InputError, input_errors
+from ._proposal import Proposal
+from ._robustness import mounting_errors
+from ._scene import Scene, core_scene
+from .coverage.choices import Losing
+from .coverage.rings.mounting_errors import MountingErrors
+from .coverage.rings.ring import Setup
+from .objectives.criterion import Criterion, check_criterion
+from .objectives.scene import Rules
+from .objectives.scene import Scene as CoreScene
+from .objectives.verify import VOXEL, Verifier
+from .placement.search import search as searching
+from .placement.search.design import Space
+from .placement.search.feasible_set import InfeasibleError
+from .placement.search.fewest_sensors import Reach, fewest_sensors
+from .placement.search.layout import ring_layout
+from .placement.search.progress import Progress
+
+__all__ = ["InfeasibleError", "Rings", "search"]
+
+_RINGS_PER_LINK = 2
+_SENSORS_PER_RING = 16  # where neither the caller nor a scene's rule says more
+_MOST_COVERING = 10  # sensors that cover a point: a search's time grows with them
+
+
+@dataclass(frozen=True)
+class Rings:
+    """Which setups a search chooses from; see ``search``."""
+
+    sensors: int | None = None
+    rings_per_link: int | None = None
+    sensors_per_ring: int | None = None
+    reach_percent: float | None = None
+
+    def space(self, scene: CoreScene) -> Space | None:
+        """These setups; None where the number of sensors is free too.
+
+        Raises:
+            InfeasibleError: where the scene's rules leave none.
+            InputError: for numbers that contradict each other or a rule of the scene.
+        """
+        self._check()
+        if self.reach_percent is not None:
+            return None
+        if self.sensors is not None:
+            return Space(scene, sensors=self.sensors)
+        least, most = scene.rules.sensors
+        each = self.sensors_per_ring
+        count = min(max(_SENSORS_PER_RING, least), most) if each is None else each
+        if not least <= count <= most and (least, most) != Rules().sensors:
+            raise InputError(
+                f"found {count}, allowed: {least} to {most}, the scene's rules.sensors_per_ring",
+                "sensors_per_ring",
+            )
+        return Space(scene, ring_layout(scene, self.rings_per_link or _RINGS_PER_LINK, count))
+
+    def _check(self) -> None:
+        reach, sensors = self.reach_percent, self.sensors
+        if reach is not None and not 0 < reach < 100:
+            raise InputError(
+                f"found {reach:g}, allowed: percent, above 0 and below 100", "reach_percent"
+            )
+        if reach is not None and sensors is not None:
+            raise InputError(
+                f"found {reach:g} with sensors={sensors}, allowed: only one of them",
+                "reach_percent",
+            )
+        for name, value, most in (
+            ("sensors", sensors, 2000),
+            ("rings_per_link", self.rings_per_link, 200),
+            ("sensors_per_ring", self.sensors_per_ring, 200),
+        ):
+            if value is not None and not 1 <= value <= most:
+                raise InputError(f"found {value}, allowed: 1 to {most}", name)
+            if name == "sensors" or value is None or (sensors is None and reach is None):
+                continue
+            beside = "reach_percent" if reach is not None else f"sensors={sensors}"
+            rule = "rings_per_link" if name == "rings_per_link" else "sensors_per_ring"
+            raise InputError(
+                f"found {value} with {beside}, allowed: one of the two; rings are free there,"
+                f" within rules.{rule} of a scene",
+                name,
+            )
+
+
+def criterion(
+    scene: CoreScene, redundancy: int, losing: Losing | None, errors: MountingErrors | None
+) -> Criterion:
+    """What a search makes large; InputError for what does not go together."""
+    tolerant = errors is not None
+    if not 1 <= redundancy <= _MOST_COVERING:
+        raise InputError(f"found {redundancy}, allowed: 1 to {_MOST_COVERING}", "redundancy")
+    if losing is not None and (tolerant or redundancy > 1):
+        raise InputError(f"found {losing}, allowed: only without redundancy and tolerant", "losing")
+    if scene.over_poses == "worst" and (losing is not None or tolerant or redundancy > 1):
+        raise InputError(
+            "found worst with another criterion, allowed: only without redundancy, losing and"
+            " tolerant",
+            "over_poses",
+        )
+    with input_errors("losing"):
+        check_criterion(scene, Criterion(losing=losing))
+    return Criterion(redundancy, errors, losing=losing)
+
+
+def search(
+    scene: Scene | CoreScene | None = None,
+    *,
+    sensors: int | None = None,
+    rings_per_link: int | None = None,
+    sensors_per_ring: int | None = None,
+    reach_percent: float | None = None,
+    redundancy: int = 1,
+    losing: Losing | None = None,
+    tolerant: bool = False,
+    position_error_mm: float = 5.0,
+    direction_error_deg: float = 2.0,
+    seed: int = 0,
+    time_cap: float | None = None,
+    voxel: float = VOXEL,
+    start: Sequence[Setup] = (),
+    progress: Callable[[Progress], None] | None = None,
+) -> Proposal:
+    """Find the setup that covers most of a scene's targets, and count its exact coverage.
+
+    The same seed gives the same answer on the same machine. Ctrl-C ends the search and returns the
+    best setup until then; ``outcome`` says so.
+
+    Args:
+        scene: what is wanted; by default the reference scene.
+        sensors: in rings as the search chooses them. Without it and ``reach_percent``: two rings
+            of 16 on each link with a length, and one on the tool.
+        rings_per_link, sensors_per_ring: of such a fixed layout.
+        reach_percent: coverage for which the fewest sensors are sought, percent.
+        redundancy: make the share large that at least so many sensors cover, 1 to 10.
+        losing: make the share large that is covered after the worst loss of a ``ring`` or
+            ``sensor``.
+        tolerant: make the mean share under errors of mounting large.
+        position_error_mm, direction_error_deg: of these errors, as in ``robustness``.
+        seed: of the random starts and points.
+        time_cap: s; the search otherwise ends by its own schedule.
+        voxel: side of the voxels of the exact count, m.
+        start: setups to start from, beside the drawn ones.
+        progress: is given the progress from time to time, in this thread.
+
+    Raises:
+        InfeasibleError: where the rules leave no setup.
+        InputError: for arguments that are out of range or do not go together.
+
+    Example:
+        >>> import place_rings as pr
+        >>> found = pr.search(sensors=8, time_cap=1, voxel=0.05)
+        >>> found.setup.sensors
+        8
+    """
+    core = core_scene(CoreScene() if scene is None else scene)
+    if time_cap is not None and not 0 < time_cap < math.inf:
+        raise InputError(f"found {time_cap:g}, allowed: a positive number of seconds", "time_cap")
+    if seed < 0:
+        raise InputError(f"found {seed}, allowed: 0 and more", "seed")
+    cap = math.inf if time_cap is None else time_cap
+    errors = mounting_errors(position_error_mm, direction_error_deg) if tolerant else None
+    aim = criterion(core, redundancy, losing, errors)
+    rings = Rings(sensors, rings_per_link, sensors_per_ring, reach_percent)
+    space = rings.space(core)
+    check_scene(core, voxel)
+    check_scene_sight(core)
+    verifier, tell = Verifier(core, voxel), progress or (lambda _: None)
+    with input_errors():
+        if space is not None:
+            known = tuple(start)
+            found = searching.search(
+                core, space, seed, cap, tell=tell, known=known, aim=aim, verifier=verifier
+            )
+            reach = None
+        else:
+            reach = _fewest(core, rings, seed, cap, voxel, tell, aim)
+            found = reach.result
+    return Proposal(
+        found.setup,
+        Scene.of(core),
+        search=found,
+        criterion=aim,
+        seed=seed,
+        reach=reach,
+        wanted_percent=reach_percent,
+        command=f"place_rings.search(..., seed={seed})",
+        verifier=verifier,
+    )
+
+
+def _fewest(
+    scene: CoreScene,
+    rings: Rings,
+    seed: int,
+    cap: float,
+    voxel: float,
+    tell: Callable[[Progress], None],
+    aim: Criterion,
+) -> Reach:
+    def of_one(count: int, progress: Progress) -> None:
+        tell(replace(progress, sensors=count))
+
+    wanted = (rings.reach_percent or 0.0) / 100
+    return fewest_sensors(scene, wanted, seed, cap, voxel=voxel, tell=of_one, aim=aim)

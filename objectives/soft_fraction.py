@@ -1,0 +1,111 @@
+"""The soft coverage of a setup as a function that JAX differentiates, compiles and vectorises.
+
+The gradient by the beams is the hand-written one of ``coverage.soft``, under ``jax.custom_vjp``;
+only where the beams are, which is little work, is left to JAX.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..coverage.arrays import Array
+from ..coverage.rings.ring_kinematics import RingArrays, seen_from, sensor_poses
+from ..coverage.robots.kinematics import forward
+from ..coverage.soft.estimator import Soft, soft_zeta
+from ..coverage.soft.sampling import Cloud
+from ..coverage.solids.sensor_beams import BeamShapes
+from .scene import Scene
+from .soft_terms import SoftTerms
+
+
+class SoftFraction:
+    """The weighted mean over terms of soft ζ: each the points of one cloud at one pose.
+
+    One object compiles once for each number of rings and sensors.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        clouds: Cloud,
+        pose: Int[np.ndarray, " T"],
+        weights: Float[np.ndarray, " T"],
+    ) -> None:
+        """Take T clouds, stacked along a first axis, the pose of each, and their weights in the
+        mean.
+
+        Raises:
+            BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
+        """
+        frames = np.array([forward(scene.robot.chain, p.q) for p in scene.poses])
+        self._frames = jnp.asarray(frames)  # (P, F, 4, 4)
+        self._clouds, self._pose = clouds, jnp.asarray(pose)
+        self._weights = jnp.asarray(weights, clouds.points.dtype)
+        self._zeta = _differentiable(SoftTerms(scene, frames, 1))
+        self._compiled = jax.jit(self._mean)
+
+    def __call__(
+        self, arrays: RingArrays, values: Float[Array, "3 R"], width: float | Array
+    ) -> Float[jax.Array, ""]:
+        """Soft ζ in [0, 1] of rings at ``values``, differentiable by these.
+
+        Args:
+            arrays: of the rings and their sensors.
+            values: positions, tilts and phases (rad) of the rings.
+            width: of the sigmoid, m; taken as a constant.
+        """
+        mean: jax.Array = self._compiled(arrays, jnp.asarray(values), jax.lax.stop_gradient(width))
+        return mean
+
+    def _mean(self, arrays: RingArrays, values: Any, width: Any) -> Any:
+        dtype = self._clouds.points.dtype
+        here = sensor_poses(arrays, *values)
+        parts = seen_from(arrays, here, self._frames, arrays.beams.square)
+        beams = tuple(part.astype(dtype) for part in parts)  # each (P, K, 3)
+        shapes: BeamShapes = jax.tree.map(
+            lambda a: jnp.asarray(a, None if a.dtype == bool else dtype), arrays.beams
+        )
+        wide = jnp.asarray(width, dtype)
+
+        def term(one: Any) -> Any:
+            cloud, pose = one
+            return self._zeta(tuple(b[pose] for b in beams), (shapes, pose, cloud, wide))
+
+        clouds = tuple(jax.tree.leaves(self._clouds))
+        zetas = jax.lax.map(term, (clouds, self._pose))  # (T,)
+        return (self._weights * zetas).sum()
+
+
+def _differentiable(terms: SoftTerms) -> Callable[[Any, Any], Any]:
+    """Soft ζ of beams, (K, 3) each, with the gradient that comes with it."""
+
+    def soft(beams: Any, fixed: Any, slopes: bool) -> Soft:
+        shapes, pose, cloud, width = fixed
+        cones = shapes.solids(*beams)
+        return soft_zeta(terms.past(cones, pose), Cloud(*cloud), width, slopes=slopes)
+
+    def value_of(beams: Any, fixed: Any) -> Any:
+        return soft(beams, fixed, False).zeta
+
+    def both_of(beams: Any, fixed: Any) -> tuple[Any, Any]:
+        zeta, *slopes = soft(beams, fixed, True)
+        return zeta, tuple(slopes[: len(beams)])
+
+    if jax.default_backend() == "cpu":
+        # one setup after the other: vectorised, all would do the work of the slowest block
+        value_of = jax.custom_batching.sequential_vmap(value_of)  # type: ignore[no-untyped-call]
+        both_of = jax.custom_batching.sequential_vmap(both_of)  # type: ignore[no-untyped-call]
+
+    @jax.custom_vjp
+    def zeta(beams: Any, fixed: Any) -> Any:
+        return value_of(beams, fixed)
+
+    def pulled_back(slopes: Any, pull: Any) -> tuple[Any, None]:
+        return tuple(pull * slope for slope in slopes), None
+
+    zeta.defvjp(both_of, pulled_back)
+    return zeta

@@ -1,0 +1,449 @@
+"""The front door: lazy, typed, and the same answers as the commands give."""
+
+import json
+import subprocess
+import sys
+import tomllib
+from dataclasses import replace
+from doctest import DocTestFinder, DocTestRunner
+from inspect import getdoc, isclass, isfunction
+from unittest.mock import Mock
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import place_rings as pr
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from place_rings.coverage.soft.sampling import cloud
+from place_rings.objectives.scene import Goal
+from place_rings.objectives.scene import Scene as CoreScene
+from place_rings.objectives.soft_objective import TargetPoints
+from place_rings.objectives.verify import Verifier
+from place_rings.placement.search import search as searching
+
+from .rooms import ROOT
+
+HEAVY = ("numpy", "jax", "scipy", "matplotlib", "pydantic", "viser", "trimesh", "rich")
+NEAR = pr.Scene(targets=[pr.Shell(0.5)])
+
+
+def python(*words, cwd):
+    return subprocess.run(
+        [sys.executable, *words], cwd=cwd, check=True, capture_output=True, text=True
+    ).stdout
+
+
+@pytest.mark.parametrize("where", ["checkout", "empty"])
+def test_importing_loads_nothing_heavy(where, tmp_path):
+    text = f"import sys, place_rings; print([m for m in {HEAVY} if m in sys.modules])"
+    assert python("-c", text, cwd=ROOT if where == "checkout" else tmp_path) == "[]\n"
+
+
+def test_importing_takes_less_than_a_tenth_of_a_second_more_than_python(tmp_path):
+    text = (
+        "import time; a = time.process_time(); import place_rings; print(time.process_time() - a)"
+    )
+    assert min(float(python("-c", text, cwd=tmp_path)) for _ in range(3)) < 0.1
+
+
+def test_every_public_name_is_there_documented_and_completes():
+    assert sorted(pr.__all__) == pr.__all__
+    assert len(pr.__all__) < 40
+    assert {*pr.__all__, "__version__"} <= set(dir(pr))
+    for name in pr.__all__:
+        assert getdoc(getattr(pr, name)), name
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        pr.nothing  # noqa: B018
+
+
+def test_type_checkers_see_the_same_names():
+    import ast
+
+    tree = ast.parse((ROOT / "api" / "__init__.py").read_text())
+    block = next(
+        node for node in tree.body if isinstance(node, ast.If) and node.test.id == "TYPE_CHECKING"
+    )
+    seen = {(node.module, alias.name) for node in block.body for alias in node.names}
+    from place_rings import _WHERE
+
+    assert {(module, name) for name, module in _WHERE.items()} == seen
+    assert {name for _, name in seen} == set(pr.__all__)
+
+
+@pytest.mark.parametrize("name", pr.__all__)
+def test_the_examples_of_docstrings_run(name):
+    one = getattr(pr, name)
+    if not (isclass(one) or isfunction(one)):
+        one = type(one)
+    runner = DocTestRunner(verbose=False)
+    for test in DocTestFinder().find(one, name, globs={}):
+        result = runner.run(test)
+        assert not result.failed, test.name
+
+
+def test_the_facade_has_examples():
+    for name in pr.__all__:
+        one = getattr(pr, name)
+        if one.__module__.startswith("place_rings._") and name not in (
+            "Coverage",
+            "Proposal",
+            "RobustnessReport",
+        ):
+            assert ">>>" in getdoc(one if isclass(one) or isfunction(one) else type(one)), name
+
+
+@given(
+    radius=st.sampled_from([0.4, 0.5, 1.0]),
+    count=st.integers(1, 12),
+    rings=st.integers(1, 3),
+    tilt=st.integers(-60, 60),
+)
+@settings(max_examples=5)
+def test_verify_is_the_verifier(radius, count, rings, tilt):
+    name = f"n{rings}_{count}_{tilt}"
+    scene = pr.Scene(targets=[pr.Shell(radius)])
+    core = CoreScene(goals=(Goal(scene.targets[0].target),))
+    counted = pr.verify(name, scene, voxel=0.05)
+    expected = Verifier(core, 0.05).verify(pr.Setup.named(name), scene.targets[0].target)
+    assert counted.coverage == expected.zeta
+    assert counted.each[0].covered_voxels == expected.covered_voxels
+    assert counted.by_target == {f"V_S({radius:g})": expected.zeta}
+    assert float(counted) == counted.low == counted.high == counted.coverage
+
+
+def test_verify_gives_what_the_command_prints(run):
+    code, out, _ = run("verify", "n1_8_0", "--target", "V_S:0.5", "--voxel", "0.05", "--json")
+    (record,) = pr.verify("n1_8_0", NEAR, voxel=0.05).records
+    said, ours = json.loads(out), record.model_dump(mode="json")
+    assert code == 0
+    for one in (said, ours):
+        one.pop("seconds")
+    assert said == ours
+
+
+def test_an_interval_holds_the_count():
+    proof = pr.certify("n1_8_0", NEAR, width=1.0)
+    assert proof.low <= pr.verify("n1_8_0", NEAR, voxel=0.02).coverage <= proof.high
+    assert proof.high - proof.low <= 0.01
+    assert "…" in repr(proof)
+
+
+def test_robustness_gives_what_the_command_prints(run):
+    options = ("--draws", 3, "--voxel", 0.05, "--k", 2, "--json")
+    code, out, _ = run("robustness", "n1_8_0", "--target", "V_S:0.5", *options)
+    seen = []
+    report = pr.robustness(
+        "n1_8_0", NEAR, draws=3, voxel=0.05, k=2, progress=lambda *done: seen.append(done)
+    )
+    said, ours = json.loads(out), report.records[0].model_dump(mode="json")
+    for one in (said, ours):
+        one.pop("seconds")
+    assert code == 0
+    assert said == ours
+    assert seen == [(1, 3), (2, 3), (3, 3)]
+    assert "ζ without the worst ring" in repr(report)
+
+
+@pytest.fixture(scope="module")
+def proposal():
+    return pr.search(NEAR, sensors=12, voxel=0.05)
+
+
+def test_a_search_saves_what_the_command_writes(run, tmp_path, proposal):
+    options = ("--sensors", 12, "--voxel", 0.05, "--out", tmp_path / "out")
+    code, _, _ = run("--target", "V_S:0.5", *options)
+    assert code == 0
+    theirs = tomllib.loads((tmp_path / "out" / "proposal.toml").read_text())
+    ours = tomllib.loads(proposal.save(tmp_path / "proposal.toml").read_text())
+    for one in (theirs, ours):
+        for key in ("command", "created", "seconds"):
+            one["found"].pop(key)
+        for zeta in one["zeta"]:
+            zeta.pop("seconds")
+    assert theirs == ours
+
+
+def test_a_proposal_reads_back(tmp_path, proposal):
+    path = proposal.save(tmp_path / "proposal.toml")
+    again = pr.load(path)
+    assert isinstance(again, pr.Proposal)
+    assert again.setup == proposal.setup
+    assert again.found.seed == 0
+    assert again.coverage == pr.verify(proposal, voxel=0.01).coverage
+    second = again.save(tmp_path / "second.toml")
+    assert tomllib.loads(second.read_text())["found"] == tomllib.loads(path.read_text())["found"]
+
+
+def test_a_result_draws_reports_exports_and_shows(tmp_path, proposal):
+    assert proposal.plot(tmp_path / "p.png").png == (tmp_path / "p.png").read_bytes()
+    assert "data:image/png" in proposal._repr_html_()
+    assert proposal.report(tmp_path, voxel=0.1, draws=1).read_text().startswith("<!doctype html>")
+    files = proposal.export("json", "csv", folder=tmp_path)
+    assert [file.name for file in files] == ["sensors.json", "sensors.csv"]
+    assert pr.verify(tmp_path / "sensors.csv", NEAR, voxel=0.05).coverage == pytest.approx(
+        proposal.coverage, abs=1e-3
+    )
+    with proposal.view(browser=False, wait=False) as page:
+        assert page.url.startswith("http://127.0.0.1:")
+
+
+def test_the_fewest_sensors_are_sought_with_progress():
+    counts = []
+    few = pr.search(
+        NEAR, reach_percent=8, voxel=0.05, time_cap=20, progress=lambda p: counts.append(p.sensors)
+    )
+    assert few.coverage >= 0.08
+    assert few.reach_record().reached
+    assert set(counts) >= {few.setup.sensors}
+
+
+def test_ctrl_c_returns_the_best_until_then():
+    pressed = []
+
+    def interrupt(progress):
+        if progress.stage >= 1 and not pressed:
+            pressed.append(progress.stage)
+            raise KeyboardInterrupt
+
+    found = pr.search(NEAR, sensors=12, voxel=0.05, progress=interrupt)
+    assert found.outcome is pr.Outcome.INTERRUPTED
+    assert found.setup.sensors == 12
+
+
+def test_a_search_passes_on_what_it_is_given(monkeypatch):
+    fake = Mock(spec=searching.search, side_effect=ValueError("floors"))
+    monkeypatch.setattr(searching, "search", fake)
+    start = pr.Setup.named("n1_4_0")
+    with pytest.raises(pr.InputError, match="floors"):
+        pr.search(NEAR, sensors=12, seed=3, time_cap=5, redundancy=2, start=[start])
+    assert fake.call_args.args[2:4] == (3, 5)
+    assert fake.call_args.kwargs["known"] == (start,)
+    assert fake.call_args.kwargs["aim"].seen == 2
+
+
+SWING = "t,q0,q1,q2,q3,q4,q5\n" + "".join(
+    f"{t / 10},{t / 40},-0.8,1.0,-1.8,-1.57,0\n" for t in range(40)
+)
+
+
+def test_the_example_of_the_design_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "task.csv").write_text(SWING)
+    scene = pr.Scene(
+        robot="ur10e",
+        targets=[pr.Shell(0.5, weight=0.6), pr.Shell(1.5, weight=0.4)],
+        poses=pr.Trajectory.from_csv("task.csv", poses=2),
+        sensor=pr.sensors["vl53l5cx"],
+        occlusion="shadow",
+    )
+    result = pr.search(scene, sensors=12, voxel=0.1, time_cap=3)
+    assert 0 < result.coverage < 1
+    assert result.setup.sensors == 12
+    assert 0 < pr.verify("n2_16_25", scene, voxel=0.1).coverage < 1
+    proof = pr.certify(result.setup, scene, width=20)
+    assert proof.low <= proof.coverage <= proof.high
+    result.save("proposal.toml")
+    result.plot("placement.png")
+    assert {p.name for p in tmp_path.iterdir()} >= {"proposal.toml", "placement.png"}
+
+
+def test_a_scene_is_what_its_file_says(tmp_path):
+    scene = pr.Scene(
+        robot="panda",
+        targets=[pr.Shell(0.5, weight=2, at_least_percent=40), pr.ReachAndToolSpheres()],
+        poses=[[0, -0.5, 0, -2, 0, 1.5, 0.7], [0.3, -0.5, 0, -2, 0, 1.5, 0.7]],
+        sensor=pr.sensors.under("vl53l1x", ambient="50kcps"),
+        ring_radius=0.09,
+        mounts={"forearm": pr.Limits(position=(0.2, 0.8))},
+        rules=pr.Rules(spacing=0.05),
+        obstacles=[pr.obstacle("table", size=[1, 1, 0.1], centre=[0.9, 0, 0])],
+        over_poses="worst",
+        occlusion="shadow",
+    )
+    again = pr.load(pr.save(scene, tmp_path / "scene.toml"))
+    assert again.targets == scene.targets
+    assert again.mounts.keys() == scene.mounts.keys()
+    assert repr(again) == repr(scene)
+    assert again.rules == scene.rules
+    np.testing.assert_allclose(again.poses[1].q, scene.poses[1].q)
+    assert again.ring_radius == 0.09
+    assert again.sensor == scene.sensor
+
+
+def test_a_scene_does_not_change():
+    with pytest.raises(AttributeError, match="replace"):
+        NEAR.robot = pr.robots["ur3"]
+    other = NEAR.replace(robot="ur3", targets=[pr.ToolSphere()])
+    assert other.robot.name == "ur3"
+    assert NEAR.robot.name == "ur10"
+    assert np.array_equal(other.poses[0].q, pr.robots["ur3"].rest)
+    assert repr(pr.Scene.of(NEAR.core)) == repr(NEAR)
+
+
+REFUSED = [
+    ('pr.Scene(robot="ur9")', "robot: unknown robot 'ur9'; known: ur10,"),
+    ("pr.Scene(targets=[pr.Shell(0.1)])", "allowed: above 0.15"),
+    ('pr.Scene(targets=["V_S"])', "allowed: Shell,"),
+    ("pr.Scene(poses=[0, 1])", "allowed: 6 angles"),
+    ('pr.Scene(poses="x")', "poses: found something else than numbers"),
+    ("pr.Scene(poses=[7.0] * 6)", "the limits of shoulder_pan"),
+    ('pr.Scene(occlusion="dark")', "allowed: ignore, shadow, blind"),
+    ("pr.Scene(sensor=3)", "sensor"),
+    ('pr.Scene(mounts={"leg": pr.Limits()})', "allowed: a link of ur10"),
+    ('pr.Scene().replace(robots="ur3")', "replace: found robots"),
+    ("pr.Shell(-1)", "not a positive number"),
+    ("pr.Shell(0.5, weight=-1)", "weight: found -1"),
+    ('pr.Ring("forearm", 2, 8)', "position: found 2, allowed: 0"),
+    ('pr.Ring("forearm", 0, 8, tilt=90)', "tilt: found 90, allowed: rad"),
+    ("pr.Sensor(fov=25)", "fov: found 25, allowed: rad"),
+    ('pr.Sensor(range_m=float("nan"))', "range_m: found nan"),
+    ('pr.Setup(["n2_16_25"])', "found a str, allowed: Ring"),
+    ('pr.Scene().ring("leg", 0, 8)', "no link 'leg'"),
+    ('pr.obstacle("a")', "one of size, file, points, floor"),
+    ('pr.sensors.under("vl53l1x", ambient="9klx")', "allowed for vl53l1x"),
+    ('pr.Trajectory.from_csv("no.csv")', "found no file"),
+    ("pr.Trajectory([0, 0], [[0], [1]])", "do not ascend"),
+    ("pr.verify(3, pr.Scene())", "setup: found a int"),
+    ('pr.verify("n1_8_0", pr.Scene(), voxel=-1)', "voxel"),
+    ('pr.verify("n1_8_0", pr.Scene(), rule="certified")', "use certify"),
+    ('pr.verify("n1_8_0", "scene.toml")', "scene: found a str, allowed: Scene"),
+    ('pr.verify("nowhere.toml")', "nowhere.toml: cannot be read"),
+    ('pr.verify(pr.Setup([pr.Ring("leg", 0, 1)]))', "allowed: a link of ur10"),
+    ('pr.certify("n1_8_0", pr.Scene(), width=0)', "width: found 0"),
+    ('pr.robustness("n1_8_0", pr.Scene(), k=0)', "k: found 0"),
+    ("pr.search(pr.Scene(), sensors=9, rings_per_link=2)", "one of the two"),
+    ("pr.search(pr.Scene(), sensors=9, reach_percent=50)", "only one of them"),
+    ("pr.search(pr.Scene(), seed=-1)", "seed: found -1"),
+    ('pr.search(pr.Scene(), redundancy=2, losing="ring")', "losing: found ring"),
+    ("pr.search(pr.Scene(), sensors=1)", "rules"),
+    ('pr.export("n1_8_0", to="dwg")', "to: found"),
+    ('pr.load("nowhere.toml")', "nowhere.toml: cannot be read"),
+    ('pr.save(3, "x.toml")', "allowed: a result, a Scene or a Robot"),
+]
+
+
+def test_what_cannot_be_used_is_refused_in_one_line(tmp_path):
+    # in a process of its own, in which nothing but the front door looks at types
+    lines = [
+        "import json, place_rings as pr",
+        "said = []",
+        *(
+            f"try: said.append(repr({text}))\nexcept ValueError as error: said.append(str(error))"
+            for text, _ in REFUSED
+        ),
+        "print(json.dumps(said))",
+    ]
+    script = tmp_path / "refused.py"
+    script.write_text("\n".join(lines))
+    said = json.loads(python(str(script), cwd=tmp_path))
+    for (text, says), line in zip(REFUSED, said, strict=True):
+        assert says in line, text
+        assert "\n" not in line, text
+    assert [file.name for file in tmp_path.iterdir()] == ["refused.py"]
+
+
+def test_catalogues_name_what_they_have():
+    with pytest.raises(KeyError, match="known: ur10"):
+        pr.robots["ur9"]
+    with pytest.raises(KeyError, match="known: vl53l0x"):
+        pr.sensors["eye"]
+    assert len(pr.robots) == len(list(pr.robots))
+    assert "ur3e" in repr(pr.robots)
+
+
+def test_values_go_there_and_back():
+    setup = pr.Setup.named("n2_8_25")
+    assert setup.with_values(setup.values) == setup
+    with pytest.raises(ValueError, match=r"allowed: \(3, 5\)"):
+        setup.with_values(np.zeros((3, 4)))
+
+
+def fraction_of(setup, scene, points, width=0.03):
+    return lambda values: pr.coverage_fraction(setup, scene, points, width, values=values)
+
+
+SQUARE = replace(pr.Sensor(), fov_up=0.5, zones=4)
+CASES = {
+    "cones": (NEAR, pr.Setup.named("n1_4_25")),
+    "two targets, two poses": (
+        pr.Scene(
+            targets=[pr.Shell(0.5, weight=2), pr.ToolSphere()],
+            poses=[[0, -0.8, 1, -1.8, -1.6, 0], [0.5, -0.8, 1, -1.8, -1.6, 0]],
+        ),
+        pr.Setup.named("n1_4_25"),
+    ),
+    "shadow": (NEAR.replace(occlusion="shadow"), pr.Setup.named("n1_4_25", radius=0.1)),
+    "blind": (NEAR.replace(occlusion="blind"), pr.Setup.named("n1_4_25", radius=0.1)),
+    "square beams": (NEAR, pr.Setup.named("n1_4_25", SQUARE)),
+    "an obstacle": (
+        NEAR.replace(obstacles=[pr.obstacle(size=[0.4, 0.4, 0.4], centre=[0.6, 0, 0.4])]),
+        pr.Setup.named("n1_4_25"),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_gradient_is_that_of_finite_differences(case):
+    scene, setup = CASES[case]
+    # in 64 bit, as differences of 32-bit values are too coarse; the points lie off all edges
+    drawn = TargetPoints(scene.core, 256, 1)
+    drawn.clouds = lambda count: jax.tree.map(
+        lambda *a: jnp.stack(a), *(cloud(p[:count], dtype=np.float64) for p in drawn.points)
+    )
+    function = fraction_of(setup, scene, drawn)
+    values = jnp.asarray(setup.values) + jnp.array([[0.02], [0.01], [0.03]])
+    values = values.at[0].set(jnp.clip(values[0], 0.01, 0.99))
+    slope, step = jax.grad(function)(values), 1e-5
+    for index in np.ndindex(*values.shape):
+        there = [function(values.at[index].add(s * step)) for s in (1, -1)]
+        expected = float(there[0] - there[1]) / (2 * step)
+        assert float(slope[index]) == pytest.approx(expected, abs=2e-4), (index, case)
+
+
+def test_jit_and_vmap_give_the_same():
+    scene, setup = CASES["two targets, two poses"]
+    function = fraction_of(setup, scene, pr.sample_points(scene, 256))
+    values = jnp.asarray(np.asarray(setup.values) + np.arange(3)[:, None, None] * 0.01)
+    each = [jax.value_and_grad(function)(v) for v in values]
+    for both in (
+        [jax.jit(jax.value_and_grad(function))(v) for v in values],
+        list(zip(*jax.vmap(jax.value_and_grad(function))(values), strict=True)),
+        list(zip(*jax.jit(jax.vmap(jax.value_and_grad(function)))(values), strict=True)),
+    ):
+        for (value, slope), (expected, by) in zip(both, each, strict=True):
+            assert float(value) == pytest.approx(float(expected), abs=1e-6)
+            np.testing.assert_allclose(slope, by, atol=1e-6)
+
+
+def test_a_sharp_fraction_is_the_share_of_the_points_and_own_points_serve():
+    setup = pr.Setup.named("n2_16_25")
+    points = pr.sample_points(NEAR, 8192)
+    exact = pr.verify(setup, NEAR, voxel=0.02).coverage
+    sharp = float(pr.coverage_fraction(setup, NEAR, points, 1e-6))
+    assert sharp == pytest.approx(exact, abs=0.02)
+    own = float(pr.coverage_fraction(setup, NEAR, points.points[0], 1e-6))
+    assert own == pytest.approx(sharp, abs=1e-6)
+
+
+def test_an_objective_of_ones_own_composes():
+    setup, points = pr.Setup.named("n1_4_25"), pr.sample_points(NEAR, 256)
+
+    def objective(values):
+        return fraction_of(setup, NEAR, points)(values) - 0.1 * jnp.sum(values[1] ** 2)
+
+    values = jnp.asarray(setup.values)
+    plain = jax.grad(fraction_of(setup, NEAR, points))(values)
+    expected = plain.at[1].add(-0.2 * values[1])
+    np.testing.assert_allclose(jax.jit(jax.grad(objective))(values), expected, atol=1e-6)
+
+
+def test_the_width_is_a_constant_and_other_shapes_are_refused():
+    setup, points = pr.Setup.named("n1_4_25"), pr.sample_points(NEAR, 64)
+    assert jax.grad(lambda w: pr.coverage_fraction(setup, NEAR, points, w))(0.05) == 0
+    for width, values, says in ((0.05, np.zeros((3, 2)), "values"), (0, None, "width")):
+        with pytest.raises(pr.InputError, match=says):
+            pr.coverage_fraction(setup, NEAR, points, width, values=values)
+    with pytest.raises(pr.InputError, match="points"):
+        pr.coverage_fraction(setup, NEAR, np.zeros((4, 2)), 0.05)
