@@ -36,7 +36,7 @@ class Ring:
         for name, value, allowed, holds in (
             ("position", self.position, "0 (proximal) to 1 (distal)", 0 <= self.position <= 1),
             ("count", self.count, "a number of sensors", self.count >= 0),
-            ("tilt", self.tilt, "rad, between -pi/2 and pi/2", abs(self.tilt) < math.pi / 2),
+            ("tilt", self.tilt, "rad, between -pi and pi", abs(self.tilt) <= math.pi),
             ("phase", self.phase, "rad, a finite number", math.isfinite(self.phase)),
             ("radius", self.radius, "m, 0 and more", 0 <= self.radius < math.inf),
         ):
