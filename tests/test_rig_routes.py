@@ -161,6 +161,18 @@ def test_bodies_near_each_other_at_the_scenes_own_pose_may_come_no_nearer_but_fo
     assert clear(folded, nearer).tolist() == [True, False]
     assert Clearance(folded, SETUP).fault(nearer[0]) is None
     assert re.search(r" mm from .*, allowed: \d+ mm", Clearance(folded, SETUP).fault(nearer[1]))
+    sunk_at = int(np.argmax(apart < -0.05))  # capsules overlap already at the scene's own pose
+    folded = replace(folded, poses=(Pose(folding[sunk_at]),))
+    said = Clearance(folded, SETUP).fault(folding[sunk_at + 20])
+    assert re.search(r"\d mm into .*, allowed: at most \d+ mm, as at the scene's poses", said)
+
+
+def test_limits_beyond_half_a_turn_of_zero_are_drawn_from():
+    limits = np.array(SCENE.robot.limits)
+    limits[5] = [3.5, 6.2]
+    robot = replace(SCENE.robot, limits=limits, home=None)
+    free = neighbours(replace(SCENE, robot=robot, poses=(Pose(robot.rest),)))
+    assert free.tolist() == neighbours(SCENE).tolist()
 
 
 @pytest.mark.parametrize("patience", [1.0, 100.0])
