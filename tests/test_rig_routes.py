@@ -257,3 +257,10 @@ def test_limits_of_motion_stand_in_a_scene():
     scene = replace(SCENE, motion=Motion(0.5, 1.0, 0.2, 0.05, 0.3, 0.7, 0.4, 12, True, True))
     back = SceneModel.from_domain(scene).to_domain().motion
     np.testing.assert_allclose(list(vars(back).values()), list(vars(scene.motion).values()))
+
+
+@pytest.mark.parametrize("position", [0.0, 1.0])
+def test_near_stops_of_a_ring_at_an_end_allow_for_its_slip_beyond_it(position):
+    at_the_end = Setup((replace(SETUP.rings[0], position=position),))
+    stops = near_stops(SCENE, at_the_end, HOME[None])
+    assert np.all(np.isfinite(stops.least))

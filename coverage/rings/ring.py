@@ -33,9 +33,9 @@ class Ring:
 
     def __post_init__(self) -> None:
         """Refuse what no ring has: ValueError."""
-        # a ring as it was measured may sit a little beyond an end, and tilt by any angle
+        # a ring as it was measured may sit beyond an end of a short link, and tilt by any angle
         for name, value, allowed, holds in (
-            ("position", self.position, "0 (proximal) to 1 (distal)", -1 < self.position < 2),
+            ("position", self.position, "a finite number", math.isfinite(self.position)),
             ("count", self.count, "a number of sensors", self.count >= 0),
             ("tilt", self.tilt, "rad, between -pi and pi", abs(self.tilt) <= math.pi),
             ("phase", self.phase, "rad, a finite number", math.isfinite(self.phase)),
