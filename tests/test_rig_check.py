@@ -457,9 +457,11 @@ def test_the_limits_of_a_real_rig_never_relax_and_those_of_a_simulated_one_do_to
 
 def test_what_is_missing_is_said_before_anything_is_done(tmp_path, monkeypatch):
     (tmp_path / "small.toml").write_text(PROPOSAL)
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("place_rings.formats.extras.find_spec", lambda name: None)
     with pytest.raises(UserError, match=r"pip install 'place-rings\[rig\]'"):
         call(["check", str(tmp_path / "small.toml"), "--rig", "sim"])
+    assert [file.name for file in tmp_path.iterdir()] == ["small.toml"]
 
 
 def test_a_process_that_is_gone_does_not_end_the_check_with_it(tmp_path, monkeypatch):

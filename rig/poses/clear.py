@@ -135,7 +135,9 @@ def _bounds(scene: Scene) -> tuple[Float[np.ndarray, " J"], Float[np.ndarray, " 
         if scene.robot.limits is None
         else scene.robot.limits
     )
-    return np.maximum(limits[:, 0], -_TURN), np.minimum(limits[:, 1], _TURN)
+    low, high = np.maximum(limits[:, 0], -_TURN), np.minimum(limits[:, 1], _TURN)
+    beyond = low > high  # limits that leave no angle within half a turn of 0
+    return np.where(beyond, limits[:, 0], low), np.where(beyond, limits[:, 1], high)
 
 
 def sunk(scene: Scene) -> list[str]:

@@ -30,7 +30,7 @@ class Itinerary:
         scene: Scene,
         setup: Setup,
         start: Float[np.ndarray, " J"],
-        parts: Sequence[Float[np.ndarray, "P J"]],
+        parts: Sequence[Float[np.ndarray, "_ J"]],
         seed: int,
     ) -> None:
         self.clearance, self._scene, self._setup = Clearance(scene, setup), scene, setup

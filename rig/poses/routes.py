@@ -79,6 +79,11 @@ class Clearance:
             if len(short) and short.max() > 0:
                 worst = int(short.argmax())
                 there, here = words[worst]
+                if least[worst] < 0:  # capsules that overlap at a pose of the scene, too
+                    return (
+                        f"{here} {-1000 * gap[worst]:.0f} mm into {there}, allowed: at most"
+                        f" {-1000 * least[worst]:.0f} mm, as at the scene's poses"
+                    )
                 return (
                     f"{here} {1000 * max(gap[worst], 0.0):.0f} mm from {there}, allowed:"
                     f" {1000 * least[worst]:.0f} mm"
