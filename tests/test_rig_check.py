@@ -198,8 +198,8 @@ def test_a_check_that_was_cut_off_is_unfinished_and_what_was_done_is_judged(tape
     assert "ended early: it was cut off" in r.reasons
     assert r.self_check is not None
     assert r.coverage == []
-    assert any("coverage check: no trial was done" in reason for reason in r.reasons)
-    assert any("is not whole" in warning for warning in r.warnings)
+    assert any("coverage check: no trial was completed" in reason for reason in r.reasons)
+    assert any("is damaged" in warning for warning in r.warnings)
     (tmp_path / "early").write_bytes(data[:20_000])
     r = assessed(tmp_path / "early", checked).result
     assert (r.verdict, r.self_check, r.mount) == ("unfinished", None, None)
