@@ -319,7 +319,7 @@ PROPOSAL = to_toml(ProposalFile.of(SETUP, SCENE))
             ["--rig", "sim", "--target", "V_S", "--radius", "0.1"],
             "--radius: found 0.1, allowed: above 0.15",
         ),
-        (["--replay", "small.toml"], "found no recording of a rig"),
+        (["--replay", "small.toml"], "not a recording of a rig"),
     ],
 )
 def test_bad_input_is_one_line(tmp_path, monkeypatch, words, text):
