@@ -456,8 +456,9 @@ def test_the_limits_of_a_real_rig_never_relax_and_those_of_a_simulated_one_do_to
 
 
 def test_what_is_missing_is_said_before_anything_is_done(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "small.toml").write_text(PROPOSAL)
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr("place_rings.formats.extras.find_spec", lambda name: None)
     with pytest.raises(UserError, match=r"pip install 'place-rings\[rig\]'"):
         call(["check", str(tmp_path / "small.toml"), "--rig", "sim"])
 
@@ -508,7 +509,7 @@ def test_a_robot_that_ur_rtde_does_not_know_is_refused(tmp_path):
         "--out",
         str(tmp_path / "out"),
     ]
-    with pytest.raises(UserError, match="allowed: one of 6 joints"):
+    with pytest.raises(UserError, match="iiwa14 has 7 joints; ur-rtde supports only robots with 6"):
         call(words)
 
 

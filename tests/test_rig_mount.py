@@ -177,7 +177,7 @@ def test_what_was_done_is_found(plan, tmp_path):
     for said in (
         "the other way round",
         "sensors 1 and 4 are swapped",
-        "dead: sensor 3",
+        "has dead sensors, by place in its frames: 3",
         "slip",
         "tilt",
     ):

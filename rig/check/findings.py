@@ -33,12 +33,12 @@ def differences(
         for fault in waving.faults()
     ]
     if mount is not None and built is not None:
-        lines += [f"ring {r.ring} ({r.link}) {fault}" for r in mount.rings for fault in r.faults]
+        lines += [f"ring {r.ring} ({r.link}): {fault}" for r in mount.rings for fault in r.faults]
         for i, fit in enumerate(built.fits):
             limit = LIMITS[[NAMES.index(name) for name in fit.names]]
             beyond = np.abs(fit.values) > limit + fit.margins()
             lines += [
-                f"ring {i} ({fit.nominal.link}) is off by more than careful mounting allows:"
+                f"ring {i} ({fit.nominal.link}): is off by more than careful mounting allows:"
                 f" {fit.names[k]}"
                 for k in np.flatnonzero(beyond)
             ]

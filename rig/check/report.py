@@ -159,7 +159,7 @@ def _mount(r: CheckResult) -> list[str]:
     ]
     lines += [table(heads, [_ring(one) for one in r.mount.rings])]
     lines += [
-        f"- ring {one.ring} ({escaped(one.link)}) {escaped(fault)}"
+        f"- ring {one.ring} ({escaped(one.link)}): {escaped(fault)}"
         for one in r.mount.rings
         for fault in one.faults
     ]
@@ -258,10 +258,10 @@ def _health(r: CheckResult) -> list[str]:
         "clock, ppm",
         "jitter, ms",
     )
-    robot = f"The robot sent {r.robot.states} states in {r.robot.seconds:.1f} s; its clock runs"
+    robot = f"The robot sent {r.robot.states} states in {r.robot.seconds:.1f} s; its clock is"
     clock = (
-        f"{robot} {_shown(r.robot.drift_ppm)} ppm fast; states arrive with a jitter of"
-        f" {_shown(r.robot.jitter_ms, 2)} ms."
+        f"{robot} {_shown(r.robot.drift_ppm)} ppm faster than the host's; states arrive with"
+        f" a jitter of {_shown(r.robot.jitter_ms, 2)} ms."
     )
     lines = ["## Links", "", table(heads, rows), clock, ""]
     if r.events:

@@ -143,7 +143,7 @@ def faults(fit: RingFit) -> list[str]:
     """List the faults of a ring beside its mounting errors."""
     found = told(fit.order, fit.mixed)
     if fit.dead:
-        found.append(f"dead: sensor {', '.join(map(str, fit.dead))} of its frames")
+        found.append(f"has dead sensors, by place in its frames: {', '.join(map(str, fit.dead))}")
     if fit.open:
         found.append(f"not determined by these readings: {', '.join(fit.open)}")
     if fit.ring.position < 0 or fit.ring.position > 1:

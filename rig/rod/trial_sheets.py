@@ -63,7 +63,7 @@ def _page(scene: Scene, plan: RodPlan, pose: int, trials: Any, first: int) -> Fi
     q = ", ".join(f"{a:.1f}" for a in np.degrees(plan.joints[pose]))
     size = (
         f"{2000 * rod.radius:.0f} mm thick, {1000 * (rod.length + 2 * rod.radius):.0f} mm long"
-        " over all"
+        " overall"
     )
     figure.text(
         0.07,
