@@ -221,5 +221,5 @@ def test_too_little_is_refused_by_name(plan):
     world = World(SCENE, SETUP, np.array([*[DEAD] * 8, *range(8, 14)]))
     readings = world.readings(np.random.default_rng(0), plan.joints, 3)
     assert np.all(readings.status[readings.ring == 0] == FAILED)
-    with pytest.raises(MountError, match=r"ring 0 \(forearm\): found 0 readings"):
+    with pytest.raises(MountError, match=r"ring 0 \(forearm\): 0 usable readings"):
         fit_mount(SCENE, SETUP, at_stops(readings, SETUP, plan.joints))

@@ -86,7 +86,7 @@ def test_strata_weigh_the_whole_and_trials_are_drawn_from_them(plan, where):
     assert len(np.unique(plan.point, axis=0)) == 30
     again = plan_rod(SCENE, SETUP, TARGET, 30, where=where)
     np.testing.assert_array_equal(again.point, plan.point)
-    with pytest.raises(ValueError, match="0 trials"):
+    with pytest.raises(ValueError, match="trials must be at least 1, got 0"):
         plan_rod(SCENE, SETUP, TARGET, 0)
 
 
