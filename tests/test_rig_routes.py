@@ -64,7 +64,7 @@ def test_what_is_not_clear_is_said():
     assert clearance.fault(folded) is not None
     assert "joint 0" in clearance.fault(HOME + np.radians([1000, 0, 0, 0, 0, 0]))
     wide = Clearance(replace(SCENE, motion=Motion(near=1.0)), SETUP)
-    assert "a sensor nearer to the cell than 1050 mm" in wide.fault(HOME)
+    assert "a sensor closer to the cell than 1050 mm" in wide.fault(HOME)
     some = np.random.default_rng(0).uniform(-2, 2, (40, 6))
     assert [clearance.fault(q, SLACK) is None for q in some] == clearance.of(some).tolist()
     assert all(clearance.fault(q) is None for q in some[clearance.of(some)])
