@@ -1,18 +1,15 @@
-"""What the options of redundancy and tolerance mean, for a search and for a report."""
+"""What the options of redundancy and tolerance mean for a search."""
 
 import math
 
-from ...coverage.choices import Law, Losing
+from ...coverage.choices import Losing
 from ...coverage.rings.mounting_errors import MountingErrors
 from ...formats.errors import UserError
 from ...objectives.criterion import Criterion, check_criterion
 from ...objectives.scene import Scene
-from ...reporting.robustness import Robustness
 
 POSITION_MM, DIRECTION_DEG = 5.0, 2.0  # errors of mounting where none are given
-_MOST_SEEN = 100  # sensors that see one point: more than any setup has use for
 _MOST_SOUGHT = 10  # the same for a search, whose time grows with it
-_MOST_DRAWS = 100_000
 
 
 def _within(option: str, value: float, low: float, high: float) -> None:
@@ -20,24 +17,13 @@ def _within(option: str, value: float, low: float, high: float) -> None:
         raise UserError(f"{option}: found {value:g}, allowed: {low:g} to {high:g}")
 
 
-def mounting_errors(
-    position_mm: float, direction_deg: float, law: Law = "uniform"
-) -> MountingErrors:
+def mounting_errors(position_mm: float, direction_deg: float) -> MountingErrors:
     """What ``--position-error-mm`` and ``--direction-error-deg`` mean; UserError for what no mount
     has.
     """
     _within("--position-error-mm", position_mm, 0, 1000)
     _within("--direction-error-deg", direction_deg, 0, 45)
-    return MountingErrors(position_mm / 1000, math.radians(direction_deg), law)
-
-
-def resolve_robustness(
-    most: int, voxel: float, draws: int, seed: int, errors: MountingErrors
-) -> Robustness:
-    """The options of ``robustness`` in range, or a UserError."""
-    _within("--k", most, 1, _MOST_SEEN)
-    _within("--draws", draws, 1, _MOST_DRAWS)
-    return Robustness(most, voxel, errors, draws, seed)
+    return MountingErrors(position_mm / 1000, math.radians(direction_deg))
 
 
 def resolve_aim(
