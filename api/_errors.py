@@ -48,13 +48,13 @@ class InputError(UserError, ValueError):
 
 
 @contextmanager
-def input_errors(argument: str = "") -> Iterator[None]:
+def input_errors(argument: str = "", *, but: tuple[type[ValueError], ...] = ()) -> Iterator[None]:
     """Raise InputError for the errors of files and of values; ``argument`` is blamed for the
-    latter.
+    latter. Errors in ``but`` stay what they are.
     """
     try:
         yield
-    except InputError:
+    except (InputError, *but):
         raise
     except UserError as error:
         raise InputError(str(error)) from error
