@@ -54,9 +54,11 @@ def input_errors(argument: str = "", *, but: tuple[type[ValueError], ...] = ()) 
     """
     try:
         yield
-    except (InputError, *but):
+    except InputError:
         raise
     except UserError as error:
         raise InputError(str(error)) from error
     except ValueError as error:
+        if isinstance(error, but):
+            raise
         raise InputError(str(error), argument) from error
