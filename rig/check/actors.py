@@ -65,13 +65,14 @@ class MovedRobot:
         )
         self._itinerary, self._session, self._counts = itinerary, session, session.rings.sizes
         self._within = STEP + motion.speed * SILENT * session.patience  # a reading may be that old
-        # A simulated ring shows what it saw a while ago, maybe on another way: there the near stops
-        # of the whole route hold. Else those of each way do, from where the robot really is.
+        # A simulated ring shows what it saw a while ago, maybe on another way, and two of its
+        # sensors may be swapped: there the near stops of the whole route hold, in any order of a
+        # ring's wires. Else those of each way do, from where the robot really is.
         self._by_way = session.patience <= 1
         self._stops = (
             itinerary.near_stops_to(itinerary.at, session.link.latest().q)
             if self._by_way
-            else route.lowered(_LATE)
+            else route.wired_anyhow(itinerary.clearance.setup).lowered(_LATE)
         )
         self._mover = Mover(
             host,
