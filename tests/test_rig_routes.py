@@ -264,3 +264,17 @@ def test_near_stops_of_a_ring_at_an_end_allow_for_its_slip_beyond_it(position):
     at_the_end = Setup((replace(SETUP.rings[0], position=position),))
     stops = near_stops(SCENE, at_the_end, HOME[None])
     assert np.all(np.isfinite(stops.least))
+
+
+@given(st.randoms(use_true_random=False))
+def test_near_stops_in_any_order_of_wires_are_the_lowest_of_each_ring(random):
+    stops = near_stops(SCENE, SETUP, HOME + np.radians([[0.0] * 6, [0, -20, 40, 0, 0, 0]]))
+    anyhow = stops.wired_anyhow(SETUP)
+    first = 0
+    for ring in SETUP.rings:
+        seats = [*range(first, first + ring.count)]
+        random.shuffle(seats)
+        own = slice(first, first + ring.count)
+        assert np.all(anyhow.least[:, own] <= stops.least[:, seats])
+        np.testing.assert_array_equal(anyhow.least[:, first], stops.least[:, own].min(axis=1))
+        first += ring.count

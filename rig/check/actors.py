@@ -67,14 +67,14 @@ class MovedRobot:
         )
         self._itinerary, self._session, self._counts = itinerary, session, session.rings.sizes
         self._within = STEP + motion.speed * SILENT * session.patience  # a reading may be this old
-        # Readings of a simulated ring may be old and from another path, so the near stops of the
-        # whole route apply. On a real rig those of the current path apply, from the robot's
-        # actual position.
+        # Readings of a simulated ring may be old and from another path, and two of its sensors may
+        # be swapped. So the near stops of the whole route apply, in any order of a ring's wires.
+        # On a real rig those of the current path apply, from the robot's actual position.
         self._by_way = session.patience <= 1
         self._stops = (
             itinerary.near_stops_to(itinerary.at, session.link.latest().q)
             if self._by_way
-            else route.lowered(_LATE)
+            else route.wired_anyhow(itinerary.clearance.setup).lowered(_LATE)
         )
         self._mover = Mover(
             host,

@@ -51,6 +51,18 @@ class NearStops:
         """Return the near stops, each shortened by ``by`` m."""
         return replace(self, least=np.maximum(self.least - by, 0.0))
 
+    def wired_anyhow(self, setup: Setup) -> "NearStops":
+        """Near stops that hold in whatever order each ring's sensors are wired: for all sensors of
+        a ring those of the lowest.
+        """
+        least, body = self.least.copy(), self.body.copy()
+        first = np.cumsum([0, *(r.count for r in setup.rings)])
+        for a, b in pairwise(first):
+            lowest = self.least[:, a:b].argmin(axis=1)[:, None]  # (P, 1)
+            for whole, own in ((least, self.least), (body, self.body)):
+                whole[:, a:b] = np.take_along_axis(own[:, a:b], lowest, axis=1)
+        return replace(self, least=least, body=body)
+
     def near(self, q: Float[np.ndarray, " J"], within: float) -> Float[np.ndarray, " K"]:
         """Return the near stops (K,) m at ``q`` (J,) rad: the lowest of the poses within ``within``
         rad in every joint, or the full distance if there are none.

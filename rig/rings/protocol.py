@@ -14,7 +14,6 @@ MAGIC = b"\xa5\xc3"
 MOST_SENSORS = 64
 MOST_MM = 0xFFFF
 _HEADER, _CHECK, _SENSORS = ring_frame.HEADER, ring_frame.CHECK, ring_frame.SENSORS
-length = ring_frame.frame_length
 _TURN = 1 << 16  # of the sequence number
 _LATE = (
     # frames; a frame at most this much older than the newest is late, an older one means that the
@@ -159,7 +158,11 @@ class Decoder:
     """
 
     def __init__(self, count: int, counts: Counts | None = None) -> None:
-        self.counts, self._count, self._length = counts or Counts(), count, length(count)
+        self.counts, self._count, self._length = (
+            counts or Counts(),
+            count,
+            ring_frame.frame_length(count),
+        )
         self._arrivals, self._order = Arrivals(), SequenceTracker(self.counts)
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
