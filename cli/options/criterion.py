@@ -1,10 +1,12 @@
 """Errors of mounting that a search tolerates, from the options."""
 
+from typing import Any
+
 from ...formats.errors import UserError
 from .arguments import option_of
 
 
-def resolve_errors(tolerant: bool, **errors: float | None) -> dict[str, float]:
+def resolve_errors(tolerant: bool, **errors: float | None) -> dict[str, Any]:
     """The errors that are given, as the API takes them; UserError for one without
     ``--tolerant``.
     """
