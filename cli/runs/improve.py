@@ -8,7 +8,6 @@ import sys
 from contextlib import nullcontext
 from pathlib import Path
 
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ..._checks import check_scene, check_sight
@@ -31,6 +30,7 @@ from ...placement.search.progress import Outcome
 from ...placement.search.progress import Progress as Told
 from ...placement.search.search import SearchResult
 from ...reporting.placement_picture import comparison_picture
+from ...reporting.progress import Progress
 from ...reporting.tables import target_label
 from ...reporting.terminal import Terminal, say_json
 from ...reporting.text import counted
@@ -49,13 +49,7 @@ def find(
     console: Terminal,
 ) -> improving.Improved:
     """Run the search with a progress bar on ``console``."""
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TextColumn("{task.fields[best]}", markup=False),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as bar:
+    with Progress(console) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
         def tell(p: Told) -> None:

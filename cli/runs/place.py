@@ -6,9 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-from rich.progress import Progress as Bar
-
 from ..._proposal import Proposal, write_proposal
 from ...formats.schema.proposal_models import ReachModel, SearchFile
 from ...formats.schema.result_models import VerifyResult
@@ -22,6 +19,7 @@ from ...reporting.lines.occlusion import mounting_lines, print_sight, without_li
 from ...reporting.lines.protective_volume import protective_lines
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.placement_picture import placement_picture
+from ...reporting.progress import Progress as Bar
 from ...reporting.tables import ring_table, target_label, zeta_table
 from ...reporting.terminal import Terminal, say_json
 from .late_progress import late_progress
@@ -65,13 +63,7 @@ def place(
 
 def _searched(find: Callable[..., Proposal], console: Terminal) -> Proposal:
     """What the search gives, with its progress on ``console``."""
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TextColumn("{task.fields[best]}", markup=False),
-        TimeElapsedColumn(),
-    )
-    with late_progress(console, *columns) as bar:
+    with late_progress(console) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
         def tell(p: Progress) -> None:
@@ -92,7 +84,7 @@ def _searched(find: Callable[..., Proposal], console: Terminal) -> Proposal:
 
 def _compared(proposal: Proposal, console: Terminal) -> list[VerifyResult]:
     """Zeta of the proposal and of the paper's setups for all targets."""
-    with Bar(*Bar.get_default_columns(), console=console, transient=True) as bar:
+    with Bar(console) as bar:
         task = bar.add_task("verifying", total=None)
         results = proposal.compare(
             lambda done, total: bar.update(task, completed=done, total=total)

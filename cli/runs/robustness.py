@@ -2,8 +2,6 @@
 it.
 """
 
-from rich.progress import Progress
-
 from ..._checks import ResolvedSetup
 from ..._robustness import robustness as assess
 from ...coverage.choices import Law
@@ -26,7 +24,7 @@ def robustness(
 ) -> None:
     """Print redundancy and tolerance of a setup for its scene's goals."""
     goals, each = subject.scene.goals, draws * len(subject.scene.poses)
-    with late_progress(Terminal(stderr=True), *Progress.get_default_columns()) as bar:
+    with late_progress(Terminal(stderr=True)) as bar:
 
         def tell(done: int, _: int) -> None:
             bar.start()
