@@ -12,7 +12,7 @@ from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import print_sight
 from ...reporting.lines.protective_volume import protective_lines
 from ...reporting.lines.sensors import sensor_lines
-from ...reporting.tables import percent, proof_line, target_label, zeta_table
+from ...reporting.tables import count_error_line, percent, proof_line, target_label, zeta_table
 from ...reporting.terminal import Terminal, say_json
 from ..options.groups import SubjectOptions
 
@@ -49,6 +49,8 @@ def verify(
             results, {name: setup.sensors}, f"ζ in percent, {_how(rule, voxel)}, {_place(scene)}"
         )
     )
+    if rule == "centre" and (line := count_error_line(voxel or VOXEL)) is not None:
+        console.print(line, highlight=False, soft_wrap=True)
     print_sight(console, results, results[0].unseeing, scene)
     for told in results[0].mounting:
         console.print(f"No real mount: {told}.", highlight=False, soft_wrap=True)
