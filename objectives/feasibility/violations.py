@@ -1,4 +1,4 @@
-"""Which of a scene's rules a setup breaks: read off the setup itself, not off how it was made."""
+"""Which of a scene's rules a setup violates, computed from the setup alone."""
 
 import itertools
 import math
@@ -15,18 +15,19 @@ from .packing import unfit
 # Files hold positions to 1e-6 of a link, rounded to the safe side, and angles to 1e-4 degrees,
 # rounded to the nearest.
 _PLACE, _ANGLE = 1e-8, 1e-6
-_SAME_PLACE = 2e-6  # of a link: a ring of a file and the same ring of a scene
+_SAME_PLACE = 2e-6  # of a link: tolerance for a file's ring to match a ring of a scene
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A rule that is broken: the rings concerned, counted from 0; the rule's key in a scene's file;
-    a line in words.
-    """
+    """A violated rule."""
 
     rings: tuple[int, ...]
+    """Indices of the rings concerned, from 0."""
     rule: str
+    """Key of the rule in a scene file."""
     text: str
+    """One-line message."""
 
 
 def _same(a: Ring, b: Ring) -> bool:
@@ -40,9 +41,7 @@ def _same(a: Ring, b: Ring) -> bool:
 
 
 def held(scene: Scene, rings: Sequence[Ring]) -> tuple[frozenset[int], tuple[Ring, ...]]:
-    """Which of ``rings`` are the scene's fixed rings, and the fixed rings that are not among
-    them.
-    """
+    """Return which of ``rings`` are fixed rings of the scene, and which fixed rings are missing."""
     found: set[int] = set()
     missing = []
     for fixed in scene.rules.fixed:
@@ -57,8 +56,9 @@ def held(scene: Scene, rings: Sequence[Ring]) -> tuple[frozenset[int], tuple[Rin
 
 
 def commonest_tilt(rings: Sequence[Ring]) -> float:
-    """The tilt, rad and without its sign, that most of ``rings`` (one at least) have; of several
-    the first.
+    """Return the most common absolute tilt of ``rings``, rad; the first one of several.
+
+    ``rings`` must not be empty.
     """
     rounded = Counter(round(abs(ring.tilt), 5) for ring in rings)
     most = max(rounded, key=lambda tilt: rounded[tilt])
@@ -66,8 +66,13 @@ def commonest_tilt(rings: Sequence[Ring]) -> float:
 
 
 def faults(scene: Scene, rings: Sequence[Ring], clear: MountClearance | None = None) -> list[Fault]:
-    """All rules of ``scene`` that ``rings`` break. The scene's fixed rings may tilt and sit as they
-    do. ``clear``: the scene's, if there is one."""
+    """Return all violations of the rules of ``scene`` by ``rings``.
+
+    Args:
+        scene: the scene.
+        rings: the rings of the setup. The scene's fixed rings may have any tilt and position.
+        clear: the scene's mount clearance, if it is already available.
+    """
     fixed, missing = held(scene, rings)
     own = [i for i in range(len(rings)) if i not in fixed]
     found = [f for i in own for f in _alone(scene, i, rings[i])]
@@ -116,12 +121,12 @@ def _deg(angle: float) -> str:
 
 def _spacing(scene: Scene, apart: float, length: float) -> str:
     if length == 0:
-        return "are on a link that has room for one"
-    return f"are {1000 * apart:.1f} mm apart, allowed: {1000 * scene.spacing:.1f} mm and more"
+        return "are on a link that takes only one ring"
+    return f"are {1000 * apart:.1f} mm apart, allowed: {1000 * scene.spacing:.1f} mm or more"
 
 
 def _alone(scene: Scene, i: int, ring: Ring) -> list[Fault]:
-    """What a ring breaks by itself."""
+    """Return the violations of ring ``i`` by itself."""
     limits, (least, most) = scene.limits_of(ring.link), scene.rules.sensors
     length, name, found = scene.robot.mount(ring.link).length, f"ring {i} ({ring.link})", []
     if not limits.tilt[0] - _ANGLE <= ring.tilt <= limits.tilt[1] + _ANGLE:
