@@ -123,8 +123,8 @@ class Unseeing:
 
 
 def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
-    """Return the sensors of ``setup`` that see less than a hundredth of their cones, over all
-    poses.
+    """Return the sensors of ``setup`` that see less than a hundredth of their cones at
+    some poses.
 
     For a scene that ignores the robot's body, this evaluates the model ``shadow`` if the robot has
     bodies.

@@ -193,10 +193,11 @@ def meeting_points(looks: Beam, body: Polyhedron) -> Any:
     If polyhedron and cone meet, one candidate is the point of their intersection nearest to the
     apex. The others may lie anywhere. NumPy, or JAX, which can differentiate them.
 
-    The least distance to a convex set is attained where some of its bounds meet. On a face this is
-    the apex's foot, the direction of the cone's mantle that leans most towards the face, the point
-    of the base's plane nearest to the axis, or the rim of the base. On an edge it is the apex's
-    foot, an end, or a point where the edge enters the mantle or the base.
+    The least distance to a convex set is attained where some of its bounds meet. On a face it is
+    the apex's foot, the place where the cone's mantle leans most towards the face, the place
+    nearest to the axis where the face meets the base's plane, or a place on the rim of the base.
+    On an edge it is the apex's foot, an end, or a point where the edge enters the mantle or the
+    base.
     """
     xp = namespace(looks.apex)
     apex, axis, half_angle, range_m = (a[:, None] for a in looks)

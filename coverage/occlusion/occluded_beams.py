@@ -126,8 +126,8 @@ class Beams(Parts):
         """See ``Parts.shares``.
 
         A shadow is convex. Its share is bounded like that of any convex body, and the visible share
-        is the rest. The tangent ball at the cube's centre bounds the shadow's distance at every
-        point.
+        is the rest. At every point, the ball nearest to the cube's centre gives an upper bound of
+        the shadow's signed distance.
         """
         each, value, normal = self.cones.each_share(points, index, side, slack)
         if np.isfinite(self.late).any():

@@ -39,7 +39,7 @@ class Ring:
             ("count", self.count, "a number of sensors", self.count >= 0),
             ("tilt", self.tilt, "rad, between -pi/2 and pi/2", abs(self.tilt) < math.pi / 2),
             ("phase", self.phase, "rad, a finite number", math.isfinite(self.phase)),
-            ("radius", self.radius, "m, 0 and more", 0 <= self.radius < math.inf),
+            ("radius", self.radius, "m, at least 0", 0 <= self.radius < math.inf),
         ):
             if not holds:
                 raise ValueError(f"Ring: {name}: found {value}, allowed: {allowed}")

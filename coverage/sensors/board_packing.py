@@ -5,9 +5,9 @@ In the plane of a sensor's axis and its ring's axis, the pocket is a rectangle a
 axis, tilted with it. Along the ring it is as wide as the board. A ring is printed with its beams
 leaning upwards, however it is mounted, so the sign of a tilt is irrelevant here. Neighbours are
 mirror images in the half plane through the ring's axis midway between them. They are therefore
-separated by a wall and by the gap of the halves exactly if each stays half of both on its side. The
-corners that first reach that half plane are those nearest to the ring's axis, at the pocket's
-``floor``.
+separated by a wall and by the gap of the halves exactly if each keeps half of both from the half
+plane. The corners that first reach that half plane are those nearest to the ring's axis, at the
+pocket's ``floor``.
 """
 
 import math

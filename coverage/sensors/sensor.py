@@ -46,7 +46,7 @@ class Sensor:
             ("fov", self.fov, "rad, above 0 and below pi", 0 < self.fov < math.pi),
             ("range_m", self.range_m, "m, above 0", 0 < self.range_m < math.inf),
             ("fov_up", up, "None, or rad, above 0 and below pi", up is None or 0 < up < math.pi),
-            ("zones", self.zones, "1 and more", self.zones >= 1),
+            ("zones", self.zones, "at least 1", self.zones >= 1),
         ):
             if not holds:
                 raise ValueError(f"Sensor: {name}: found {value}, allowed: {allowed}")
