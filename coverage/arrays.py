@@ -64,8 +64,7 @@ def root(square: Numbers) -> Any:
 
 
 def rows(array: Array, index: Index) -> Any:
-    """Return ``array[..., index, :]`` of ``array`` (..., K, 3), each component contiguous in
-    memory.
+    """Return ``array[..., index, :]`` of ``array`` (..., K, 3), with contiguous components.
 
     Arithmetic on single components then reads memory sequentially; it takes most of the octree's
     time.

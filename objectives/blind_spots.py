@@ -93,13 +93,13 @@ def uncovered(verifier: Verifier, setup: Setup, target: Target, pose: int) -> Vo
         TooFineError: if the count would take days.
         BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
-    voxel, found = verifier.centre_voxel, VoxelSet.empty(verifier.centre_voxel)
+    voxel, unseen = verifier.centre_voxel, VoxelSet.empty(verifier.centre_voxel)
     seen = setup_sight(verifier.scene, setup, verifier.scene.poses[pose].q)
     for wanted, region in verifier.pieces(target, pose):
-        found = found | (
+        unseen = unseen | (
             wanted - voxels(seen, voxel, "centre", wanted, region, verifier.memory / 2)
         )
-    return found
+    return unseen
 
 
 def beside(verifier: Verifier, pose: int, found: Pieces, number: int) -> Beside | None:
@@ -143,14 +143,14 @@ def blind_spots(
     unseen = {pose: uncovered(verifier, setup, target, pose) for pose in poses}
     split = {pose: pieces(one) for pose, one in unseen.items()}
     rank = sorted(
-        (-int(found.voxels[i]), pose, i)
-        for pose, found in split.items()
-        for i in range(min(most, len(found)))
+        (-int(parts.voxels[i]), pose, i)
+        for pose, parts in split.items()
+        for i in range(min(most, len(parts)))
     )
     spots: list[BlindSpot] = []
     for _, pose, i in rank:
-        found = split[pose]
-        mine = found.voxel_set(i)
+        parts = split[pose]
+        mine = parts.voxel_set(i)
         if any(
             2 * len(mine & spot.voxels) >= len(mine)
             for spot in spots
@@ -160,7 +160,7 @@ def blind_spots(
         also = tuple(
             p for p, one in unseen.items() if p == pose or len(mine & one) >= _SAME * len(mine)
         )
-        where = (found.centre[i], found.low[i], found.high[i], beside(verifier, pose, found, i))
+        where = (parts.centre[i], parts.low[i], parts.high[i], beside(verifier, pose, parts, i))
         spots.append(BlindSpot(pose, also, mine, *where))
         if len(spots) == most:
             break
@@ -169,6 +169,6 @@ def blind_spots(
         verifier.centre_voxel,
         tuple(poses),
         tuple(one.volume for one in unseen.values()),
-        tuple(len(found) for found in split.values()),
+        tuple(len(parts) for parts in split.values()),
         tuple(spots),
     )

@@ -63,9 +63,7 @@ class Criterion:
         return self.draws if self.errors else 1
 
     def drawn(self, rings: int, sensors: int) -> Misplaced | None:
-        """Return the errors of each mounting for numbers of rings and sensors; None without
-        errors.
-        """
+        """Return the drawn errors for numbers of rings and sensors; None without errors."""
         return (
             draw_errors(rings, sensors, self.errors, self.draws, self.seed) if self.errors else None
         )

@@ -31,8 +31,8 @@ def check_bodies(scene: Scene, occlusion: Occlusion) -> None:
     """Raise ``BodilessError`` if the occlusion model needs the robot's bodies and it has none."""
     if occlusion != "ignore" and not scene.robot.bodies:
         raise BodilessError(
-            f"occlusion {occlusion} needs the bodies of robot {scene.robot.name}, which has none;"
-            " set occlusion to ignore"
+            f"robot {scene.robot.name} has no bodies, which occlusion {occlusion} needs; set"
+            " occlusion to ignore"
         )
 
 
@@ -137,7 +137,7 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
         *(b.name for b in scene.robot.bodies if scene.occlusion != "ignore"),
         *(o.name for o in scene.obstacles),
     ]
-    found: dict[tuple[int, str | None], tuple[list[int], float]] = {}
+    occluded: dict[tuple[int, str | None], tuple[list[int], float]] = {}
     unit = np.random.default_rng(0).random((_SAMPLES, 3))
     for p, pose in enumerate(scene.poses):
         cones = sensor_cones(scene.robot, setup, pose.q)
@@ -149,12 +149,12 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
             name = names[where[k]] if where[k] >= 0 else None
             if name is None and np.mean(seen.part(cones.within(k, unit), k) <= 0) >= _NOTHING:
                 continue
-            poses, deepest = found.setdefault((k, name), ([], 0.0))
+            poses, deepest = occluded.setdefault((k, name), ([], 0.0))
             poses.append(p)
-            found[k, name] = poses, max(deepest, float(depth[k]))
+            occluded[k, name] = poses, max(deepest, float(depth[k]))
     return [
         Unseeing(int(ring[k]), int(number[k]), tuple(p), name, deep)
-        for (k, name), (p, deep) in sorted(found.items(), key=_order)
+        for (k, name), (p, deep) in sorted(occluded.items(), key=_order)
     ]
 
 

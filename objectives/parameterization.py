@@ -45,41 +45,40 @@ def _without(
 
     The ends of ``cut`` stay in the remainder unless they would be its only points.
     """
-    found = []
+    remainder = []
     for low, high in stretches:
         if cut[1] <= low or cut[0] >= high:
-            found.append((low, high))
+            remainder.append((low, high))
         else:
-            found += [(a, b) for a, b in ((low, cut[0]), (cut[1], high)) if a < b]
-    return found
+            remainder += [(a, b) for a, b in ((low, cut[0]), (cut[1], high)) if a < b]
+    return remainder
 
 
 def _common(
     stretches: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]
 ) -> list[tuple[float, float]]:
     """Return the intersection of two lists of intervals."""
-    found = [(max(a, c), min(b, d)) for a, b in stretches for c, d in others]
-    return [(low, high) for low, high in sorted(found) if low <= high]
+    shared = [(max(a, c), min(b, d)) for a, b in stretches for c, d in others]
+    return [(low, high) for low, high in sorted(shared) if low <= high]
 
 
 def _apart(stretches: list[tuple[float, float]], gap: float) -> list[tuple[float, float]]:
-    """Shrink neighbouring intervals until they are ``gap`` apart, each by half, to keep the
-    spacing.
+    """Shrink neighbouring intervals, each by half, until they are ``gap`` apart.
 
     Where one of them is too short for that, the longer one stays whole and the shorter is dropped.
     """
-    found: list[tuple[float, float]] = []
+    separated: list[tuple[float, float]] = []
     for low, high in sorted(stretches):
-        while found and (lack := gap - (low - found[-1][1])) > 0:
-            left, right = found.pop()
+        while separated and (lack := gap - (low - separated[-1][1])) > 0:
+            left, right = separated.pop()
             if min(right - left, high - low) >= lack / 2:
-                found.append((left, right - lack / 2))
+                separated.append((left, right - lack / 2))
                 low += lack / 2
                 break
             if right - left >= high - low:
                 low, high = left, right
-        found.append((low, high))
-    return found
+        separated.append((low, high))
+    return separated
 
 
 def segments(
@@ -90,7 +89,7 @@ def segments(
     Limits, keep-outs, joints and fixed rings bound them, and where rings have bodies also the
     intervals that are ``clear`` on each link.
     """
-    found, rules = [], scene.rules
+    free, rules = [], scene.rules
     for mount in scene.robot.mounts:
         limits, fixed = (
             scene.limits_of(mount.link),
@@ -103,7 +102,7 @@ def segments(
                 and not barred
                 and not any(low <= 0 <= high for low, high in limits.keep_out)
             ):
-                found.append(Segment(mount.link, 0.0, 0.0, 1, 0.0))
+                free.append(Segment(mount.link, 0.0, 0.0, 1, 0.0))
             continue
         margin = rules.from_joints / mount.length
         gap = math.ceil(scene.spacing / mount.length / GRAIN + 1e-9) * GRAIN
@@ -115,8 +114,8 @@ def segments(
         for low, high in (_inward(*s) for s in _apart([s for s in stretches if s[0] <= s[1]], gap)):
             if low <= high:
                 room = rules.rings_per_link if gap == 0 else int((high - low) / gap + 1e-9) + 1
-                found.append(Segment(mount.link, low, high, min(room, rules.rings_per_link), gap))
-    return found
+                free.append(Segment(mount.link, low, high, min(room, rules.rings_per_link), gap))
+    return free
 
 
 @tree

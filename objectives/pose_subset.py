@@ -41,10 +41,10 @@ def with_worst(
 
     They are the worst poses of each setup, alternately; ``by_pose`` (S, P) holds the setups' zetas.
     """
-    found: np.ndarray = weights.copy()
+    extended: np.ndarray = weights.copy()
     for pose in dict.fromkeys(np.argsort(by_pose, axis=1, kind="stable").T.ravel().tolist()):
         if count == 0:
             break
-        if found[pose] == 0:
-            found[pose], count = _NO_PART, count - 1
-    return found
+        if extended[pose] == 0:
+            extended[pose], count = _NO_PART, count - 1
+    return extended

@@ -1,6 +1,4 @@
-"""Redundancy of a setup: k-coverage of a target, and coverage after the loss of a sensor or
-ring.
-"""
+"""Redundancy of a setup: k-coverage, and coverage after the loss of a sensor or ring."""
 
 import time
 from collections.abc import Callable

@@ -32,12 +32,12 @@ def separations(scene: Scene, target: Target) -> Separations | None:
     """
     if target.name != "V_P":
         return None
-    found = []
+    by_pose = []
     for pose in scene.poses:
         parts = moving(scene.robot, pose.q, pose.rate, scene.safety.speed)
         terms, fastest = distances(scene.robot, parts, scene.safety), float(parts.speed.max())
-        found.append((terms.total, separation(scene.safety, fastest, terms.stopping), fastest))
-    each, largest, speeds = zip(*found, strict=True)
+        by_pose.append((terms.total, separation(scene.safety, fastest, terms.stopping), fastest))
+    each, largest, speeds = zip(*by_pose, strict=True)
     return Separations(
         float(np.min(each)),
         float(scene.pose_weights @ np.mean(each, axis=1)),

@@ -186,9 +186,7 @@ class CoverageObjective:
         some: Int[np.ndarray, " T"],
         slopes: Sequence[Float[Array, "T K 3"] | None],
     ) -> Float[np.ndarray, "3 R"]:
-        """Return slopes (3, R) by the values, from slopes (T, K, 3) by the rows of terms
-        ``some``.
-        """
+        """Return slopes (3, R) by the values, from slopes (T, K, 3) by terms ``some``."""
         by: list[Any] = [np.zeros_like(here.apex) if a is not None else None for a in slopes]
         for total, slope in zip(by, slopes, strict=True):
             if slope is not None:
@@ -232,7 +230,7 @@ class CoverageObjective:
             soft, worth = self._after_the_worst_loss(
                 rows, losses, some, clouds, poses, width, slopes
             )
-        found = []
+        results = []
         for i, (value, pull, by_pose) in enumerate(worth):
             slope = np.zeros_like(values[i])
             if slopes:
@@ -240,8 +238,8 @@ class CoverageObjective:
                 by = [None if a is None else pull[:, None, None] * a[mine] for a in soft[1:]]
                 slots, where = each[i]
                 slope = self._pulled_back(slots, where, places[i], some, by)
-            found.append((value, slope, by_pose))
-        worths, gradients, by_poses = zip(*found, strict=True)
+            results.append((value, slope, by_pose))
+        worths, gradients, by_poses = zip(*results, strict=True)
         return np.stack(worths), np.stack(gradients), np.stack(by_poses)
 
     def _after_the_worst_loss(
@@ -285,13 +283,13 @@ class CoverageObjective:
         slopes: bool,
     ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"], Float[np.ndarray, "S P"]]:
         weights = self.scene.pose_weights if poses is None else np.asarray(poses, float)
-        found = []
+        results = []
         for i in range(0, len(values), _AT_ONCE):
             some, x = jax.tree.map(
                 lambda a, i=i: a[i : i + _AT_ONCE], (setups, np.asarray(values, float))
             )
-            found.append(self._of_some(some, x, clouds, weights, float(width), slopes))
-        worths, gradients, by_poses = zip(*found, strict=True)
+            results.append(self._of_some(some, x, clouds, weights, float(width), slopes))
+        worths, gradients, by_poses = zip(*results, strict=True)
         return np.concatenate(worths), np.concatenate(gradients), np.concatenate(by_poses)
 
     def soft(

@@ -73,11 +73,11 @@ class SoftTerms:
 
         Slopes are by apexes, axes and up vectors.
         """
-        size, found, n = _rows()[0], [], len(rows.term)
+        size, results, n = _rows()[0], [], len(rows.term)
         for i in range(0, n, size):
             some = jax.tree.map(lambda a, i=i: _filled(a[i : i + size], size), rows)
-            found.append(self._run(some, min(size, n - i), clouds, np.float32(width), slopes))
-        soft: Soft = jax.tree.map(lambda *a: np.concatenate(a)[:n], *found)
+            results.append(self._run(some, min(size, n - i), clouds, np.float32(width), slopes))
+        soft: Soft = jax.tree.map(lambda *a: np.concatenate(a)[:n], *results)
         return soft
 
     def _run(self, rows: Rows, count: int, clouds: Cloud, width: np.float32, slopes: bool) -> Soft:
@@ -141,6 +141,6 @@ def _rows() -> tuple[int, int | None]:
 def _filled(array: np.ndarray, size: int) -> np.ndarray:
     """Return ``array`` padded with zeros to ``size`` along its first axis, in 32 bit."""
     kind = {"f": np.float32, "b": np.bool_}.get(array.dtype.kind, np.int32)
-    found = np.zeros((size, *array.shape[1:]), kind)
-    found[: len(array)] = array
-    return found
+    padded = np.zeros((size, *array.shape[1:]), kind)
+    padded[: len(array)] = array
+    return padded

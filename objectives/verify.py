@@ -187,10 +187,10 @@ class Verifier:
     def _target(self, target: Target, pose: int, solid: Difference, voxel: float) -> VoxelSet:
         if (target, pose) in self._targets:
             return self._targets[target, pose]
-        found = target_voxels(solid, voxel, self._rule, memory=self.memory / 2)
-        if found.nbytes + sum(kept.nbytes for kept in self._targets.values()) <= self.memory / 4:
-            self._targets[target, pose] = found
-        return found
+        wanted = target_voxels(solid, voxel, self._rule, memory=self.memory / 2)
+        if wanted.nbytes + sum(kept.nbytes for kept in self._targets.values()) <= self.memory / 4:
+            self._targets[target, pose] = wanted
+        return wanted
 
     def pieces(self, target: Target, pose: int) -> Iterator[tuple[VoxelSet, Region | None]]:
         """Yield the voxels of ``target`` at a pose, each once: all, or region by region.
@@ -305,9 +305,7 @@ class Verifier:
         return self.judged([self.verify(setup, goal.target) for goal in self.scene.goals])
 
     def judged(self, each: Sequence[Verified]) -> tuple[float, float]:
-        """Return ``judge``'s values for a setup whose goals are already verified, in their
-        order.
-        """
+        """Return ``judge``'s values for a setup whose goals are already verified."""
         goals, weights = self.scene.goals, [float(w) for w in self.scene.goal_weights]
         short = math.fsum(
             max(goal.at_least - v.zeta, 0.0) for goal, v in zip(goals, each, strict=True)

@@ -32,12 +32,12 @@ def circle(
 ) -> Float[np.ndarray, "T N 3"]:
     """Return evenly spaced points of each circle, in axis coordinates, m."""
     angle = 2 * math.pi * np.arange(points) / points
-    found = np.empty((len(places), points, 3))
-    found[:, :, 0], found[:, :, 1:] = (
+    on_circle = np.empty((len(places), points, 3))
+    on_circle[:, :, 0], on_circle[:, :, 1:] = (
         places[:, None],
         radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1),
     )
-    return found
+    return on_circle
 
 
 def capsule_gap(
@@ -85,12 +85,12 @@ def plane_gap(
     step = math.pi / _PLANE_POINTS
 
     def value(points: np.ndarray, which: np.ndarray) -> Any:
-        found = np.full(points.shape[:2], -np.inf)
+        most = np.full(points.shape[:2], -np.inf)
         for i in range(normal.shape[1]):
-            found = np.maximum(
-                found, np.einsum("tnk,tk->tn", points, normal[which, i]) - offset[which, i][:, None]
+            most = np.maximum(
+                most, np.einsum("tnk,tk->tn", points, normal[which, i]) - offset[which, i][:, None]
             )
-        return found
+        return most
 
     def gap(places: Float[np.ndarray, " T"], which: Int[np.ndarray, " T"]) -> tuple[Any, Any]:
         low = value(circle(places, 0.0, 1), which)[:, 0] - radius
@@ -118,7 +118,7 @@ def blocked(
         clear: required clearance, m.
         finest: shortest interval, m.
     """
-    found: list[tuple[float, float, int]] = []
+    intervals: list[tuple[float, float, int]] = []
     which = np.arange(things)
     centre, half = np.full(things, sum(span) / 2), np.full(things, (span[1] - span[0]) / 2)
     while len(which):
@@ -128,14 +128,14 @@ def blocked(
         )
         open_ = low - half < clear
         shut = open_ & ((high + half < clear) | (2 * half <= finest))
-        found += [
+        intervals += [
             (float(c - h), float(c + h), int(i))
             for c, h, i in zip(*(v[shut] for v in (centre, half, which)), strict=True)
         ]
         go = open_ & ~shut
         which, half = np.tile(which[go], 2), np.tile(half[go] / 2, 2)
         centre = np.tile(centre[go], 2) + np.concatenate([-half[: go.sum()], half[: go.sum()]])
-    return sorted(found)
+    return sorted(intervals)
 
 
 def _slices(count: int, size: int = 2048) -> list[slice]:

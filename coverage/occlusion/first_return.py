@@ -90,9 +90,7 @@ def _golden(
 
 
 def _end(function: Callable[[Array], Array], inner: Array, outer: Array) -> Any:
-    """Return the point nearest to ``outer`` up to which ``function`` stays at most 0 from
-    ``inner``.
-    """
+    """Return the last point from ``inner`` towards ``outer`` where ``function`` is at most 0."""
     xp = namespace(inner)
 
     def step(inner: Array, outer: Array) -> Any:
@@ -106,8 +104,7 @@ def _end(function: Callable[[Array], Array], inner: Array, outer: Array) -> Any:
 def capsule_gap(
     beam: Beam, start: Array, end: Array, radius: Numbers, margin: float = 0.0, steps: int = _STEPS
 ) -> tuple[Any, Any]:
-    """Return the distance (...) m of capsules from cones, and the place on the axis where it is
-    least.
+    """Return the distance (...) m of capsules from cones, and where along the axis it is least.
 
     A negative distance is a depth of overlap. The place runs from 0 to 1 along the axis, with an
     error of 0.62 ** ``steps``. The search is valid because the distance of a point from a convex
@@ -214,10 +211,10 @@ def meeting_points(looks: Beam, body: Polyhedron) -> Any:
     level = middle + x[..., None] * aside
     rim = root((range_m * sine / cosine) ** 2 - x * x)[..., None] * cross(axis, aside)
     on_mantle = apex - _over(height, dot(look, normal))[..., None] * look
-    found = [apex - height[..., None] * normal, on_mantle, level, level + rim, level - rim]
+    candidates = [apex - height[..., None] * normal, on_mantle, level, level + rim, level - rim]
     if len(body.edges):
-        found += _on_edges(apex, axis, cosine, range_m, body)
-    return xp.concatenate(found, axis=1)
+        candidates += _on_edges(apex, axis, cosine, range_m, body)
+    return xp.concatenate(candidates, axis=1)
 
 
 def polyhedron_in_beam(

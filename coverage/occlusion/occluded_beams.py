@@ -185,17 +185,17 @@ def _(parts: Beams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> B
 
     These are the voxels of the cone, inside the ball if the sensor is blinded, and in no shadow.
     """
-    found = words(parts.cones, grid, points, index)
+    mask = words(parts.cones, grid, points, index)
     stop = parts.stop[index]
     cut = np.flatnonzero(np.isfinite(stop))
     if len(cut):
         ball = grid.words(within(stop[cut], points[cut] - rows(parts.cones.apex, index[cut])))
-        found.sure[cut] &= ball.sure
-        found.maybe[cut] &= ball.maybe
+        mask.sure[cut] &= ball.sure
+        mask.maybe[cut] &= ball.maybe
     for first, planes in ((parts.first_shadow, False), (parts.first_planes, True)):
         count = (first[1:] - first[:-1])[index]
         for rank in range(int(count.max(initial=0))):
-            todo = np.flatnonzero((count > rank) & (found.maybe != 0))
+            todo = np.flatnonzero((count > rank) & (mask.maybe != 0))
             if len(todo):
                 entry = first[index[todo]] + rank
                 if planes:
@@ -204,6 +204,6 @@ def _(parts: Beams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> B
                     )
                 else:
                     free = free_of_shadows(grid, points[todo], parts.shadows.rows(entry))
-                found.sure[todo] &= free.sure
-                found.maybe[todo] &= free.maybe
-    return found
+                mask.sure[todo] &= free.sure
+                mask.maybe[todo] &= free.maybe
+    return mask

@@ -120,8 +120,8 @@ def _stops(cones: Cones, k: np.ndarray, occluders: Occluders, bracketed: bool) -
         stop = np.full(len(cones), np.inf)
         if len(k):
             bodies = _in_capsules(capsule_in_beam, looks, occluders.bodies, margin)
-            found = np.concatenate([bodies, _in_obstacles(looks, occluders, margin)], axis=1)
-            stop[k] = found.min(axis=1, initial=np.inf) - margin
+            distance = np.concatenate([bodies, _in_obstacles(looks, occluders, margin)], axis=1)
+            stop[k] = distance.min(axis=1, initial=np.inf) - margin
         stops.append(stop)
     return stops[0], stops[-1]
 

@@ -52,13 +52,13 @@ def slabs(
     each of N rows, N at least 1. Memory use depends on ``size`` only.
     """
     n = len(rows[0])
-    found = []
+    results = []
     for first in range(0, n, size):
         index = np.minimum(np.arange(first, first + size), n - 1)
-        found.append(
+        results.append(
             np.asarray(function(tuple(jnp.asarray(a[index]) for a in rows), fixed))[: n - first]
         )
-    return np.concatenate(found)
+    return np.concatenate(results)
 
 
 def blocks(
@@ -172,10 +172,10 @@ def _read(
     if not len(t):
         return distance, point
     eyes = apex[t, k], axis[t, k], half_angle[k], range_m[k]
-    found = slabs(_in_cones, (*eyes, balls[t, g], size[g])).astype(float)
+    ball_distance = slabs(_in_cones, (*eyes, balls[t, g], size[g])).astype(float)
     if bodies is not None:
-        _hide(found, t, k, g, eyes, (balls, size), bodies, obstacles)
-    ball, near = found.argmin(axis=1), found.min(axis=1)
+        _hide(ball_distance, t, k, g, eyes, (balls, size), bodies, obstacles)
+    ball, near = ball_distance.argmin(axis=1), ball_distance.min(axis=1)
     best = _nearest_rows(near, t, k)
     t, k, g, ball = t[best], k[best], g[best], ball[best]
     exact = ball_in_cone(
@@ -186,7 +186,7 @@ def _read(
 
 
 def _hide(
-    found: np.ndarray,
+    distance: np.ndarray,
     t: np.ndarray,
     k: np.ndarray,
     g: np.ndarray,
@@ -195,7 +195,7 @@ def _hide(
     bodies: Capsules,
     obstacles: tuple[Polyhedron, ...],
 ) -> None:
-    """Set the distances ``found`` (R, BLOCK) of occluded balls to infinity where this matters.
+    """Set the distances ``distance`` (R, BLOCK) of occluded balls to infinity where this matters.
 
     A sensor's other balls are tested only if its nearest ball is occluded.
     """
@@ -211,15 +211,15 @@ def _hide(
         hidden = slabs(
             _hidden, (apex[row], seen, bodies.start[t[row]], bodies.end[t[row]]), fixed, _HITS
         )
-        found[row[hidden], ball[hidden]] = np.inf
+        distance[row[hidden], ball[hidden]] = np.inf
         return hidden
 
-    first = _nearest_rows(found.min(axis=1), t, k)
+    first = _nearest_rows(distance.min(axis=1), t, k)
     if not len(first):
         return
     again = np.zeros((t.max() + 1, k.max() + 1), bool)
-    again[t[first], k[first]] = test(first, found[first].argmin(axis=1))
-    row, ball = np.nonzero(np.isfinite(found) & again[t, k][:, None])
+    again[t[first], k[first]] = test(first, distance[first].argmin(axis=1))
+    row, ball = np.nonzero(np.isfinite(distance) & again[t, k][:, None])
     if len(row):
         test(row, ball)
 

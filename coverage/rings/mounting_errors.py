@@ -126,9 +126,7 @@ def misplaced(arrays: RingArrays, meant: SensorPoses, errors: Misplaced) -> Sens
     turn = turn[:, ring]
 
     def turned(v: Array) -> Any:
-        """Rotate ``v`` by the rings' rotations (Rodrigues); a zero rotation returns ``v``
-        exactly.
-        """
+        """Rotate ``v`` by the rings' rotations (Rodrigues); at angle 0 exactly ``v``."""
         across = cross(turn, v)
         return v + (sine * across + cosine * cross(turn, across))
 

@@ -235,14 +235,14 @@ def seen_from(arrays: RingArrays, here: SensorPoses, frames: Array, up: bool) ->
         return v.reshape(*v.shape[:-2], *batch, *v.shape[-2:])
 
     apex, look = beside(here.apex), beside(here.look)
-    found = in_base(arrays, apex, look, frames)
+    axes = in_base(arrays, apex, look, frames)
     return (
         (
-            *found,
+            *axes,
             in_base(arrays, apex, beside(up_of(here.look, here.along, here.radial)), frames)[1],
         )
         if up
-        else found
+        else axes
     )
 
 

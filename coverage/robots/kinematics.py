@@ -27,9 +27,7 @@ class Chain:
 
 
 def rotation_rpy(roll: float, pitch: float, yaw: float) -> Float[np.ndarray, "3 3"]:
-    """Return the rotation about the fixed x, then y, then z axis (URDF's rpy), angles in
-    radians.
-    """
+    """Return the rotation about the fixed x, then y, then z axis (URDF's rpy), rad."""
     cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
     x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])

@@ -15,13 +15,13 @@ def tube_of(mount: Mount, bodies: tuple[Body, ...]) -> list[Body]:
 
     They lie on the mount's frame and along its axis; housings across it are excluded.
     """
-    found = []
+    tubes = []
     for body in bodies:
         along = body.capsule.end - body.capsule.start
         length = float(np.linalg.norm(along))
         if body.frame == mount.frame and length > 0 and abs(along @ mount.axis) > _ALONG * length:
-            found.append(body)
-    return found
+            tubes.append(body)
+    return tubes
 
 
 def axes_of(mount: Mount) -> Float[np.ndarray, "3 3"]:
@@ -35,12 +35,12 @@ def surrounded(mount: Mount, bodies: tuple[Body, ...]) -> float:
     It covers the measured section, including its offset from the axis, and the capsules of the
     tube, at the middle of the usable interval.
     """
-    at, found = sum(mount.usable) / 2 * mount.length, mount.aside + mount.section
+    at, outermost = sum(mount.usable) / 2 * mount.length, mount.aside + mount.section
     for body in tube_of(mount, bodies):
         ends = (np.stack([body.capsule.start, body.capsule.end]) - mount.start) @ axes_of(mount).T
         places = ends[0] + np.linspace(0, 1, _PLACES)[:, None] * (ends[1] - ends[0])
         ahead, off = np.abs(places[:, 0] - at), np.hypot(places[:, 1], places[:, 2])
         radius = body.capsule.radius
         reach = off + np.sqrt(np.maximum(radius**2 - ahead**2, 0.0))
-        found = max(found, float(np.max(reach, where=ahead < radius, initial=0.0)))
-    return found
+        outermost = max(outermost, float(np.max(reach, where=ahead < radius, initial=0.0)))
+    return outermost

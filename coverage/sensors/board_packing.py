@@ -115,9 +115,7 @@ def inner_radius(around: float, printing: Printing) -> float:
 def best_pocket(
     board: Board, printing: Printing, radius: float, tilt: float, inside: float = 0.0
 ) -> Pocket:
-    """Return the pocket that allows more boards on a ring; if equal, the one with the narrow
-    side.
-    """
+    """Return the pocket that allows more boards on a ring; if equal, the narrow one."""
     each = pockets(board, printing)
     first, second = (_counts(p, printing, radius, np.array([tilt]), inside)[0] for p in each)
     return each[1] if second > first else each[0]

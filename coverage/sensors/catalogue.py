@@ -70,9 +70,7 @@ class Model:
 
     @property
     def zone_deg(self) -> tuple[float, float]:
-        """Full angles of a separately ranging unit, degrees: of the beam, or of one of its
-        zones.
-        """
+        """Full angles of the beam, or of one of its zones if it has several, degrees."""
         return self.side_deg / self.zones, self.side_deg / self.zones
 
     @property
@@ -82,9 +80,7 @@ class Model:
 
 
 def _by_light(unit: str, *pairs: tuple[float, float], white: float = WHITE) -> tuple[Figure, ...]:
-    """Return figures of a bright target from pairs of a light in ``unit`` (0: dark) and a range,
-    m.
-    """
+    """Return figures of a bright target from pairs of light (0: dark) and range, m."""
     return tuple(Figure(Light(f"{v:g}{unit}", v) if v else DARK, white, r) for v, r in pairs)
 
 

@@ -121,11 +121,10 @@ class SoftBeams:
 
 
 def by_apex(pull: Array, slopes: tuple[Array, Array, Array], columns: int) -> Any:
-    """Return the gradient (g, c, columns) of a sum over points by the apex, the first three
-    columns.
+    """Return the gradient (g, c, columns) of a sum over points by the apex (3 columns).
 
     The sum grows by ``pull`` (g, c, B) with a function that has the slopes (g, c, B) along x, y and
     z.
     """
-    found = jnp.stack([(pull * slope).sum(axis=2) for slope in slopes], axis=2)
-    return jnp.pad(found, ((0, 0), (0, 0), (0, columns - 3)))
+    gradient = jnp.stack([(pull * slope).sum(axis=2) for slope in slopes], axis=2)
+    return jnp.pad(gradient, ((0, 0), (0, 0), (0, columns - 3)))

@@ -110,8 +110,8 @@ class CellBeams(SoftBeams):
     def slopes(self, points: Array, some: Any, pull: Array, *geometry: Array) -> Any:
         """See ``SoftBeams``."""
         *of_inner, hidden, x, y, z = geometry
-        found = self._inner.slopes(points, some[2], jnp.where(hidden, 0, pull), *of_inner)
-        return found + by_apex(jnp.where(hidden, pull, 0), (x, y, z), found.shape[2])
+        gradient = self._inner.slopes(points, some[2], jnp.where(hidden, 0, pull), *of_inner)
+        return gradient + by_apex(jnp.where(hidden, pull, 0), (x, y, z), gradient.shape[2])
 
     def pulled_back(self, slope: Array) -> tuple[Any, ...]:
         """See ``SoftBeams``."""
@@ -119,8 +119,7 @@ class CellBeams(SoftBeams):
 
 
 def _largest(points: Array, normal: Array, offset: Array, w: Array, c: Array) -> tuple[Any, ...]:
-    """Return the maximum (g, c, B) m of planes (g, c, M, ...) at points (g, B, 3), and its
-    decrease.
+    """Return the maximum (g, c, B) m of planes at points (g, B, 3), and its decrease.
 
     The decrease is that for each metre that the apex moves along x, y and z.
     """
@@ -131,9 +130,9 @@ def _largest(points: Array, normal: Array, offset: Array, w: Array, c: Array) ->
     )
     for i in range(offset.shape[2]):
         n, along = normal[:, :, None, i], w[:, :, None, i]
-        found = dot(p, n) - offset[:, :, None, i]
-        more = found > value
-        value = jnp.maximum(value, found)
+        plane = dot(p, n) - offset[:, :, None, i]
+        more = plane > value
+        value = jnp.maximum(value, plane)
         turn = jnp.where(more, dot(p, along) - c[:, :, None, i], turn)
         x, y, z = (jnp.where(more, n[..., k], old) for k, old in enumerate((x, y, z)))
     return value, turn * x, turn * y, turn * z

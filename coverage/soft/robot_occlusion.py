@@ -234,9 +234,7 @@ class HiddenBeams(SoftBeams):
         return jnp.maximum(t, most), *geometry, most > t, *slopes
 
     def _past(self, points: Array, some: Any) -> tuple[Any, ...]:
-        """Return how far points lie beyond the first return (g, c, B) m, and the slopes by the
-        apex.
-        """
+        """Return how far points lie beyond the first return (g, c, B) m, and its slopes."""
         v = points[:, None] - some[0][:, :, None]
         length = root(dot(v, v))
         by = (-v[..., i] / jnp.where(length > 0, length, 1.0) for i in range(3))
@@ -245,11 +243,13 @@ class HiddenBeams(SoftBeams):
     def slopes(self, points: Array, some: Any, pull: Array, *geometry: Array) -> Any:
         """See ``SoftBeams``; for blinded beams the last column is the slope by the first return."""
         *of_beam, hidden, x, y, z = geometry
-        found = self.free.slopes(points, some, jnp.where(hidden, 0, pull), *of_beam)
+        gradient = self.free.slopes(points, some, jnp.where(hidden, 0, pull), *of_beam)
         pull = jnp.where(hidden, pull, 0)
-        found = found + by_apex(pull, (x, y, z), found.shape[2])
+        gradient = gradient + by_apex(pull, (x, y, z), gradient.shape[2])
         return (
-            jnp.concatenate([found, -pull.sum(axis=2)[..., None]], axis=2) if self.stops else found
+            jnp.concatenate([gradient, -pull.sum(axis=2)[..., None]], axis=2)
+            if self.stops
+            else gradient
         )
 
     def pulled_back(self, slope: Array) -> tuple[Any, ...]:

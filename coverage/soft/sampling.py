@@ -49,15 +49,15 @@ def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
     """
     low, high = solid.bounds()
     blocks = sobol(_BATCH, seed)
-    found: list[np.ndarray] = []
+    batches: list[np.ndarray] = []
     total = tried = 0
     while tried < _FIRST or total * _MOST > count * tried:
         candidates = low + (high - low) * next(blocks)
         hits = candidates[_inside(solid, candidates)]
-        found.append(hits)
+        batches.append(hits)
         total, tried = total + len(hits), tried + _BATCH
         if total >= count:
-            return np.concatenate(found)[:count]
+            return np.concatenate(batches)[:count]
     raise EmptySolidError(
         f"only {total} of {tried} sampled points lie inside the target: it is empty or too thin"
     )
@@ -87,9 +87,7 @@ class Cloud:
 def _halves(
     points: Float[np.ndarray, "N 3"], index: np.ndarray, blocks: int, block: int
 ) -> list[np.ndarray]:
-    """Split ``index`` recursively at the median of its widest side, with whole blocks to the
-    left.
-    """
+    """Split ``index`` recursively at the median of its widest side, whole blocks left."""
     if blocks <= 1:
         return [index]
     left = blocks // 2

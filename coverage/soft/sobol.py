@@ -16,9 +16,7 @@ _VALUE = 2 ** np.arange(_BITS - 1, -1, -1, dtype=np.uint32)  # value of each bit
 
 
 def _directions() -> UInt32[np.ndarray, "3 b"]:
-    """Return the unscrambled direction numbers of the three dimensions, as ``_BITS``-bit
-    integers.
-    """
+    """Return the unscrambled direction numbers of the three dimensions, as integers."""
     second, third = [1], [1, 3]
     for _ in range(1, _BITS):
         second.append(second[-1] << 1 ^ second[-1])

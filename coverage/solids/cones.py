@@ -126,10 +126,9 @@ class Cones(Parts):
         return np.zeros(len(self), bool)
 
     def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
-        """Return the corners of part ``k``'s section at ``length`` m along its axis: none for a
-        cone.
+        """Return the corners of part ``k``'s section at ``length`` m: none for a cone.
 
-        They are relative to the axis, m, in order around it.
+        They are relative to the point of the axis at that length, m, in order around it.
         """
         return np.zeros((0, 3))
 

@@ -98,18 +98,18 @@ def hull(points: Float[np.ndarray, "N 3"]) -> Polyhedron:
     from scipy.spatial import ConvexHull, QhullError
 
     try:
-        found = ConvexHull(points)
+        convex = ConvexHull(points)
     except (QhullError, ValueError) as error:
         raise ValueError(
             "the points span no volume; a hull needs 4 that are not coplanar"
         ) from error
-    planes, face = np.unique(np.round(found.equations, _DIGITS), axis=0, return_inverse=True)
+    planes, face = np.unique(np.round(convex.equations, _DIGITS), axis=0, return_inverse=True)
     normal = planes[:, :3]
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    corners = points[found.vertices]
+    corners = points[convex.vertices]
     offset = (corners @ normal.T).max(axis=0)  # rounding must not exclude a corner
     meet: dict[tuple[int, int], list[int]] = {}
-    for triangle, of in zip(found.simplices, face.reshape(-1), strict=True):
+    for triangle, of in zip(convex.simplices, face.reshape(-1), strict=True):
         for a, b in ((0, 1), (1, 2), (2, 0)):
             meet.setdefault(
                 (min(triangle[a], triangle[b]), max(triangle[a], triangle[b])), []
@@ -196,9 +196,7 @@ def planes_share(
     side: float,
     slack: float,
 ) -> VolumeFraction:
-    """Return bounds of the share of cubes about ``points`` where all plane functions are at most
-    0.
-    """
+    """Return bounds of the share of cubes about ``points`` under all planes."""
     total = VolumeFraction(np.ones(len(points)), np.ones(len(points)))
     for i in range(normal.shape[1]):
         n = normal[:, i]

@@ -80,9 +80,7 @@ class Optics(Cones):
         return beam(points, apex, axis, half, range_m, up, half_up)
 
     def _by_shape(self, index: Index) -> tuple[tuple[Any, Cones | Pyramids], ...]:
-        """Return which pairs have which shape, and the union of that shape, with the same
-        indices.
-        """
+        """Return, for each shape, which pairs have it and the union of that shape."""
         square = self.is_square()[index]
         round_ = Cones(self.apex, self.axis, self.half_angle, self.range_m)
         return (~square, round_), (square, self.pyramids())
@@ -115,8 +113,8 @@ class Optics(Cones):
         )
 
         def fill(k: Index, shape: Cones | Pyramids) -> None:
-            found, value[k], normal[k] = shape.each_share(rows(points, k), index[k], side, slack)
-            share.low[k], share.high[k] = found.low, found.high
+            bounds, value[k], normal[k] = shape.each_share(rows(points, k), index[k], side, slack)
+            share.low[k], share.high[k] = bounds.low, bounds.high
 
         self.split(index, fill)
         return share, value, normal

@@ -76,9 +76,7 @@ def _perpendicular(v: Array) -> Any:
 
 
 def _unit(v: Array, instead: Array) -> tuple[Any, Any]:
-    """Return length (...) and direction (..., 3) of ``v``; ``instead`` where the length is almost
-    0.
-    """
+    """Return length (...) and direction (..., 3) of ``v``; ``instead`` at almost 0."""
     xp = namespace(v)
     length = root(dot(v, v))
     some = length > 1e-9
@@ -168,8 +166,7 @@ def way(ball: Ball, shadow: Shadow) -> Any:
 
 
 def nearest_ball(points: Array, shadow: Shadow) -> Ball:
-    """Return the ball of a shadow with the least signed distance from each of ``points`` (..., 3)
-    m.
+    """Return the shadow's ball of least signed distance from each of ``points`` (..., 3).
 
     The shapes broadcast.
     """

@@ -72,9 +72,9 @@ class Tube(Parts):
         positive, negative, i = height >= 0, height <= 0, self.first
         differ = np.flatnonzero((positive[i] & negative[i + 1]) | (negative[i] & positive[i + 1]))
         slab, point = np.divmod(differ, len(points))
-        found = np.zeros(len(points), bool)
-        found[point[self.part(points[point], slab) <= 0]] = True
-        return found
+        held = np.zeros(len(points), bool)
+        held[point[self.part(points[point], slab) <= 0]] = True
+        return held
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         centre = np.asarray(self.centre)

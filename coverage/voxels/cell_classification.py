@@ -13,9 +13,7 @@ SLACK = 1e-9  # rounding error of an implicit function, relative to the scale of
 
 
 def scale(solid: Solid) -> float:
-    """Return the scale of rounding: 1 m, or the largest coordinate of the solid's parts if
-    larger.
-    """
+    """Return the scale of rounding: 1 m, or the solid's largest coordinate if larger."""
     return max(
         [1.0, *(float(np.abs(parts.bounds()).max()) for parts in leaves(solid) if len(parts))]
     )

@@ -302,23 +302,23 @@ def bracket(
     volume = float(np.prod(np.ptp(box, axis=0)))
     threshold = width * volume / 100 if width > 0 else 0.0
     work = _Pass(target, seen, unit, threshold, 0.5, slack, threading.Event())
-    found: Bracket | None = None
+    interval: Bracket | None = None
     for passes in itertools.count(1):
         try:
-            tally = _run(work, start, found.cells if found else 0)
-            before, found = found, tally.bracket(passes, unit, width)
-            if found.volume_low == 0 and found.volume_high < _EMPTY * volume:
+            tally = _run(work, start, interval.cells if interval else 0)
+            before, interval = interval, tally.bracket(passes, unit, width)
+            if interval.volume_low == 0 and interval.volume_high < _EMPTY * volume:
                 raise ValueError(
                     "the target is empty or too thin: no part of its volume is certain"
                 )
-            tell(found)
+            tell(interval)
         except KeyboardInterrupt:
-            if found is None:
+            if interval is None:
                 raise
-            return found
-        stuck = before is not None and tally.level == 0 and found.width > 0.99 * before.width
-        if found.reached or not threshold > 0 or stuck:
-            return found
-        zeta = min(max((found.low + found.high) / 2, 0.05), 0.95)
-        work = replace(work, zeta=zeta, threshold=work.threshold * _step(found.width, width))
+            return interval
+        stuck = before is not None and tally.level == 0 and interval.width > 0.99 * before.width
+        if interval.reached or not threshold > 0 or stuck:
+            return interval
+        zeta = min(max((interval.low + interval.high) / 2, 0.05), 0.95)
+        work = replace(work, zeta=zeta, threshold=work.threshold * _step(interval.width, width))
     raise AssertionError("unreachable")

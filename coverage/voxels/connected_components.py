@@ -48,9 +48,7 @@ class Pieces:
 
 
 def pieces(voxels: VoxelSet) -> Pieces:
-    """Return the connected pieces of a set of voxels; pieces of equal size in order of their
-    keys.
-    """
+    """Return the connected pieces of a set; pieces of equal size in order of their keys."""
     key, level = _cells(voxels)
     side, size = 1 << level, 1 << 3 * level
     lowest = decode(key)
@@ -111,7 +109,7 @@ def _across_faces(
     lowest: Int[np.ndarray, "C 3"],
 ) -> tuple[Int[np.ndarray, " E"], Int[np.ndarray, " E"]]:
     """Return pairs of cells that share a face, the smaller one first."""
-    found = []
+    edges = []
     for axis in range(3):
         for way in (-1, 1):
             beside = lowest.copy()
@@ -119,6 +117,6 @@ def _across_faces(
             wanted = encode(beside)
             at = np.maximum(np.searchsorted(key, wanted, side="right") - 1, 0)
             met = (key[at] <= wanted) & (wanted < key[at] + size[at]) & (size[at] >= size)
-            found.append((np.flatnonzero(met), at[met]))
-    one, other = zip(*found, strict=True)
+            edges.append((np.flatnonzero(met), at[met]))
+    one, other = zip(*edges, strict=True)
     return np.concatenate(one), np.concatenate(other)

@@ -224,13 +224,13 @@ class _Descent:
     def _words(self, cells: Cells, points: Float[np.ndarray, "M 3"]) -> UInt64[np.ndarray, " P"]:
         """Return the voxels of each pair's block whose centre lies in its cone."""
         cell, cone = cells.pairs[0]
-        found = words(
+        mask = words(
             self.cones,
             BlockGrid(self.wanted.voxel, self.slack * scale(self.cones)),
             rows(points, cell),
             cone,
         )
-        word, open_ = found.sure, np.flatnonzero(found.sure != found.maybe)
+        word, open_ = mask.sure, np.flatnonzero(mask.sure != mask.maybe)
         for some in np.array_split(open_, len(open_) * VOXELS // self.chunk + 1):
             numbers = (cells.numbers[cell[some]].T[:, None, :] << LEVEL) + CORNER.T[:, :, None]
             value = self.cones.part(

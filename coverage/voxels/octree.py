@@ -145,9 +145,9 @@ class Descent:
             words(parts, grid, rows(points, cell), index).union(cell, len(cells))
             for parts, (cell, index) in zip(leaves(self.solid), cells.pairs, strict=True)
         ]
-        found = fold(self.solid, unions, LOGIC)
-        word: np.ndarray = found.sure
-        open_ = found.sure != found.maybe
+        mask = fold(self.solid, unions, LOGIC)
+        word: np.ndarray = mask.sure
+        open_ = mask.sure != mask.maybe
         if open_.any():
             word[open_] = np.concatenate(
                 [self._exact(run) for run in cells.only(open_).slices(self.chunk // VOXELS)]
@@ -270,10 +270,10 @@ def voxels(
         ValueError: if the voxels are so small that the solid extends beyond half of the lattice,
             2^19 voxels.
     """
-    found = [f for part in _each(solid, voxel, rule, within, region, memory, list) for f in part]
-    if not found:
+    counts = [f for part in _each(solid, voxel, rule, within, region, memory, list) for f in part]
+    if not counts:
         return VoxelSet.empty(voxel)
-    key, size = (np.concatenate(ends) for ends in zip(*(f.runs() for f in found), strict=True))
+    key, size = (np.concatenate(ends) for ends in zip(*(f.runs() for f in counts), strict=True))
     whole = VoxelSet.of_cells(voxel, key, size)
     return whole if within is None else whole & within
 
@@ -291,7 +291,7 @@ def count(
     For the arguments see ``voxels``.
     """
 
-    def total(found: Iterator[OctreeCount]) -> int:
-        return sum(f.wanted(within) for f in found)
+    def total(counts: Iterator[OctreeCount]) -> int:
+        return sum(f.wanted(within) for f in counts)
 
     return sum(_each(solid, voxel, rule, within, region, memory, total))

@@ -161,8 +161,7 @@ def _(parts: Cones, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> B
 
 @words.register
 def _(parts: Pyramids, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
-    """Return voxels in pyramids: d^2 sin^2 a >= x^2 cos^2 a, the same for y, and d (range - d) >=
-    0.
+    """Return voxels in pyramids: d^2 sin^2 a >= x^2 cos^2 a, also for y, d (range - d) >= 0.
 
     The last one excludes d < 0, as the others also hold behind the apex.
     """
@@ -185,8 +184,8 @@ def _(parts: Optics, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> 
     sure, maybe = np.zeros((2, len(index)), np.uint64)
 
     def fill(some: Any, shape: Parts) -> None:
-        found = words(shape, grid, rows(points, some), index[some])
-        sure[some], maybe[some] = found.sure, found.maybe
+        mask = words(shape, grid, rows(points, some), index[some])
+        sure[some], maybe[some] = mask.sure, mask.maybe
 
     parts.split(index, fill)
     return Bitmask(sure, maybe)

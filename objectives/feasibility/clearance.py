@@ -73,7 +73,7 @@ class MountClearance:
         first = max(self.scene.radius_of(link), at_least)
         if self.scene.stated_radius(link) is not None:
             return first
-        found, enough = (-1.0, first), min(_ENOUGH, self.scene.robot.mount(link).length)
+        best, enough = (-1.0, first), min(_ENOUGH, self.scene.robot.mount(link).length)
         for more in _MORE:
             radius = round(first + more, 4)
             stretches = self.stretches(link, radius)
@@ -82,16 +82,14 @@ class MountClearance:
                 if stretches
                 else -1.0
             )
-            if length > found[0]:
-                found = (length, radius)
+            if length > best[0]:
+                best = (length, radius)
             if length >= enough:
                 break
-        return found[1]
+        return best[1]
 
     def why(self, link: str, radius: float) -> str:
-        """Return a message on what obstructs a ring of ``radius`` m on ``link``; "" if nothing
-        does.
-        """
+        """Return a message that names what obstructs a ring on ``link``, or ""."""
         (low, high), cuts = self.closed(link), self._of(link, radius)[1]
         if low > high:
             return (
@@ -147,12 +145,12 @@ class MountClearance:
             self.scene.rules.arm,
         )
         t, span, share = self._near(link), (-arm, length + arm), length or 1.0
-        found = blocked(capsule_gap(t.start, t.end, t.thick, radius), len(t.thick), span, half)
-        found += [
+        obstructed = blocked(capsule_gap(t.start, t.end, t.thick, radius), len(t.thick), span, half)
+        obstructed += [
             (a, b, len(t.thick) + i)
             for a, b, i in blocked(plane_gap(t.normal, t.offset, radius), len(t.offset), span, half)
         ]
-        cuts = [((a - arm) / share, (b + arm) / share, t.names[i]) for a, b, i in found]
+        cuts = [((a - arm) / share, (b + arm) / share, t.names[i]) for a, b, i in obstructed]
         return _left(self.closed(link), cuts), cuts
 
     def _near(self, link: str) -> _Things:

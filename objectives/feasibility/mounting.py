@@ -35,22 +35,22 @@ class Standing:
 
 def standing(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
     """Return all mount violations of ``rings`` except their spacing on one link."""
-    found = [f for i, ring in enumerate(rings) for f in alone(clear, i, ring)]
-    return found + meeting(clear, rings)
+    violations = [f for i, ring in enumerate(rings) for f in alone(clear, i, ring)]
+    return violations + meeting(clear, rings)
 
 
 def alone(clear: MountClearance, i: int, ring: Ring) -> list[Standing]:
     """Return the mount violations of ring ``i`` by itself."""
-    name, least, found = f"ring {i} ({ring.link})", clear.scene.least_radius(ring.link), []
+    name, least, violations = f"ring {i} ({ring.link})", clear.scene.least_radius(ring.link), []
     if ring.radius < least - _ROUNDING:
         text = (
             f"{name} has a radius of {1000 * ring.radius:.1f} mm, allowed: {1000 * least:.1f} mm"
             " or more"
         )
-        found.append(Standing((i,), "standoff", text))
+        violations.append(Standing((i,), "standoff", text))
     low, high = clear.closed(ring.link)
     if low > high:
-        found.append(Standing((i,), "mount", f"{name}: {clear.why(ring.link, ring.radius)}"))
+        violations.append(Standing((i,), "mount", f"{name}: {clear.why(ring.link, ring.radius)}"))
     elif (
         not low - _PLACE <= ring.position <= high + _PLACE
         and clear.scene.robot.mount(ring.link).length > 0
@@ -58,12 +58,12 @@ def alone(clear: MountClearance, i: int, ring: Ring) -> list[Standing]:
         text = (
             f"{name} sits at {ring.position:.3f}, a ring can be closed from {low:.3f} to {high:.3f}"
         )
-        found.append(Standing((i,), "mount", text))
+        violations.append(Standing((i,), "mount", text))
     if within := clear.within(ring.link, ring.radius, ring.position):
-        found.append(
+        violations.append(
             Standing((i,), "mount", f"{name} at {ring.position:.3f} lies in {', '.join(within)}")
         )
-    return found
+    return violations
 
 
 def meeting(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
@@ -72,14 +72,14 @@ def meeting(clear: MountClearance, rings: Sequence[Ring]) -> list[Standing]:
     The test samples points of one ring. Every reported intersection is real, but an overlap of a
     few millimetres may be missed.
     """
-    found = []
+    violations = []
     for (i, a), (j, b) in itertools.combinations(enumerate(rings), 2):
         if a.link != b.link:
             poses = np.flatnonzero(_between(clear, a, b) < clear.scene.rules.band[0])
             if len(poses):
                 text = f"ring {i} ({a.link}) lies in ring {j} ({b.link}) at pose {poses[0]}"
-                found.append(Standing((i, j), "mount", text))
-    return found
+                violations.append(Standing((i, j), "mount", text))
+    return violations
 
 
 def _between(clear: MountClearance, one: Ring, other: Ring) -> Float[np.ndarray, " P"]:
@@ -91,7 +91,7 @@ def _between(clear: MountClearance, one: Ring, other: Ring) -> Float[np.ndarray,
     mount, against = robot.mount(one.link), robot.mount(other.link)
     places = one.position * mount.length + np.array([-arm, 0.0, arm])
     points = circle(places, one.radius, _POINTS).reshape(-1, 3) @ axes_of(mount) + mount.start
-    found = []
+    distances = []
     for first in range(0, len(clear.frames), _MANY):
         frames = clear.frames[first : first + _MANY]
         T = np.linalg.inv(frames[:, against.frame]) @ frames[:, mount.frame]
@@ -99,5 +99,5 @@ def _between(clear: MountClearance, one: Ring, other: Ring) -> Float[np.ndarray,
         v = seen @ axes_of(against).T
         ahead = np.maximum(np.abs(v[..., 0] - other.position * against.length) - arm, 0.0)
         off = np.hypot(v[..., 1], v[..., 2]) - other.radius
-        found.append(np.hypot(ahead, off).min(axis=1))
-    return np.concatenate(found)
+        distances.append(np.hypot(ahead, off).min(axis=1))
+    return np.concatenate(distances)

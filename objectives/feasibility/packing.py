@@ -37,17 +37,15 @@ def fitting_tilts(scene: Scene, ring: Ring) -> Tilts | None:
     if board is None:
         return low, high
     inside = innermost(scene, ring.link)
-    found = tilt_range(board, scene.printing, ring.radius, ring.count, inside)
-    if found is None:
+    fitting = tilt_range(board, scene.printing, ring.radius, ring.count, inside)
+    if fitting is None:
         return None
-    low, high = max(low, found[0]), min(high, found[1])
+    low, high = max(low, fitting[0]), min(high, fitting[1])
     return (low, high) if low <= high else None
 
 
 def most_sensors(scene: Scene, ring: Ring) -> float:
-    """Return the maximum sensor count of a ring of that radius and tilt; infinity without
-    boards.
-    """
+    """Return the maximum sensor count of a ring; infinity if no board has to fit."""
     board = board_of(scene, ring.sensor)
     if board is None:
         return math.inf
