@@ -4,7 +4,7 @@ each page, in order.
 Each page runs in an empty folder of its own. A TOML block whose first line is a comment with a
 file's name (``# cell.toml``) is written to that file. A ``text`` block right after a block quotes
 its output: every line must appear, in order. There … stands for anything, and numbers may differ by
-one percent, as a search may end slightly elsewhere on another processor. A block that needs hardware
+one percent, as a search may end slightly elsewhere on another processor. A block that needs a rig
 or many minutes is left out by a comment in the line above it: <!-- no-run: REASON -->
 
 Usage: python .ci/docs.py [PAGE ...]; without pages: the README, all pages of docs/, and the build.

@@ -295,7 +295,7 @@ REFUSED = [
     ('pr.Scene().replace(robots="ur3")', "replace: found robots"),
     ("pr.Shell(-1)", "not a positive number"),
     ("pr.Shell(0.5, weight=-1)", "weight: found -1"),
-    ('pr.Ring("forearm", 2, 8)', "position: found 2, allowed: 0"),
+    ('pr.verify(pr.Setup([pr.Ring("forearm", 2, 8)]))', "position: found 2"),
     ('pr.Ring("forearm", 0, 8, tilt=90)', "tilt: found 90, allowed: rad"),
     ("pr.Sensor(fov=25)", "fov: found 25, allowed: rad"),
     ('pr.Sensor(range_m=float("nan"))', "range_m: found nan"),

@@ -12,7 +12,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -80,6 +80,7 @@ def led_out(read):
     ]
 
 
+@example("0\xa0")  # a space that is no printable character
 @given(st.text(st.characters(exclude_categories=("Cs", "Cc")), max_size=60))
 def test_what_a_user_wrote_is_shown_as_it_is(tmp_path_factory, text):
     """In a paragraph, in a cell and in a block: no markup of it is heeded, none of it is lost."""

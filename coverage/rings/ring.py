@@ -20,7 +20,7 @@ class Ring:
     link: str
     """Name of the robot's mount."""
     position: float
-    """Position along the mount axis, 0 proximal to 1 distal."""
+    """Position along the mount axis, 0 proximal to 1 distal; a measured ring may lie beyond."""
     count: int
     """Number of sensors."""
     tilt: float = 0.0
@@ -34,10 +34,11 @@ class Ring:
 
     def __post_init__(self) -> None:
         """Reject values outside their range with a ``ValueError``."""
+        # measured rings may lie beyond an end of a short link and have any tilt
         for name, value, allowed, holds in (
-            ("position", self.position, "0 (proximal) to 1 (distal)", 0 <= self.position <= 1),
+            ("position", self.position, "a finite number", math.isfinite(self.position)),
             ("count", self.count, "a number of sensors", self.count >= 0),
-            ("tilt", self.tilt, "rad, between -pi/2 and pi/2", abs(self.tilt) < math.pi / 2),
+            ("tilt", self.tilt, "rad, between -pi and pi", abs(self.tilt) <= math.pi),
             ("phase", self.phase, "rad, a finite number", math.isfinite(self.phase)),
             ("radius", self.radius, "m, at least 0", 0 <= self.radius < math.inf),
         ):
