@@ -1,1 +1,1 @@
-"""What sensors cover: solids, robots, sensors, the octree count, the soft estimate."""
+"""The geometry of coverage: solids, robots, sensors, octree count, soft estimator."""

@@ -1,25 +1,23 @@
-"""The choices that a user makes by name, in scenes, files and options. Importing them loads nothing
-else.
-"""
+"""Choices that scenes, files and options make by name. This module imports nothing else."""
 
 from typing import Literal
 
 Rule = Literal["centre", "touch", "certified"]
-"""How a voxel is counted: by its centre, where any part of it is inside, or by a guaranteed
-interval."""
+"""How voxels are counted: ``centre`` counts those whose centre is inside, ``touch`` those of which
+any part is inside; ``certified`` computes a guaranteed interval instead."""
 
 Law = Literal["uniform", "normal"]
-"""How mounting errors are distributed: ``uniform`` up to their limits, or ``normal`` with half of
-these as standard deviations."""
+"""Distribution of mounting errors: ``uniform`` up to the limits, or ``normal`` with half the limits
+as standard deviations."""
 
 Losing = Literal["ring", "sensor"]
-"""What fails: the ring, or the sensor, whose loss costs most."""
+"""What fails: the ring or the sensor whose loss costs most coverage."""
 
 Along = Literal["x", "y", "z"]
-"""The axis of a frame along which its sensor looks."""
+"""The axis of a sensor frame along which the sensor looks."""
 
 Surface = Literal["collision", "visual"]
-"""Which meshes of a URDF stand for a link."""
+"""Which meshes of a URDF define a link's shape."""
 
 SENSOR_FRAMES = "tof_.*"
-"""A regular expression for the names of frames that are sensors."""
+"""Regular expression that matches the names of sensor frames."""

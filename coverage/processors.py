@@ -1,13 +1,15 @@
-"""How many threads a computation takes."""
+"""The number of threads that a computation uses."""
 
 import os
 
 
 def processors() -> int:
-    """The processors that this process may use; fewer where ``OMP_NUM_THREADS`` says so, as it does
-    for NumPy's own threads and in every worker of a cluster."""
+    """Return the number of processors that this process may use.
+
+    ``OMP_NUM_THREADS`` lowers it, as it does for NumPy's threads and in every cluster worker.
+    """
     usable = (
         len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     )
-    asked = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
-    return max(min(usable, int(asked)), 1) if asked.isdecimal() else usable
+    limit = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
+    return max(min(usable, int(limit)), 1) if limit.isdecimal() else usable

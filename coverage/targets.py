@@ -1,4 +1,4 @@
-"""Target volumes: what the sensors should see."""
+"""Target volumes: the space that the sensors should cover."""
 
 from dataclasses import dataclass
 
@@ -21,13 +21,16 @@ TCP_RANGE = 1.5  # m, radius of V_T: one sensor range (the paper)
 
 @dataclass(frozen=True)
 class Shape:
-    """How target volumes are made from a pose: blend of the pose curve, interpolation points per
-    bend, V_R's radius m, V_T's radius m."""
+    """How target volumes are built from a pose."""
 
     blend: float = 0.5
+    """Blend of the pose curve, in [0, 1]."""
     points_per_bend: int = 20
+    """Interpolation points per bend."""
     robot_radius: float = ROBOT_RADIUS
+    """Radius of V_R, m."""
     tcp_range: float = TCP_RANGE
+    """Radius of V_T, m."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ class Target:
     """A target volume by name: V_O, V_T, V_OT, V_P, or V_S with a radius in m.
 
     Raises:
-        ValueError: for an unknown name, a radius where none belongs, or none where one does.
+        ValueError: if the name is unknown, a radius is missing, not allowed or not positive.
     """
 
     name: str
@@ -57,7 +60,7 @@ class Target:
 
 
 def robot_curve(robot: Robot, q: Float[np.ndarray, " J"], shape: Shape) -> PoseCurve:
-    """The pose curve from base to TCP at joint angles ``q`` (J,) rad."""
+    """Return the pose curve from base to TCP at joint angles ``q`` (J,) rad."""
     return pose_curve(joint_origins(robot.chain, q), shape.blend)
 
 
@@ -70,21 +73,28 @@ def target_solid(
     rate: Float[np.ndarray, " J"] | None = None,
     safety: Safety | None = None,
 ) -> Difference:
-    """The target at pose ``q`` (J,) rad in the base frame: the outer solid less V_R and
-    ``obstacles``. V_P follows from ``rate`` (J,) rad/s, the joints' speeds, where they are known,
-    and ``safety``; it is less the robot's bodies, too.
+    """Return the target at pose ``q`` in the base frame: the outer solid less V_R and obstacles.
+
+    Args:
+        target: the target volume.
+        robot: the robot; its bodies are subtracted from V_P as well.
+        q: joint angles (J,), rad.
+        shape: how the volume is built from the pose.
+        obstacles: convex bodies to subtract, base frame.
+        rate: joint speeds (J,), rad/s, for V_P; None if unknown.
+        safety: terms of the separation distance, for V_P.
 
     Raises:
-        ValueError: if the shell's radius is not larger than V_R's, so that nothing is left; or if
-            V_P does not follow.
+        ValueError: if the shell's radius does not exceed V_R's, so that nothing is left; or if
+            V_P cannot be computed.
     """
     shape = shape or Shape()
     curve = robot_curve(robot, q, shape)
     inner = shape.robot_radius
     if target.radius is not None and target.radius <= inner:
         raise ValueError(
-            f"radius {target.radius:g} of target V_S is inside the robot's own V_R; allowed: above"
-            f" {inner:g}"
+            f"radius {target.radius:g} m of target V_S lies inside the robot's own V_R; it must"
+            f" exceed {inner:g} m"
         )
     body: Solid = curve.tube(shape.robot_radius, shape.points_per_bend)
     tcp = forward(robot.chain, q)[-1, :3, 3]

@@ -1,7 +1,7 @@
-"""Dataclasses of arrays as trees: JAX traces through them, and so does ``mapped`` without it.
+"""Dataclasses of arrays as pytrees: JAX traces through them, and ``mapped`` works without JAX.
 
-A count, a table or a catalogue needs no JAX, which takes longer to load than many a count. So what
-is a tree is registered with JAX as soon as JAX is imported, by whomever.
+Counts, tables and catalogues do not need JAX, which takes longer to load than many a count takes to
+run. Tree classes are therefore registered with JAX when any code first imports it.
 """
 
 import sys
@@ -19,7 +19,7 @@ _waiting: list[type] = []
 
 
 def tree(cls: _Class) -> _Class:
-    """Register a dataclass, all of whose fields are arrays or trees, as one of JAX's."""
+    """Register a dataclass whose fields are all arrays or trees as a JAX pytree."""
     cls.tree_fields = tuple(field.name for field in fields(cls))  # type: ignore[attr-defined]
     if "jax" in sys.modules:
         _register(cls)
@@ -29,13 +29,13 @@ def tree(cls: _Class) -> _Class:
 
 
 def mapped(function: Callable[[Any], Any], values: _Tree) -> _Tree:
-    """A tree with ``function`` of each of its arrays in their places."""
+    """Return a tree of the same structure with ``function`` applied to each array."""
     if hasattr(values, "tree_fields"):
         return type(values)(
             **{name: mapped(function, getattr(values, name)) for name in values.tree_fields}
         )
     if isinstance(values, tuple):
-        make = getattr(values, "_make", tuple)  # named or not
+        make = getattr(values, "_make", tuple)  # a named or a plain tuple
         return cast(_Tree, make(mapped(function, value) for value in values))
     return values if values is None else cast(_Tree, function(values))
 
@@ -47,9 +47,9 @@ def _register(cls: type) -> None:
 
 
 class _OnceJaxIsThere(MetaPathFinder):
-    """Finds JAX as Python does, and registers the trees that wait for it once it is loaded.
+    """An import hook that finds JAX as Python does and registers the waiting trees after it loads.
 
-    To look whether JAX is there, without loading it, changes nothing.
+    Looking up JAX's spec without loading it registers nothing.
     """
 
     def __init__(self) -> None:

@@ -1,1 +1,1 @@
-"""What a search maximises, what is allowed, and the exact coverage of a setup."""
+"""The criterion of a search, its constraints, and the exact coverage of a setup."""

@@ -1,5 +1,5 @@
-"""Blind spots: the connected pieces of a target that no sensor sees, how large they are, and where
-beside the robot.
+"""Blind spots: connected regions of a target that no sensor covers, with their size and position
+relative to the robot.
 """
 
 from collections.abc import Sequence
@@ -20,78 +20,90 @@ from ..coverage.voxels.voxel_set import VoxelSet
 from .occlusion import setup_sight
 from .verify import Verifier
 
-MOST = 8  # pieces that are told apart
-# share of a piece that is unseen at another pose, too, from which on it is the same one
+MOST = 8  # default maximum number of blind spots
+# least share of a piece that must be uncovered at another pose to count as the same blind spot
 _SAME = 0.5
 
 
 @dataclass(frozen=True)
 class Beside:
-    """Where a piece lies beside the robot: gap, m, of its nearest voxel's centre from the robot's
-    surface, negative inside; the body that most of it is nearest to, and the share of it that is;
-    way (3,): the mean, over the piece, of unit vectors from that body's axis, base frame: as long
-    as 1 where all of it lies one way, and short where it goes around."""
+    """Where a blind spot lies relative to the robot."""
 
     gap: float
+    """Distance from the nearest voxel centre to the robot's surface, m; negative inside."""
     body: str
+    """The robot body to which most of the blind spot is nearest."""
     share: float
+    """Share of the blind spot that is nearest to ``body``."""
     way: Float[np.ndarray, " 3"]
+    """Mean of the unit vectors from the body's axis, base frame: length 1 if the whole blind spot
+    lies on one side, short if it surrounds the body."""
 
 
 @dataclass(frozen=True)
 class BlindSpot:
-    """A piece of a target that is not seen: the pose it was found at and the poses, of those looked
-    at, where at least half of it is unseen, too; its volume m³, centroid (3,) and the corners of
-    its box (3,) m, base frame; and where it lies beside the robot, None of a robot without bodies.
-    """
+    """A connected region of a target that no sensor covers."""
 
     pose: int
+    """The pose at which the region was extracted."""
     poses: tuple[int, ...]
+    """The examined poses at which at least half of the region is uncovered, ``pose`` included."""
     voxels: VoxelSet
+    """The voxels of the region."""
     centre: Float[np.ndarray, " 3"]
+    """Centroid, m, base frame."""
     low: Float[np.ndarray, " 3"]
+    """Lower corner of the bounding box, m, base frame."""
     high: Float[np.ndarray, " 3"]
+    """Upper corner of the bounding box, m, base frame."""
     beside: Beside | None
+    """Position relative to the robot; None for a robot without bodies."""
 
     @property
     def volume(self) -> float:
-        """m³."""
+        """Volume of the region, m³."""
         return self.voxels.volume
 
 
 @dataclass(frozen=True)
 class Blind:
-    """What of a target is not seen: poses looked at, with the unseen volume m³ and the number of
-    pieces at each; the largest pieces, which differ from each other, the largest first."""
+    """The uncovered part of a target."""
 
     target: Target
+    """The target volume."""
     voxel: float
+    """Side of the voxels, m."""
     poses: tuple[int, ...]
+    """The examined poses."""
     volume: tuple[float, ...]
+    """Uncovered volume at each pose, m³."""
     pieces: tuple[int, ...]
+    """Number of connected regions at each pose."""
     spots: tuple[BlindSpot, ...]
+    """The largest distinct regions, largest first."""
 
 
 def uncovered(verifier: Verifier, setup: Setup, target: Target, pose: int) -> VoxelSet:
-    """The voxels of ``target`` at a pose that no sensor sees, by the rule ``centre``: of all V m³
-    of it (1 - zeta) V.
+    """Return the voxels of ``target`` at a pose that no sensor covers, by the rule ``centre``.
+
+    Their volume is (1 - zeta) V for a target of volume V.
 
     Raises:
-        ValueError: for an empty target, or a rule other than ``centre``.
+        ValueError: if the target is empty or the rule is not ``centre``.
         TooFineError: if the count would take days.
-        BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
+        BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
-    voxel, found = verifier.centre_voxel, VoxelSet.empty(verifier.centre_voxel)
+    voxel, unseen = verifier.centre_voxel, VoxelSet.empty(verifier.centre_voxel)
     seen = setup_sight(verifier.scene, setup, verifier.scene.poses[pose].q)
     for wanted, region in verifier.pieces(target, pose):
-        found = found | (
+        unseen = unseen | (
             wanted - voxels(seen, voxel, "centre", wanted, region, verifier.memory / 2)
         )
-    return found
+    return unseen
 
 
 def beside(verifier: Verifier, pose: int, found: Pieces, number: int) -> Beside | None:
-    """Where a piece lies beside the robot at a pose."""
+    """Return where a blind spot lies relative to the robot at a pose."""
     robot, mine = verifier.scene.robot, found.piece == number
     if not robot.bodies:
         return None
@@ -103,7 +115,7 @@ def beside(verifier: Verifier, pose: int, found: Pieces, number: int) -> Beside 
             for a, b, r in zip(bodies.start, bodies.end, bodies.radius, strict=True)
         ]
     )
-    # of a cell's middle, the centres of its voxels
+    # a cell's voxel centres lie within this distance of its middle
     within = np.sqrt(3) / 2 * (found.side[mine] - 1) * found.voxel
     open_ = gap.min(axis=0) - within <= (gap.min(axis=0) + within).min()
     near = VoxelSet.of_cells(found.voxel, found.key[mine][open_], size[open_]).centres()
@@ -123,20 +135,22 @@ def beside(verifier: Verifier, pose: int, found: Pieces, number: int) -> Beside 
 def blind_spots(
     verifier: Verifier, setup: Setup, target: Target, poses: Sequence[int], most: int = MOST
 ) -> Blind:
-    """The largest blind spots of ``setup`` in ``target`` at ``poses``, each once; raises as
-    ``uncovered`` does.
+    """Return the largest blind spots of ``setup`` in ``target`` over ``poses``, without duplicates.
+
+    Raises:
+        ValueError, TooFineError, BodilessError: as ``uncovered`` does.
     """
     unseen = {pose: uncovered(verifier, setup, target, pose) for pose in poses}
     split = {pose: pieces(one) for pose, one in unseen.items()}
     rank = sorted(
-        (-int(found.voxels[i]), pose, i)
-        for pose, found in split.items()
-        for i in range(min(most, len(found)))
+        (-int(parts.voxels[i]), pose, i)
+        for pose, parts in split.items()
+        for i in range(min(most, len(parts)))
     )
     spots: list[BlindSpot] = []
     for _, pose, i in rank:
-        found = split[pose]
-        mine = found.voxel_set(i)
+        parts = split[pose]
+        mine = parts.voxel_set(i)
         if any(
             2 * len(mine & spot.voxels) >= len(mine)
             for spot in spots
@@ -146,7 +160,7 @@ def blind_spots(
         also = tuple(
             p for p, one in unseen.items() if p == pose or len(mine & one) >= _SAME * len(mine)
         )
-        where = (found.centre[i], found.low[i], found.high[i], beside(verifier, pose, found, i))
+        where = (parts.centre[i], parts.low[i], parts.high[i], beside(verifier, pose, parts, i))
         spots.append(BlindSpot(pose, also, mine, *where))
         if len(spots) == most:
             break
@@ -155,6 +169,6 @@ def blind_spots(
         verifier.centre_voxel,
         tuple(poses),
         tuple(one.volume for one in unseen.values()),
-        tuple(len(found) for found in split.values()),
+        tuple(len(parts) for parts in split.values()),
         tuple(spots),
     )

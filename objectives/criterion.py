@@ -1,5 +1,5 @@
-"""What a search makes large: the share seen by one sensor or several, after the worst loss, under
-errors of mounting.
+"""The criterion that a search maximises: coverage, k-coverage, coverage after the worst loss, or
+mean coverage under mounting errors.
 """
 
 import math
@@ -15,54 +15,55 @@ from .scene import Scene
 from .tolerance import exact_zetas, mounted_cones, nominal_cones
 from .verify import Verifier, weighted_mean
 
-DRAWS = 16  # mountings that a search keeps in mind
+DRAWS = 16  # mountings that a search evaluates
 
 
 @dataclass(frozen=True)
 class Criterion:
-    """The default aim is zeta itself.
+    """What a search maximises; by default zeta itself.
 
-    seen: sensors that must see a point. losing: zeta without the ring, or the sensor, that is
-    missed most. errors: where given, the aim is the mean over ``draws`` mountings, drawn once by
-    ``seed``. That is not the seed by which reports draw unless told otherwise: no placement is
-    praised for the errors it was fitted to.
+    The mountings are drawn once, by ``seed``. Its default differs from the default seed of reports,
+    so that a placement is not rated on the same errors for which it was optimised.
 
     Raises:
-        ValueError: for fewer than one sensor or draw, or a loss together with several sensors or
-            errors.
+        ValueError: if ``seen`` or ``draws`` is below 1, or if ``losing`` is combined with several
+            sensors or with errors.
     """
 
     seen: int = 1
+    """Number of sensors that must see a point for it to count as covered."""
     errors: MountingErrors | None = None
+    """Mounting errors over which coverage is averaged; None for perfect mounting."""
     draws: int = DRAWS
+    """Number of mountings to draw."""
     seed: int = 1
+    """Random seed of the drawn mountings."""
     losing: Losing | None = None
+    """Count coverage without the ring or the sensor whose loss costs most."""
 
     def __post_init__(self) -> None:
         if self.seen < 1 or self.draws < 1:
             raise ValueError(
-                f"found {self.seen} sensors and {self.draws} draws, allowed: 1 and more"
+                f"seen and draws must be at least 1, got seen={self.seen}, draws={self.draws}"
             )
         if self.losing and (self.seen > 1 or self.errors):
             raise ValueError(
-                f"found a lost {self.losing} together with several sensors or errors, allowed: by"
-                " itself"
+                f"the loss of a {self.losing} cannot be combined with several sensors or mounting"
+                " errors; set only one of them"
             )
 
     @property
     def plain(self) -> bool:
-        """Is it zeta itself?"""
+        """Whether the criterion is zeta itself."""
         return self.seen == 1 and self.errors is None and self.losing is None
 
     @property
     def mountings(self) -> int:
-        """How many mountings are looked at: 1 where there are no errors."""
+        """Number of evaluated mountings; 1 without errors."""
         return self.draws if self.errors else 1
 
     def drawn(self, rings: int, sensors: int) -> Misplaced | None:
-        """The errors of each mounting of so many rings and sensors; None where there are no
-        errors.
-        """
+        """Return the drawn errors for numbers of rings and sensors; None without errors."""
         return (
             draw_errors(rings, sensors, self.errors, self.draws, self.seed) if self.errors else None
         )
@@ -80,16 +81,16 @@ class Criterion:
 
 
 def judge(verifier: Verifier, setup: Setup, aim: Criterion) -> tuple[float, float]:
-    """By how much a setup falls short of the goals' floors, all together, and the exact value of an
-    aim, both in [0, 1]: the weighted mean over the scene's goals and poses, and over mountings.
-    Floors are of what is aimed at.
+    """Return a setup's shortfall below the goals' floors, summed, and its exact criterion value.
+
+    Both lie in [0, 1]. The value is the weighted mean over the scene's goals and poses, and over
+    the mountings. Floors apply to the criterion, not to zeta.
 
     Raises:
-        ValueError: for an empty target; where the aim is not zeta itself, for a rule other than
-            ``centre``, or where the
-            scene asks for the worst pose; where it is what a loss leaves, for a floor.
+        ValueError: if the target is empty. For a criterion other than zeta also if the rule is not
+            ``centre`` or the scene maximises its worst pose; for a loss also if a goal has a floor.
         TooFineError: if the count would take days.
-        BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
+        BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
     if aim.plain:
         return verifier.judge(setup)
@@ -111,13 +112,22 @@ def judge(verifier: Verifier, setup: Setup, aim: Criterion) -> tuple[float, floa
 
 
 def check_criterion(scene: Scene, aim: Criterion) -> None:
-    """Refuse (ValueError) floors beside a loss, as the loss that is worst for one goal may not be
-    the worst for another, and an aim beside the worst pose, which is told for zeta alone."""
+    """Reject combinations of scene and criterion that are not defined.
+
+    The loss that is worst for one goal may not be the worst for another, so floors cannot be
+    combined with a loss. The worst pose is defined for zeta only.
+
+    Raises:
+        ValueError: if the scene combines a loss with floors, or the worst pose with a criterion
+            other than zeta.
+    """
     if aim.losing and any(goal.at_least > 0 for goal in scene.goals):
         raise ValueError(
-            f"found a floor of a goal beside a lost {aim.losing}, allowed: one of them"
+            f"a goal's floor cannot be combined with the loss of a {aim.losing}; set only one of"
+            " them"
         )
     if scene.over_poses == "worst" and not aim.plain:
         raise ValueError(
-            "found the worst pose beside several sensors, a loss or errors, allowed: one of them"
+            "the worst pose cannot be combined with several sensors, a loss or mounting errors; set"
+            " only one of them"
         )

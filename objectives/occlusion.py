@@ -1,5 +1,5 @@
-"""What a scene's sensors see past the robot and the cell, and which of them stand in the way of
-themselves.
+"""Lines of sight in a scene: which parts of the beams the robot and the cell leave free, and which
+sensors see almost nothing.
 """
 
 from dataclasses import dataclass, replace
@@ -19,30 +19,30 @@ from ..coverage.solids.base import Parts
 from ..coverage.solids.cones import Cones
 from .scene import Scene
 
-_NOTHING = 0.01  # of its cone: a sensor that sees less sees the robot only
-_SAMPLES = 512  # points of each cone, to say which sensors see next to nothing
+_NOTHING = 0.01  # share of its cone below which a sensor counts as occluded
+_SAMPLES = 512  # points sampled in each cone to detect occluded sensors
 
 
 class BodilessError(ValueError):
-    """A robot without bodies, where these are asked for."""
+    """A robot without bodies in a scene whose occlusion model needs them."""
 
 
 def check_bodies(scene: Scene, occlusion: Occlusion) -> None:
-    """Refuse a robot without bodies that should shadow or blind its sensors: BodilessError."""
+    """Raise ``BodilessError`` if the occlusion model needs the robot's bodies and it has none."""
     if occlusion != "ignore" and not scene.robot.bodies:
         raise BodilessError(
-            f"occlusion: found {occlusion}, allowed: ignore, as robot {scene.robot.name} has no"
-            " bodies"
+            f"robot {scene.robot.name} has no bodies, which occlusion {occlusion} needs; set"
+            " occlusion to ignore"
         )
 
 
 def occluders(
     scene: Scene, q: Float[np.ndarray, " J"], occlusion: Occlusion | None = None
 ) -> Occluders:
-    """What stands in the way of sensors at joint angles ``q`` (J,) rad.
+    """Return the occluders of a scene at joint angles ``q`` (J,) rad.
 
     Raises:
-        BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
+        BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
     bodies = tuple(o.body for o in scene.obstacles)
     occlusion = occlusion or scene.occlusion
@@ -53,8 +53,17 @@ def occluders(
 
 
 def sight(scene: Scene, cones: Cones, q: Float[np.ndarray, " J"], bracketed: bool = False) -> Parts:
-    """What sensors with these ``cones`` see at joint angles ``q`` (J,) rad under the scene's
-    occlusion; ``bracketed`` as in ``beams``. BodilessError as for ``occluders``."""
+    """Return the visible parts of sensor cones under the scene's occlusion model.
+
+    Args:
+        scene: the scene.
+        cones: the cones of the sensors, base frame.
+        q: joint angles (J,), rad.
+        bracketed: as in ``beams``.
+
+    Raises:
+        BodilessError: as ``occluders`` does.
+    """
     if scene.occlusion == "ignore" and not scene.obstacles:
         return cones
     return beams(cones, occluders(scene, q), scene.occlusion, bracketed)
@@ -63,19 +72,19 @@ def sight(scene: Scene, cones: Cones, q: Float[np.ndarray, " J"], bracketed: boo
 def setup_sight(
     scene: Scene, setup: Setup, q: Float[np.ndarray, " J"], bracketed: bool = False
 ) -> Parts:
-    """The same for a setup."""
+    """Return the visible parts of a setup's beams; see ``sight``."""
     return sight(scene, sensor_cones(scene.robot, setup, q), q, bracketed)
 
 
 def check_mounting(scene: Scene, setup: Setup) -> None:
-    """Refuse a sensor whose apex lies within its own link's tube: no ring can be mounted there.
+    """Reject a sensor whose apex lies within the tube of its own link: no ring fits there.
 
-    A sensor within a housing across the link, another link or an obstacle is not refused: it sees
-    nothing, and ``within`` names it, so that the paper's rings at the links' ends, which stand in
-    the joints' housings, can be counted.
+    A sensor within a housing across the link, another link or an obstacle is accepted. It sees
+    nothing, and ``Unseeing.within`` names the body. The paper's rings at the links' ends, which sit
+    inside the joints' housings, can thus be counted.
 
     Raises:
-        ValueError: naming ring, sensor, link, body and by how much.
+        ValueError: naming ring, sensor, link, body and depth.
     """
     if not setup.rings:
         return
@@ -92,27 +101,34 @@ def check_mounting(scene: Scene, setup: Setup) -> None:
                 k = int(gap.argmin())
                 raise ValueError(
                     f"ring {i}, sensor {k} ({ring.link}): found {-1000 * gap[k]:.1f} mm within body"
-                    f" {body.name}, of radius {body.capsule.radius:g} m; allowed under"
-                    f" {scene.occlusion}: outside of it"
+                    f" {body.name} (radius {body.capsule.radius:g} m); occlusion {scene.occlusion}"
+                    " requires sensors outside it"
                 )
 
 
 @dataclass(frozen=True)
 class Unseeing:
-    """A sensor of a ring, counted from 0, that sees nothing, or next to nothing but the robot, at
-    some poses; where it stands within something then, its name and how deep at most, m."""
+    """A sensor that sees nothing, or almost nothing but the robot, at some poses."""
 
     ring: int
+    """Index of the ring, from 0."""
     sensor: int
+    """Index of the sensor on its ring, from 0."""
     poses: tuple[int, ...]
+    """The poses at which it sees nothing."""
     within: str | None
+    """Name of the body or obstacle that contains the sensor at these poses, if any."""
     depth: float
+    """Largest depth of the sensor within it, m."""
 
 
 def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
-    """The sensors of ``setup`` that see less than a hundredth of their cones, pose by pose put
-    together. A scene that ignores the robot's body hears of those that would see nothing past it,
-    if the robot has bodies."""
+    """Return the sensors of ``setup`` that see less than a hundredth of their cones at
+    some poses.
+
+    For a scene that ignores the robot's body, this evaluates the model ``shadow`` if the robot has
+    bodies.
+    """
     if scene.occlusion == "ignore" and scene.robot.bodies:
         scene = replace(scene, occlusion="shadow")
     ring = setup.ring_of_sensor
@@ -121,7 +137,7 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
         *(b.name for b in scene.robot.bodies if scene.occlusion != "ignore"),
         *(o.name for o in scene.obstacles),
     ]
-    found: dict[tuple[int, str | None], tuple[list[int], float]] = {}
+    occluded: dict[tuple[int, str | None], tuple[list[int], float]] = {}
     unit = np.random.default_rng(0).random((_SAMPLES, 3))
     for p, pose in enumerate(scene.poses):
         cones = sensor_cones(scene.robot, setup, pose.q)
@@ -133,12 +149,12 @@ def unseeing(scene: Scene, setup: Setup) -> list[Unseeing]:
             name = names[where[k]] if where[k] >= 0 else None
             if name is None and np.mean(seen.part(cones.within(k, unit), k) <= 0) >= _NOTHING:
                 continue
-            poses, deepest = found.setdefault((k, name), ([], 0.0))
+            poses, deepest = occluded.setdefault((k, name), ([], 0.0))
             poses.append(p)
-            found[k, name] = poses, max(deepest, float(depth[k]))
+            occluded[k, name] = poses, max(deepest, float(depth[k]))
     return [
         Unseeing(int(ring[k]), int(number[k]), tuple(p), name, deep)
-        for (k, name), (p, deep) in sorted(found.items(), key=_order)
+        for (k, name), (p, deep) in sorted(occluded.items(), key=_order)
     ]
 
 

@@ -1,5 +1,5 @@
-"""Where rings may go: the free segments of every link, and how values in a box become places that
-keep every rule.
+"""Parameters of a placement: the free segments of every link, and the map from a box of values to
+ring positions that satisfy all rules.
 """
 
 import math
@@ -14,21 +14,24 @@ from ..coverage.rings.ring_kinematics import RingArrays
 from ..coverage.trees import tree
 from .scene import Scene
 
-# of a link: positions are rounded to it in files, so bounds and spacings are rounded to the safe
-# side
+# share of a link: files round positions to it, so bounds and spacings are rounded to the safe side
 GRAIN = 1e-6
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of a link on which rings may sit: low and high in [0, 1], most rings there, least
-    distance of two rings as a share of the link."""
+    """An interval of a link on which rings may sit."""
 
     link: str
+    """Name of the link."""
     low: float
+    """Lower end, in [0, 1] along the mount axis."""
     high: float
+    """Upper end, in [0, 1] along the mount axis."""
     room: int
+    """Maximum number of rings on the segment."""
     gap: float
+    """Minimum spacing of two rings as a share of the link."""
 
 
 def _inward(low: float, high: float) -> tuple[float, float]:
@@ -38,49 +41,55 @@ def _inward(low: float, high: float) -> tuple[float, float]:
 def _without(
     stretches: list[tuple[float, float]], cut: tuple[float, float]
 ) -> list[tuple[float, float]]:
-    """The stretches less the interval ``cut``, whose ends belong to what is left unless nothing
-    else does.
+    """Return the intervals less the interval ``cut``.
+
+    The ends of ``cut`` stay in the remainder unless they would be its only points.
     """
-    found = []
+    remainder = []
     for low, high in stretches:
         if cut[1] <= low or cut[0] >= high:
-            found.append((low, high))
+            remainder.append((low, high))
         else:
-            found += [(a, b) for a, b in ((low, cut[0]), (cut[1], high)) if a < b]
-    return found
+            remainder += [(a, b) for a, b in ((low, cut[0]), (cut[1], high)) if a < b]
+    return remainder
 
 
 def _common(
     stretches: Sequence[tuple[float, float]], others: Sequence[tuple[float, float]]
 ) -> list[tuple[float, float]]:
-    """What two lists of stretches have in common."""
-    found = [(max(a, c), min(b, d)) for a, b in stretches for c, d in others]
-    return [(low, high) for low, high in sorted(found) if low <= high]
+    """Return the intersection of two lists of intervals."""
+    shared = [(max(a, c), min(b, d)) for a, b in stretches for c, d in others]
+    return [(low, high) for low, high in sorted(shared) if low <= high]
 
 
 def _apart(stretches: list[tuple[float, float]], gap: float) -> list[tuple[float, float]]:
-    """Neighbouring stretches moved apart to ``gap``, half from either, so that their rings keep the
-    spacing; where one has less than that, the longer one stays whole and the other goes."""
-    found: list[tuple[float, float]] = []
+    """Shrink neighbouring intervals, each by half, until they are ``gap`` apart.
+
+    Where one of them is too short for that, the longer one stays whole and the shorter is dropped.
+    """
+    separated: list[tuple[float, float]] = []
     for low, high in sorted(stretches):
-        while found and (lack := gap - (low - found[-1][1])) > 0:
-            left, right = found.pop()
+        while separated and (lack := gap - (low - separated[-1][1])) > 0:
+            left, right = separated.pop()
             if min(right - left, high - low) >= lack / 2:
-                found.append((left, right - lack / 2))
+                separated.append((left, right - lack / 2))
                 low += lack / 2
                 break
             if right - left >= high - low:
                 low, high = left, right
-        found.append((low, high))
-    return found
+        separated.append((low, high))
+    return separated
 
 
 def segments(
     scene: Scene, clear: Mapping[str, Sequence[tuple[float, float]]] | None = None
 ) -> list[Segment]:
-    """All stretches of all links on which new rings may sit, by limits, keep-outs, joints and fixed
-    rings; and, where rings have bodies, by where a ring is ``clear`` on each link."""
-    found, rules = [], scene.rules
+    """Return all segments of all links on which new rings may sit.
+
+    Limits, keep-outs, joints and fixed rings bound them, and where rings have bodies also the
+    intervals that are ``clear`` on each link.
+    """
+    free, rules = [], scene.rules
     for mount in scene.robot.mounts:
         limits, fixed = (
             scene.limits_of(mount.link),
@@ -93,7 +102,7 @@ def segments(
                 and not barred
                 and not any(low <= 0 <= high for low, high in limits.keep_out)
             ):
-                found.append(Segment(mount.link, 0.0, 0.0, 1, 0.0))
+                free.append(Segment(mount.link, 0.0, 0.0, 1, 0.0))
             continue
         margin = rules.from_joints / mount.length
         gap = math.ceil(scene.spacing / mount.length / GRAIN + 1e-9) * GRAIN
@@ -105,26 +114,30 @@ def segments(
         for low, high in (_inward(*s) for s in _apart([s for s in stretches if s[0] <= s[1]], gap)):
             if low <= high:
                 room = rules.rings_per_link if gap == 0 else int((high - low) / gap + 1e-9) + 1
-                found.append(Segment(mount.link, low, high, min(room, rules.rings_per_link), gap))
-    return found
+                free.append(Segment(mount.link, low, high, min(room, rules.rings_per_link), gap))
+    return free
 
 
 @tree
 @dataclass(frozen=True)
 class Interval:
-    """The segment of each of R rings, as arrays (R,): its number, low end, what is free of it
-    beside the spacings of its rings, and the spacing. tilt_of, sign (R,): the ring whose tilt each
-    has, and its sign."""
+    """The segment of each of R rings, as arrays (R,)."""
 
     segment: Int[Array, "*batch R"]
+    """Index of the segment."""
     low: Float[Array, "*batch R"]
+    """Lower end of the segment."""
     free: Float[Array, "*batch R"]
+    """Length of the segment less the spacings of its rings."""
     gap: Float[Array, "*batch R"]
+    """Spacing of two rings on the segment."""
     tilt_of: Int[Array, "*batch R"]
+    """Index of the ring whose tilt each ring takes."""
     sign: Float[Array, "*batch R"]
+    """Sign of that tilt."""
 
 
-# a setup's rings, and the segments they sit on
+# the rings of a setup and the segments on which they sit
 SetupArrays = tuple[RingArrays, Interval]
 
 
@@ -133,8 +146,13 @@ def stretch(
     which: Int[np.ndarray, " R"],
     shared: Float[np.ndarray, " R"] | None = None,
 ) -> Interval:
-    """The stretches of rings that sit on segments ``which`` (R,), -1 for a place without a ring;
-    ``shared``: signs (R,) of the one tilt that all rings have, None where each has its own."""
+    """Return the segments of rings as arrays.
+
+    Args:
+        found: the available segments.
+        which: index (R,) of each ring's segment; -1 for a slot without a ring.
+        shared: sign (R,) of the tilt that all rings share; None if each ring has its own tilt.
+    """
     none = Segment("", 0.0, 0.0, 0, 0.0)
     each = [found[i] if i >= 0 else none for i in which]
     rings = np.array([max(np.count_nonzero(which == i), 1) for i in which])
@@ -149,11 +167,11 @@ def stretch(
 
 
 def decode(where: Interval, values: Float[Array, "3 R"]) -> Float[Array, "3 R"]:
-    """Positions, tilts and phases (3, R) of values in a box, of which the first row runs from 0 to
-    1 in what is free.
+    """Return positions, tilts and phases (3, R) for values in a box.
 
-    The rings of a segment are ranked by that row, and each stands one spacing further for every
-    ring below it: so all keep the spacing, whatever the values, and any such placement can be
+    The first row of the values runs from 0 to 1 over the free length of each ring's segment. The
+    rings of a segment are ranked by that row, and each ring is shifted by one spacing for every
+    ring below it. All rings thus keep the spacing for any values, and every such placement can be
     reached.
     """
     xp = namespace(values)
@@ -174,8 +192,13 @@ def value_slopes(
     tilt: Float[np.ndarray, " R"],
     phase: Float[np.ndarray, " R"],
 ) -> Float[np.ndarray, "3 R"]:
-    """How fast something grows by the values that ``decode`` reads, from how fast it does by
-    positions, tilts and phases.
+    """Return the gradient (3, R) by the values that ``decode`` reads.
+
+    Args:
+        where: the rings' segments.
+        position: gradient (R,) by the positions.
+        tilt: gradient (R,) by the tilts.
+        phase: gradient (R,) by the phases.
     """
     return np.stack(
         [position * where.free, np.bincount(where.tilt_of, where.sign * tilt, len(tilt)), phase]
@@ -183,7 +206,7 @@ def value_slopes(
 
 
 def encode(where: Interval, position: Float[np.ndarray, " R"]) -> Float[np.ndarray, " R"]:
-    """The first row of the values whose positions are nearest to ``position``."""
+    """Return the first row of the values whose positions are nearest to ``position``."""
     order = np.lexsort((np.arange(len(position)), position))
     rank = np.zeros(len(position), int)
     for place, i in enumerate(order):

@@ -1,6 +1,4 @@
-"""Redundancy of a setup: how much of a target several sensors see, and what stays seen when a
-sensor or a ring fails.
-"""
+"""Redundancy of a setup: k-coverage, and coverage after the loss of a sensor or ring."""
 
 import time
 from collections.abc import Callable
@@ -16,34 +14,39 @@ from ..coverage.voxels.k_coverage import CoverageCounts, tally
 from .occlusion import setup_sight
 from .verify import Verifier, weighted_mean
 
-MOST = 3  # sensors that are told apart where nobody says how many
+MOST = 3  # default maximum number of sensors that are counted at a point
 
 
 @dataclass(frozen=True)
 class Loss:
-    """What a failure leaves: number of the sensor or ring that fails, and zeta in [0, 1] without
-    it.
-    """
+    """The effect of a failure."""
 
     index: int
+    """Index of the sensor or ring that fails."""
     zeta: float
+    """Zeta in [0, 1] without it."""
 
 
 @dataclass(frozen=True)
 class Redundancy:
-    """Redundancy of one target, exact by the rule ``centre``.
+    """Redundancy for one target, exact by the rule ``centre``.
 
-    weights (P,) of the poses, summing to 1; target_voxels (P,); tallies: of each pose. Shares are
-    weighted means over poses: one sensor fails in all poses, so the loss is averaged before the
-    worst is taken.
+    Shares are weighted means over poses. A failed sensor is lost in all poses, so each loss is
+    averaged over the poses before the worst is taken.
     """
 
     target: Target
+    """The target volume."""
     voxel: float
+    """Side of the voxels, m."""
     weights: Float[np.ndarray, " P"]
+    """Weights of the poses, summing to 1."""
     target_voxels: Int[np.ndarray, " P"]
+    """Voxels of the target at each pose."""
     tallies: tuple[CoverageCounts, ...]
+    """Coverage counts at each pose."""
     seconds: float
+    """Computation time, s."""
 
     def _mean(self, voxels: Callable[[CoverageCounts], np.ndarray]) -> np.ndarray:
         each = np.stack([voxels(t) for t in self.tallies]) / self.target_voxels[:, None]
@@ -51,12 +54,12 @@ class Redundancy:
 
     @cached_property
     def zetas(self) -> Float[np.ndarray, " N"]:
-        """zeta_1 ... zeta_N: the share that at least so many sensors see."""
+        """Zeta_1 to zeta_N: the share that at least k sensors see, for k = 1 to N."""
         return self._mean(lambda t: t.at_least)
 
     @property
     def zeta(self) -> float:
-        """The share that any sensor sees."""
+        """The share that at least one sensor sees."""
         return float(self.zetas[0])
 
     @cached_property
@@ -71,12 +74,12 @@ class Redundancy:
 
     @property
     def worst_sensor(self) -> Loss:
-        """The sensor that is missed most, and zeta without it."""
+        """The sensor whose loss costs most, and zeta without it."""
         return _worst(self.without_sensor)
 
     @property
     def worst_ring(self) -> Loss:
-        """The ring that is missed most, and zeta without it."""
+        """The ring whose loss costs most, and zeta without it."""
         return _worst(self.without_ring)
 
 
@@ -86,13 +89,14 @@ def _worst(zetas: np.ndarray) -> Loss:
 
 
 def redundancy(verifier: Verifier, setup: Setup, target: Target, most: int = MOST) -> Redundancy:
-    """Zeta_1 ... zeta_most of ``setup`` for ``target``, and zeta after the loss of each sensor and
-    each ring, by one descent of the octree at each pose.
+    """Return the k-coverage of ``target`` up to k = ``most``, and zeta after each single loss.
+
+    Losses are those of each sensor and of each ring. One octree descent per pose counts them all.
 
     Raises:
-        ValueError: for an empty target, a rule other than ``centre``, or ``most`` below 1.
+        ValueError: if the target is empty, the rule is not ``centre``, or ``most`` is below 1.
         TooFineError: if the count would take days.
-        BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
+        BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
     began, scene, ring, voxel = (
         time.perf_counter(),

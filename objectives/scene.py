@@ -1,4 +1,4 @@
-"""A scene: what is asked. Robot, poses with weights, targets with weights, sensor, mount limits."""
+"""A scene: robot, weighted poses, weighted target volumes, sensor, mount limits and rules."""
 
 import math
 from dataclasses import dataclass, field
@@ -24,26 +24,32 @@ REFERENCE_POSE_DEG = (0.0, -45.0, 60.0, -105.0, -90.0, 0.0)
 
 @dataclass(frozen=True)
 class Pose:
-    """Joint angles q (J,) rad, the weight of the pose in the mean, when a record was there, s, if
-    it is from one, and the joints' speeds ``rate`` (J,) rad/s, where they are known."""
+    """A pose of the robot."""
 
     q: Float[np.ndarray, " J"]
+    """Joint angles, rad."""
     weight: float = 1.0
+    """Weight of the pose in the mean."""
     time_s: float | None = None
+    """Time in the recorded motion, s; None if the pose is not from a record."""
     rate: Float[np.ndarray, " J"] | None = None
+    """Joint speeds, rad/s; None if unknown."""
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """Where a scene's poses come from: the file of a recorded motion, its rows and seconds, the
-    largest distance in any joint of a recorded sample from its pose, rad, and by how much speed
-    added to weights."""
+    """The recorded motion from which a scene's poses come."""
 
     file: str
+    """The file of the recorded motion."""
     rows: int
+    """Number of its rows."""
     seconds: float
+    """Its duration, s."""
     within: float
+    """Largest difference in any joint between a recorded sample and its pose, rad."""
     speed_weight: float
+    """Factor by which TCP speed adds to the weights."""
 
 
 OverPoses = Literal["mean", "worst"]
@@ -52,167 +58,194 @@ Mounting = Literal["real", "free"]
 
 @dataclass(frozen=True)
 class Goal:
-    """A target volume, its weight in the objective (0: none), and the zeta in [0, 1] that it shall
-    have at least.
-    """
+    """A target volume with its weight and its floor."""
 
     target: Target
+    """The target volume."""
     weight: float = 1.0
+    """Weight in the objective; 0: none."""
     at_least: float = 0.0
+    """Minimum zeta, in [0, 1]."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Where rings may sit on a link and how they may tilt: position (low, high) on its mount axis,
-    intervals within that are kept free of rings, tilt (low, high) rad; and the sensor and the
-    radius, m, of its rings, if not the scene's."""
+    """Where rings may sit on a link, how far they may tilt, and which sensors they carry."""
 
     position: tuple[float, float] = (0.0, 1.0)
+    """Lowest and highest position on the mount axis."""
     tilt: tuple[float, float] = (math.radians(-70), math.radians(70))
+    """Lowest and highest tilt, rad."""
     keep_out: tuple[tuple[float, float], ...] = ()
+    """Intervals of position without rings."""
     sensor: Sensor | None = None
+    """Sensor of the rings; None: the scene's."""
     radius: float | None = None
+    """Radius of the rings, m; None: the scene's."""
 
 
 @dataclass(frozen=True)
 class Rules:
-    """What makes a setup buildable: least distance of two rings on a link, m, and of a ring from
-    the link's ends, m; least and most sensors of a ring; most rings on a link; whether all rings
-    have one tilt, up to its sign; and rings that are there and stay.
-
-    mount: ``real``: a ring has a body, which clears its link by ``standoff`` m (from what is
-    surrounded to the sensors), stays within what is usable of the link, and lies in no body and no
-    obstacle at any pose; ``free``: it has none; where nothing is said, real unless the robot's own
-    body is ignored. band: the body's thickness, across the axis, and its width along it, m.
-    """
+    """Rules that make a setup buildable."""
 
     spacing: float = 0.03
+    """Minimum distance of two rings on a link, m."""
     from_joints: float = 0.0
+    """Minimum distance of a ring from the link's ends, m."""
     sensors: tuple[int, int] = (3, 24)
+    """Minimum and maximum number of sensors on a ring."""
     rings_per_link: int = 8
+    """Maximum number of rings on a link."""
     shared_tilt: bool = False
+    """Whether all rings have the same tilt up to its sign."""
     fixed: tuple[Ring, ...] = ()
+    """Existing rings, which stay in place."""
     mount: Mounting | None = None
+    """``real``: a ring has a body that clears its link by ``standoff``, stays within the usable
+    part of the link, and intersects no body and no obstacle at any pose. ``free``: it has no body.
+    None: ``free`` if the robot's own body is ignored, else ``real``."""
     standoff: float = 0.012
+    """Minimum distance from the surrounded section to the sensors, m."""
     band: tuple[float, float] = (0.01, 0.02)
+    """Thickness of a ring's body across the axis, and its width along the axis, m."""
 
     @property
     def arm(self) -> float:
-        """How far a ring's body reaches along its axis to either side of its circle before it is
-        rounded off, m.
+        """Half the length of the straight part of a ring's cross section along its axis, m.
+
+        The rounded ends add half the thickness on either side.
         """
         return max(self.band[1] - self.band[0], 0.0) / 2
 
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A convex thing of the cell: its name, its body in the base frame, the keys of a scene's file
-    that make it, and whether it is the hull of something that is not convex."""
+    """A convex obstacle of the cell."""
 
     name: str
+    """Name of the obstacle."""
     body: Polyhedron
+    """Its shape, base frame."""
     keys: dict[str, Any] = field(default_factory=dict)
+    """The keys of the scene file that define it."""
     hulled: bool = False
+    """Whether it is the convex hull of a non-convex shape."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """How a real robot may be moved for a check, and what stops it."""
+    """How a real robot may move during a check, and what stops it."""
 
     speed: float = math.radians(15)
-    """rad/s, of the leading joint."""
+    """Speed of the leading joint, rad/s."""
     acceleration: float = math.radians(30)
-    """rad/s², likewise."""
+    """Acceleration of the leading joint, rad/s²."""
     near: float = 0.15
-    """m; a nearer reading stops the robot."""
+    """Reading below which the robot stops, m."""
     own: float = 0.04
-    """m, that its bodies keep from each other."""
+    """Minimum clearance between the robot's own bodies, m."""
     cell: float = 0.1
-    """m, that its bodies keep from obstacles."""
+    """Minimum clearance between the robot's bodies and obstacles, m."""
     near_share: float = 0.5
-    """Least share of the sensors, along the route, that must keep the whole of ``near``."""
+    """Minimum share of the sensors, along the route, that must keep the whole of ``near``."""
     failed_share: float = 0.25
-    """Share of a ring's sensors that may report failure."""
+    """Maximum share of a ring's sensors that may report failure."""
     frozen_frames: int = 6
-    """Consecutive frames in which a ring's distances may stay as they are while the robot moves."""
+    """Consecutive frames for which a ring's distances may stay constant while the robot moves."""
     cell_complete: bool = False
-    """Whether everything the robot can reach stands in the scene."""
+    """Whether the scene contains everything that the robot can reach."""
     rings_as_proposed: bool = False
     """Whether every ring is known to be wired and mounted the right way round."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """The empty scene is the reference scene: a UR10 in one pose, V_S(0.5), the paper's sensor and
-    ring radius.
-
-    limits: of each link by name; a link that is not named has the default limits. over_poses:
-    whether the weighted mean over the poses or the worst of them is to be large. occlusion: what
-    the robot's own body does to its sensors; obstacles shadow in any case, and are no part of a
-    target. radius_stated: ``ring_radius`` is meant, and not raised where a real ring needs more.
-    safety: what the distances of V_P are made of. motion: how a real robot may be moved. printing:
-    how rings are made.
+    """A scene. The default is the reference scene: a UR10 in one pose, V_S(0.5), and the sensor and
+    ring radius of the paper.
     """
 
     robot: Robot = UR10
+    """The robot arm."""
     poses: tuple[Pose, ...] = (Pose(np.radians(REFERENCE_POSE_DEG)),)
+    """The weighted poses."""
     goals: tuple[Goal, ...] = (Goal(Target("V_S", 0.5)),)
+    """The weighted target volumes."""
     sensor: Sensor = PAPER_SENSOR
+    """The sensor of new rings."""
     ring_radius: float = RING_RADIUS
+    """Radius of new rings, m."""
     shape: Shape = field(default_factory=Shape)
+    """How target volumes are built."""
     limits: dict[str, Limits] = field(default_factory=dict)
+    """Limits by link name; links that are not named have the default limits."""
     rules: Rules = field(default_factory=Rules)
+    """Rules that make a setup buildable."""
     over_poses: OverPoses = "mean"
+    """Whether to maximise the weighted mean over the poses or the worst pose."""
     recorded: Recorded | None = None
+    """The recorded motion from which the poses come, if any."""
     occlusion: Occlusion = "ignore"
+    """How the robot's own body occludes its sensors. Obstacles always occlude."""
     obstacles: tuple[Obstacle, ...] = ()
+    """Obstacles of the cell; they are never part of a target."""
     safety: Safety = field(default_factory=Safety)
+    """Terms of the separation distances of V_P."""
     motion: Motion = field(default_factory=Motion)
+    """How a real robot may move during a check."""
     radius_stated: bool = False
+    """Whether ``ring_radius`` was stated; if so, it is not raised where a real ring needs more."""
     printing: Printing = field(default_factory=Printing)
+    """How rings are printed."""
 
     def solid(self, target: Target, pose: int) -> Difference:
-        """The target volume at a pose, less V_R and the obstacles; ValueError as for
-        ``target_solid``.
+        """Return the target volume at a pose, less V_R and the obstacles.
+
+        Raises:
+            ValueError: as ``target_solid`` does.
         """
         at, stands = self.poses[pose], tuple(o.body for o in self.obstacles)
         return target_solid(target, self.robot, at.q, self.shape, stands, at.rate, self.safety)
 
     def limits_of(self, link: str) -> Limits:
-        """The limits of ``link``."""
+        """Return the limits of ``link``."""
         return self.limits.get(link, Limits())
 
     def sensor_of(self, link: str) -> Sensor:
-        """The sensor of new rings on ``link``."""
+        """Return the sensor of new rings on ``link``."""
         return self.limits_of(link).sensor or self.sensor
 
     @property
     def square(self) -> bool:
-        """May a setup of the scene have sensors with square beams?"""
+        """Whether a setup of the scene may contain sensors with square beams."""
         sensors = (self.sensor, *(self.sensor_of(link) for link in self.robot.links))
         return any(s.square for s in (*sensors, *(r.sensor for r in self.rules.fixed)))
 
     @property
     def real(self) -> bool:
-        """Do rings have bodies?"""
+        """Whether rings have bodies."""
         return (self.rules.mount or ("free" if self.occlusion == "ignore" else "real")) == "real"
 
     def least_radius(self, link: str) -> float:
-        """The least radius of a ring on ``link``, m, up to the next mm: of what it surrounds, and
-        the stand-off; 0 where rings have no bodies."""
+        """Return the minimum radius of a ring on ``link``, m, rounded up to the next mm.
+
+        It is the radius of the surrounded section plus the stand-off; 0 where rings have no bodies.
+        """
         if not self.real:
             return 0.0
         around = surrounded(self.robot.mount(link), self.robot.bodies)
         return math.ceil(1000 * (around + self.rules.standoff) - 1e-6) / 1000
 
     def stated_radius(self, link: str) -> float | None:
-        """The radius that the scene states for rings on ``link``, m, if any."""
+        """Return the radius that the scene states for rings on ``link``, m, if any."""
         of_link = self.limits_of(link).radius
         return self.ring_radius if of_link is None and self.radius_stated else of_link
 
     def radius_of(self, link: str) -> float:
-        """The radius of a new ring on ``link``, m: the scene's; one that was not stated is raised
-        to the least, and to where its boards clear the link at every tilt that is allowed."""
+        """Return the radius of a new ring on ``link``, m: the scene's, if it is stated.
+
+        A radius that was not stated is raised to the minimum, and until the ring's boards clear the
+        link at every allowed tilt.
+        """
         stated = self.stated_radius(link)
         return (
             max(self.ring_radius, self.least_radius(link), self._roomy(link))
@@ -234,7 +267,7 @@ class Scene:
 
     @property
     def spacing(self) -> float:
-        """Least distance of two rings on a link, m: real ones do not overlap."""
+        """Minimum distance of two rings on a link, m; rings with bodies must not overlap."""
         return max(self.rules.spacing, self.rules.band[1]) if self.real else self.rules.spacing
 
     @property

@@ -1,4 +1,4 @@
-"""The separation distances that a scene's poses ask for, as V_P has them."""
+"""Summary of the separation distances that V_P requires at a scene's poses."""
 
 from dataclasses import dataclass
 
@@ -12,29 +12,32 @@ from .scene import Scene
 
 @dataclass(frozen=True)
 class Separations:
-    """Over the poses, m: the least of all parts, the mean over the parts and by weight over the
-    poses, the largest term by term; and the speed of the fastest part, m/s."""
+    """Separation distances over the poses."""
 
     least: float
+    """The smallest distance of any part, m."""
     mean: float
+    """Mean over the parts, then weighted mean over the poses, m."""
     largest: Terms
+    """The terms of the largest distance, m."""
     fastest: float
+    """Speed of the fastest part, m/s."""
 
 
 def separations(scene: Scene, target: Target) -> Separations | None:
-    """The distances that ``target`` is made of at the scene's poses; None where it is not V_P.
+    """Return the separation distances of ``target`` at the scene's poses; None unless it is V_P.
 
     Raises:
-        ValueError: if the robot has no bodies, or its stopping time is not known.
+        ValueError: if the robot has no bodies or its stopping time is unknown.
     """
     if target.name != "V_P":
         return None
-    found = []
+    by_pose = []
     for pose in scene.poses:
         parts = moving(scene.robot, pose.q, pose.rate, scene.safety.speed)
         terms, fastest = distances(scene.robot, parts, scene.safety), float(parts.speed.max())
-        found.append((terms.total, separation(scene.safety, fastest, terms.stopping), fastest))
-    each, largest, speeds = zip(*found, strict=True)
+        by_pose.append((terms.total, separation(scene.safety, fastest, terms.stopping), fastest))
+    each, largest, speeds = zip(*by_pose, strict=True)
     return Separations(
         float(np.min(each)),
         float(scene.pose_weights @ np.mean(each, axis=1)),

@@ -1,7 +1,7 @@
-"""The soft coverage of a setup as a function that JAX differentiates, compiles and vectorises.
+"""Soft coverage of a setup as a function that JAX can differentiate, compile and vectorise.
 
-The gradient by the beams is the hand-written one of ``coverage.soft``, under ``jax.custom_vjp``;
-only where the beams are, which is little work, is left to JAX.
+``jax.custom_vjp`` supplies the hand-written gradient by the beams of ``coverage.soft``. JAX itself
+differentiates only the cheap part, the positions of the beams.
 """
 
 from collections.abc import Callable
@@ -23,7 +23,7 @@ from .soft_terms import SoftTerms
 
 
 class SoftFraction:
-    """The weighted mean over terms of soft ζ: each the points of one cloud at one pose.
+    """The weighted mean of soft ζ over terms; a term is the points of one cloud at one pose.
 
     One object compiles once for each number of rings and sensors.
     """
@@ -35,11 +35,16 @@ class SoftFraction:
         pose: Int[np.ndarray, " T"],
         weights: Float[np.ndarray, " T"],
     ) -> None:
-        """Take T clouds, stacked along a first axis, the pose of each, and their weights in the
-        mean.
+        """Store T terms.
+
+        Args:
+            scene: robot, poses and occlusion.
+            clouds: T clouds, stacked along a first axis.
+            pose: index (T,) of each cloud's pose.
+            weights: weight (T,) of each term in the mean.
 
         Raises:
-            BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
+            BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
         """
         frames = np.array([forward(scene.robot.chain, p.q) for p in scene.poses])
         self._frames = jnp.asarray(frames)  # (P, F, 4, 4)
@@ -51,12 +56,12 @@ class SoftFraction:
     def __call__(
         self, arrays: RingArrays, values: Float[Array, "3 R"], width: float | Array
     ) -> Float[jax.Array, ""]:
-        """Soft ζ in [0, 1] of rings at ``values``, differentiable by these.
+        """Return soft ζ in [0, 1] of rings, differentiable by ``values``.
 
         Args:
-            arrays: of the rings and their sensors.
-            values: positions, tilts and phases (rad) of the rings.
-            width: of the sigmoid, m; taken as a constant.
+            arrays: the rings and their sensors.
+            values: positions, tilts (rad) and phases (rad) of the rings.
+            width: width of the sigmoid, m; treated as a constant.
         """
         mean: jax.Array = self._compiled(arrays, jnp.asarray(values), jax.lax.stop_gradient(width))
         return mean
@@ -81,7 +86,7 @@ class SoftFraction:
 
 
 def _differentiable(terms: SoftTerms) -> Callable[[Any, Any], Any]:
-    """Soft ζ of beams, (K, 3) each, with the gradient that comes with it."""
+    """Return soft ζ as a function of beams, (K, 3) each, with its hand-written gradient."""
 
     def soft(beams: Any, fixed: Any, slopes: bool) -> Soft:
         shapes, pose, cloud, width = fixed
@@ -96,7 +101,7 @@ def _differentiable(terms: SoftTerms) -> Callable[[Any, Any], Any]:
         return zeta, tuple(slopes[: len(beams)])
 
     if jax.default_backend() == "cpu":
-        # one setup after the other: vectorised, all would do the work of the slowest block
+        # one setup after the other: vectorised setups would all do the work of the slowest block
         value_of = jax.custom_batching.sequential_vmap(value_of)  # type: ignore[no-untyped-call]
         both_of = jax.custom_batching.sequential_vmap(both_of)  # type: ignore[no-untyped-call]
 

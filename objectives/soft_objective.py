@@ -1,5 +1,5 @@
-"""What the search climbs: its aim, weighted over targets and poses, soft with a gradient, and as a
-share of points.
+"""The objective that the local search maximises: the criterion, weighted over targets and poses, as
+a soft value with a gradient or as a share of points.
 """
 
 from collections.abc import Sequence
@@ -27,18 +27,18 @@ from .parameterization import Interval, SetupArrays, decode, value_slopes
 from .scene import Scene
 from .soft_terms import Rows, SoftTerms
 
-MARGIN = 0.003  # above a floor, so that a soft value that reaches it does so when counted
+MARGIN = 0.003  # added to a floor, so that a soft value that reaches it also does when counted
 # of the soft minimum over P poses, which exceeds the minimum by at most this times log P
 TEMPERATURE = 0.005
-STEEP = 300.0  # of the parabola under a floor: 0.01 short costs 0.03, and 6 for each further
-_SOFTNESS = 0.1  # of the minimum over losses, for each m of a sigmoid's width
-_AT_ONCE = 16  # setups
+STEEP = 300.0  # of the penalty below a floor: 0.01 short costs 0.03, with a slope of 6
+_SOFTNESS = 0.1  # of the minimum over losses, per m of the sigmoid's width
+_AT_ONCE = 16  # setups per batch
 
 
 def _soft_minimum(
     zetas: Float[np.ndarray, " P"], among: Bool[np.ndarray, " P"]
 ) -> tuple[float, Float[np.ndarray, " P"]]:
-    """The soft minimum of some of the zetas (P,), and its slope by each."""
+    """Return the soft minimum of the zetas (P,) selected by ``among``, and its slope by each."""
     from scipy.special import logsumexp, softmax
 
     lack = np.where(among, -zetas / TEMPERATURE, -np.inf)
@@ -46,15 +46,16 @@ def _soft_minimum(
 
 
 def floors(scene: Scene) -> Float[np.ndarray, " G"]:
-    """What each goal's zeta shall not fall short of, MARGIN included; -1: nothing."""
+    """Return the floor of each goal's zeta, ``MARGIN`` included; -1 for a goal without one."""
     return np.array([g.at_least + MARGIN if g.at_least > 0 else -1.0 for g in scene.goals])
 
 
 def worth(
     zetas: Float[np.ndarray, "*batch G"], scene: Scene
 ) -> Float[np.ndarray, "*batch"] | np.floating:
-    """The weighted mean (...) of the goals' zetas (..., G), less a steep parabola for each that
-    falls short of its floor.
+    """Return the weighted mean (...) of the goals' zetas (..., G), less a penalty for shortfalls.
+
+    The penalty is a steep parabola of the shortfall below each floor.
     """
     short = np.maximum(floors(scene) - zetas, 0.0)
     value: np.ndarray = zetas @ scene.goal_weights - STEEP * (short * short).sum(axis=-1)
@@ -62,13 +63,12 @@ def worth(
 
 
 class TargetPoints:
-    """Points of every goal at every pose of a scene, drawn once: targets do not move with the
-    rings.
-    """
+    """Points of every goal at every pose of a scene, drawn once: targets do not depend on rings."""
 
     def __init__(self, scene: Scene, count: int, seed: int, mountings: int = 1) -> None:
-        """Draw ``count`` points in each goal at each pose, anew for each of so many mountings: the
-        luck of the points then evens out over these, and fewer will do.
+        """Draw ``count`` points in each goal at each pose, separately for each mounting.
+
+        The Monte Carlo error then averages out over the mountings, so fewer points suffice.
 
         Raises:
             ValueError: if a target is empty.
@@ -87,9 +87,9 @@ class TargetPoints:
         ]
 
     def clouds(self, count: int) -> Cloud:
-        """The first ``count`` points of each term as one cloud with a leading axis of terms.
+        """Return the first ``count`` points of each term as one cloud with a leading axis of terms.
 
-        Whatever the count, the shape is the same, so that one compilation serves all.
+        The shape does not depend on ``count``, so one compilation serves all.
         """
         blocks = -(-len(self.points[0]) // BLOCK)
         each = [cloud(points[:count], blocks=blocks) for points in self.points]
@@ -98,29 +98,31 @@ class TargetPoints:
 
 
 class CoverageObjective:
-    """Weighted mean over a scene's goals and poses of what is aimed at (zeta, unless told
-    otherwise), for setups with one number of rings and sensors; where the scene asks for the worst
-    pose, the soft minimum over the poses of the mean over the goals, -T log(mean(exp(-zeta / T))).
+    """Weighted mean of the criterion over a scene's goals and poses, by default of zeta.
+
+    One object handles setups with one number of rings and sensors. Where the scene maximises the
+    worst pose, the mean over poses is replaced by the soft minimum over the poses of the mean over
+    the goals, -T log(mean(exp(-zeta / T))). A goal whose zeta falls short of its floor lowers the
+    value by a steep parabola.
 
     A setup is given by its arrays (``RingArrays`` and ``Interval``) and its values (3, R), which
-    ``decode`` reads. A goal whose zeta falls short of its floor lowers the value by a steep
-    parabola. Only ``SoftTerms`` is compiled, for all setups with one number of sensors; where these
-    sit, and what their slopes mean for the values, is little work for NumPy. One object serves many
-    threads.
+    ``decode`` reads. Only ``SoftTerms`` is compiled, for all setups with one number of sensors.
+    NumPy computes the sensor poses and the chain rule back to the values, which is little work.
+    One object may be used by many threads.
     """
 
     def __init__(self, scene: Scene, points: TargetPoints, aim: Criterion | None = None) -> None:
-        """Take the scene's goals and poses, and the points that were drawn for them and for the
-        aim's mountings.
+        """Store the scene, the points drawn for its goals, poses and mountings, and the criterion.
 
         Raises:
             ValueError: if the points are for another number of mountings, or the goals have floors
-                that the aim cannot keep.
+                that the criterion does not support.
         """
         self.scene, self.aim = scene, aim or Criterion()
         if points.mountings != self.aim.mountings:
             raise ValueError(
-                f"points are for {points.mountings} mountings, the aim has {self.aim.mountings}"
+                f"points are for {points.mountings} mountings, but the criterion has"
+                f" {self.aim.mountings}"
             )
         check_criterion(scene, self.aim)
         self._goal, self._pose = (np.array(column) for column in zip(*points.terms, strict=True))
@@ -133,7 +135,7 @@ class CoverageObjective:
     def _seats(
         self, slots: RingArrays, where: Interval, values: Float[np.ndarray, "3 R"]
     ) -> SensorPoses:
-        """Where all sensors sit, (D, K, 3), mounting by mounting."""
+        """Return the poses of all sensors, (D, K, 3), for each mounting."""
         meant = sensor_poses(slots, *decode(where, values))
         errors = self.aim.drawn(slots.length.shape[0], slots.ring.shape[0])
         return (
@@ -143,7 +145,7 @@ class CoverageObjective:
         )
 
     def _looks(self, slots: RingArrays, here: SensorPoses, some: Int[np.ndarray, " T"]) -> Rows:
-        """What the terms of numbers ``some`` (T,) look at of a setup in its seats."""
+        """Return the rows that the terms of indices ``some`` (T,) evaluate for one setup."""
         at, pose = np.unique(self._pose[some], return_inverse=True)
         parts = seen_from(slots, here, self._frames[at], slots.beams.square)
         apex, axis, *up = (v[self._mounting[some], pose] for v in parts)
@@ -161,8 +163,9 @@ class CoverageObjective:
         some: Int[np.ndarray, " T"],
         poses: Float[np.ndarray, " P"],
     ) -> tuple[float, Float[np.ndarray, " T"], Float[np.ndarray, " P"]]:
-        """Value of a setup whose ``some`` terms have these zetas (T,), its slopes by these, and
-        zeta pose by pose (P,).
+        """Return a setup's value, its slopes by the zetas (T,) of terms ``some``, and zeta by pose.
+
+        The last has shape (P,).
         """
         goal, pose, weights = self._goal[some], self._pose[some], self._goal_weights
         share = poses[pose] / self.aim.mountings
@@ -183,9 +186,7 @@ class CoverageObjective:
         some: Int[np.ndarray, " T"],
         slopes: Sequence[Float[Array, "T K 3"] | None],
     ) -> Float[np.ndarray, "3 R"]:
-        """Slopes (3, R) by the values, from those by what ``some`` terms look at, (T, K, 3)
-        each.
-        """
+        """Return slopes (3, R) by the values, from slopes (T, K, 3) by terms ``some``."""
         by: list[Any] = [np.zeros_like(here.apex) if a is not None else None for a in slopes]
         for total, slope in zip(by, slopes, strict=True):
             if slope is not None:
@@ -205,8 +206,10 @@ class CoverageObjective:
         width: float,
         slopes: bool,
     ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"], Float[np.ndarray, "S P"]]:
-        """Value, slopes (3, R) and zeta pose by pose (P,) of each of some setups; poses (P,):
-        weights, of which those of 0 are not looked at."""
+        """Return value, slopes (3, R) and zeta by pose (P,) of each setup.
+
+        ``poses`` (P,) holds weights; poses of weight 0 are not evaluated.
+        """
         some = np.flatnonzero(poses[self._pose] > 0)
         each: list[SetupArrays] = [
             jax.tree.map(lambda a, i=i: a[i], setups) for i in range(len(values))
@@ -227,7 +230,7 @@ class CoverageObjective:
             soft, worth = self._after_the_worst_loss(
                 rows, losses, some, clouds, poses, width, slopes
             )
-        found = []
+        results = []
         for i, (value, pull, by_pose) in enumerate(worth):
             slope = np.zeros_like(values[i])
             if slopes:
@@ -235,8 +238,8 @@ class CoverageObjective:
                 by = [None if a is None else pull[:, None, None] * a[mine] for a in soft[1:]]
                 slots, where = each[i]
                 slope = self._pulled_back(slots, where, places[i], some, by)
-            found.append((value, slope, by_pose))
-        worths, gradients, by_poses = zip(*found, strict=True)
+            results.append((value, slope, by_pose))
+        worths, gradients, by_poses = zip(*results, strict=True)
         return np.stack(worths), np.stack(gradients), np.stack(by_poses)
 
     def _after_the_worst_loss(
@@ -249,9 +252,11 @@ class CoverageObjective:
         width: float,
         slopes: bool,
     ) -> tuple[Soft, list[tuple[float, Float[np.ndarray, " T"], Float[np.ndarray, " P"]]]]:
-        """The least of the zetas after each loss, softly: -s log sum exp(-zeta / s). Its slope is
-        that of their mean by the weights that the soft minimum gives them, which takes a first run
-        over all terms."""
+        """Return the soft minimum of the zetas after each loss, -s log sum exp(-zeta / s).
+
+        Its slope is the slope of their mean with the soft minimum's weights. Computing these takes
+        a first pass over all terms.
+        """
         from scipy.special import logsumexp, softmax
 
         share, softness = (
@@ -278,13 +283,13 @@ class CoverageObjective:
         slopes: bool,
     ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"], Float[np.ndarray, "S P"]]:
         weights = self.scene.pose_weights if poses is None else np.asarray(poses, float)
-        found = []
+        results = []
         for i in range(0, len(values), _AT_ONCE):
             some, x = jax.tree.map(
                 lambda a, i=i: a[i : i + _AT_ONCE], (setups, np.asarray(values, float))
             )
-            found.append(self._of_some(some, x, clouds, weights, float(width), slopes))
-        worths, gradients, by_poses = zip(*found, strict=True)
+            results.append(self._of_some(some, x, clouds, weights, float(width), slopes))
+        worths, gradients, by_poses = zip(*results, strict=True)
         return np.concatenate(worths), np.concatenate(gradients), np.concatenate(by_poses)
 
     def soft(
@@ -295,12 +300,12 @@ class CoverageObjective:
         clouds: Cloud,
         poses: Float[np.ndarray, " P"] | None = None,
     ) -> tuple[Float[np.ndarray, " S"], Float[np.ndarray, "S 3 R"]]:
-        """Soft values of S setups, and their gradients by the setups' values.
+        """Return soft values of S setups, and their gradients by the setups' values.
 
         Args:
-            setups: their ``(RingArrays, Interval)``, stacked along a first axis.
-            values: of the rings, as ``decode`` reads them.
-            width: of the sigmoid, m.
+            setups: ``(RingArrays, Interval)`` of the setups, stacked along a first axis.
+            values: values of the rings, as ``decode`` reads them.
+            width: width of the sigmoid, m.
             clouds: points of every goal at every pose.
             poses: weights (P,) of the poses, by default the scene's.
         """
@@ -315,9 +320,9 @@ class CoverageObjective:
         width: float = SHARP,
         poses: Float[np.ndarray, " P"] | None = None,
     ) -> Float[np.ndarray, " S"]:
-        """Soft values of S setups without gradients, in a quarter of the time.
+        """Return soft values of S setups without gradients, in a quarter of the time.
 
-        At the default width zeta is the share of the points inside a cone.
+        At the default width, zeta is the share of the points inside a cone.
         """
         return self._in_pieces(setups, values, clouds, poses, width, False)[0]
 
@@ -328,5 +333,5 @@ class CoverageObjective:
         clouds: Cloud,
         width: float = SHARP,
     ) -> Float[np.ndarray, "S P"]:
-        """Soft zeta of S setups at every pose, the weighted mean over the goals."""
+        """Return soft zeta of S setups at every pose, the weighted mean over the goals."""
         return self._in_pieces(setups, values, clouds, None, width, False)[2]

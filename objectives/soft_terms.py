@@ -1,5 +1,5 @@
-"""The compiled part of what a search climbs: soft zetas, and their slopes, of beams against points
-of goals at poses.
+"""The compiled part of the search objective: soft zetas of beams over the points of goals at poses,
+and their slopes.
 """
 
 from collections.abc import Callable
@@ -23,34 +23,43 @@ from ..coverage.solids.cones import Cones
 from ..coverage.solids.sensor_beams import BeamShapes
 from .scene import Scene
 
-# rows in one call, and how many of these at once: on a CPU one after the other,
+# rows per call, and how many of them at once: on a CPU one after the other,
 _ROWS = {"cpu": (16, None)}
-_ROWS_ELSEWHERE = (256, 4)  # on an accelerator several, as memory holds them
+_ROWS_ELSEWHERE = (256, 4)  # on an accelerator several, as memory allows
 
 
 class Rows(NamedTuple):
-    """What N rows look at, each one setup's K sensors at one pose and the points of one term:
-    numbers of the term and of the pose (N,); apexes m and axes (N, K, 3), and the shapes (N, K) of
-    the beams; where these may be square ups (N, K, 3), else None. Where losses count: the group
-    (N, K) that each sensor is lost with, and the weights (N, G) of the losses in slopes."""
+    """N rows to evaluate: each one setup's K sensors at one pose, over the points of one term."""
 
     term: Int[Array, "*N"]
+    """Index of the term."""
     pose: Int[Array, "*N"]
+    """Index of the pose."""
     apex: Float[Array, "*N K 3"]
+    """Apexes of the beams, m."""
     axis: Float[Array, "*N K 3"]
+    """Axes of the beams."""
     beams: BeamShapes
+    """Shapes (N, K) of the beams."""
     up: Float[Array, "*N K 3"] | None = None
+    """Up vectors of the beams where these may be square, else None."""
     group: Int[Array, "*N K"] | None = None
+    """Where losses count: the group with which each sensor is lost."""
     weights: Float[Array, "*N G"] | None = None
+    """Where losses count: the weights of the losses in slopes."""
 
 
 class SoftTerms:
-    """Soft zetas and slopes of rows, in 32 bit. One object serves many threads, and compiles once
-    for all clouds of one shape, widths, links, counts and numbers of rows."""
+    """Soft zetas and slopes of rows, in 32 bit.
+
+    One object may be used by many threads. It compiles once for all clouds of one shape, and for
+    all widths, links, counts and numbers of rows.
+    """
 
     def __init__(self, scene: Scene, frames: Float[np.ndarray, "P F 4 4"], seen: int) -> None:
-        """For a scene with the robot's ``frames`` at its poses; a point counts when so many sensors
-        have ``seen`` it.
+        """Store a scene with the robot's ``frames`` at its poses.
+
+        A point counts as covered when at least ``seen`` sensors see it.
         """
         self._seen, self._occlusion, self._bodies = seen, scene.occlusion, None
         self._obstacles = tuple(o.body for o in scene.obstacles)
@@ -60,18 +69,19 @@ class SoftTerms:
         self._compiling, self._compiled = Lock(), False
 
     def __call__(self, rows: Rows, clouds: Cloud, width: float, slopes: bool) -> Soft:
-        """Zetas (N,), or (N, G) after each loss, and slopes (N, K, 3) by apexes, axes and ups,
-        NumPy.
+        """Return zetas (N,), or (N, G) after each loss, and slopes (N, K, 3), as NumPy arrays.
+
+        Slopes are by apexes, axes and up vectors.
         """
-        size, found, n = _rows()[0], [], len(rows.term)
+        size, results, n = _rows()[0], [], len(rows.term)
         for i in range(0, n, size):
             some = jax.tree.map(lambda a, i=i: _filled(a[i : i + size], size), rows)
-            found.append(self._run(some, min(size, n - i), clouds, np.float32(width), slopes))
-        soft: Soft = jax.tree.map(lambda *a: np.concatenate(a)[:n], *found)
+            results.append(self._run(some, min(size, n - i), clouds, np.float32(width), slopes))
+        soft: Soft = jax.tree.map(lambda *a: np.concatenate(a)[:n], *results)
         return soft
 
     def _run(self, rows: Rows, count: int, clouds: Cloud, width: np.float32, slopes: bool) -> Soft:
-        """The first call alone, so that of several threads only one compiles."""
+        """Evaluate one call; the first runs alone, so that only one of several threads compiles."""
         if self._compiled:
             return self._each(rows, count, clouds, width, slopes)
         with self._compiling:
@@ -87,9 +97,7 @@ class SoftTerms:
         width: Float[jax.Array, ""],
         slopes: Bool[jax.Array, ""],
     ) -> Soft:
-        """Of the first ``count`` rows; the others only fill the shape, which is the same for any
-        count.
-        """
+        """Evaluate the first ``count`` rows; the others only pad the shape to a constant size."""
 
         def one(numbered: tuple[jax.Array, Rows]) -> Soft:
             i, row = numbered
@@ -118,7 +126,7 @@ class SoftTerms:
         return each
 
     def past(self, cones: Cones, pose: Int[Array, ""]) -> Seen:
-        """What the scene's occlusion and obstacles leave of cones at a pose."""
+        """Return the visible part of cones at a pose under the scene's occlusion and obstacles."""
         seen: Cones | Hidden = cones
         if self._bodies is not None:
             bodies = jax.tree.map(jnp.asarray, self._bodies).at(pose)
@@ -131,8 +139,8 @@ def _rows() -> tuple[int, int | None]:
 
 
 def _filled(array: np.ndarray, size: int) -> np.ndarray:
-    """``array``, filled up to ``size`` along its first axis, in 32 bit."""
+    """Return ``array`` padded with zeros to ``size`` along its first axis, in 32 bit."""
     kind = {"f": np.float32, "b": np.bool_}.get(array.dtype.kind, np.int32)
-    found = np.zeros((size, *array.shape[1:]), kind)
-    found[: len(array)] = array
-    return found
+    padded = np.zeros((size, *array.shape[1:]), kind)
+    padded[: len(array)] = array
+    return padded

@@ -1,7 +1,7 @@
-"""Tolerance of a setup: zeta when rings and sensors sit a little beside where they were meant to.
+"""Tolerance of a setup: zeta when rings and sensors are mounted slightly off their design.
 
-Every drawn mounting is counted exactly; all are counted on the same voxels, by the same luck (see
-``draw_errors``).
+Every drawn mounting is counted exactly. All are counted on the same voxels with common random
+numbers (see ``draw_errors``).
 """
 
 import math
@@ -21,22 +21,27 @@ from ..coverage.voxels.octree import count
 from .occlusion import setup_sight, sight
 from .verify import Verifier, weighted_mean
 
-DRAWS = 100  # mountings where nobody says how many
+DRAWS = 100  # default number of mountings
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Zeta in [0, 1] of one target as meant, ``nominal``, and for each drawn mounting, ``zetas``
-    (D,).
-    """
+    """Zeta of one target under mounting errors."""
 
     target: Target
+    """The target volume."""
     voxel: float
+    """Side of the voxels, m."""
     errors: MountingErrors
+    """Distribution and limits of the errors."""
     seed: int
+    """Random seed of the draws."""
     nominal: float
+    """Zeta in [0, 1] of the setup as designed."""
     zetas: Float[np.ndarray, " D"]
+    """Zeta in [0, 1] of each drawn mounting."""
     seconds: float
+    """Computation time, s."""
 
     @property
     def mean(self) -> float:
@@ -54,12 +59,12 @@ class Tolerance:
 
     @property
     def fifth_percentile(self) -> float:
-        """5 in 100 of the mountings see less (between draws by a straight line)."""
+        """The 5th percentile of zeta over the mountings, with linear interpolation."""
         return float(np.percentile(self.zetas, 5))
 
     @property
     def worst(self) -> float:
-        """The least of the draws."""
+        """The smallest zeta of the draws."""
         return float(self.zetas.min())
 
 
@@ -70,20 +75,21 @@ def exact_zetas(
     seen: int = 1,
     tell: Callable[[], None] = lambda: None,
 ) -> Float[np.ndarray, " D"]:
-    """The exact share of ``target`` that at least ``seen`` sensors see, for D sets of cones or
-    beams: means over the poses.
+    """Return the exact share of ``target`` that at least ``seen`` sensors see, for D beam sets.
+
+    Shares are weighted means over the poses.
 
     Args:
-        verifier: scene, voxels and memory; of rule ``centre``.
-        target: what should be seen.
-        cones: the D sets at the pose of a number.
-        seen: sensors, 1 or more.
-        tell: is called after each set at each pose and piece of the target.
+        verifier: scene, voxels and memory; its rule must be ``centre``.
+        target: the target volume.
+        cones: function that returns the D sets of cones or beams at a pose index.
+        seen: number of sensors, at least 1.
+        tell: called after each set at each pose and piece of the target.
 
     Raises:
-        ValueError: for an empty target, or a rule other than ``centre``.
+        ValueError: if the target is empty or the rule is not ``centre``.
         TooFineError: if the count would take days.
-        BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
+        BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
     voxel, each = verifier.centre_voxel, []
     for pose in range(len(verifier.scene.poses)):
@@ -106,7 +112,7 @@ def exact_zetas(
 def mounted_cones(
     verifier: Verifier, setup: Setup, drawn: Misplaced
 ) -> Callable[[int], list[Parts]]:
-    """What ``setup`` sees at the pose of a number, for each drawn mounting."""
+    """Return a function of the pose index: the visible beams for each drawn mounting."""
     scene = verifier.scene
 
     def at(pose: int) -> list[Parts]:
@@ -117,7 +123,7 @@ def mounted_cones(
 
 
 def nominal_cones(verifier: Verifier, setup: Setup) -> Callable[[int], list[Parts]]:
-    """What ``setup`` sees as meant, at the pose of a number: one set."""
+    """Return a function of the pose index: the visible beams of the setup as designed, one set."""
     scene = verifier.scene
     return lambda pose: [setup_sight(scene, setup, scene.poses[pose].q)]
 
@@ -131,16 +137,24 @@ def tolerance(
     seed: int = 0,
     tell: Callable[[], None] = lambda: None,
 ) -> Tolerance:
-    """Zeta of ``setup`` for ``target`` under drawn errors of its mounting, each draw counted
-    exactly.
+    """Return zeta of ``setup`` for ``target`` under drawn mounting errors, counted exactly.
+
+    Args:
+        verifier: scene, voxels and memory; its rule must be ``centre``.
+        setup: the setup as designed.
+        target: the target volume.
+        errors: distribution and limits of the errors.
+        draws: number of mountings to draw.
+        seed: random seed.
+        tell: called after each count, for progress.
 
     Raises:
-        ValueError: for an empty target, a rule other than ``centre``, or no draws.
+        ValueError: if the target is empty, the rule is not ``centre``, or ``draws`` is below 1.
         TooFineError: if the count would take days.
-        BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
+        BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
     """
     if draws < 1:
-        raise ValueError(f"found {draws} draws, allowed: 1 and more")
+        raise ValueError(f"draws must be at least 1, got {draws}")
     began, errors = time.perf_counter(), errors or MountingErrors()
     (nominal,) = exact_zetas(verifier, target, nominal_cones(verifier, setup))
     drawn = draw_errors(len(setup.rings), setup.sensors, errors, draws, seed)

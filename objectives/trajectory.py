@@ -1,5 +1,5 @@
-"""From a recorded motion to poses with weights: those that lie nearest to where the robot was, and
-for how long.
+"""Reduction of a recorded motion to weighted poses: those nearest to the motion, weighted by dwell
+time and speed.
 """
 
 import math
@@ -13,48 +13,53 @@ from ..coverage.robots.link_bodies import robot_capsules
 from ..coverage.robots.robot import BASE, Robot
 from .scene import Pose, Recorded
 
-REDUCED_SPEED = 0.25  # m/s, at the TCP: ISO 10218-1's limit of reduced speed
-CELL = 0.01  # s, in which time is looked at
-CELLS = (1_000, 200_000)  # fewest and most of them
-_CHUNK = 1 << 16  # of samples in memory at once
+REDUCED_SPEED = 0.25  # m/s, at the TCP: the limit of reduced speed in ISO 10218-1
+CELL = 0.01  # s, length of a time cell
+CELLS = (1_000, 200_000)  # minimum and maximum number of cells
+_CHUNK = 1 << 16  # samples in memory at once
 _RATE_DIGITS = 6  # decimals of a joint's speed, rad/s
 
 
 @dataclass(frozen=True)
 class MotionRecord:
-    """A recorded motion: time_s (T,) s, strictly ascending, and joint angles q (T, J) rad; straight
-    in joint space between two samples."""
+    """A recorded motion, linear in joint space between two samples."""
 
     time_s: Float[np.ndarray, " T"]
+    """Times of the samples, s, strictly ascending."""
     q: Float[np.ndarray, "T J"]
+    """Joint angles, rad."""
 
 
 @dataclass(frozen=True)
 class Thinning:
-    """How a record becomes poses: so many at most; fewer where then no joint of any sample is
-    further than ``within``, rad, from its pose; and by how much speed adds to their weight (0:
-    dwell time alone)."""
+    """How a record is reduced to poses."""
 
     poses: int = 200
+    """Maximum number of poses."""
     within: float = math.radians(2)
+    """Use fewer poses if then no joint of any sample is further than this from its pose, rad."""
     speed_weight: float = 1.0
+    """Factor by which TCP speed adds to the weights; 0: dwell time only."""
 
 
 @dataclass(frozen=True)
 class Thinned:
-    """Poses in the order of their times, and the largest distance in any joint, rad, of a recorded
-    sample from its pose.
-    """
+    """The result of reducing a record to poses."""
 
     poses: tuple[Pose, ...]
+    """The poses in order of time."""
     within: float
+    """Largest difference in any joint between a recorded sample and its pose, rad."""
 
 
 def _travelled(
     robot: Robot, q: Float[np.ndarray, "T J"]
 ) -> tuple[Float[np.ndarray, " C"], Float[np.ndarray, " C"]]:
-    """From each sample to the next, how far the TCP goes, m, and how far the TCP or a body does at
-    most: an end of it, and what stands a radius off as it turns."""
+    """Return, for each step between samples, the TCP's travel and a bound on any part's travel, m.
+
+    The bound covers the TCP and the bodies: the travel of a body's ends, plus the effect of its
+    rotation at a distance of its radius.
+    """
     tcp, most = [], []
     for i in range(0, len(q) - 1, _CHUNK):
         frames = forward(robot.chain, q[i : i + _CHUNK + 1])
@@ -80,9 +85,11 @@ def _at(record: MotionRecord, time: Float[np.ndarray, " C"]) -> Float[np.ndarray
 
 
 def _spread(q: Float[np.ndarray, "C J"], most: int, within: float) -> Int[np.ndarray, " C"]:
-    """The cluster of each sample: the centres are, one after the other, the samples furthest from
-    all before, until they are ``most`` or no sample is further than ``within``. No choice of as
-    many centres is more than twice as near."""
+    """Return the cluster of each sample, by farthest-point clustering.
+
+    Each centre is the sample furthest from all earlier ones, until there are ``most`` centres or no
+    sample is further than ``within``. No choice of equally many centres is more than twice as near.
+    """
     first = int(np.abs(q - q.mean(axis=0)).max(axis=1).argmin())
     distance, owner = np.abs(q - q[first]).max(axis=1), np.zeros(len(q), int)
     for number in range(1, most):
@@ -98,7 +105,7 @@ def _spread(q: Float[np.ndarray, "C J"], most: int, within: float) -> Int[np.nda
 def _middles(
     q: Float[np.ndarray, "C J"], weight: Float[np.ndarray, " C"], owner: Int[np.ndarray, " C"]
 ) -> Int[np.ndarray, " N"]:
-    """Of each cluster, the sample nearest to its weighted mean."""
+    """Return, for each cluster, the index of the sample nearest to its weighted mean."""
     total = np.bincount(owner, weight)
     mean = np.stack([np.bincount(owner, weight * joint) / total for joint in q.T], axis=1)
     order = np.lexsort((np.arange(len(q)), np.abs(q - mean[owner]).max(axis=1), owner))
@@ -106,26 +113,27 @@ def _middles(
 
 
 def thin(record: MotionRecord, robot: Robot, how: Thinning | None = None) -> Thinned:
-    """The poses that stand for a record, and how near they are to it.
+    """Reduce a record to weighted poses, and report how near they are to it.
 
-    Time is cut into equal cells of 10 ms (1,000 to 200,000 of them, whatever the rate of the
-    record). Cells are grouped by farthest points in joint space, by the largest difference of any
-    joint; each group's pose is the cell nearest to its mean, and every cell then goes to the
-    nearest pose. A pose weighs, summed over its cells of duration dt and TCP speed v,
+    Time is divided into equal cells of 10 ms (1,000 to 200,000 cells, independent of the record's
+    rate). Cells are grouped by farthest points in joint space, with the largest difference of any
+    joint as the distance. Each group's pose is the cell nearest to its mean, and every cell is then
+    assigned to the nearest pose. The weight of a pose is the sum over its cells of duration dt and
+    TCP speed v of
 
         dt * (1 + speed_weight * v / 0.25 m/s),
 
-    scaled so that all weights sum to the record's duration in seconds. The distance that an
-    approaching person must be seen at grows in proportion to speed (ISO 13855), hence the form; at
-    the reduced speed of ISO 10218-1 a moment counts twice that of standing still. A pose has the
-    joints' speeds of that of its cells in which a part of the robot is fastest, as its protective
-    volume asks for.
+    scaled so that all weights sum to the record's duration in seconds. The form follows from ISO
+    13855: the distance at which an approaching person must be detected grows in proportion to
+    speed. At the reduced speed of ISO 10218-1, a moment counts twice as much as at standstill. A
+    pose takes its joint speeds from that of its cells in which a part of the robot moves fastest,
+    because its protective volume depends on them.
 
     Raises:
-        ValueError: for fewer than two samples.
+        ValueError: if the record has fewer than two samples.
     """
     if len(record.time_s) < 2:
-        raise ValueError(f"found {len(record.time_s)} samples, allowed: 2 and more")
+        raise ValueError(f"a record needs at least 2 samples, got {len(record.time_s)}")
     how = how or Thinning()
     total = float(record.time_s[-1] - record.time_s[0])
     edges = np.linspace(
@@ -136,7 +144,7 @@ def thin(record: MotionRecord, robot: Robot, how: Thinning | None = None) -> Thi
     at_edges = _at(record, edges)
     travelled, most = _travelled(robot, at_edges)
     weight = step + how.speed_weight * travelled / REDUCED_SPEED
-    # A group's middle may lie at its edge, so groups are half as wide as asked.
+    # A group's middle may lie at its edge, so groups are half as wide as ``within``.
     chosen = _middles(q, weight, _spread(q, how.poses, how.within / 2))
     chosen = np.sort(chosen)
     from scipy.spatial import KDTree
@@ -160,6 +168,6 @@ def thin(record: MotionRecord, robot: Robot, how: Thinning | None = None) -> Thi
 
 
 def recorded(file: str, record: MotionRecord, thinned: Thinned, how: Thinning) -> Recorded:
-    """What a scene remembers of where its poses come from."""
+    """Return the scene's description of the record from which its poses come."""
     seconds = float(record.time_s[-1] - record.time_s[0])
     return Recorded(file, len(record.time_s), seconds, thinned.within, how.speed_weight)

@@ -1,4 +1,4 @@
-"""Exact zeta of a setup in a scene: the verifier that every answer passes through."""
+"""Exact zeta of a setup in a scene: the verifier that checks every result."""
 
 import math
 import time
@@ -22,17 +22,18 @@ from ..coverage.voxels.voxel_set import VoxelSet
 from .occlusion import setup_sight
 from .scene import Scene
 
-VOXEL = 0.01  # m, side of a voxel where none is given
+VOXEL = 0.01  # m, default side of a voxel
 RULES: tuple[Rule, ...] = ("centre", "touch", "certified")
 _MOST = 1e10  # voxels on the surface of a target: more would take days
-_SIDES = 24  # voxels on the surface of a target inside a region, for each voxel on one of its faces
-# for each voxel on the surface of a target: its key, its interval and the sorting of both
+_SIDES = 24  # voxels on the surface of a target inside a region, per voxel on one of its faces
+# bytes per voxel on the surface of a target: its key, its interval and the sorting of both
 _BYTES = 100
 
 
 def weighted_mean(weights: Iterable[float], shares: Iterable[float]) -> float:
-    """The mean of shares in [0, 1] by weights that sum to 1 but for rounding, which takes it
-    nowhere beyond 1.
+    """Return the weighted mean of shares in [0, 1], capped at 1.
+
+    The weights sum to 1 up to rounding, which could otherwise raise the mean above 1.
     """
     return min(
         math.fsum(float(w) * float(share) for w, share in zip(weights, shares, strict=True)), 1.0
@@ -40,51 +41,65 @@ def weighted_mean(weights: Iterable[float], shares: Iterable[float]) -> float:
 
 
 class TooFineError(ValueError):
-    """Voxels so small that counting them would take days."""
+    """Voxels are so small that counting them would take days."""
 
 
 @dataclass(frozen=True)
 class PoseZeta:
-    """Zeta in [0, 1] at one pose; low and high equal it unless the rule is certified, then it is
-    their middle, ``proof`` says how they were reached, and there are no counts of voxels."""
+    """Zeta at one pose."""
 
     weight: float
+    """Weight of the pose in the mean."""
     zeta: float
+    """Zeta in [0, 1]; the middle of the interval for the rule ``certified``."""
     low: float
+    """Lower bound of zeta; equals ``zeta`` unless the rule is ``certified``."""
     high: float
+    """Upper bound of zeta; equals ``zeta`` unless the rule is ``certified``."""
     target_voxels: int | None
+    """Voxels of the target; None for the rule ``certified``."""
     covered_voxels: int | None
+    """Covered voxels of the target; None for the rule ``certified``."""
     proof: Bracket | None = None
+    """How the bounds were computed, for the rule ``certified``."""
 
 
 @dataclass(frozen=True)
 class Verified:
-    """Zeta in [0, 1] of one target: the weighted mean over poses, and each pose beside it;
-    ``width`` is that asked of a certified interval."""
+    """Zeta of one target: the weighted mean over poses, and the value at each pose."""
 
     target: Target
+    """The target volume."""
     rule: Rule
+    """How voxels were counted."""
     voxel: float | None
+    """Side of the voxels, m, if any."""
     zeta: float
+    """Weighted mean over the poses, in [0, 1]."""
     low: float
+    """Lower bound of zeta."""
     high: float
+    """Upper bound of zeta."""
     poses: tuple[PoseZeta, ...]
+    """Zeta at each pose."""
     seconds: float
+    """Computation time, s."""
     width: float = 0.0
+    """Requested width of a certified interval."""
 
     @property
     def worst(self) -> int:
-        """The pose with the least zeta; the first of equals."""
+        """The pose with the smallest zeta; the first of equals."""
         return min(range(len(self.poses)), key=lambda i: self.poses[i].zeta)
 
     @property
     def target_voxels(self) -> int | None:
-        """Voxels of the target, all poses together."""
+        """Voxels of the target, summed over the poses."""
         return None if self.rule == "certified" else sum(p.target_voxels or 0 for p in self.poses)
 
     @property
     def covered_voxels(self) -> int | None:
-        """Covered voxels of the target, all poses together."""
+        """Covered voxels of the target, summed over the poses."""
         return None if self.rule == "certified" else sum(p.covered_voxels or 0 for p in self.poses)
 
 
@@ -95,8 +110,11 @@ def target_voxels(
     region: Region | None = None,
     memory: float | None = None,
 ) -> VoxelSet:
-    """Omega(V_max), of the whole or of one region: under ``touch``, as in the paper, the voxels
-    touched by the outer solid less those touched by V_R."""
+    """Return the voxels of the target volume, Omega(V_max), in the whole or in one region.
+
+    Under the rule ``touch``, as in the paper, these are the voxels that the outer solid touches
+    less those that V_R touches.
+    """
     if rule == "centre":
         return voxels(solid, voxel, region=region, memory=memory)
     outer, body = (
@@ -106,17 +124,19 @@ def target_voxels(
 
 
 def surface_voxels(solid: Difference, voxel: float) -> float:
-    """A generous guess of the voxels on the surface of a solid, a few times those on its box: the
-    ones that are stored.
+    """Return a generous estimate of the number of voxels on a solid's surface, which are stored.
+
+    It is a few times the number of voxels on the surface of its bounding box.
     """
     x, y, z = np.ptp(solid.bounds(), axis=0)
     return float(4 * (x * y + y * z + z * x) / voxel**2)
 
 
 def check_voxel(solid: Difference, voxel: float) -> None:
-    """Refuse a voxel size that would take days, before it is tried.
+    """Reject a voxel size for which the count would take days.
 
     Raises:
+        ValueError: if the size is not positive and finite.
         TooFineError: if the surface has more than 10^10 voxels.
     """
     if not (math.isfinite(voxel) and voxel > 0):
@@ -124,14 +144,14 @@ def check_voxel(solid: Difference, voxel: float) -> None:
     surface = surface_voxels(solid, voxel)
     if surface > _MOST:
         raise TooFineError(
-            f"voxel {voxel:g} m would mean about {surface:.1g} voxels on the surface alone, more"
-            f" than {_MOST:.0e}; allowed: {voxel * math.sqrt(surface / _MOST):.1g} m and more"
+            f"voxels of {voxel:g} m give about {surface:.1g} voxels on the target's surface, above"
+            f" the limit of {_MOST:.0e}; use {voxel * math.sqrt(surface / _MOST):.1g} m or more"
         )
 
 
 class Verifier:
-    """Counts zeta of setups in one scene and keeps the voxels of its targets, which no setup
-    changes.
+    """Counts zeta of setups in one scene and caches the targets' voxels, which are the same for all
+    setups.
     """
 
     def __init__(
@@ -148,15 +168,15 @@ class Verifier:
 
         Args:
             scene: robot, poses, goals.
-            voxel: side of a voxel, m; by default 0.01, and none when certified to a width.
+            voxel: side of a voxel, m; by default 0.01, or none if certified to a width.
             rule: how a voxel is counted, or ``certified``.
-            width: in [0, 1], of the interval, when certified; 0: what cells of side ``voxel`` give.
-            tell: is given the interval after each pass, when certified.
-            memory: bytes that counting may take: half for the work, a quarter for one target's
-                voxels (what needs more is
-                counted region by region) and a quarter for those kept for the next setup. None:
-                    half of what is free.
-            at: is given the number of each pose before it is counted.
+            width: requested width, in [0, 1], of a certified interval; 0: the interval that cells
+                of side ``voxel`` give.
+            tell: called with the interval after each pass of a certified count.
+            memory: bytes that counting may use: half for the work, a quarter for one target's
+                voxels (larger targets are counted region by region), and a quarter for the voxels
+                cached for the next setup. None: half of the free memory.
+            at: called with the index of each pose before it is counted.
         """
         self.memory = psutil.virtual_memory().available / 2 if memory is None else memory
         certified = rule == "certified" and width > 0
@@ -167,17 +187,19 @@ class Verifier:
     def _target(self, target: Target, pose: int, solid: Difference, voxel: float) -> VoxelSet:
         if (target, pose) in self._targets:
             return self._targets[target, pose]
-        found = target_voxels(solid, voxel, self._rule, memory=self.memory / 2)
-        if found.nbytes + sum(kept.nbytes for kept in self._targets.values()) <= self.memory / 4:
-            self._targets[target, pose] = found
-        return found
+        wanted = target_voxels(solid, voxel, self._rule, memory=self.memory / 2)
+        if wanted.nbytes + sum(kept.nbytes for kept in self._targets.values()) <= self.memory / 4:
+            self._targets[target, pose] = wanted
+        return wanted
 
     def pieces(self, target: Target, pose: int) -> Iterator[tuple[VoxelSet, Region | None]]:
-        """The voxels of ``target`` at a pose, each once: all of them, or region by region where
-        memory asks for it; of the rule ``touch``, or else ``centre``.
+        """Yield the voxels of ``target`` at a pose, each once: all, or region by region.
+
+        Regions are used where the memory limit requires them. The rule is ``touch`` if the verifier
+        has it, else ``centre``.
 
         Raises:
-            ValueError: for a target that holds no voxel, or one whose radius lies within V_R.
+            ValueError: if the target contains no voxel, or its radius lies within V_R.
             TooFineError: if the count would take days.
         """
         self.at(pose)
@@ -200,16 +222,19 @@ class Verifier:
                     yield wanted, region
         if total == 0:
             raise ValueError(
-                f"target {target} holds no voxel of {voxel:g} m: it is empty or the voxel too large"
+                f"target {target} contains no voxel of {voxel:g} m: it is empty, or the voxels are"
+                " too large"
             )
 
     @property
     def centre_voxel(self) -> float:
-        """Side of the voxels, m, for what counts by the rule ``centre`` alone; ValueError under
-        another rule.
+        """Side of the voxels, m, for counts that need the rule ``centre``.
+
+        Raises:
+            ValueError: under another rule.
         """
         if self.rule != "centre" or self.voxel is None:
-            raise ValueError(f"found rule {self.rule}, allowed here: centre")
+            raise ValueError(f"this count needs the rule centre, got {self.rule}")
         return self.voxel
 
     @property
@@ -217,7 +242,7 @@ class Verifier:
         return "touch" if self.rule == "touch" else "centre"
 
     def under(self, occlusion: Occlusion) -> "Verifier":
-        """The same under another occlusion, with the voxels that are kept."""
+        """Return a verifier for another occlusion model, with the same cached voxels."""
         other = copy(self)
         other.scene = replace(self.scene, occlusion=occlusion)
         return other
@@ -238,12 +263,12 @@ class Verifier:
         return PoseZeta(weight, zeta, zeta, zeta, total, covered)
 
     def verify(self, setup: Setup, target: Target) -> Verified:
-        """Zeta of ``setup`` for ``target`` over the scene's poses.
+        """Return zeta of ``setup`` for ``target`` over the scene's poses.
 
         Raises:
-            ValueError: for an empty target, or one whose radius lies within V_R.
+            ValueError: if the target is empty, or its radius lies within V_R.
             TooFineError: if the count would take days.
-            BodilessError: if the robot should shadow or blind its sensors, and has no bodies.
+            BodilessError: if the occlusion model needs the robot's bodies and the robot has none.
         """
         start = time.perf_counter()
         poses = tuple(self._at_pose(setup, target, i) for i in range(len(self.scene.poses)))
@@ -268,14 +293,19 @@ class Verifier:
         )
 
     def judge(self, setup: Setup) -> tuple[float, float]:
-        """By how much zeta falls short of the goals' floors, all together, and its weighted mean
-        over the goals, of all poses or of the worst one, as the scene asks: both in [0, 1]. A setup
-        is better than another if it falls less short, or else if its mean is higher. Raises as
-        ``verify`` does."""
+        """Return the summed shortfall of zeta below the goals' floors, and its weighted mean.
+
+        The mean is over the goals, and over all poses or at the worst one, as the scene states.
+        Both values lie in [0, 1]. The better of two setups has the smaller shortfall or, if these
+        are equal, the larger mean.
+
+        Raises:
+            ValueError, TooFineError, BodilessError: as ``verify`` does.
+        """
         return self.judged([self.verify(setup, goal.target) for goal in self.scene.goals])
 
     def judged(self, each: Sequence[Verified]) -> tuple[float, float]:
-        """The judgement of a setup whose goals are verified already, in their order."""
+        """Return ``judge``'s values for a setup whose goals are already verified."""
         goals, weights = self.scene.goals, [float(w) for w in self.scene.goal_weights]
         short = math.fsum(
             max(goal.at_least - v.zeta, 0.0) for goal, v in zip(goals, each, strict=True)
@@ -289,11 +319,11 @@ class Verifier:
 
 
 def by_occlusion(verifier: Verifier, setup: Setup, known: Verified) -> dict[Occlusion, float]:
-    """Zeta in [0, 1] of ``setup`` for the target of ``known`` under each model, by the same voxels;
-    ``known`` under its own.
+    """Return zeta in [0, 1] of ``setup`` for the target of ``known`` under each occlusion model.
 
-    None where the robot has no bodies, or where the rule is certified: an interval is made for one
-    model at a time.
+    All models are counted on the same voxels; the result for the scene's own model is taken from
+    ``known``. The dictionary is empty if the robot has no bodies or the rule is ``certified``: an
+    interval holds for one model only.
     """
     scene = verifier.scene
     if not scene.robot.bodies or verifier.rule == "certified":

@@ -216,7 +216,7 @@ def test_names_and_files_resolve(tmp_path):
     ring = resolve(str(path), None)[0].rings[0]
     assert (ring.radius, ring.sensor.range_m) == (0.2, 1.1)
     for name, line in (
-        ("n9_1_1", "not a setup's name"),
+        ("n9_1_1", "unknown setup"),
         ("nothing", "cannot be read"),
         ("../nothing.toml", "cannot be read"),
     ):

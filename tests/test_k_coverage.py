@@ -126,5 +126,5 @@ def test_nothing_is_seen_where_nothing_is(reference_pose):
         assert not found.at_least.any()
         assert not found.alone.any()
         assert count_k_covered(cones, wanted, 2) == 0
-    with pytest.raises(ValueError, match="1 and more"):
+    with pytest.raises(ValueError, match="at least 1"):
         tally(away, np.zeros(1, int), target, 0)

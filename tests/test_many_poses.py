@@ -94,7 +94,7 @@ def test_the_mean_is_the_weighted_mean_and_the_worst_the_least():
     assert least == pytest.approx(
         min(0.7 * a.zeta + 0.3 * b.zeta for a, b in zip(each[0].poses, each[1].poses, strict=True))
     )
-    with pytest.raises(ValueError, match="worst pose beside several sensors"):
+    with pytest.raises(ValueError, match="worst pose cannot be combined with several sensors"):
         judge(verifiers[1], setup, Criterion(seen=2))
 
 

@@ -344,6 +344,6 @@ def test_the_blinded_distance_has_its_gradient():
 def test_what_spans_no_volume_is_refused():
     with pytest.raises(ValueError, match="volume"):
         hull(np.zeros((5, 3)))
-    with pytest.raises(ValueError, match="above 0"):
+    with pytest.raises(ValueError, match="must be positive"):
         box((0, 0, 0), (1, 0, 1))
     assert len(hull(np.concatenate([np.eye(3), -np.eye(3)])).offset) == 8

@@ -54,7 +54,7 @@ def test_stopping_time_is_that_of_the_next_limit_of_speed(speed, wanted):
 
 
 def test_a_stopping_time_that_nobody_knows_is_refused():
-    with pytest.raises(ValueError, match="allowed: up to 3"):
+    with pytest.raises(ValueError, match="ends at 3 m"):
         stopping_time(Safety(), "ur10", 3.1)
     with pytest.raises(ValueError, match="no stopping time"):
         stopping_time(Safety(), "r2d2", 0.1)

@@ -52,7 +52,7 @@ def test_names_are_the_papers_setups():
     assert arm == [(0.0, 55), (0.5, 0), (1.0, -55)]
     assert [(r.link, r.tilt, r.count) for r in three.rings][-1] == ("tool", 0, 16)
     for name in ("n4_16_0", "n2_0_0", "n2_16", "n2_16_25x", "", "N2_16_25", "n2_-3_0"):
-        with pytest.raises(ValueError, match="not a setup's name"):
+        with pytest.raises(ValueError, match="unknown setup"):
             named_setup(name)
 
 

@@ -277,7 +277,7 @@ def test_one_compilation_serves_a_search(scene, monkeypatch):
 
 
 def test_too_fine_a_voxel_is_refused_before_it_is_tried():
-    with pytest.raises(TooFineError, match="on the surface"):
+    with pytest.raises(TooFineError, match="surface, above the limit"):
         Verifier(Scene(), 1e-5).verify(named_setup("n1_8_0"), Target("V_S", 0.5))
 
 

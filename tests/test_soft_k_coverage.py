@@ -169,5 +169,5 @@ def test_memory_does_not_grow_with_pairs():
 
 def test_fewer_than_one_sensor_is_refused():
     cones, points = drawn(0)
-    with pytest.raises(ValueError, match="1 and more"):
+    with pytest.raises(ValueError, match="at least 1"):
         soft_seen(on_device(cones), on_device(cloud(points, dtype=np.float64)), 0.1, 0)

@@ -1,1 +1,1 @@
-"""What sensors see past the robot's bodies and the cell's obstacles."""
+"""Occlusion of beams by the robot's bodies and the cell's obstacles."""

@@ -1,4 +1,4 @@
-"""The nearest point of a ball in a cone, in closed form, for NumPy and JAX."""
+"""The nearest point of a ball inside a cone, in closed form, for NumPy and JAX."""
 
 from typing import Any
 
@@ -8,18 +8,19 @@ from ..arrays import Array, Numbers, dot, namespace, root
 def ball_in_cone(
     apex: Array, axis: Array, half_angle: Numbers, range_m: Numbers, centre: Array, radius: Numbers
 ) -> tuple[Any, Any]:
-    """Nearest point to the apex of a ball's part in a cone with a flat base; all arguments
-    broadcast.
+    """Return the point nearest to the apex of the part of a ball inside a flat-based cone.
 
-    Ball and cone are convex, so there is one such point, and both are symmetric about the plane
-    through the axis and the ball's centre, so it lies there. In that half-plane, with coordinates
-    along and across the axis, it is
+    Ball and cone are convex, so the point is unique. Both are symmetric about the plane through the
+    axis and the ball's centre, so it lies in that plane. In that half plane, with coordinates along
+    and across the axis, it is
 
-    - the apex, if the ball holds it;
-    - straight towards the centre, if that direction lies in the cone and the ball begins there
-      before the base;
-    - on the base, at the ball's inner edge, if it begins behind the base;
-    - where the cone's edge first meets the ball, if the centre's direction lies outside.
+    - the apex, if the ball contains it;
+    - the ball's nearest point towards its centre, if that direction lies in the cone and the point
+      lies before the base;
+    - on the base, at the ball's inner edge, if the ball begins behind the base;
+    - where the cone's edge first meets the ball, if the centre's direction lies outside the cone.
+
+    All arguments broadcast.
 
     Args:
         apex, axis: (..., 3) m and unit.
@@ -27,8 +28,8 @@ def ball_in_cone(
         centre, radius: (..., 3) m and (...) m.
 
     Returns:
-        distance (...) m, infinite where the ball misses the cone, and the point (..., 3) m, of no
-            meaning there.
+        distance (...) m, infinite where the ball misses the cone, and the point (..., 3) m,
+            meaningless there.
     """
     xp = namespace(centre)
     cosine, sine = xp.cos(half_angle), xp.sin(half_angle)

@@ -1,12 +1,12 @@
-"""How far a circle about an axis stays from things, and where along the axis it stays far enough:
-proven, not sampled.
+"""Guaranteed clearance between a circle about an axis and bodies, and the positions along the axis
+where it suffices.
 
-In axis coordinates: first along the axis, the circle of radius R at place x in the plane across it.
-The squared distance q of a point from a segment is convex, and along the circle its second
-derivative by the angle is at most 2 R (R + d): its Hessian is at most 2, its gradient 2 d long, and
-the circle bends by R. Where q is least its slope is 0, so that the nearest of N evenly spaced
-points has q larger by at most R (R + d) (pi / N)^2 and what is sampled bounds what is not. Along
-the axis the distance is 1-Lipschitz.
+In axis coordinates the first coordinate runs along the axis, and the circle of radius R at position
+x lies in the plane across it. The squared distance q of a point from a segment is convex. Along the
+circle its second derivative by the angle is at most 2 R (R + d): its Hessian is at most 2, its
+gradient has length 2 d, and the circle's curve contributes R. At the minimum of q the slope is 0,
+so at the nearest of N evenly spaced points q is larger by at most R (R + d) (pi / N)^2. The sampled
+points thus bound all others. Along the axis the distance is 1-Lipschitz.
 """
 
 import math
@@ -18,26 +18,26 @@ from jaxtyping import Float, Int
 
 from ..solids.segments import point_to_segment
 
-_CAPSULE_POINTS = 72  # of a circle against a capsule: within some 0.2 mm
-# of a circle against planes, where only the Lipschitz bound holds: within 1 mm at a radius of 0.1 m
+_CAPSULE_POINTS = 72  # on a circle against a capsule: accurate to about 0.2 mm
+# on a circle against planes, where only the Lipschitz bound holds: to 1 mm at a radius of 0.1 m
 _PLANE_POINTS = 360
 
-# Of places (T,) m and things (T,): what the distance of the circle from the thing is at least, and
-# at most, (T,) m.
+# A function of positions (T,) m and body indices (T,). It returns a lower and an upper bound (T,) m
+# of the distance between the circle and the body.
 Gap = Callable[[Float[np.ndarray, " T"], Int[np.ndarray, " T"]], tuple[Any, Any]]
 
 
 def circle(
     places: Float[np.ndarray, " T"], radius: float, points: int
 ) -> Float[np.ndarray, "T N 3"]:
-    """So many points of each circle, in axis coordinates, m."""
+    """Return evenly spaced points of each circle, in axis coordinates, m."""
     angle = 2 * math.pi * np.arange(points) / points
-    found = np.empty((len(places), points, 3))
-    found[:, :, 0], found[:, :, 1:] = (
+    on_circle = np.empty((len(places), points, 3))
+    on_circle[:, :, 0], on_circle[:, :, 1:] = (
         places[:, None],
         radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1),
     )
-    return found
+    return on_circle
 
 
 def capsule_gap(
@@ -46,8 +46,13 @@ def capsule_gap(
     thick: Float[np.ndarray, " C"],
     radius: float,
 ) -> Gap:
-    """The gap of a circle of ``radius`` m from C capsules of axes ``start`` to ``end`` (C, 3) m and
-    radii ``thick`` (C,) m, in axis coordinates."""
+    """Return bounds on the gap between a circle and each of C capsules, in axis coordinates.
+
+    Args:
+        start, end: ends of the capsules' axes (C, 3), m.
+        thick: radii (C,) of the capsules, m.
+        radius: radius of the circle, m.
+    """
     step = math.pi / _CAPSULE_POINTS
 
     def gap(places: Float[np.ndarray, " T"], which: Int[np.ndarray, " T"]) -> tuple[Any, Any]:
@@ -70,18 +75,22 @@ def capsule_gap(
 def plane_gap(
     normal: Float[np.ndarray, "C M 3"], offset: Float[np.ndarray, "C M"], radius: float
 ) -> Gap:
-    """The same from C convex bodies of M planes each, normal (C, M, 3) and offset (C, M) m, as
-    ``Polyhedron`` has them.
+    """Return bounds on the gap between a circle and each of C convex bodies of M planes.
+
+    Args:
+        normal: face normals (C, M, 3), as in ``Polyhedron``.
+        offset: face offsets (C, M), m.
+        radius: radius of the circle, m.
     """
     step = math.pi / _PLANE_POINTS
 
     def value(points: np.ndarray, which: np.ndarray) -> Any:
-        found = np.full(points.shape[:2], -np.inf)
+        most = np.full(points.shape[:2], -np.inf)
         for i in range(normal.shape[1]):
-            found = np.maximum(
-                found, np.einsum("tnk,tk->tn", points, normal[which, i]) - offset[which, i][:, None]
+            most = np.maximum(
+                most, np.einsum("tnk,tk->tn", points, normal[which, i]) - offset[which, i][:, None]
             )
-        return found
+        return most
 
     def gap(places: Float[np.ndarray, " T"], which: Int[np.ndarray, " T"]) -> tuple[Any, Any]:
         low = value(circle(places, 0.0, 1), which)[:, 0] - radius
@@ -97,20 +106,19 @@ def plane_gap(
 def blocked(
     gap: Gap, things: int, span: tuple[float, float], clear: float, finest: float = 2.5e-4
 ) -> list[tuple[float, float, int]]:
-    """Where along the axis a circle is not proven to stay ``clear`` m from all things: low and
-    high, m, and the thing.
+    """Return the intervals of the axis on which the circle is not proven clear, with the body.
 
-    Stretches are halved until all of one is clear, none of it is, or it is shorter than ``finest``
-    m.
+    Each entry has the low and high end, m, and the body's index. Intervals are halved until one is
+    wholly clear, wholly blocked, or shorter than ``finest``.
 
     Args:
-        gap: of places and things, bounded from either side.
-        things: how many there are.
-        span: low and high, m.
-        clear: m, the distance that is asked for.
-        finest: m.
+        gap: bounds on the gap, as a function of positions and bodies.
+        things: number of bodies.
+        span: lowest and highest position, m.
+        clear: required clearance, m.
+        finest: shortest interval, m.
     """
-    found: list[tuple[float, float, int]] = []
+    intervals: list[tuple[float, float, int]] = []
     which = np.arange(things)
     centre, half = np.full(things, sum(span) / 2), np.full(things, (span[1] - span[0]) / 2)
     while len(which):
@@ -120,14 +128,14 @@ def blocked(
         )
         open_ = low - half < clear
         shut = open_ & ((high + half < clear) | (2 * half <= finest))
-        found += [
+        intervals += [
             (float(c - h), float(c + h), int(i))
             for c, h, i in zip(*(v[shut] for v in (centre, half, which)), strict=True)
         ]
         go = open_ & ~shut
         which, half = np.tile(which[go], 2), np.tile(half[go] / 2, 2)
         centre = np.tile(centre[go], 2) + np.concatenate([-half[: go.sum()], half[: go.sum()]])
-    return sorted(found)
+    return sorted(intervals)
 
 
 def _slices(count: int, size: int = 2048) -> list[slice]:

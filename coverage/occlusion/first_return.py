@@ -1,13 +1,12 @@
-"""How far a single-zone sensor sees before something in its beam answers: the nearest point of a
-body in a cone.
+"""First return of a single-zone sensor: the nearest point of a body inside a cone.
 
-A single-zone Time-of-Flight sensor reports the nearest thing anywhere in its beam. If that is the
-robot's own body, or a table, it sees nothing beyond that distance. A point of the cone nearer than
-that cannot be hidden (the way to it lies in the cone and nearer still), so that this distance is
-all there is to know: the beam is the cone cut by a ball about the apex.
+A single-zone Time-of-Flight sensor reports the nearest surface anywhere in its beam. If that is the
+robot's own body, or a table, the sensor sees nothing beyond that distance. A point of the cone
+nearer than that cannot be occluded: its line of sight lies in the cone and is nearer still. The
+distance therefore determines the visible part: the cone cut by a ball about the apex.
 
-It jumps where a body just grazes the beam. ``margin`` widens or narrows bodies and cones by a
-little: with one of either sign the distance is bracketed.
+The distance is discontinuous where a body just grazes the beam. ``margin`` widens or narrows bodies
+and cones slightly; one evaluation with each sign brackets the distance.
 """
 
 from collections.abc import Callable
@@ -22,27 +21,31 @@ from ..solids.cones import cone
 from ..solids.polyhedra import Polyhedron
 from .ball_in_cone import ball_in_cone
 
-_CANDIDATES = 1 << 18  # points looked at at once: some tens of megabytes
-MARGIN = 1e-9  # m and rad: rounding of what is in a beam
+_CANDIDATES = 1 << 18  # points processed at once: some tens of megabytes
+MARGIN = 1e-9  # m and rad: rounding tolerance of tests whether a point is in a beam
 _GOLDEN = (5**0.5 - 1) / 2
-_STEPS, _HALVINGS = 52, 40  # of a golden section and of halving: to 1e-11 of an axis
-_NIL, _FAR = 1e-12, 1e9  # what nothing is divided by, and what comes of it
+_STEPS, _HALVINGS = 52, 40  # of golden-section search and bisection: to 1e-11 of an axis
+_NIL, _FAR = 1e-12, 1e9  # smallest divisor, and the quotient for smaller ones
 
 
 class Beam(NamedTuple):
-    """Cones of sensors, any shape (...): apex (..., 3) m, axis (..., 3) unit, half_angle (...) rad,
-    range_m (...) m.
-    """
+    """Cones of sensors, of any shape (...)."""
 
     apex: Float[Array, "*batch 3"]
+    """Apex, m."""
     axis: Float[Array, "*batch 3"]
+    """Unit axis."""
     half_angle: Float[Array, "*batch"]
+    """Half angle, rad."""
     range_m: Float[Array, "*batch"]
+    """Range along the axis, m."""
 
 
 def cone_gap(beam: Beam, points: Array) -> Any:
-    """Signed distance (...) m of ``points`` (..., 3) m from the solid cones of sensors: a true
-    distance outside, and so a convex function, negative inside."""
+    """Return the signed distance (...) m of ``points`` (..., 3) m from the sensors' solid cones.
+
+    Outside it is the true distance, hence a convex function; inside it is negative.
+    """
     xp = namespace(points)
     v = points - beam.apex
     d = dot(v, beam.axis)
@@ -61,7 +64,7 @@ def cone_gap(beam: Beam, points: Array) -> Any:
 def _repeat(
     times: int, step: Callable[[Array, Array], tuple[Array, Array]], state: tuple[Array, Array]
 ) -> Any:
-    """``step`` on pairs of arrays, so many times: compiled once where JAX runs this."""
+    """Apply ``step`` to a pair of arrays ``times`` times; JAX compiles the step once."""
     if namespace(state[0]) is not np:
         from jax.lax import fori_loop
 
@@ -74,7 +77,7 @@ def _repeat(
 def _golden(
     function: Callable[[Array], Array], low: Array, high: Array, steps: int = _STEPS
 ) -> Any:
-    """Where ``function``, falling and then rising, is least between ``low`` and ``high`` (...)."""
+    """Return the minimiser of a unimodal ``function`` between ``low`` and ``high`` (...)."""
     xp = namespace(low)
 
     def step(low: Array, high: Array) -> Any:
@@ -87,9 +90,7 @@ def _golden(
 
 
 def _end(function: Callable[[Array], Array], inner: Array, outer: Array) -> Any:
-    """The place nearest to ``outer`` up to where, from ``inner`` on, ``function`` is not above
-    0.
-    """
+    """Return the last point from ``inner`` towards ``outer`` where ``function`` is at most 0."""
     xp = namespace(inner)
 
     def step(inner: Array, outer: Array) -> Any:
@@ -103,10 +104,12 @@ def _end(function: Callable[[Array], Array], inner: Array, outer: Array) -> Any:
 def capsule_gap(
     beam: Beam, start: Array, end: Array, radius: Numbers, margin: float = 0.0, steps: int = _STEPS
 ) -> tuple[Any, Any]:
-    """Distance (...) m of capsules from cones, or by how deep they overlap where it is negative;
-    and where along the axis (0 to 1) it is least, to 0.62 ** ``steps``. The distance of a point
-    from a convex cone is convex along the axis. For arguments and gradients see
-    ``capsule_in_beam``."""
+    """Return the distance (...) m of capsules from cones, and where along the axis it is least.
+
+    A negative distance is a depth of overlap. The place runs from 0 to 1 along the axis, with an
+    error of 0.62 ** ``steps``. The search is valid because the distance of a point from a convex
+    cone is convex along the axis. For arguments and gradients see ``capsule_in_beam``.
+    """
     xp = namespace(beam.apex)
     radius, along = radius + margin, end - start
     beam = Beam(beam.apex, beam.axis, beam.half_angle + margin, beam.range_m + margin)
@@ -126,25 +129,26 @@ def capsule_gap(
 def capsule_in_beam(
     beam: Beam, start: Array, end: Array, radius: Numbers, margin: float = 0.0
 ) -> tuple[Any, Any]:
-    """Nearest point to the apex of what a capsule and a cone have in common, and by how much they
-    miss each other.
+    """Return the nearest point to the apex of a capsule's part in a cone, and the gap between them.
 
     A capsule is a union of balls about the points of its axis, and the nearest point of a ball in a
     cone has a closed form (``ball_in_cone``). A ball about c reaches the convex set S of the cone's
-    points nearer than d when c is at most ``radius`` from S; that distance is convex along the
-    axis, so the nearest point falls and then rises along it, where balls reach the cone at all:
-    between two places on either side of that nearest to the cone. One golden section finds that
-    place, halving the two others, a golden section between them the answer.
+    points nearer than d if c is at most ``radius`` from S. That distance is convex along the axis.
+    The distance of the nearest point therefore falls and then rises along the axis, between the two
+    places, on either side of the one nearest to the cone, where balls still reach the cone. One
+    golden-section search finds the place nearest to the cone, bisection the two others, and a
+    golden-section search between them the answer.
 
     Args:
         beam: (...) cones.
-        start, end: of the axis, (..., 3) m. radius: (...) m. All broadcast.
+        start, end: ends of the axis, (..., 3) m.
+        radius: (...) m. All broadcast.
         margin: m and rad, by which cone and capsule are widened.
 
     Returns:
-        distance (...) m, infinite where they do not meet; and gap (...) m, their distance, or what
-            they share of depth where it is negative. NumPy or JAX; in JAX differentiable, as at a
-            least value the place does not matter.
+        distance (...) m, infinite where they do not meet; and gap (...) m, their distance, or the
+            depth of their overlap where it is negative. NumPy, or JAX, which can differentiate
+            them: at a minimum the derivative by the place vanishes.
     """
     xp = namespace(beam.apex)
     gap, best = capsule_gap(beam, start, end, radius, margin)
@@ -174,20 +178,23 @@ def capsule_in_beam(
 
 
 def _over(a: Array, b: Array) -> Any:
-    """``a`` over ``b``; far away where ``b`` is next to nothing, without slope."""
+    """Return ``a`` over ``b``; a large constant, with gradient 0, where ``b`` is almost 0."""
     xp = namespace(b)
     some = xp.abs(b) > _NIL
     return xp.where(some, a / xp.where(some, b, 1.0), _FAR)
 
 
 def meeting_points(looks: Beam, body: Polyhedron) -> Any:
-    """Points (K, N, 3) m, of which one is the nearest to the apex of what a polyhedron and each of
-    K cones have in common, where they meet; the others lie anywhere. NumPy or JAX, differentiable.
+    """Return candidate points (K, N, 3) m for the first return of a polyhedron in each of K cones.
 
-    The least distance on a convex set is taken where some of its bounds meet: at the apex's foot on
-    a face; on a face where the cone's mantle leans most towards it, where it meets the plane of the
-    base nearest to the axis, or at the rim of the base; on an edge at the apex's foot, at its ends,
-    or where it enters the mantle or the base.
+    If polyhedron and cone meet, one candidate is the point of their intersection nearest to the
+    apex. The others may lie anywhere. NumPy, or JAX, which can differentiate them.
+
+    The least distance to a convex set is attained where some of its bounds meet. On a face it is
+    the apex's foot, the place where the cone's mantle leans most towards the face, the place
+    nearest to the axis where the face meets the base's plane, or a place on the rim of the base.
+    On an edge it is the apex's foot, an end, or a point where the edge enters the mantle or the
+    base.
     """
     xp = namespace(looks.apex)
     apex, axis, half_angle, range_m = (a[:, None] for a in looks)
@@ -198,24 +205,25 @@ def meeting_points(looks: Beam, body: Polyhedron) -> Any:
     width = root(dot(aside, aside))
     aside = aside / xp.where(width > 0, width, 1.0)[..., None]
     look = cosine[..., None] * axis + sine[..., None] * aside
-    # On the plane of the base, at ``aside`` times x from its middle, the face's plane is met where:
+    # On the plane of the base, at ``aside`` times x from its middle, the face's plane is met at:
     middle = apex + range_m[..., None] * axis
     x = _over(dot(middle, normal) - offset, width)
     level = middle + x[..., None] * aside
     rim = root((range_m * sine / cosine) ** 2 - x * x)[..., None] * cross(axis, aside)
     on_mantle = apex - _over(height, dot(look, normal))[..., None] * look
-    found = [apex - height[..., None] * normal, on_mantle, level, level + rim, level - rim]
+    candidates = [apex - height[..., None] * normal, on_mantle, level, level + rim, level - rim]
     if len(body.edges):
-        found += _on_edges(apex, axis, cosine, range_m, body)
-    return xp.concatenate(found, axis=1)
+        candidates += _on_edges(apex, axis, cosine, range_m, body)
+    return xp.concatenate(candidates, axis=1)
 
 
 def polyhedron_in_beam(
     looks: Beam, body: Polyhedron, margin: float = 0.0
 ) -> Float[np.ndarray, " K"]:
-    """Distance (K,) m of the nearest point of what a polyhedron and each of K cones have in common;
-    infinite if nothing: of ``meeting_points`` the nearest that lies in both. ``margin`` (m and rad)
-    widens both. NumPy only.
+    """Return the distance (K,) m of a polyhedron's nearest point in each of K cones.
+
+    It is infinite if they do not meet. The point is the nearest of ``meeting_points`` that lies in
+    both. ``margin`` (m and rad) widens both. NumPy only.
     """
     each = 1 + _CANDIDATES // (5 * len(body.offset) + 7 * len(body.edges))
     if len(looks.apex) > each:
@@ -231,7 +239,7 @@ def polyhedron_in_beam(
     in_cone = cone(points, apex, axis, cosine, sine, range_m) <= MARGIN
     v = points - apex
     distance = np.where(in_cone, np.sqrt(dot(v, v)), np.inf)
-    # outside of one face there is no look at the others
+    # points outside one face need no test of the others
     for normal, offset in zip(body.normal, body.offset, strict=True):
         k, n = np.nonzero(np.isfinite(distance))
         distance[k, n] = np.where(
@@ -244,8 +252,9 @@ def polyhedron_in_beam(
 def _on_edges(
     apex: Array, axis: Array, cosine: Numbers, range_m: Numbers, body: Polyhedron
 ) -> list[Any]:
-    """Points (K, E, 3) on edges: nearest to the apex, both ends, and where the edge's line meets
-    mantle and base.
+    """Return points (K, E, 3) on edges: the nearest to the apex, both ends, and the intersections.
+
+    The intersections are those of the edge's line with mantle and base.
     """
     xp = namespace(apex)
     a, w = body.edges[None, :, 0], (body.edges[:, 1] - body.edges[:, 0])[None]

@@ -1,10 +1,9 @@
-"""What sensors see past the robot's bodies and the cell's obstacles: cones, less shadows, cut where
-they are blinded.
+"""Beams with occlusion: cones less shadows, cut at the first return where sensors are blinded.
 
-A beam is one cone, or pyramid, and what stands in it: the largest of its function, of minus that of
-each shadow in it, and, where the sensor is blinded, of the distance from the apex less that of the
-nearest thing. Bodies that do not meet a cone (of a pyramid the cone around it) are sorted out once;
-a cell of the octree asks only for the shadows of the cones it still knows.
+A beam is one cone or pyramid with its occluders. Its implicit function is the maximum of the cone's
+function, of minus that of each shadow in it and, for a blinded sensor, of the distance from the
+apex less that of the first return. Bodies that do not meet a cone (for a pyramid, its circumscribed
+cone) are discarded once. A cell of the octree evaluates only the shadows of its remaining cones.
 """
 
 from dataclasses import dataclass
@@ -26,23 +25,26 @@ from .shadow_bitmask import free_of_planes, free_of_shadows
 
 @dataclass(frozen=True)
 class Beams(Parts):
-    """A union of beams of K sensors.
-
-    cones: of K sensors, or ``Optics`` where some are pyramids; one that stands in something has the
-    range minus infinity and sees nothing. stop, late (K,) m: distance from the apex where a sensor
-    is blinded, infinite where it is not; the two bracket it where that was asked. shadows (S),
-    first_shadow (K + 1,): those of sensor k are first_shadow[k] up to the next. normal (T, M, 3),
-    offset (T, M) m, first_planes (K + 1,): the same of obstacles.
-    """
+    """A union of beams of K sensors."""
 
     cones: Cones
+    """Beams without occlusion, some of which may be pyramids. A sensor inside a body has the range
+    minus infinity and sees nothing."""
     stop: Float[np.ndarray, " K"]
+    """Distance from the apex beyond which a sensor is blinded, m; infinite if it is not. A lower
+    bound if bracketed."""
     late: Float[np.ndarray, " K"]
+    """Upper bound of ``stop`` if bracketed, else the same array, m."""
     shadows: Shadow
+    """Shadows (S) of capsules, in order of their sensors."""
     first_shadow: Int[np.ndarray, " K1"]
+    """Sensor k has the shadows first_shadow[k] up to, but not including, first_shadow[k + 1]."""
     normal: Float[np.ndarray, "T M 3"]
+    """Face normals of the obstacles' shadows, in order of their sensors."""
     offset: Float[np.ndarray, "T M"]
+    """Face offsets of the obstacles' shadows, m."""
     first_planes: Int[np.ndarray, " K1"]
+    """As ``first_shadow``, for the obstacles' shadows."""
 
     def __len__(self) -> int:
         return len(self.cones)
@@ -58,8 +60,9 @@ class Beams(Parts):
         return root(dot(v, v)) - stop[index]
 
     def _past(self, points: Array, index: Index, value: Array, limit: float = np.inf) -> Any:
-        """The larger of ``value`` and of what the shadows say; what is above ``limit`` is not
-        looked at any more.
+        """Return the maximum of ``value`` and the shadows' functions.
+
+        Values above ``limit`` are not evaluated any further.
         """
         if np.ndim(index) == 0:
             return self._past_one(points, int(index), value)
@@ -120,9 +123,12 @@ class Beams(Parts):
         side: float,
         slack: float,
     ) -> VolumeFraction:
-        """See ``Parts.shares``. A shadow is convex: its share is bounded as that of any convex
-        body, and what is left is the rest. A point of it lies as far from the ball that says its
-        value at the cube's centre as from no other."""
+        """See ``Parts.shares``.
+
+        A shadow is convex. Its share is bounded like that of any convex body, and the visible share
+        is the rest. At every point, the ball nearest to the cube's centre gives an upper bound of
+        the shadow's signed distance.
+        """
         each, value, normal = self.cones.each_share(points, index, side, slack)
         if np.isfinite(self.late).any():
             v = points - rows(self.cones.apex, index)
@@ -149,7 +155,7 @@ class Beams(Parts):
     def _share(
         self, points: Array, entry: Index, side: float, slack: float, reach: float
     ) -> tuple[Any, VolumeFraction]:
-        """Which cubes a shadow may reach, and the share of these that it holds."""
+        """Return the indices of cubes that a shadow may reach, and the shadow's share of these."""
         shadow = self.shadows.rows(entry)
         ball = nearest_ball(points, shadow)
         near = np.flatnonzero(ball.distance() <= reach)
@@ -166,7 +172,7 @@ class Beams(Parts):
         )
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        """Box of the cones of those that see at all."""
+        """Return the bounding box of the cones of sensors that see anything."""
         live = np.flatnonzero(self.cones.range_m > 0)
         if len(live) == 0:
             return np.zeros((2, 3))
@@ -175,19 +181,21 @@ class Beams(Parts):
 
 @words.register
 def _(parts: Beams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
-    """Voxels of blocks about ``points`` that lie in beam ``index``: those of the cone, of the ball
-    where it is blinded, and of no shadow."""
-    found = words(parts.cones, grid, points, index)
+    """Return the voxels of blocks about ``points`` that lie in beam ``index``.
+
+    These are the voxels of the cone, inside the ball if the sensor is blinded, and in no shadow.
+    """
+    mask = words(parts.cones, grid, points, index)
     stop = parts.stop[index]
     cut = np.flatnonzero(np.isfinite(stop))
     if len(cut):
         ball = grid.words(within(stop[cut], points[cut] - rows(parts.cones.apex, index[cut])))
-        found.sure[cut] &= ball.sure
-        found.maybe[cut] &= ball.maybe
+        mask.sure[cut] &= ball.sure
+        mask.maybe[cut] &= ball.maybe
     for first, planes in ((parts.first_shadow, False), (parts.first_planes, True)):
         count = (first[1:] - first[:-1])[index]
         for rank in range(int(count.max(initial=0))):
-            todo = np.flatnonzero((count > rank) & (found.maybe != 0))
+            todo = np.flatnonzero((count > rank) & (mask.maybe != 0))
             if len(todo):
                 entry = first[index[todo]] + rank
                 if planes:
@@ -196,6 +204,6 @@ def _(parts: Beams, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> B
                     )
                 else:
                     free = free_of_shadows(grid, points[todo], parts.shadows.rows(entry))
-                found.sure[todo] &= free.sure
-                found.maybe[todo] &= free.maybe
-    return found
+                mask.sure[todo] &= free.sure
+                mask.maybe[todo] &= free.maybe
+    return mask

@@ -1,9 +1,9 @@
-"""What stands in the way of sensors at one pose, and what they see past it.
+"""The occluders of a robot at one pose, and the visible parts of beams among them.
 
-A sensor of one zone reports the nearest thing in its beam, and is blinded beyond: one with a square
-beam by what is in the cone around it, which blinds it a little too soon, never too late. Each of
-many zones reports the nearest thing in itself: what stands in some leaves the others as they are,
-and ``blind`` does to the beam what ``shadow`` does.
+A single-zone sensor reports the first return in its beam and is blinded beyond it. For a sensor
+with a square beam the circumscribed cone is tested, so it is blinded slightly too early, never too
+late. Each zone of a multi-zone sensor reports its own first return. A body in some zones does not
+affect the others, so for such a beam ``blind`` is the same as ``shadow``.
 """
 
 from collections.abc import Callable
@@ -23,25 +23,26 @@ from .first_return import MARGIN, Beam, capsule_gap, capsule_in_beam, polyhedron
 from .model import Occlusion
 from .occluded_beams import Beams
 
-# an obstacle that stands in a beam: the sensor, normals (F, 3) and offsets (F,) m of its shadow
+# the shadow of an obstacle in a beam: sensor index, normals (F, 3) and offsets (F,) m
 Plane = tuple[int, np.ndarray, np.ndarray]
-INSIDE = 1e-6  # m, an apex this near to a body's surface counts as within
+INSIDE = 1e-6  # m, an apex this near to a body's surface counts as inside
 
 
 @dataclass(frozen=True)
 class Occluders:
-    """What stands in the way at one pose: the robot's bodies, one axis of capsules, and convex
-    obstacles.
-    """
+    """Occluders at one pose."""
 
     bodies: Capsules | None = None
+    """The robot's bodies, N capsules; None if they do not occlude."""
     obstacles: tuple[Polyhedron, ...] = ()
+    """Convex obstacles."""
 
     def holds(
         self, apex: Float[np.ndarray, "K 3"]
     ) -> tuple[Int[np.ndarray, " K"], Float[np.ndarray, " K"]]:
-        """In which body or obstacle (K,) each apex stands deepest, bodies numbered first; -1: in
-        none; and how deep, m.
+        """Return the body or obstacle (K,) in which each apex lies deepest, and the depth (K,) m.
+
+        Bodies are numbered first, then obstacles; -1: inside none.
         """
         gaps: list[np.ndarray] = [np.full((len(apex), 1), np.inf)]
         if self.bodies is not None:
@@ -60,18 +61,17 @@ class Occluders:
 def beams(
     cones: Cones, occluders: Occluders, occlusion: Occlusion, bracketed: bool = False
 ) -> Parts:
-    """What the sensors of ``cones`` see under ``occlusion``: the cones themselves where nothing
-    stands in the way.
+    """Return the visible parts of ``cones`` under ``occlusion``; the cones if nothing occludes.
 
-    Obstacles shadow under ``ignore``, too, which ignores the robot alone; they blind, as the robot
-    does, under ``blind``. A sensor that stands within something sees nothing. Sensors of many zones
-    are shadowed under ``blind``, too: none of them is blinded as a whole.
+    ``ignore`` ignores the robot only: obstacles then still cast shadows. Under ``blind``, obstacles
+    blind as the robot does. A sensor inside a body sees nothing. Multi-zone sensors have shadows
+    under ``blind`` too: none of them is blinded as a whole.
 
     Args:
         cones: beams of K sensors, 64-bit NumPy.
         occluders: bodies and obstacles at the same pose.
-        occlusion: ``ignore`` leaves out the robot's bodies.
-        bracketed: keep bounds of where sensors are blinded, for the certified rule.
+        occlusion: the model; ``ignore`` omits the robot's bodies.
+        bracketed: whether to keep bounds of the first return, for the certified rule.
     """
     bodies = occluders.bodies if occlusion != "ignore" else None
     occluders = Occluders(bodies, occluders.obstacles)
@@ -86,7 +86,7 @@ def beams(
 
 
 def _looks(cones: Cones, k: Index) -> Beam:
-    """The cones around beams ``k`` (K,)."""
+    """Return the circumscribed cones of beams ``k`` (K,)."""
     around = cones.around()
     return Beam(*(np.asarray(a)[k] for a in vars(around).values()))
 
@@ -97,7 +97,7 @@ def _in_capsules(
     bodies: Capsules | None,
     margin: float,
 ) -> Any:
-    """What ``function`` of beam and capsule finds first (K, N)."""
+    """Return the first result (K, N) of ``function`` for each beam and capsule."""
     if bodies is None:
         return np.full((len(looks.apex), 0), np.inf)
     beam = Beam(*(a[:, None] for a in looks))
@@ -105,22 +105,23 @@ def _in_capsules(
 
 
 def _in_obstacles(looks: Beam, occluders: Occluders, margin: float) -> Any:
-    """Distances of what obstacles and beams have in common (K, O) m; infinite if nothing."""
+    """Return the distance (K, O) m of each obstacle's first return in each beam, else infinity."""
     each = [polyhedron_in_beam(looks, body, margin) for body in occluders.obstacles]
     return np.stack(each, axis=1) if each else np.full((len(looks.apex), 0), np.inf)
 
 
 def _stops(cones: Cones, k: np.ndarray, occluders: Occluders, bracketed: bool) -> tuple[Any, Any]:
-    """Where sensors are blinded (K,) m, of which ``k`` can be: early and late, the same array where
-    not bracketed.
+    """Return early and late bounds (K,) m of the first return of the sensors ``k``.
+
+    They are infinite for other sensors, and the same array if not bracketed.
     """
     looks, stops = _looks(cones, k), []
     for margin in (MARGIN, -MARGIN) if bracketed and len(k) else (0.0,):
         stop = np.full(len(cones), np.inf)
         if len(k):
             bodies = _in_capsules(capsule_in_beam, looks, occluders.bodies, margin)
-            found = np.concatenate([bodies, _in_obstacles(looks, occluders, margin)], axis=1)
-            stop[k] = found.min(axis=1, initial=np.inf) - margin
+            distance = np.concatenate([bodies, _in_obstacles(looks, occluders, margin)], axis=1)
+            stop[k] = distance.min(axis=1, initial=np.inf) - margin
         stops.append(stop)
     return stops[0], stops[-1]
 
@@ -128,8 +129,11 @@ def _stops(cones: Cones, k: np.ndarray, occluders: Occluders, bracketed: bool) -
 def _shadows(
     cones: Cones, k: np.ndarray, occluders: Occluders
 ) -> tuple[Shadow | None, list[int], list[Plane]]:
-    """The shadows in beams ``k``: of bodies, the sensor of each, and of obstacles (sensor, normal,
-    offset).
+    """Return the shadows in beams ``k``.
+
+    Returns:
+        the shadows of bodies, the sensor of each, and the shadows of obstacles as (sensor, normal,
+            offset).
     """
     if len(k) == 0:
         return None, [], []
@@ -158,9 +162,7 @@ def _beams(
     sensor: list[int],
     planes: list[Plane],
 ) -> Beams:
-    """Shadows of ``sensor`` (S,) and planes (sensor, normal, offset) in the order of their
-    sensors.
-    """
+    """Return beams with the shadows of ``sensor`` (S,) and the planes in order of their sensors."""
     count = len(cones)
     if shadows is None:
         none = np.zeros((0, 3))

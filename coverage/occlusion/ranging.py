@@ -1,14 +1,14 @@
-"""What ranging sensors read: the nearest point of a union of balls in each sensor's cone, in closed
-form.
+"""Readings of ranging sensors: the nearest point of a union of balls in each sensor's cone, in
+closed form.
 
-A single-zone Time-of-Flight sensor answers with the distance of the nearest thing anywhere in its
-beam. Any solid that is a union of balls, such as a person made of capsules, can be read without
+A single-zone Time-of-Flight sensor returns the distance of the nearest surface anywhere in its
+beam. The reading of any solid that is a union of balls, such as a person made of capsules, needs no
 sampling.
 
-Most balls are in few cones. So neighbouring balls go in blocks, and a pose, a sensor and a block
-make a row, which is left out where the cone's implicit function says that the block's enclosing
-ball lies outside. The other rows are worked on in slabs of one size, so that the compiled functions
-serve every number of poses, sensors and balls.
+Most balls lie in few cones, so neighbouring balls are grouped in blocks. A pose, a sensor and a
+block form a row. A row is discarded if the cone's implicit function shows that the block's
+enclosing ball lies outside. The remaining rows are processed in slabs of one size, so that the
+compiled functions serve every number of poses, sensors and balls.
 """
 
 from collections.abc import Callable
@@ -26,17 +26,18 @@ from ..solids.polyhedra import Polyhedron, crossed, polyhedra
 from ..solids.segments import segment_to_segment
 from .ball_in_cone import ball_in_cone
 
-BLOCK = 16  # neighbouring balls that are sought together
-_ROWS, _HITS = 1 << 12, 1 << 13  # rows and pairs worked on at once: some megabytes
-_TRIPLES = 1 << 20  # of a pose, a sensor and a block, sorted out at once: some hundred megabytes
+BLOCK = 16  # neighbouring balls that are tested together
+_ROWS, _HITS = 1 << 12, 1 << 13  # rows and pairs processed at once: some megabytes
+_TRIPLES = 1 << 20  # (pose, sensor, block) triples filtered at once: some hundred megabytes
 
 
 class RangeReadings(NamedTuple):
-    """What K sensors read in T poses. distance (T, K) m: infinite where a sensor sees nothing.
-    point (T, K, 3) m: the nearest point, which was read; not a number where nothing was."""
+    """Readings of K sensors in T poses."""
 
     distance: Float[np.ndarray, "T K"]
+    """Distance, m; infinite where a sensor sees nothing."""
     point: Float[np.ndarray, "T K 3"]
+    """The nearest point, m; NaN where a sensor sees nothing."""
 
 
 def slabs(
@@ -45,27 +46,28 @@ def slabs(
     fixed: tuple[Array, ...] = (),
     size: int = _ROWS,
 ) -> Any:
-    """``function(rows, fixed)`` over slabs of ``size`` rows, the last filled up with its last row:
-    one shape for all calls.
+    """Apply ``function(rows, fixed)`` to slabs of ``size`` rows, so that all calls have one shape.
 
-    ``rows`` and the answer are arrays with one entry for each of N rows, N at least 1; memory
-    follows ``size``.
+    The last slab is padded with its last row. ``rows`` and the result are arrays with one entry for
+    each of N rows, N at least 1. Memory use depends on ``size`` only.
     """
     n = len(rows[0])
-    found = []
+    results = []
     for first in range(0, n, size):
         index = np.minimum(np.arange(first, first + size), n - 1)
-        found.append(
+        results.append(
             np.asarray(function(tuple(jnp.asarray(a[index]) for a in rows), fixed))[: n - first]
         )
-    return np.concatenate(found)
+    return np.concatenate(results)
 
 
 def blocks(
     centre: Float[np.ndarray, "T B 3"], radius: Float[np.ndarray, " B"]
 ) -> tuple[Float[np.ndarray, "T G S 3"], Float[np.ndarray, "G S"]]:
-    """Balls in blocks of ``BLOCK`` neighbours, centres (T, G, BLOCK, 3) m and radii (G, BLOCK) m;
-    the last ball fills up.
+    """Group balls in blocks of ``BLOCK`` neighbours; the last ball pads the last block.
+
+    Returns:
+        centres (T, G, BLOCK, 3) m and radii (G, BLOCK) m.
     """
     index = np.minimum(np.arange(-(-len(radius) // BLOCK) * BLOCK), len(radius) - 1).reshape(
         -1, BLOCK
@@ -75,7 +77,7 @@ def blocks(
 
 @jax.jit
 def _in_cones(rows: tuple[Array, ...], fixed: tuple[Array, ...]) -> Any:
-    """Distances (R, BLOCK) of the balls of each row in its cone."""
+    """Return the distances (R, BLOCK) of the balls of each row in its cone."""
     apex, axis, half, range_m, centre, radius = rows
     return ball_in_cone(
         apex[:, None], axis[:, None], half[:, None], range_m[:, None], centre, radius
@@ -84,8 +86,11 @@ def _in_cones(rows: tuple[Array, ...], fixed: tuple[Array, ...]) -> Any:
 
 @jax.jit
 def _hidden(rows: tuple[Array, ...], fixed: tuple[Array, ...]) -> Any:
-    """Does a body or an obstacle stand between an eye and a point, both (R, 3)? Bodies start and
-    end (R, N, 3), thick (N,); obstacles' planes (O, M, 3) and (O, M)."""
+    """Return whether a body or an obstacle lies between an eye and a point, both (R, 3).
+
+    ``rows`` also holds the bodies' start and end (R, N, 3). ``fixed`` holds their radii (N,) and
+    the obstacles' planes (O, M, 3) and (O, M).
+    """
     eye, point, start, end = rows
     thick, normal, offset = fixed
     body = segment_to_segment(eye[:, None], point[:, None], start, end) < thick[None]
@@ -96,7 +101,7 @@ def _hidden(rows: tuple[Array, ...], fixed: tuple[Array, ...]) -> Any:
 
 @jax.jit
 def _gaps(rows: tuple[Array, ...], fixed: tuple[Array, ...]) -> Any:
-    """Least distance (R,) between the balls of each row and the bodies of its pose."""
+    """Return the least distance (R,) between the balls of each row and the bodies of its pose."""
     centre, radius, start, end = rows
     (thick,) = fixed
     return (gap_to_capsules(centre, start[:, None], end[:, None], thick[None, None]) - radius).min(
@@ -114,19 +119,19 @@ def readings(
     bodies: Capsules | None = None,
     obstacles: tuple[Polyhedron, ...] = (),
 ) -> RangeReadings:
-    """What every sensor reads in every pose, some poses at a time in bounded memory.
+    """Return the readings of all sensors in all poses, in batches of poses of bounded memory.
+
+    A ball is occluded from a sensor if the segment from the apex to the ball's nearest point in the
+    cone comes closer to a body's axis than the body's radius. The next ball is read instead. A
+    half-occluded ball thus counts as occluded, so balls should be small compared with the bodies. A
+    sensor inside a body reads nothing.
 
     Args:
-        apex, axis: of K sensors in T poses, m and unit.
+        apex, axis: poses of K sensors in T poses, m and unit.
         half_angle, range_m: of the sensors, rad and m.
-        centre, radius: B balls whose union is seen, m; quickest where neighbours follow each other.
-        bodies: that hide what lies behind them, N capsules in T poses; None hides nothing. A ball
-            is hidden from a sensor
-            when the segment from the apex to the ball's nearest point in the cone comes closer to a
-                body's axis than the body's radius; the next ball is read instead. So a ball half
-                hidden counts as hidden: balls should be small beside the bodies. A sensor that
-                stands inside a body reads nothing at all.
-        obstacles: that hide in the same way, in all poses alike.
+        centre, radius: B balls whose union is the target, m; fastest if neighbours are adjacent.
+        bodies: occluding capsules, N in each of T poses; None: no occlusion by bodies.
+        obstacles: obstacles that occlude in the same way, the same in all poses.
     """
     poses, sensors = apex.shape[:2]
     if bodies is None and obstacles:
@@ -153,7 +158,7 @@ def _read(
     bodies: Capsules | None,
     obstacles: tuple[Polyhedron, ...],
 ) -> tuple[Any, Any]:
-    """Distance and point of ``readings``, all poses at once."""
+    """Return distance and point of ``readings``, for all poses at once."""
     apex, axis, half_angle, range_m = sensors
     distance, point = np.full(apex.shape[:2], np.inf), np.full(apex.shape, np.nan)
     balls, size = blocks(centre, radius)
@@ -167,10 +172,10 @@ def _read(
     if not len(t):
         return distance, point
     eyes = apex[t, k], axis[t, k], half_angle[k], range_m[k]
-    found = slabs(_in_cones, (*eyes, balls[t, g], size[g])).astype(float)
+    ball_distance = slabs(_in_cones, (*eyes, balls[t, g], size[g])).astype(float)
     if bodies is not None:
-        _hide(found, t, k, g, eyes, (balls, size), bodies, obstacles)
-    ball, near = found.argmin(axis=1), found.min(axis=1)
+        _hide(ball_distance, t, k, g, eyes, (balls, size), bodies, obstacles)
+    ball, near = ball_distance.argmin(axis=1), ball_distance.min(axis=1)
     best = _nearest_rows(near, t, k)
     t, k, g, ball = t[best], k[best], g[best], ball[best]
     exact = ball_in_cone(
@@ -181,7 +186,7 @@ def _read(
 
 
 def _hide(
-    found: np.ndarray,
+    distance: np.ndarray,
     t: np.ndarray,
     k: np.ndarray,
     g: np.ndarray,
@@ -190,9 +195,9 @@ def _hide(
     bodies: Capsules,
     obstacles: tuple[Polyhedron, ...],
 ) -> None:
-    """Make the distances ``found`` (R, BLOCK) of hidden balls infinite, as far as that matters.
+    """Set the distances ``distance`` (R, BLOCK) of occluded balls to infinity where this matters.
 
-    Only where a sensor's nearest ball is hidden are its others tested.
+    A sensor's other balls are tested only if its nearest ball is occluded.
     """
     (centre, size), (apex, axis, half, range_m) = balls, eyes
     stands = polyhedra(obstacles, np.zeros((2, 3)))
@@ -206,22 +211,23 @@ def _hide(
         hidden = slabs(
             _hidden, (apex[row], seen, bodies.start[t[row]], bodies.end[t[row]]), fixed, _HITS
         )
-        found[row[hidden], ball[hidden]] = np.inf
+        distance[row[hidden], ball[hidden]] = np.inf
         return hidden
 
-    first = _nearest_rows(found.min(axis=1), t, k)
+    first = _nearest_rows(distance.min(axis=1), t, k)
     if not len(first):
         return
     again = np.zeros((t.max() + 1, k.max() + 1), bool)
-    again[t[first], k[first]] = test(first, found[first].argmin(axis=1))
-    row, ball = np.nonzero(np.isfinite(found) & again[t, k][:, None])
+    again[t[first], k[first]] = test(first, distance[first].argmin(axis=1))
+    row, ball = np.nonzero(np.isfinite(distance) & again[t, k][:, None])
     if len(row):
         test(row, ball)
 
 
 def _nearest_rows(near: np.ndarray, t: np.ndarray, k: np.ndarray) -> Any:
-    """Of rows with the distances ``near`` (R,) the index of the nearest for each pose and sensor
-    that sees anything.
+    """Return the index of the nearest row for each pose and sensor that sees anything.
+
+    ``near`` (R,) holds the distances of the rows.
     """
     order = np.lexsort((near, k, t))
     best = order[np.append(True, (np.diff(t[order]) != 0) | (np.diff(k[order]) != 0))]
@@ -231,8 +237,9 @@ def _nearest_rows(near: np.ndarray, t: np.ndarray, k: np.ndarray) -> Any:
 def least_gap(
     centre: Float[np.ndarray, "T B 3"], radius: Float[np.ndarray, " B"], bodies: Capsules
 ) -> Float[np.ndarray, " T"]:
-    """Least signed distance (T,) m between B balls and N capsules in each of T poses, negative
-    where they overlap.
+    """Return the least signed distance (T,) m between B balls and N capsules in each of T poses.
+
+    It is negative where they overlap.
     """
     balls, size = blocks(centre, radius)
     poses, groups = balls.shape[:2]

@@ -1,5 +1,5 @@
-"""Which voxels of blocks shadows leave free, 64 at once: for the octree's count of what sensors
-see.
+"""Bitmasks of the voxels that shadows leave visible, 64 voxels at once, for the octree's count of
+covered voxels.
 """
 
 import numpy as np
@@ -11,9 +11,11 @@ from ..voxels.voxel_bitmask import CORNER, VOXELS, Bitmask, BlockGrid, packed, w
 
 
 def free_of_shadows(grid: BlockGrid, points: Float[np.ndarray, "N 3"], shadow: Shadow) -> Bitmask:
-    """Voxels of blocks about ``points`` that shadows (N) leave free: first by the tangent plane of
-    each, outside of which it does not reach, and by its nearest ball, which it holds; where the two
-    leave a voxel open, by the shadow itself."""
+    """Return the voxels of blocks about ``points`` that shadows (N) leave visible.
+
+    A shadow does not reach beyond its tangent plane, and it contains its nearest ball. Where these
+    two tests leave a voxel undecided, the shadow itself is evaluated.
+    """
     ball = nearest_ball(points, shadow)
     distance, reach = ball.distance(), grid.reach + grid.rounding
     sure, maybe = np.zeros((2, len(points)), np.uint64)
@@ -40,8 +42,10 @@ def free_of_shadows(grid: BlockGrid, points: Float[np.ndarray, "N 3"], shadow: S
 def free_of_planes(
     grid: BlockGrid, points: Float[np.ndarray, "N 3"], normal: Array, offset: Array
 ) -> Bitmask:
-    """Voxels of blocks about ``points`` above any of the planes that bound each block's shadow:
-    normal (N, M, 3), offset (N, M) m."""
+    """Return the voxels of blocks about ``points`` above any plane that bounds their shadow.
+
+    ``normal`` (N, M, 3) and ``offset`` (N, M) m are the planes of each block's shadow.
+    """
     sure, maybe = np.zeros((2, len(points)), np.uint64)
     for i in range(normal.shape[1]):
         value = dot(points, normal[:, i]) - offset[:, i]

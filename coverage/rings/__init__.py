@@ -1,1 +1,1 @@
-"""Rings of sensors and setups of rings, one by one and as arrays."""
+"""Rings of sensors and setups of rings, as objects and as arrays."""

@@ -1,10 +1,9 @@
-"""Errors of mounting: rings that sit a little beside where they were meant to, and sensors that
-look a little astray.
+"""Mounting errors: rings and sensors that deviate slightly from their design.
 
-A ring errs as a rigid body: it slips along the mount axis, and about its centre it is rocked about
-the two axes across the mount axis and turned about that axis. Each sensor errs in its seat besides:
-its axis is turned about the two axes across it. All are fixed to the link, so that one mounted
-setup has the same errors in every pose.
+A ring errs as a rigid body. It slips along the mount axis, tilts about the two axes across the
+mount axis, and turns about the mount axis, all about its centre. In addition, each sensor's axis is
+rotated about the two axes across it. All errors are fixed to the link, so one mounted setup has the
+same errors in every pose.
 """
 
 import math
@@ -25,19 +24,19 @@ from .ring_kinematics import RingArrays, SensorPoses, ring_arrays, seen_from, se
 
 @dataclass(frozen=True)
 class MountingErrors:
-    """How large errors are: ``position`` m along the mount axis; ``direction`` rad, of each of a
-    ring's three rotations and of each of a sensor's two.
-
-    law: ``uniform``: up to these limits either way. ``normal``: with half of these as standard
-    deviations, so that 95 in 100 stay within them.
+    """The size of mounting errors.
 
     Raises:
-        ValueError: if an error is negative, not finite, or as large as no mount.
+        ValueError: if an error is negative, not finite, or too large for any mount.
     """
 
     position: float = 0.005
+    """Error along the mount axis, m."""
     direction: float = math.radians(2.0)
+    """Error of each of a ring's three rotations and of each of a sensor's two, rad."""
     law: Law = "uniform"
+    """``uniform``: up to these limits either way. ``normal``: with half of them as standard
+    deviations, so that 95 % stay within them."""
 
     def __post_init__(self) -> None:
         for key, value, most in (
@@ -45,21 +44,20 @@ class MountingErrors:
             ("direction", self.direction, math.pi / 4),
         ):
             if not 0 <= value <= most:
-                raise ValueError(f"{key} error {value:g}: allowed are 0 to {most:.3g}")
+                raise ValueError(f"{key} error must be between 0 and {most:.3g}, got {value:g}")
 
 
 @dataclass(frozen=True)
 class Misplaced:
-    """D drawn errors of a setup of R rings and K sensors.
-
-    slip (D, R) m along the mount axis; turn (D, R, 3) rad: rotation vector of each ring by its
-    mount's zero, side and axis; seat (D, K, 2) rad: how far each sensor looks astray, out of its
-    ring's plane towards distal, and along its ring.
-    """
+    """D drawn errors of a setup of R rings and K sensors."""
 
     slip: Float[Array, "D R"]
+    """Displacement of each ring along the mount axis, m."""
     turn: Float[Array, "D R 3"]
+    """Rotation vector of each ring by its mount's zero, side and axis, rad."""
     seat: Float[Array, "D K 2"]
+    """Rotation of each sensor's axis, out of its ring's plane towards distal and along its ring,
+    rad."""
 
     def __len__(self) -> int:
         return self.slip.shape[0]
@@ -68,11 +66,18 @@ class Misplaced:
 def draw_errors(
     rings: int, sensors: int, errors: MountingErrors, draws: int, seed: int
 ) -> Misplaced:
-    """Draw the errors of ``draws`` mountings of so many rings and sensors.
+    """Draw the errors of ``draws`` mountings of a setup.
 
-    The numbers are common: those of a ring and of a sensor depend on the seed and on which one it
-    is, and more draws begin with the same ones, so that setups, sizes of error and numbers of draws
-    are compared by equal luck.
+    The draws are common random numbers. Those of a ring or sensor depend only on the seed and its
+    index, and a larger number of draws starts with the same ones. Comparisons between setups, error
+    sizes and numbers of draws thus share their Monte Carlo error.
+
+    Args:
+        rings: number of rings.
+        sensors: number of sensors.
+        errors: size and distribution of the errors.
+        draws: number of mountings to draw.
+        seed: random seed.
     """
 
     def numbers(kind: int, which: int, columns: int) -> Float[np.ndarray, "draws columns"]:
@@ -91,8 +96,9 @@ def draw_errors(
 
 
 def misplaced(arrays: RingArrays, meant: SensorPoses, errors: Misplaced) -> SensorPoses:
-    """Where sensors really sit that are ``meant`` to sit there: all (D, K, 3), for each drawn
-    mounting.
+    """Return the actual poses of sensors, all (D, K, 3), for each drawn mounting.
+
+    ``meant`` holds their poses as designed.
     """
     apex, look, centre, along, radial = (v[None] for v in meant)
     xp, dtype, ring = namespace(look), look.dtype, arrays.ring
@@ -108,7 +114,7 @@ def misplaced(arrays: RingArrays, meant: SensorPoses, errors: Misplaced) -> Sens
     look = like(np.cos(astray))[..., None] * look + up * cross(look, tangent) + sideways * tangent
 
     square = dot(errors.turn, errors.turn)[..., None]
-    # at angle 0 the products vanish, whatever stands before them
+    # at angle 0 the products vanish for any factor
     angle = np.sqrt(np.where(square > 0, square, 1.0))
     sine, cosine = (
         like(a)[:, ring] for a in (np.sin(angle) / angle, (1 - np.cos(angle)) / angle**2)
@@ -120,7 +126,7 @@ def misplaced(arrays: RingArrays, meant: SensorPoses, errors: Misplaced) -> Sens
     turn = turn[:, ring]
 
     def turned(v: Array) -> Any:
-        """``v`` by the rings' rotations (Rodrigues): exactly itself without one."""
+        """Rotate ``v`` by the rings' rotations (Rodrigues); at angle 0 exactly ``v``."""
         across = cross(turn, v)
         return v + (sine * across + cosine * cross(turn, across))
 
@@ -133,7 +139,7 @@ def misplaced(arrays: RingArrays, meant: SensorPoses, errors: Misplaced) -> Sens
 def misplaced_cones(
     robot: Robot, setup: Setup, q: Float[np.ndarray, " J"], errors: Misplaced
 ) -> list[Cones]:
-    """V_FOV at pose ``q`` (J,) rad for each drawn mounting, in the base frame (64-bit NumPy)."""
+    """Return V_FOV at pose ``q`` (J,) rad for each drawn mounting, base frame (64-bit NumPy)."""
     v = ring_values(setup)
     here = ring_arrays(robot, setup.rings)
     there = misplaced(here, sensor_poses(here, v.position, v.tilt, v.phase), errors)

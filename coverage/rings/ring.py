@@ -10,36 +10,37 @@ from jaxtyping import Float, Int
 from ..arrays import Array
 from ..sensors.sensor import PAPER_SENSOR, Sensor
 
-RING_RADIUS = 0.08  # m, of the paper's setups
+RING_RADIUS = 0.08  # m, in the paper's setups
 
 
 @dataclass(frozen=True)
 class Ring:
-    """Sensors evenly spaced around a link.
-
-    link: a mount of the robot. position: 0 proximal ... 1 distal along the mount axis. count:
-    sensors. tilt: of each sensor's axis out of the ring's plane, positive towards distal, rad.
-    phase: of the first sensor about the mount axis, right-handed from proximal to distal, rad.
-    radius: of the circle of sensors, m.
-    """
+    """Sensors evenly spaced around a link."""
 
     link: str
+    """Name of the robot's mount."""
     position: float
+    """Position along the mount axis, 0 proximal to 1 distal; a measured ring may lie beyond."""
     count: int
+    """Number of sensors."""
     tilt: float = 0.0
+    """Angle of each sensor's axis out of the ring's plane, positive towards distal, rad."""
     phase: float = 0.0
+    """Angle of the first sensor about the mount axis, right-handed from proximal to distal, rad."""
     radius: float = RING_RADIUS
+    """Radius of the circle of sensors, m."""
     sensor: Sensor = field(default=PAPER_SENSOR)
+    """The sensor model."""
 
     def __post_init__(self) -> None:
-        """Refuse what no ring has: ValueError."""
-        # a ring as it was measured may sit beyond an end of a short link, and tilt by any angle
+        """Reject values outside their range with a ``ValueError``."""
+        # measured rings may lie beyond an end of a short link and have any tilt
         for name, value, allowed, holds in (
             ("position", self.position, "a finite number", math.isfinite(self.position)),
             ("count", self.count, "a number of sensors", self.count >= 0),
             ("tilt", self.tilt, "rad, between -pi and pi", abs(self.tilt) <= math.pi),
             ("phase", self.phase, "rad, a finite number", math.isfinite(self.phase)),
-            ("radius", self.radius, "m, 0 and more", 0 <= self.radius < math.inf),
+            ("radius", self.radius, "m, at least 0", 0 <= self.radius < math.inf),
         ):
             if not holds:
                 raise ValueError(f"Ring: {name}: found {value}, allowed: {allowed}")
@@ -57,13 +58,12 @@ class Ring:
 class Setup:
     """All rings on one robot.
 
-    rings: in the order in which they count, from 0; a list becomes a tuple.
-
     Raises:
-        ValueError: if there is something else than a ``Ring`` among them.
+        ValueError: if an item is not a ``Ring``.
     """
 
     rings: tuple[Ring, ...]
+    """The rings, numbered from 0 in this order; a list becomes a tuple."""
 
     def __post_init__(self) -> None:
         rings = tuple(self.rings)
@@ -78,7 +78,7 @@ class Setup:
 
     @staticmethod
     def named(name: str, sensor: Sensor = PAPER_SENSOR, radius: float = RING_RADIUS) -> "Setup":
-        """The paper's setup of a name like ``n2_16_25``; see ``named_setup``."""
+        """Return the paper's setup of a name such as ``n2_16_25``; see ``named_setup``."""
         return named_setup(name, sensor, radius)
 
     @property
@@ -88,10 +88,13 @@ class Setup:
         return np.stack([v.position, v.tilt, v.phase])
 
     def with_values(self, values: Float[np.ndarray, "3 R"]) -> "Setup":
-        """The same rings at other positions, tilts and phases, as ``values`` gives them.
+        """Return the same rings at other positions, tilts and phases.
+
+        Args:
+            values: positions (row 0), tilts and phases (rows 1 and 2, rad), as in ``values``.
 
         Raises:
-            ValueError: for another shape, or values that no ring has.
+            ValueError: if the shape or a value is not valid.
         """
         values = np.asarray(values, float)
         if values.shape != (3, len(self.rings)):
@@ -105,12 +108,12 @@ class Setup:
 
     @property
     def sensors(self) -> int:
-        """Number of sensors of all rings together."""
+        """Total number of sensors."""
         return sum(ring.count for ring in self.rings)
 
     @property
     def ring_of_sensor(self) -> Int[np.ndarray, " K"]:
-        """Number of each sensor's ring."""
+        """Index of each sensor's ring."""
         return np.repeat(np.arange(len(self.rings)), [ring.count for ring in self.rings])
 
 
@@ -118,22 +121,27 @@ _NAME = re.compile(r"n([123])_([1-9]\d{0,3})_(-?\d{1,2}(?:\.\d+)?)")
 
 
 def named_setup(name: str, sensor: Sensor = PAPER_SENSOR, radius: float = RING_RADIUS) -> Setup:
-    """The paper's setup n{i}_{j}_{theta}: i rings on upper arm and forearm each, j sensors a ring,
-    tilt theta degrees, and one ring of j sensors at tilt 0 on the tool.
+    """Return the paper's setup n{i}_{j}_{theta}.
+
+    It has i rings on upper arm and forearm each, with j sensors a ring and a tilt of theta degrees,
+    and one ring of j sensors at tilt 0 on the tool.
 
     i = 1: at the middle, tilted by +theta. i = 2: at both ends, tilted towards each other by theta.
     i = 3: the two ends tilted by theta and the middle at 0.
 
-    ``sensor`` and ``radius`` (m) are the paper's unless given.
+    Args:
+        name: the name, such as ``n2_16_25``.
+        sensor: sensor model, by default the paper's.
+        radius: ring radius, m, by default the paper's.
 
     Raises:
-        ValueError: if the name is not of this form.
+        ValueError: if the name does not have this form.
     """
     match = _NAME.fullmatch(name)
     if match is None:
         raise ValueError(
-            f"{name!r} is not a setup's name; names are n{{1,2,3}}_{{sensors per ring}}_{{tilt}},"
-            " like n2_16_25"
+            f"unknown setup {name!r}; names have the form n{{1,2,3}}_{{sensors per ring}}_{{tilt}},"
+            " such as n2_16_25"
         )
     rings_per_link, count, tilt = int(match[1]), int(match[2]), math.radians(float(match[3]))
     places = {
@@ -151,15 +159,18 @@ def named_setup(name: str, sensor: Sensor = PAPER_SENSOR, radius: float = RING_R
 
 @dataclass(frozen=True)
 class RingValues:
-    """What moves in a setup: position (R,), tilt (R,) rad and phase (R,) rad of each ring."""
+    """The design variables of a setup."""
 
     position: Float[Array, " R"]
+    """Position of each ring along its mount axis, 0 to 1."""
     tilt: Float[Array, " R"]
+    """Tilt of each ring, rad."""
     phase: Float[Array, " R"]
+    """Phase of each ring, rad."""
 
 
 def ring_values(setup: Setup) -> RingValues:
-    """The movable values of a setup's rings, as 64-bit NumPy arrays."""
+    """Return the design variables of a setup's rings, as 64-bit NumPy arrays."""
     return RingValues(
         *(
             np.array([getattr(r, key) for r in setup.rings], float)
@@ -169,8 +180,9 @@ def ring_values(setup: Setup) -> RingValues:
 
 
 def sensor_optics(setup: Setup) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
-    """Half angle (K,) rad and range (K,) m of all sensors, ring by ring; of a pyramid, of the cone
-    within it.
+    """Return half angle (K,) rad and range (K,) m of all sensors, ring by ring.
+
+    The half angle of a pyramid is that of its inscribed cone.
     """
     return (
         np.concatenate([np.full(r.count, r.sensor.inscribed_half_angle) for r in setup.rings]),

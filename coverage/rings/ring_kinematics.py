@@ -1,6 +1,6 @@
-"""Rings and their sensors as plain arrays, and the cones they see.
+"""Ring kinematics on plain arrays: the poses of rings and their sensors, and the sensors' cones.
 
-As arrays, setups with other links and counts share one compilation.
+Because they are arrays, setups on other links and with other counts share one compilation.
 """
 
 from collections.abc import Iterable
@@ -22,46 +22,58 @@ from .ring import Ring, Setup, ring_values
 @tree
 @dataclass(frozen=True)
 class RingArrays:
-    """R rings and K sensors; a sensor beyond those of the rings has the range minus infinity and
-    sees nothing.
+    """R rings and K sensors as arrays.
 
-    Of rings: frame (R,), index into ``forward``'s frames; start (R, 3) m, axis, zero and side (R,
-    3) of the mount; length (R,) m of the mount; radius (R,) m. Of sensors: ring (K,) each belongs
-    to; turn (K,) rad from the first of its ring; beams: their shapes (K,).
+    Padding sensors beyond those of the rings have a range of minus infinity and see nothing.
     """
 
     frame: Int[Array, "*batch R"]
+    """Index of each ring's link in ``forward``'s frames."""
     start: Float[Array, "*batch R 3"]
+    """Proximal end of the mount, m."""
     axis: Float[Array, "*batch R 3"]
+    """Unit axis of the mount."""
     zero: Float[Array, "*batch R 3"]
+    """Unit vector of the mount's phase 0."""
     side: Float[Array, "*batch R 3"]
+    """Unit vector ``axis x zero``."""
     length: Float[Array, "*batch R"]
+    """Length of the mount, m."""
     radius: Float[Array, "*batch R"]
+    """Radius of each ring, m."""
     ring: Int[Array, "*batch K"]
+    """Index of each sensor's ring."""
     turn: Float[Array, "*batch K"]
+    """Angle of each sensor from the first one of its ring, rad."""
     beams: BeamShapes
+    """Shapes (K,) of the beams."""
 
 
 def any_square(rings: Iterable[Ring]) -> bool:
-    """Has a ring sensors with a square beam?"""
+    """Return whether a ring has sensors with a square beam."""
     return any(r.sensor.square for r in rings)
 
 
 def ring_arrays(
     robot: Robot, rings: tuple[Ring, ...], sensors: int | None = None, square: bool = False
 ) -> RingArrays:
-    """The rings of a setup, and their sensors filled up to ``sensors``; ``square``: there may be
-    square beams among setups that are stacked with this one.
+    """Return the rings of a setup as arrays.
+
+    Args:
+        robot: the robot.
+        rings: the rings.
+        sensors: number of sensors to which the arrays are padded; None: no padding.
+        square: whether setups to be stacked with this one may have square beams.
 
     Raises:
-        ValueError: if a ring sits on a link that the robot has not, or there are more sensors than
-            that.
+        ValueError: if a ring sits on a link that the robot does not have, or the rings have more
+            than ``sensors`` sensors.
     """
     mounts = [robot.mount(r.link) for r in rings]
     counts = np.array([r.count for r in rings])
     spare = (counts.sum() if sensors is None else sensors) - counts.sum()
     if spare < 0:
-        raise ValueError(f"{counts.sum()} sensors do not fit in {sensors}")
+        raise ValueError(f"the rings have {counts.sum()} sensors; the arrays hold {sensors}")
 
     def each(values: list[float] | np.ndarray, nothing: float) -> Any:
         return np.concatenate(
@@ -95,17 +107,18 @@ def ring_arrays(
 
 
 class SensorPoses(NamedTuple):
-    """Where K sensors sit, each in the frame of its link, all (K, 3).
-
-    apex m; look: unit, where the sensor looks; centre m of its ring; along: unit, mount axis;
-    radial: unit, from the centre to the sensor.
-    """
+    """Poses of K sensors, each in the frame of its link, all (K, 3)."""
 
     apex: Any
+    """Apex of the sensor's beam, m."""
     look: Any
+    """Unit vector in which the sensor looks."""
     centre: Any
+    """Centre of its ring, m."""
     along: Any
+    """Unit vector of the mount axis."""
     radial: Any
+    """Unit vector from the centre to the sensor."""
 
 
 def sensor_poses(
@@ -114,7 +127,7 @@ def sensor_poses(
     tilt: Float[Array, " R"],
     phase: Float[Array, " R"],
 ) -> SensorPoses:
-    """The poses of all sensors; for the arguments see ``ring_axes``."""
+    """Return the poses of all sensors; for the arguments see ``ring_axes``."""
     xp, ring = namespace(position), arrays.ring
 
     def of_sensor(values: Array) -> Any:
@@ -132,9 +145,14 @@ def sensor_poses(
 
 
 def in_base(arrays: RingArrays, apex: Array, look: Array, frames: Array) -> tuple[Any, Any]:
-    """Apexes (..., K, 3) m and unit axes (..., K, 3) from the frames of their links to the base
-    frame, where the robot's frames are ``frames``, T_base_frame (..., F, 4, 4); leading axes
-    broadcast, and are as many."""
+    """Transform apexes (..., K, 3) m and unit axes (..., K, 3) from link frames to the base frame.
+
+    Args:
+        arrays: rings and sensors.
+        apex: apexes in the frames of their links.
+        look: axes in the frames of their links.
+        frames: T_base_frame (..., F, 4, 4); equally many leading axes, which broadcast.
+    """
     T = frames[..., arrays.frame[arrays.ring], :, :]
     rotation, origin = T[..., :3, :3], T[..., :3, 3]
     apex, look = (v[..., None, :] for v in (apex, look))
@@ -142,17 +160,21 @@ def in_base(arrays: RingArrays, apex: Array, look: Array, frames: Array) -> tupl
 
 
 def in_links(arrays: RingArrays, vectors: Array, frames: Array) -> Any:
-    """Vectors (..., K, 3) of the sensors from the base frame to those of their links; for the
-    others see ``in_base``.
+    """Rotate vectors (..., K, 3) of the sensors from the base frame to their links' frames.
+
+    For the other arguments see ``in_base``.
     """
     rotation = frames[..., arrays.frame[arrays.ring], :3, :3]
     return dot(rotation.swapaxes(-1, -2), vectors[..., None, :])
 
 
 def up_of(look: Array, along: Array, radial: Array) -> Any:
-    """Unit ``up`` of square beams (..., 3): across the sensor's axis ``look`` and the ring's
-    tangent. For a sensor in its seat the two are across each other; one that looks astray is not
-    turned about its own axis."""
+    """Return the unit ``up`` vectors of square beams (..., 3).
+
+    ``up`` is perpendicular to the sensor's axis ``look`` and to the ring's tangent. These two are
+    perpendicular for a sensor without mounting error. A misaligned sensor is not rotated about its
+    own axis.
+    """
     up = cross(look, cross(along, radial))
     return up / root(dot(up, up))[..., None]
 
@@ -164,13 +186,18 @@ def ring_slopes(
     by_look: Array,
     by_up: Array | None = None,
 ) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
-    """How fast a value grows by the rings' positions, tilts and phases, where it grows by
-    ``by_apex`` (..., K, 3), 1/m, by ``by_look`` and by ``by_up`` with what the sensors in their
-    seats are made of, all in the frames of their links.
+    """Return the gradient of a value by the rings' positions, tilts and phases.
 
-    A position moves a sensor along the mount; a tilt turns it about its ring's tangent, backwards,
-    and a phase about the ring's axis: so the last two are the moments of the three vectors about
-    these axes.
+    A position moves a sensor along the mount. A tilt rotates it backwards about its ring's tangent,
+    and a phase about the ring's axis. The last two derivatives are therefore moments of the
+    gradient vectors about these axes.
+
+    Args:
+        arrays: rings and sensors.
+        here: poses of the sensors.
+        by_apex: gradient (..., K, 3) by the apexes, 1/m, in the frames of their links.
+        by_look: gradient (..., K, 3) by the axes, in the frames of their links.
+        by_up: gradient (..., K, 3) by the up vectors of square beams, likewise; None for cones.
     """
     moment = cross(here.look, by_look)
     if by_up is not None:
@@ -190,14 +217,15 @@ def ring_beams(
     phase: Float[Array, " R"],
     frames: Array,
 ) -> tuple[Any, ...]:
-    """As ``ring_axes``, and the unit vectors ``up`` (..., K, 3) of square beams."""
+    """Return apexes and axes as ``ring_axes`` does, and the unit up vectors (..., K, 3)."""
     return seen_from(arrays, sensor_poses(arrays, position, tilt, phase), frames, up=True)
 
 
 def seen_from(arrays: RingArrays, here: SensorPoses, frames: Array, up: bool) -> tuple[Any, ...]:
-    """Apexes m and unit axes of sensors in their seats, and with ``up`` the vectors of square
-    beams, in the base frame, each with the leading axes of the seats, then those of ``frames``,
-    then (K, 3)."""
+    """Return apexes m and unit axes of sensors in the base frame; with ``up`` also the up vectors.
+
+    Each has the leading axes of the sensor poses, then those of ``frames``, then (K, 3).
+    """
     batch, frames = (
         (1,) * (frames.ndim - 3),
         frames.reshape((1,) * (here.apex.ndim - 2) + frames.shape),
@@ -207,14 +235,14 @@ def seen_from(arrays: RingArrays, here: SensorPoses, frames: Array, up: bool) ->
         return v.reshape(*v.shape[:-2], *batch, *v.shape[-2:])
 
     apex, look = beside(here.apex), beside(here.look)
-    found = in_base(arrays, apex, look, frames)
+    axes = in_base(arrays, apex, look, frames)
     return (
         (
-            *found,
+            *axes,
             in_base(arrays, apex, beside(up_of(here.look, here.along, here.radial)), frames)[1],
         )
         if up
-        else found
+        else axes
     )
 
 
@@ -225,11 +253,11 @@ def ring_axes(
     phase: Float[Array, " R"],
     frames: Array,
 ) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
-    """Apexes (..., K, 3) m and unit axes (..., K, 3) of all sensors in the base frame.
+    """Return apexes (..., K, 3) m and unit axes (..., K, 3) of all sensors in the base frame.
 
     Args:
-        slots: rings and sensors.
-        position, tilt, phase: of each ring, NumPy or JAX, differentiable in the latter.
+        arrays: rings and sensors.
+        position, tilt, phase: values of each ring; NumPy, or JAX, which can differentiate by them.
         frames: T_base_frame (..., F, 4, 4) from ``forward``.
     """
     apex, axis = seen_from(arrays, sensor_poses(arrays, position, tilt, phase), frames, up=False)
@@ -239,8 +267,10 @@ def ring_axes(
 def sensor_axes(
     robot: Robot, setup: Setup, frames: Float[Array, "*batch F 4 4"]
 ) -> tuple[Float[Array, "*batch K 3"], Float[Array, "*batch K 3"]]:
-    """Apexes (..., K, 3) m and unit axes (..., K, 3) of a setup's sensors, ring by ring, where the
-    robot's frames are ``frames``, T_base_frame (..., F, 4, 4) from ``forward``."""
+    """Return apexes (..., K, 3) m and unit axes (..., K, 3) of a setup's sensors, ring by ring.
+
+    ``frames`` are the robot's frames, T_base_frame (..., F, 4, 4) from ``forward``.
+    """
     values = ring_values(setup)
     return ring_axes(
         ring_arrays(robot, setup.rings), values.position, values.tilt, values.phase, frames
@@ -248,8 +278,9 @@ def sensor_axes(
 
 
 def sensor_cones(robot: Robot, setup: Setup, q: Float[np.ndarray, " J"]) -> Cones:
-    """V_FOV at pose ``q`` (J,) rad: one beam for each sensor, ring by ring, in the base frame
-    (64-bit NumPy).
+    """Return V_FOV at pose ``q`` (J,) rad in the base frame (64-bit NumPy).
+
+    It has one beam for each sensor, ring by ring.
     """
     here, v, frames = ring_arrays(robot, setup.rings), ring_values(setup), forward(robot.chain, q)
     seats = sensor_poses(here, v.position, v.tilt, v.phase)

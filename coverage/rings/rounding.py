@@ -1,4 +1,4 @@
-"""Rings as files hold them: what is verified is what is written."""
+"""Rounding of rings to the precision of files, so that the verified setup is the written one."""
 
 import math
 from dataclasses import replace
@@ -12,13 +12,14 @@ DIGITS_POSITION = 6  # decimals of a ring's position in a file
 
 
 def degrees(angle: float) -> float:
-    """An angle as a file holds it, short of what rounding added."""
+    """Return an angle in degrees as files state it, without residues of rounding."""
     return round(math.degrees(angle), 9)
 
 
 def tilt_deg(tilt: float) -> float:
-    """A tilt as a file holds it: one just short of 90 degrees is not rounded up to it. Adding 0
-    makes -0.0 plain 0.0.
+    """Return a tilt in degrees as files state it.
+
+    A tilt just below 90 degrees is not rounded up to 90. Adding 0 turns -0.0 into 0.0.
     """
     angle, most = math.degrees(tilt), 90 - 10.0**-DIGITS_DEG
     short = round(angle, DIGITS_DEG)
@@ -30,18 +31,18 @@ def tilt_deg(tilt: float) -> float:
 
 
 def phase_deg(phase: float) -> float:
-    """A phase as a file holds it: beyond a full turn it is wound back."""
+    """Return a phase in degrees as files state it; beyond a full turn it is wrapped."""
     angle = math.degrees(phase)
     return round(angle if abs(angle) <= 360 else math.remainder(angle, 360), DIGITS_DEG) + 0.0
 
 
 def position(ring: Ring) -> float:
-    """A ring's position as a file holds it."""
+    """Return a ring's position as files state it."""
     return round(ring.position, DIGITS_POSITION) + 0.0
 
 
 def rounded(setup: Setup, sensor: Sensor) -> Setup:
-    """The setup as it reads back from a proposal's file, beside which ``sensor`` is the scene's."""
+    """Return the setup as it reads back from a proposal file of a scene with ``sensor``."""
     return Setup(
         tuple(
             replace(
@@ -57,9 +58,7 @@ def rounded(setup: Setup, sensor: Sensor) -> Setup:
 
 
 def _rounded(sensor: Sensor) -> Sensor:
-    """A sensor as it reads back: one of the catalogue by its use, another by its angles in
-    degrees.
-    """
+    """Return a sensor as it reads back: by its use if from the catalogue, else by its angles."""
     if sensor.use is not None:
         model = effective(sensor.use).sensor
         return replace(model, board=sensor.board or model.board)

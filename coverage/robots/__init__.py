@@ -1,1 +1,1 @@
-"""Robots: chains, links with their bodies and mounts, and the volumes about them."""
+"""Robots: chains, links with their bodies and mounts, and the volumes around them."""

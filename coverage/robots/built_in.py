@@ -1,4 +1,4 @@
-"""The robots that are built in, by name."""
+"""The built-in robots, by name."""
 
 from .library.seven_axis import FR3, IIWA14, PANDA
 from .library.ur import UR3, UR3E, UR5, UR5E, UR10E, UR16E
@@ -7,7 +7,7 @@ from .robot import Robot
 
 __all__ = ["PAPER_ROBOTS", "ROBOTS", "UR10", "UR10_DH", "built_in", "robot"]
 
-PAPER_ROBOTS = ("ur10", "ur10_dh")  # the two chains that the paper's UR10 may have had
+PAPER_ROBOTS = ("ur10", "ur10_dh")  # two possible readings of the paper's UR10
 ROBOTS = {
     robot.name: robot
     for robot in (UR10, UR10_DH, UR3, UR5, UR3E, UR5E, UR10E, UR16E, PANDA, FR3, IIWA14)
@@ -15,12 +15,12 @@ ROBOTS = {
 
 
 def robot(name: str) -> Robot:
-    """The built-in robot called ``name``; ValueError lists those there are."""
+    """Return the built-in robot ``name``; raise a ``ValueError`` that lists the known names."""
     if name not in ROBOTS:
         raise ValueError(f"unknown robot {name!r}; known: {', '.join(ROBOTS)}")
     return ROBOTS[name]
 
 
 def built_in(found: Robot) -> bool:
-    """Whether this very robot is built in, so that its name says all."""
+    """Return whether this object is a built-in robot, so that its name identifies it."""
     return ROBOTS.get(found.name) is found

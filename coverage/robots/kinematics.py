@@ -12,23 +12,22 @@ from ..arrays import Array, Vector, namespace
 
 @dataclass(frozen=True)
 class Chain:
-    """Joints from base to TCP.
-
-    origin (J + 1, 4, 4): T_parent_joint, the pose of each joint's frame in the frame before it at
-    joint angle 0, m; the last is the TCP in the last link's frame. axis (J, 3): unit axis of each
-    joint in its own frame.
-    """
+    """Joints from base to TCP."""
 
     joints: tuple[str, ...]
+    """Names of the J joints."""
     origin: Float[np.ndarray, "F 4 4"]
+    """T_parent_joint (J + 1, 4, 4): pose of each joint's frame in the frame before it at joint
+    angle 0, m; the last is the TCP in the last link's frame."""
     axis: Float[np.ndarray, "J 3"]
+    """Unit axis of each joint in its own frame."""
 
     def __len__(self) -> int:
         return len(self.joints)
 
 
 def rotation_rpy(roll: float, pitch: float, yaw: float) -> Float[np.ndarray, "3 3"]:
-    """Rotation about the fixed x, then y, then z axis (URDF's rpy), angles in radians."""
+    """Return the rotation about the fixed x, then y, then z axis (URDF's rpy), rad."""
     cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
     x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
@@ -38,8 +37,9 @@ def rotation_rpy(roll: float, pitch: float, yaw: float) -> Float[np.ndarray, "3 
 
 
 def rpy_of(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, " 3"]:
-    """URDF's angles of a rotation, rad; where pitch is a quarter turn, only one of the others is of
-    use, and yaw is 0.
+    """Return URDF's rpy angles of a rotation, rad.
+
+    At a pitch of a quarter turn, roll and yaw are not unique; yaw is then 0.
     """
     pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
     if math.hypot(R[0, 0], R[1, 0]) < 1e-9:
@@ -48,7 +48,7 @@ def rpy_of(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, " 3"]:
 
 
 def transform(xyz: Vector = (0, 0, 0), rpy: Vector = (0, 0, 0)) -> Float[np.ndarray, "4 4"]:
-    """Homogeneous transform from a translation (3,) m and URDF angles (3,) rad."""
+    """Return the homogeneous transform of a translation (3,) m and URDF angles (3,) rad."""
     T = np.eye(4)
     T[:3, :3] = rotation_rpy(*rpy)
     T[:3, 3] = xyz
@@ -56,16 +56,19 @@ def transform(xyz: Vector = (0, 0, 0), rpy: Vector = (0, 0, 0)) -> Float[np.ndar
 
 
 def dh_transform(d: float, a: float, alpha: float) -> Float[np.ndarray, "4 4"]:
-    """Denavit-Hartenberg link transform at joint angle 0: along z by d, along x by a, about x by
-    alpha (m, m, rad).
+    """Return the Denavit-Hartenberg link transform at joint angle 0.
+
+    It translates along z by ``d`` (m) and along x by ``a`` (m), then rotates about x by ``alpha``
+    (rad).
     """
     T: np.ndarray = transform((0, 0, d)) @ transform((a, 0, 0), (alpha, 0, 0))
     return T
 
 
 def _rotation(axis: Array, angle: Array) -> Any:
-    """Rodrigues' rotation (..., 4, 4) about a constant unit ``axis`` (3,) by ``angle`` (...)
-    rad.
+    """Return Rodrigues' rotation (..., 4, 4) about a constant unit ``axis`` (3,).
+
+    ``angle`` has shape (...), in rad.
     """
     xp = namespace(angle)
     x, y, z = (float(v) for v in axis)
@@ -80,21 +83,21 @@ def _rotation(axis: Array, angle: Array) -> Any:
 
 
 def forward(chain: Chain, q: Float[Array, "*batch J"]) -> Float[Array, "*batch F 4 4"]:
-    """Frames of all joints and of the TCP in the base frame.
+    """Return the frames of all joints and of the TCP in the base frame.
 
     Args:
         chain: the chain of J joints.
-        q: joint angles (..., J) rad, NumPy or JAX; differentiable in the latter.
+        q: joint angles (..., J) rad; NumPy, or JAX, which can differentiate by them.
 
     Returns:
         T_base_frame (..., J + 1, 4, 4): entry j is the frame of joint j after its rotation (the
-            frame of the link it moves), the last is the TCP.
+            frame of the link it moves); the last is the TCP.
 
     Raises:
-        ValueError: if q has not one angle for each joint.
+        ValueError: if q does not have one angle for each joint.
     """
     if q.shape[-1] != len(chain):
-        raise ValueError(f"q has {q.shape[-1]} angles, the chain has {len(chain)} joints")
+        raise ValueError(f"q has {q.shape[-1]} angles; the chain has {len(chain)} joints")
     xp = namespace(q)
     origin = [xp.asarray(T, dtype=q.dtype) for T in chain.origin]
     T = xp.broadcast_to(xp.eye(4, dtype=q.dtype), (*q.shape[:-1], 4, 4))
@@ -108,8 +111,9 @@ def forward(chain: Chain, q: Float[Array, "*batch J"]) -> Float[Array, "*batch F
 
 
 def joint_origins(chain: Chain, q: Float[np.ndarray, " J"]) -> Float[np.ndarray, "P 3"]:
-    """Polyline (P, 3) m of the pose: the base, each joint's origin and the TCP, without repeated
-    points.
+    """Return the pose as a polyline (P, 3) m through the base, each joint's origin and the TCP.
+
+    Repeated points are removed.
     """
     points = np.vstack([np.zeros(3), forward(chain, q)[:, :3, 3]])
     keep = np.ones(len(points), bool)

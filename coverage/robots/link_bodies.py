@@ -1,4 +1,4 @@
-"""The robot's bodies in space."""
+"""The robot's bodies in the base frame."""
 
 from jaxtyping import Float
 
@@ -8,10 +8,10 @@ from .robot import BASE, Robot
 
 
 def robot_capsules(robot: Robot, frames: Float[Array, "*batch F 4 4"]) -> Capsules:
-    """The bodies of ``robot`` in the base frame.
+    """Return the bodies of ``robot`` in the base frame.
 
     Args:
-        robot: whose bodies.
+        robot: the robot.
         frames: T_base_frame (..., F, 4, 4) from ``forward``; NumPy or JAX.
 
     Raises:

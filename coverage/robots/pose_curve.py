@@ -1,5 +1,5 @@
-"""The pose curve: a polyline through the joint origins, rounded by quadratic Bezier curves at its
-bends.
+"""The pose curve: a polyline through the joint origins whose bends are rounded by quadratic Bezier
+curves.
 """
 
 import math
@@ -16,16 +16,17 @@ _STRAIGHT = 1e-9  # sine of the angle below which two segments count as collinea
 
 @dataclass(frozen=True)
 class Piece:
-    """A Bezier curve of degree 1 (straight part) or 2 (bend): control points (2 or 3, 3) m."""
+    """A Bezier curve of degree 1 (straight part) or 2 (bend)."""
 
     control: Float[np.ndarray, "C 3"]
+    """Control points (2 or 3, 3), m."""
 
     @property
     def bend(self) -> bool:
         return len(self.control) == 3
 
     def point(self, t: Float[np.ndarray, " N"]) -> Float[np.ndarray, "N 3"]:
-        """Points at parameters t in [0, 1]."""
+        """Return the points at parameters t in [0, 1]."""
         t = t[:, None]
         point: np.ndarray
         if self.bend:
@@ -37,7 +38,7 @@ class Piece:
         return point
 
     def velocity(self, t: Float[np.ndarray, " N"]) -> Float[np.ndarray, "N 3"]:
-        """Derivative by t at parameters t in [0, 1]."""
+        """Return the derivatives by t at parameters t in [0, 1]."""
         t = t[:, None]
         if not self.bend:
             a, b = self.control
@@ -47,7 +48,7 @@ class Piece:
         return velocity
 
     def speed(self, t: float) -> float:
-        """Length of the derivative by t."""
+        """Return the length of the derivative by t."""
         return float(np.linalg.norm(self.velocity(np.array([t]))))
 
 
@@ -58,7 +59,7 @@ class PoseCurve:
     pieces: tuple[Piece, ...]
 
     def arc_length(self) -> float:
-        """Length of the curve, m, by adaptive quadrature of the speed."""
+        """Return the length of the curve, m, by adaptive quadrature of the speed."""
         from scipy.integrate import quad
 
         length: float = sum(quad(piece.speed, 0, 1, limit=200)[0] for piece in self.pieces)
@@ -67,11 +68,10 @@ class PoseCurve:
     def discs(
         self, points_per_bend: int
     ) -> tuple[Float[np.ndarray, "D 3"], Float[np.ndarray, "D 3"], list[int]]:
-        """Discs along the curve: centres (D, 3) m, unit tangents (D, 3), and the first disc of
-        every slab.
+        """Return discs along the curve: centres (D, 3) m, unit tangents (D, 3), first of each slab.
 
-        A straight part has a disc at each end, a bend ``points_per_bend`` discs, ends included; a
-        disc shared by two pieces stands once.
+        A straight part has a disc at each end. A bend has ``points_per_bend`` discs, ends included.
+        A disc shared by two pieces occurs once.
         """
         centres: list[np.ndarray] = []
         normals: list[np.ndarray] = []
@@ -90,29 +90,29 @@ class PoseCurve:
         return np.array(centres), np.array(normals), first
 
     def tube(self, radius: float, points_per_bend: int) -> Tube:
-        """The solid swept by a disc of ``radius`` m that stands perpendicular to the curve."""
+        """Return the solid swept by a disc of ``radius`` m perpendicular to the curve."""
         centre, normal, first = self.discs(points_per_bend)
         return Tube(centre, normal, float(radius), np.array(first))
 
 
 def pose_curve(points: Float[np.ndarray, "P 3"], blend: float = 0.5) -> PoseCurve:
-    """The paper's piece-wise Bezier curve through the polyline ``points``.
+    """Return the paper's piecewise Bezier curve through the polyline ``points``.
 
-    At a joint whose two segments are not collinear the curve leaves the first ``blend / 2`` of its
-    length before the joint and rejoins the second ``blend / 2`` of its length after it, by a
-    quadratic Bezier curve with the joint as its middle control point.
+    Where the two segments at a joint are not collinear, the curve leaves the first segment
+    ``blend / 2`` of its length before the joint and rejoins the second ``blend / 2`` of its length
+    after it. In between it is a quadratic Bezier curve with the joint as its middle control point.
 
     Args:
         points: (P, 3) m, P at least 2, no two neighbours equal.
         blend: in (0, 1].
 
     Raises:
-        ValueError: for a blend outside (0, 1] or fewer than two points.
+        ValueError: if the blend is outside (0, 1] or there are fewer than two points.
     """
     if not 0 < blend <= 1:
-        raise ValueError(f"blend {blend} is not in (0, 1]")
+        raise ValueError(f"blend must be in (0, 1], got {blend}")
     if len(points) < 2:
-        raise ValueError("a pose curve needs two points or more")
+        raise ValueError(f"a pose curve needs at least two points, got {len(points)}")
     step = np.diff(points, axis=0)
     unit = step / np.linalg.norm(step, axis=1, keepdims=True)
     pieces: list[Piece] = []
@@ -132,8 +132,9 @@ def pose_curve(points: Float[np.ndarray, "P 3"], blend: float = 0.5) -> PoseCurv
 
 
 def pappus_volume(curve: PoseCurve, outer: float, inner: float = 0.0) -> float:
-    """Volume pi (outer^2 - inner^2) * arc length, m^3 (the paper's Pappus form); true if the tube
-    never meets itself.
+    """Return the volume pi (outer^2 - inner^2) * arc length, m^3 (the paper's Pappus form).
+
+    It is exact if the tube does not intersect itself.
     """
     return math.pi * (outer**2 - inner**2) * curve.arc_length()
 
@@ -141,10 +142,10 @@ def pappus_volume(curve: PoseCurve, outer: float, inner: float = 0.0) -> float:
 def washer_volume(
     curve: PoseCurve, outer: Callable[[float], float], inner: Callable[[float], float]
 ) -> float:
-    """Volume of a curved-axis solid of revolution, m^3: pi times the integral of outer^2 - inner^2
-    along the curve.
+    """Return the volume of a curved-axis solid of revolution, m^3 (the paper's washer form).
 
-    ``outer`` and ``inner`` give the radii, m, at an arc length, m (the paper's washer form).
+    It is pi times the integral of outer^2 - inner^2 along the curve. ``outer`` and ``inner`` give
+    the radii, m, at an arc length, m.
     """
     from scipy.integrate import quad
 

@@ -1,11 +1,12 @@
-"""V_P, the protective volume: the points nearer to any part of the robot than its separation
-distance.
+"""V_P, the protective volume: the points whose distance from some part of the robot is below that
+part's separation distance.
 
-Each body of the robot is cut into pieces. The velocity of a rigid body is an affine function of
-place, so that its length is largest at an end of a piece's axis; the surface, a radius further, is
-faster by at most that radius times the angular velocity. That speed counts as if it were towards
-the person, wherever the person is. The piece's capsule, thicker by the separation distance at that
-speed, holds every point that is too near to it: pieces overstate V_P, the more the fewer.
+Each body of the robot is divided into pieces. The velocity of a rigid body is an affine function of
+position, so the speed on a piece's axis is largest at one of its ends. The surface, one radius
+away, is faster by at most that radius times the angular velocity. This speed is assumed to point
+towards the person, wherever the person is. The piece's capsule, enlarged by the separation
+distance at that speed, contains every point that is too near to it. Pieces overestimate V_P; more
+pieces reduce the excess.
 """
 
 from dataclasses import dataclass
@@ -18,17 +19,19 @@ from .kinematics import forward
 from .robot import BASE, Robot
 from .separation_distance import Safety, Terms, separation, stopping_time
 
-PIECES = 4  # of each body
+PIECES = 4  # per body
 
 
 @dataclass(frozen=True)
 class Moving:
-    """The pieces of a robot's bodies at a moment, base frame: capsules; speed (N,) m/s, at most
-    that of any of their points; the number of each piece's body (N,)."""
+    """The pieces of a robot's bodies at one moment, base frame."""
 
     rods: Capsules
+    """The pieces."""
     speed: Float[np.ndarray, " N"]
+    """Upper bound of the speed of each piece's points, m/s."""
     body: np.ndarray
+    """Index (N,) of each piece's body."""
 
 
 def moving(
@@ -37,20 +40,19 @@ def moving(
     rate: Float[np.ndarray, " J"] | None,
     speed: float = 0.0,
 ) -> Moving:
-    """The bodies of ``robot`` in pieces, and how fast they are.
+    """Return the bodies of ``robot`` in pieces, with their speeds.
 
     Args:
-        robot: with bodies.
-        q, rate: joint angles, rad, and their speeds, rad/s, or None where these are not known.
-        speed: of all parts, m/s, where they are not.
+        robot: a robot with bodies.
+        q: joint angles (J,), rad.
+        rate: joint speeds (J,), rad/s; None if unknown.
+        speed: speed of all parts, m/s, if ``rate`` is unknown.
 
     Raises:
         ValueError: if the robot has no bodies.
     """
     if not robot.bodies:
-        raise ValueError(
-            f"robot {robot.name} has no bodies, from which a protective volume is measured"
-        )
+        raise ValueError(f"robot {robot.name} has no bodies; the protective volume V_P needs them")
     frames = forward(robot.chain, q)
     cut = np.linspace(0, 1, PIECES + 1)[:, None]
     start, end, fast = [], [], []
@@ -80,8 +82,9 @@ def moving(
 
 
 def distances(robot: Robot, parts: Moving, safety: Safety) -> Terms:
-    """The separation distance (N,) of each piece, term by term; the stopping time is that of the
-    fastest of them.
+    """Return the separation distance (N,) of each piece, term by term.
+
+    The stopping time is that of the fastest piece.
 
     Raises:
         ValueError: if no stopping time is known.
@@ -94,8 +97,10 @@ def distances(robot: Robot, parts: Moving, safety: Safety) -> Terms:
 def protective(
     robot: Robot, q: Float[np.ndarray, " J"], rate: Float[np.ndarray, " J"] | None, safety: Safety
 ) -> tuple[Capsules, Capsules]:
-    """V_P with the robot in it, and the robot's bodies, at a pose. For what it takes and raises see
-    ``moving`` and ``distances``."""
+    """Return V_P with the robot in it, and the robot's bodies, at a pose.
+
+    For arguments and errors see ``moving`` and ``distances``.
+    """
     parts = moving(robot, q, rate, safety.speed)
     rods = parts.rods
     return Capsules(rods.start, rods.end, rods.radius + distances(robot, parts, safety).total), rods

@@ -1,4 +1,4 @@
-"""A robot: its chain, the mount axes and the bodies of its links, its joints' limits, its reach."""
+"""A robot: its chain, mounts, link bodies, joint limits and reach."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,70 +9,75 @@ from jaxtyping import Float
 from ..solids.capsules import Capsules
 from .kinematics import Chain
 
-_ROUNDING = 1e-8  # rad, by which an angle of a file may be over its limit
-BASE = -1  # the frame of a body that no joint moves
+_ROUNDING = 1e-8  # rad, by which a file's angle may exceed its limit
+BASE = -1  # frame of a body that no joint moves
 
 
 @dataclass(frozen=True)
 class Mount:
-    """The axis of a link around which rings sit.
-
-    frame: index into ``forward``'s frames. start (3,) m: the proximal end, in that frame. axis
-    (3,): unit, proximal to distal. zero (3,): unit, across the axis; a ring of phase 0 has its
-    first sensor there. length: m; 0 where the place along the axis is fixed. usable: lowest and
-    highest position, 0 proximal to 1 distal, at which a real ring can be closed around the link,
-    clear of the joints' housings. section: m, radius of what is to be surrounded there, 0 where
-    nothing is known; aside: m, how far beside the axis it lies, and
-    toward: rad, on which side: as a ring's phase says it.
-    """
+    """The axis of a link around which rings sit."""
 
     link: str
+    """Name of the link."""
     frame: int
+    """Index into ``forward``'s frames."""
     start: Float[np.ndarray, " 3"]
+    """Proximal end in that frame, m."""
     axis: Float[np.ndarray, " 3"]
+    """Unit axis, proximal to distal."""
     zero: Float[np.ndarray, " 3"]
+    """Unit vector across the axis; a ring of phase 0 has its first sensor there."""
     length: float
+    """Length, m; 0 if the place along the axis is fixed."""
     usable: tuple[float, float] = (0.0, 1.0)
+    """Lowest and highest position, 0 proximal to 1 distal, at which a real ring closes around the
+    link, clear of the joints' housings."""
     section: float = 0.0
+    """Radius of the section to be surrounded, m; 0 if unknown."""
     aside: float = 0.0
+    """Offset of that section from the axis, m."""
     toward: float = 0.0
+    """Direction of that offset, rad, as a phase of a ring."""
 
     @cached_property
     def side(self) -> Float[np.ndarray, " 3"]:
-        """Third axis of the ring's plane, ``axis x zero``: phase turns from ``zero`` towards it."""
+        """Third axis of the ring's plane, ``axis x zero``: phases turn from ``zero`` towards it."""
         return np.cross(self.axis, self.zero)
 
 
 @dataclass(frozen=True)
 class Body:
-    """A capsule that stands for a part of the robot."""
+    """A capsule that represents a part of the robot."""
 
     name: str
-    """What messages and exports call it."""
+    """Name in messages and exports."""
     frame: int
-    """Index into ``forward``'s frames, or ``BASE``: the base frame."""
+    """Index into ``forward``'s frames, or ``BASE`` for the base frame."""
     capsule: Capsules
-    """A single one, in that frame."""
+    """A single capsule, in that frame."""
 
 
 @dataclass(frozen=True)
 class Robot:
-    """A chain with its mounts.
-
-    reach: radius of V_O, m. bodies: the robot's solid; none where nothing asks for it. limits (J,
-    2) rad: lowest and highest angle of each joint, infinite where it turns freely; none where they
-    are not known. home (J,) rad: the pose where a scene has none. source: where the figures are
-    from.
-    """
+    """A chain with its mounts."""
 
     name: str
+    """Name of the robot."""
     chain: Chain
+    """Joints from base to TCP."""
     mounts: tuple[Mount, ...]
+    """The links' mounts for rings."""
     reach: float
+    """Radius of V_O, m."""
     bodies: tuple[Body, ...] = ()
+    """Solid parts of the robot; may be empty if no computation needs them."""
     limits: Float[np.ndarray, "J 2"] | None = None
+    """Lowest and highest angle of each joint, rad; infinite for continuous joints, None if
+    unknown."""
     home: Float[np.ndarray, " J"] | None = None
+    """Default pose, rad."""
     source: str = ""
+    """Source of the figures."""
 
     def __repr__(self) -> str:
         joints, links = len(self.chain), ", ".join(self.links)
@@ -84,17 +89,16 @@ class Robot:
 
     @property
     def rest(self) -> Float[np.ndarray, " J"]:
-        """The pose (J,) rad where none is given: ``home``, or all joints at 0, or as near to it as
-        their limits allow.
-        """
+        """The default pose (J,) rad: ``home``, or the pose nearest to 0 within the joint limits."""
         if self.home is not None:
             return self.home
         rest = np.zeros(len(self.chain))
         return rest if self.limits is None else np.clip(rest, self.limits[:, 0], self.limits[:, 1])
 
     def beyond(self, q: Float[np.ndarray, " J"]) -> int | None:
-        """The first joint whose angle in ``q`` (J,) rad is beyond its limits by more than rounding;
-        None where none is.
+        """Return the first joint whose angle in ``q`` (J,) rad violates its limits; None if none.
+
+        Excesses within rounding are accepted.
         """
         if self.limits is None:
             return None
@@ -104,8 +108,8 @@ class Robot:
         return int(over[0]) if len(over) else None
 
     def mount(self, link: str) -> Mount:
-        """The mount of ``link``; ValueError names the links there are."""
+        """Return the mount of ``link``; raise a ``ValueError`` that lists the links otherwise."""
         for m in self.mounts:
             if m.link == link:
                 return m
-        raise ValueError(f"robot {self.name} has no link {link!r}; it has {', '.join(self.links)}")
+        raise ValueError(f"robot {self.name} has no link {link!r}; known: {', '.join(self.links)}")

@@ -1,10 +1,10 @@
-"""Speed and separation monitoring: how far a person must be kept from a part of the robot that
-moves.
+"""Speed and separation monitoring: the distance to keep between a person and a moving part of the
+robot.
 
 S_p = S_h + S_r + S_s + C + Z_d + Z_r (ISO/TS 15066, now in ISO 10218-2:2025; read in secondary
-sources), where the person walks S_h = v_h (T_r + T_s) while the system reacts and the robot stops,
-the robot goes on by S_r = v_r T_r until it brakes, and stops within S_s = v_r T_s / 2 by constant
-deceleration. An engineering aid: it confers no safety rating.
+sources). The person walks S_h = v_h (T_r + T_s) while the system reacts and the robot stops. The
+robot moves on by S_r = v_r T_r until it brakes, and stops within S_s = v_r T_s / 2 at constant
+deceleration. This is an engineering aid; it confers no safety rating.
 """
 
 import bisect
@@ -13,8 +13,8 @@ from typing import Any
 
 from ..arrays import Numbers
 
-WALKING = 1.6  # m/s, ISO 13855: approach of the whole body
-# Largest stopping time, s, by the limit set on the TCP's speed, m/s: UR10 CB3 manual, section
+WALKING = 1.6  # m/s, ISO 13855: approach speed of the whole body
+# Maximum stopping time, s, by the limit set on the TCP's speed, m/s: UR10 CB3 manual, section
 # 1.6.2.
 UR10_STOPPING = ((1.0, 0.45), (1.5, 0.50), (2.0, 0.55), (3.0, 0.65))
 STOPPING = {"ur10": UR10_STOPPING, "ur10_dh": UR10_STOPPING}
@@ -22,38 +22,46 @@ STOPPING = {"ur10": UR10_STOPPING, "ur10_dh": UR10_STOPPING}
 
 @dataclass(frozen=True)
 class Safety:
-    """What a protective distance is made of. The values of reaction, C, Z_d and Z_r are those of
-    the worked example in the literature: a cell's own come from its risk assessment.
+    """Parameters of a separation distance.
 
-    human: v_h, m/s. reaction: T_r, s, from what a sensor could see to the command to stop.
-    stopping: T_s, s; None: by the robot's table, at the next limit of speed above the fastest part.
-    intrusion: C, m, what reaches in before it is seen. sensor: Z_d, m, uncertainty of the person's
-    place. robot: Z_r, m, of the robot's. speed: m/s, of every part at a pose whose joint speeds are
-    not known.
+    The defaults of reaction, C, Z_d and Z_r are those of the worked example in the literature. A
+    cell's own values come from its risk assessment.
     """
 
     human: float = WALKING
+    """v_h, walking speed, m/s."""
     reaction: float = 0.10
+    """T_r, s, from the moment a sensor could see the person to the command to stop."""
     stopping: float | None = None
+    """T_s, s; None: from the robot's table, at the next speed limit above the fastest part."""
     intrusion: float = 0.20
+    """C, m, intrusion before detection."""
     sensor: float = 0.10
+    """Z_d, m, uncertainty of the person's position."""
     robot: float = 0.05
+    """Z_r, m, uncertainty of the robot's position."""
     speed: float = 0.0
+    """Speed of every part, m/s, at a pose whose joint speeds are unknown."""
 
 
 @dataclass(frozen=True)
 class Terms:
-    """The terms of a separation distance, m; numbers or arrays of one shape. stopping: T_s that was
-    used, s.
-    """
+    """The terms of a separation distance, m; numbers or arrays of one shape."""
 
     S_h: Any
+    """Distance that the person walks."""
     S_r: Any
+    """Distance that the robot moves before it brakes."""
     S_s: Any
+    """Distance within which the robot stops."""
     C: Any
+    """Intrusion before detection."""
     Z_d: Any
+    """Uncertainty of the person's position."""
     Z_r: Any
+    """Uncertainty of the robot's position."""
     stopping: float
+    """T_s that was used, s."""
 
     @property
     def total(self) -> Any:
@@ -62,11 +70,12 @@ class Terms:
 
 
 def stopping_time(safety: Safety, robot: str, fastest: float) -> float:
-    """T_s, s, of the robot called ``robot`` whose fastest part moves at ``fastest`` m/s: as given,
-    or by its table, where the next higher limit counts.
+    """Return T_s, s, of a robot whose fastest part moves at ``fastest`` m/s.
+
+    It is the stated value or, from the robot's table, that of the next higher speed limit.
 
     Raises:
-        ValueError: if it is not given and no table says it.
+        ValueError: if no value is stated and the table has none.
     """
     if safety.stopping is not None:
         return safety.stopping
@@ -74,21 +83,25 @@ def stopping_time(safety: Safety, robot: str, fastest: float) -> float:
     if table is None:
         known = ", ".join(STOPPING)
         raise ValueError(
-            f"robot {robot}: found no stopping time, allowed: one given (safety.stopping_s); known"
-            f" for {known}"
+            f"robot {robot} has no stopping time: set safety.stopping_s; tables exist for {known}"
         )
     place = bisect.bisect_left([limit for limit, _ in table], fastest)
     if place == len(table):
         raise ValueError(
-            f"found a part at {fastest:.2f} m/s, allowed: up to {table[-1][0]:g}, where {robot}'s"
-            " table of stopping times ends, or a stopping time given (safety.stopping_s)"
+            f"a part moves at {fastest:.2f} m/s; {robot}'s table of stopping times ends at"
+            f" {table[-1][0]:g} m/s: set safety.stopping_s"
         )
     return table[place][1]
 
 
 def separation(safety: Safety, speed: Numbers, stopping: float) -> Terms:
-    """The separation distance from parts that move at ``speed``, m/s, a number or an array, towards
-    the person, and stop within ``stopping`` s."""
+    """Return the separation distance from parts that move towards the person.
+
+    Args:
+        safety: the parameters.
+        speed: speed of the parts, m/s, a number or an array.
+        stopping: T_s, s.
+    """
     return Terms(
         S_h=safety.human * (safety.reaction + stopping),
         S_r=speed * safety.reaction,

@@ -1,1 +1,1 @@
-"""Sensors, those that can be bought, their ranges and boards."""
+"""Sensors: the catalogue of commercial models, their ranges and their boards."""

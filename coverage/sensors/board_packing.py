@@ -1,12 +1,12 @@
-"""How many boards go around a link: the pockets of a printed ring that hold them, and when two of
-these meet.
+"""Packing of boards around a link: the pockets of a printed ring that hold the boards, and when two
+pockets collide.
 
-In the plane of a sensor's axis and its ring's axis the pocket is a rectangle about the sensor's
-axis, tilted with it; along the ring it is as wide as the board. A ring is printed with its beams
-leaning upwards, whichever way it is mounted, so that the sign of a tilt says nothing here.
-Neighbours are mirror images in the half plane through the ring's axis midway between them, so that
-they are apart by a wall, and by the gap of the halves, just when each stays half of both on its
-side. The corners that come first to that half plane are those nearest to the ring's axis, at the
+In the plane of a sensor's axis and its ring's axis, the pocket is a rectangle about the sensor's
+axis, tilted with it. Along the ring it is as wide as the board. A ring is printed with its beams
+leaning upwards, however it is mounted, so the sign of a tilt is irrelevant here. Neighbours are
+mirror images in the half plane through the ring's axis midway between them. They are therefore
+separated by a wall and by the gap of the halves exactly if each keeps half of both from the half
+plane. The corners that first reach that half plane are those nearest to the ring's axis, at the
 pocket's ``floor``.
 """
 
@@ -19,57 +19,63 @@ from jaxtyping import Float
 
 from .boards import Board
 
-_STEPS = 181  # tilts of a quarter turn that are looked at
+_STEPS = 181  # number of tilts in a quarter turn at which counts are computed
 _TILTS = np.linspace(0.0, math.pi / 2, _STEPS)[:-1]
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class Printing:
-    """How rings are printed, all lengths in m.
-
-    wall: least thickness of what carries. clearance: of a board in its pocket, all around. slack:
-    between ring and link. relief: free depth behind a board. bolt: nominal diameter of the two
-    bolts that close a ring (M3 to M5); nut: a hexagonal trap for each nut, or a through hole. gap:
-    between the halves before the bolts are drawn. channel: width and depth of the groove for
-    cables. least_wall: thinnest that may be measured anywhere. overhang: largest share of the
-    surface that may hang over by more than 45 degrees without support.
-    """
+    """How rings are printed."""
 
     wall: float = 0.003
+    """Minimum thickness of load-bearing walls, m."""
     clearance: float = 0.0003
+    """Clearance around a board in its pocket, m."""
     slack: float = 0.0005
+    """Clearance between ring and link, m."""
     relief: float = 0.002
+    """Free depth behind a board, m."""
     bolt: float = 0.003
+    """Nominal diameter of the two bolts that close a ring (M3 to M5), m."""
     nut: bool = True
+    """Whether each nut has a hexagonal trap; otherwise a through hole."""
     gap: float = 0.001
+    """Gap between the halves before the bolts are tightened, m."""
     channel: float = 0.004
+    """Width and depth of the cable groove, m."""
     least_wall: float = 0.0012
+    """Minimum thickness that may be measured anywhere, m."""
     overhang: float = 0.05
+    """Maximum share of the surface that may overhang by more than 45 degrees without support."""
 
 
 @dataclass(frozen=True)
 class Pocket:
-    """A board's place on a ring, from the lens: half its width along the ring, how far it reaches
-    down and up across the sensor's axis (low < 0 < high), and how deep behind the lens, m;
-    ``board`` as it is turned."""
+    """A board's place on a ring, relative to the lens."""
 
     board: Board
+    """The board, as it is turned."""
     half: float
+    """Half the width along the ring, m."""
     low: float
+    """Extent downwards across the sensor's axis, m; negative."""
     high: float
+    """Extent upwards across the sensor's axis, m; positive."""
     deep: float
+    """Depth behind the lens, m."""
 
     def floor(self, radius: float, tilt: Float[np.ndarray, " T"]) -> Float[np.ndarray, " T"]:
-        """How far the pocket stays from the ring's axis, m, on a ring of ``radius`` m at tilts (T,)
-        rad.
+        """Return the distance of the pocket from the ring's axis, m.
+
+        The ring has a radius of ``radius`` m and tilts (T,) rad.
         """
         gap: np.ndarray = radius - self.deep * np.cos(tilt) - self.high * np.abs(np.sin(tilt))
         return gap
 
 
 def pockets(board: Board, printing: Printing) -> tuple[Pocket, Pocket]:
-    """The pocket of a board with its narrow side along the ring, and with the other."""
+    """Return a board's pockets with its narrow side along the ring, and with its wide side."""
     narrow = board if board.width <= board.height else board.turned
 
     def pocket(b: Board) -> Pocket:
@@ -99,8 +105,9 @@ def _counts(
 
 
 def inner_radius(around: float, printing: Printing) -> float:
-    """How near pockets may come to the ring's axis, m, where a ring surrounds ``around`` m; 0 where
-    nothing is.
+    """Return the minimum distance of pockets from the axis of a ring around a radius ``around``, m.
+
+    It is 0 if the ring surrounds nothing.
     """
     return around + printing.slack + printing.wall if around > 0 else 0.0
 
@@ -108,7 +115,7 @@ def inner_radius(around: float, printing: Printing) -> float:
 def best_pocket(
     board: Board, printing: Printing, radius: float, tilt: float, inside: float = 0.0
 ) -> Pocket:
-    """The pocket of which more go around a ring; of equals that of the narrow side."""
+    """Return the pocket that allows more boards on a ring; if equal, the narrow one."""
     each = pockets(board, printing)
     first, second = (_counts(p, printing, radius, np.array([tilt]), inside)[0] for p in each)
     return each[1] if second > first else each[0]
@@ -121,8 +128,15 @@ def most_boards(
     tilt: Float[np.ndarray, " T"],
     inside: float = 0.0,
 ) -> Float[np.ndarray, " T"]:
-    """The largest count of a ring of ``radius`` m at tilts (T,) rad, pockets at least ``inside`` m
-    from its axis; 0 where there is no place for any."""
+    """Return the maximum sensor count of a ring at tilts (T,) rad; 0 where no board fits.
+
+    Args:
+        board: the board.
+        printing: how the ring is printed.
+        radius: radius of the ring, m.
+        tilt: tilts (T,), rad.
+        inside: minimum distance of pockets from the ring's axis, m.
+    """
     first, second = (_counts(p, printing, radius, tilt, inside) for p in pockets(board, printing))
     count: np.ndarray = np.maximum(first, second)
     return count
@@ -132,15 +146,16 @@ def most_boards(
 def _by_tilt(
     board: Board, printing: Printing, radius: float, inside: float
 ) -> Float[np.ndarray, " T"]:
-    """The largest counts at tilts from 0 to a quarter turn."""
+    """Return the maximum counts at tilts from 0 to a quarter turn."""
     return most_boards(board, printing, radius, _TILTS, inside)
 
 
 def tilt_range(
     board: Board, printing: Printing, radius: float, count: int, inside: float = 0.0
 ) -> tuple[float, float] | None:
-    """The tilts about 0, lowest and highest, rad, at all of which ``count`` boards go around; None
-    where 0 is not one.
+    """Return the tilt interval around 0, in rad, on which ``count`` boards fit.
+
+    Returns None if they do not fit at tilt 0.
     """
     fits = _by_tilt(board, printing, radius, inside) >= count
     if not fits[0]:
@@ -152,8 +167,13 @@ def tilt_range(
 def roomy_radius(
     board: Board, printing: Printing, around: float, tilt: tuple[float, float]
 ) -> float:
-    """The least radius of a ring, m, whose boards clear what it surrounds, ``around`` m, at every
-    tilt between two, rad.
+    """Return the minimum radius of a ring, m, whose boards clear the link at every allowed tilt.
+
+    Args:
+        board: the board.
+        printing: how the ring is printed.
+        around: radius of the surrounded section, m.
+        tilt: lowest and highest tilt, rad.
     """
     some = np.linspace(*tilt, _STEPS)
     inside = inner_radius(around, printing)

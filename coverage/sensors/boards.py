@@ -1,8 +1,7 @@
-"""Boards that carry a sensor: outline, holes and the place of the lens, as read off the published
-files of boards sold.
+"""Boards that carry a sensor: outline, holes and lens position, from the published files of
+commercial boards.
 
-Metres, seen from the front: x to the right, y up, from the middle of the board. Data, and how a
-board is turned.
+Lengths are in metres, seen from the front: x to the right, y up, from the middle of the board.
 """
 
 from dataclasses import dataclass, replace
@@ -12,26 +11,28 @@ MM = 0.001  # m
 
 @dataclass(frozen=True)
 class Board:
-    """A board with one sensor.
-
-    width, height: of its outline, m; thickness m. lens: (x, y) m, the middle of the sensor's
-    package, from the middle of the outline; lens_height: m, of the package's front above the
-    board's. holes: (x, y) m of the screws' holes, and hole, their diameter, m. source: where the
-    figures are from.
-    """
+    """A board with one sensor."""
 
     width: float
+    """Width of the outline, m."""
     height: float
+    """Height of the outline, m."""
     thickness: float
+    """Thickness of the board, m."""
     lens: tuple[float, float] = (0.0, 0.0)
+    """Middle of the sensor's package from the middle of the outline, (x, y) m."""
     lens_height: float = 0.001
+    """Height of the package's front above the board's front, m."""
     holes: tuple[tuple[float, float], ...] = ()
+    """Centres of the screw holes, (x, y) m."""
     hole: float = 0.0025
+    """Diameter of the screw holes, m."""
     source: str = ""
+    """Source of the dimensions."""
 
     @property
     def turned(self) -> "Board":
-        """The same board a quarter turn further, so that its height runs along the ring."""
+        """The same board rotated by a quarter turn, so that its height runs along the ring."""
         return replace(
             self,
             width=self.height,
@@ -46,8 +47,9 @@ def _four(x: float, y: float) -> tuple[tuple[float, float], ...]:
 
 
 def _stemma(name: str, repository: str, lens_height: float, sheet: str) -> Board:
-    """Adafruit's boards of 1 by 0.7 inches: four holes 0.1 inch from the edges, the sensor in the
-    middle.
+    """Return one of Adafruit's boards of 1 by 0.7 inches.
+
+    It has four holes 0.1 inch from the edges and the sensor in the middle.
     """
     source = f"{name}: github.com/adafruit/{repository}, board file; height of the package: {sheet}"
     return Board(

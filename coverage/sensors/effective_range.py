@@ -1,16 +1,19 @@
-"""How far a sensor of the catalogue sees a target: the rules that limit it, one after the other,
-and the least of them.
+"""Effective range of a catalogue sensor for a target: the rules that limit it, applied one after
+the other.
 
-Nothing is extrapolated in silence. Light: the figure for the next stronger light that a source has;
-a light beyond all of them is refused. Reflectance: the returned signal of a target that fills the
-beam falls with rho / d^2, so that the range goes with the root of rho; this law, from the next
-brighter target measured, is held against what was measured with darker ones (it gives 1.58 m where
-1.70 m were measured, and 4.0 where 5.0 were), and never gives less than these. Size: of a target
-that does not fill the beam the share fill(d) of the light returns, so that fill(d) (d_max / d)^2 =
-1 (a rule quoted beside the makers' datasheets). Base: the beam ends in a plane, whose corners or
-edge shall not be further than the range.
+No rule extrapolates silently.
 
-The least range takes nothing from the beam: no source says that a nearer target goes unreported.
+- Light: use the figure for the next stronger light that a source states. Light beyond all stated
+  levels is rejected.
+- Reflectance: the signal that returns from a target that fills the beam falls with rho / d^2, so
+  the range grows with the root of rho. The law starts from the next brighter measured target. It is
+  checked against measurements with darker targets (it gives 1.58 m where 1.70 m were measured, and
+  4.0 where 5.0 were), and the result is never below these.
+- Size: from a target that does not fill the beam, the share fill(d) of the light returns, so that
+  fill(d) (d_max / d)^2 = 1 (a rule quoted beside the manufacturers' datasheets).
+- Base: the beam ends in a plane, and the plane's corners or edge must lie within the range.
+
+The minimum range does not shorten the beam: no source states that a nearer target is not reported.
 """
 
 import math
@@ -23,22 +26,29 @@ from .sensor import Sensor, Use
 
 @dataclass(frozen=True)
 class Step:
-    """One rule: what it is about, what was found for it, the range m that is left after it, and
-    whether that rests on a figure that was measured (as the maker states it) or on a law."""
+    """One rule of the derivation."""
 
     rule: str
+    """Name of the rule."""
     found: str
+    """The values to which it was applied, as text."""
     range_m: float
+    """Range after the rule, m."""
     measured: bool
+    """Whether the range is a measured figure, as the manufacturer states it, or follows from a
+    law."""
 
 
 @dataclass(frozen=True)
 class Effective:
-    """A sensor for a use, and how its range came about; the last step's range is the one used."""
+    """A sensor for a use, and the derivation of its range."""
 
     model: Model
+    """The catalogue's model."""
     use: Use
+    """The use."""
     steps: tuple[Step, ...]
+    """The applied rules; the range of the last one is used."""
 
     @property
     def range_m(self) -> float:
@@ -46,24 +56,23 @@ class Effective:
 
     @property
     def slant_m(self) -> float:
-        """How far it sees along a ray, m: the range before the beam's flat base is set."""
+        """Range along a ray, m: the range before the beam's flat base is applied."""
         return self.steps[-2].range_m
 
     @property
     def sensor(self) -> Sensor:
-        """The sensor as the rest of the toolkit sees it."""
+        """The resulting sensor."""
         side = math.radians(self.model.side_deg)
         m = self.model
         return Sensor(side, self.range_m, self.use, side if m.square else None, m.zones, m.board)
 
 
 def effective(use: Use) -> Effective:
-    """How far a sensor of the catalogue sees the target of ``use``.
+    """Return the effective range of a catalogue sensor for ``use``.
 
     Raises:
-        ValueError: for a model that is not in the catalogue, a light for which there is no figure,
-            a reflectance outside
-            (0, 1] or a size that is not positive; it says what is allowed.
+        ValueError: if the model is unknown, the light has no figure, the reflectance is outside
+            (0, 1], or a size is not positive.
     """
     m = model(use.model)
     best = max((f for f in m.figures if f.light == m.lights[0]), key=lambda f: f.reflectance)
@@ -96,7 +105,7 @@ def effective(use: Use) -> Effective:
 
 
 def _light(m: Model, ambient: str) -> Light:
-    """The weakest light with a figure that is at least as strong as asked."""
+    """Return the weakest light with a figure that is at least as strong as ``ambient``."""
     if ambient == DARK.label:
         return m.lights[0]
     named = [light for light in m.lights if light.label == ambient]
@@ -111,14 +120,14 @@ def _light(m: Model, ambient: str) -> Light:
     match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*([a-z]+)", ambient) if m.unit else None
     if match is None or match[2] != m.unit or float(match[1]) > most.value:
         raise ValueError(
-            f"found light {ambient!r}, allowed for {m.name}: {known}; nothing beyond is sourced"
+            f"found light {ambient!r}, allowed for {m.name}: {known}; no source states more"
         )
     return next(light for light in m.lights if light.value >= float(match[1]))
 
 
 def _by_reflectance(m: Model, light: Light, rho: float) -> Step:
     if not 0 < rho <= 1:
-        raise ValueError(f"found reflectance {rho:g}, allowed: above 0 and at most 1")
+        raise ValueError(f"reflectance must be above 0 and at most 1, got {rho:g}")
 
     def known(figures: list[Figure]) -> Figure | None:
         return max(figures, key=lambda f: f.range_m) if figures else None
@@ -147,12 +156,15 @@ def _by_reflectance(m: Model, light: Light, rho: float) -> Step:
 
 
 def _by_size(m: Model, size: tuple[float, float], before: Step) -> Step:
-    """fill(d) = min(1, A / d) min(1, B / d) with A = w / (2 tan(a / 2)) is the least of four
-    products, each falling with d: the d at which fill(d) (range / d)^2 = 1 is the least of the four
-    at which each is 1."""
+    """Apply the rule for the target's size.
+
+    With A = w / (2 tan(a / 2)), fill(d) = min(1, A / d) min(1, B / d) is the least of four
+    products, each falling with d. The solution of fill(d) (range / d)^2 = 1 is therefore the least
+    of the four solutions for the single products.
+    """
     if not all(math.isfinite(s) and s > 0 for s in size):
         raise ValueError(
-            f"found a target of {size[0]:g} x {size[1]:g} m, allowed: positive lengths"
+            f"the target's width and height must be positive, got {size[0]:g} x {size[1]:g} m"
         )
     a, b = (
         s / (2 * math.tan(math.radians(deg) / 2)) for s, deg in zip(size, m.zone_deg, strict=True)
@@ -181,8 +193,8 @@ def _percent(share: float) -> str:
 
 
 def size_of(text: str) -> tuple[float, float]:
-    """``0.1x0.4`` as width and height, m; ValueError says what is allowed."""
+    """Return width and height, m, of a text such as ``0.1x0.4``; raise ``ValueError`` otherwise."""
     match = re.fullmatch(r"(\d*\.?\d+)[x×](\d*\.?\d+)", text.strip())
     if match is None or not (float(match[1]) > 0 and float(match[2]) > 0):
-        raise ValueError(f"found size {text!r}, allowed: WIDTHxHEIGHT in metres, like 0.1x0.4")
+        raise ValueError(f"size must be WIDTHxHEIGHT in metres, such as 0.1x0.4, got {text!r}")
     return float(match[1]), float(match[2])

@@ -1,1 +1,1 @@
-"""The soft estimator: coverage with a gradient, over points sampled once."""
+"""The soft estimator: differentiable coverage over points sampled once."""

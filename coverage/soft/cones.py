@@ -1,8 +1,8 @@
-"""What the soft estimator asks of the sensors' beams: which are near a block of points, the
-implicit function of each at each point, and the pull of points on what a beam is made of.
+"""Beams for the soft estimator: the beams near a block of points, the implicit function of each
+beam at each point, and its gradient by the beams' parameters.
 
-The gradient is written down rather than derived: per cone it is three weighted sums over points,
-which are matrix products.
+The gradient is hand-written, not derived automatically. For a cone it consists of three weighted
+sums over points, which are matrix products.
 """
 
 from collections.abc import Callable
@@ -14,26 +14,27 @@ import jax.numpy as jnp
 from ..arrays import Array, Index, Numbers, dot
 from ..solids.cones import Cones, cone
 
-_PIECE = {"cpu": 16}  # beams a block worked on at once: in cache on a CPU,
-_PIECE_ELSEWHERE = 64  # many on an accelerator
+_PIECE = {"cpu": 16}  # beams of a block processed at once: they fit in cache on a CPU,
+_PIECE_ELSEWHERE = 64  # more on an accelerator
 
 
 class Near(NamedTuple):
-    """The near beams of each block of a group, in pieces of the same length for all blocks: how
-    many pieces there are, and may be; and for the number of a piece the beams (g, c), K for none,
-    and what they are made of (g, c, ...)."""
+    """The near beams of each block of a group, in pieces of the same length for all blocks."""
 
     pieces: Any
+    """Number of pieces."""
     most: int
+    """Maximum number of pieces."""
     beams_of: Callable[[Any], tuple[Any, tuple[Any, ...]]]
+    """Function from a piece's index to its beams (g, c), K for none, and their parameters
+    (g, c, ...)."""
 
 
 class SoftBeams:
-    """K cones as the soft estimator sees them. ``columns``: how many numbers each is made of, as
-    far as it has a slope.
-    """
+    """K cones for the soft estimator."""
 
     columns = 6
+    """Number of differentiable parameters of a beam."""
 
     def __init__(self, cones: Cones) -> None:
         self.cones, self.count = cones, len(cones)
@@ -44,7 +45,7 @@ class SoftBeams:
             jnp.sin(cones.half_angle),
             cones.range_m,
         )
-        # One more cone that sees nothing: it stands in where a block looks at fewer cones than its
+        # One further cone that sees nothing: padding for blocks with fewer cones than their
         # neighbours.
         self.parts: tuple[Any, ...] = tuple(
             jnp.concatenate([a, jnp.full((1, *a.shape[1:]), nothing, a.dtype)])
@@ -52,7 +53,7 @@ class SoftBeams:
         )
 
     def near(self, blocks: tuple[Array, ...], width: Numbers, cut: Numbers) -> Near:
-        """The beams that come within ``cut`` widths of each block."""
+        """Return the beams that come within ``cut`` widths of each block."""
         index, pieces = self._in_pieces(self._reach(blocks, width, cut))
 
         def beams_of(j: Index) -> tuple[Any, tuple[Any, ...]]:
@@ -62,14 +63,16 @@ class SoftBeams:
         return Near(*pieces, beams_of)
 
     def _reach(self, blocks: tuple[Array, ...], width: Numbers, cut: Numbers) -> Any:
-        """Which beams come near which block: (g, K)."""
+        """Return which beams come near which block: (g, K)."""
         _, weight, centre, radius = blocks
         gap = cone(centre[:, None], *(a[None, :-1] for a in self.parts[:5])) - radius[:, None]
         return (gap < cut * width) & (weight[:, :1] > 0)
 
     def _in_pieces(self, near: Array) -> tuple[Callable[[Any], Any], tuple[Any, int]]:
-        """Of the near beams of each block (g, K), those of piece j as a function, and how many
-        pieces there are and may be."""
+        """Return a function from j to piece j of each block's near beams (g, K), and piece counts.
+
+        The counts are the actual and the maximum number of pieces.
+        """
         k = self.count
         piece = min(_PIECE.get(jax.default_backend(), _PIECE_ELSEWHERE), k)
         index = jnp.sort(jnp.where(near, jnp.arange(k, dtype=jnp.int32)[None], k), axis=1)
@@ -78,8 +81,11 @@ class SoftBeams:
         return lambda j: jax.lax.dynamic_slice_in_dim(index, j * piece, piece, axis=1), pieces
 
     def pairs(self, points: Array, some: Any, width: Numbers) -> tuple[Any, ...]:
-        """For g blocks of B points against c cones each, all (g, c, B): f / width, is f the side's
-        (not the base's), distance along the axis, and 1 over the distance from the axis, 0 on it.
+        """Evaluate g blocks of B points against c cones each, all (g, c, B).
+
+        Returns:
+            f / width; whether f is that of the side, not of the base; the distance along the axis;
+                and 1 over the distance from the axis, 0 on it.
         """
         apex, axis, cosine, sine, range_m = (a[..., None] for a in some[:5])
         x, y, z = (points[:, None, :, i] - apex[:, :, i] for i in range(3))
@@ -92,11 +98,10 @@ class SoftBeams:
         return jnp.maximum(side, base) * (1 / width), side >= base, d, inverse
 
     def slopes(self, points: Array, some: Any, pull: Array, *geometry: Array) -> Any:
-        """Gradient (g, c, columns) by apex and axis, where the sum over points grows by ``pull``
-        (g, c, B) with each f.
+        """Return the gradient (g, c, columns) by apex and axis of a sum over points.
 
-        With v = p - apex and u = v less its part along the axis, f grows by ``across`` u +
-        ``along`` axis per step of p.
+        The sum grows by ``pull`` (g, c, B) with each f. With v = p - apex and u = v less its part
+        along the axis, f grows by ``across`` u + ``along`` axis per step of p.
         """
         apex, axis, cosine, sine = some[:4]
         on_side, d, inverse = geometry
@@ -111,12 +116,15 @@ class SoftBeams:
         return jnp.concatenate([by_apex, by_axis], axis=2)
 
     def pulled_back(self, slope: Array) -> tuple[Any, ...]:
-        """Gradient by the apexes and by the axes (K, 3) from that by all columns (K, columns)."""
+        """Return the gradient by apexes and axes (K, 3) from that by all columns (K, columns)."""
         return slope[:, :3], slope[:, 3:6]
 
 
 def by_apex(pull: Array, slopes: tuple[Array, Array, Array], columns: int) -> Any:
-    """Gradient (g, c, columns), of which the first three are by the apex: where the sum over points
-    grows by ``pull`` (g, c, B) with what has these slopes (g, c, B) along x, y and z."""
-    found = jnp.stack([(pull * slope).sum(axis=2) for slope in slopes], axis=2)
-    return jnp.pad(found, ((0, 0), (0, 0), (0, columns - 3)))
+    """Return the gradient (g, c, columns) of a sum over points by the apex (3 columns).
+
+    The sum grows by ``pull`` (g, c, B) with a function that has the slopes (g, c, B) along x, y and
+    z.
+    """
+    gradient = jnp.stack([(pull * slope).sum(axis=2) for slope in slopes], axis=2)
+    return jnp.pad(gradient, ((0, 0), (0, 0), (0, columns - 3)))

@@ -1,13 +1,14 @@
 """The soft estimator: a differentiable zeta over points sampled in a target.
 
-Soft occupancy of a cone is p = sigmoid(-f / width); a point is covered to the degree 1 - prod(1 -
-p) over all cones, and zeta is the mean over the points. As the width goes to zero this becomes the
-share of the points that lie in a cone.
+The soft occupancy of a cone is p = sigmoid(-f / width). A point is covered to the degree
+1 - prod(1 - p) over all cones, and zeta is the mean over the points. As the width approaches zero,
+this becomes the share of the points that lie in a cone.
 
-Three things make it fast. A cone further than CUT widths from a whole block of points is left out
-of that block, and loops run as far as the blocks need, so that no shape depends on how many cones
-are left. Each pair costs one exponential, as a product of sigmoids needs no logarithm. And the
-gradient is written down rather than derived (``cones``, ``pyramids``).
+Three measures make it fast. First, a cone further than CUT widths from a whole block of points is
+omitted for that block; loops run only as far as the blocks require, so no shape depends on the
+number of remaining cones. Second, each pair costs one exponential, as a product of sigmoids needs
+no logarithm. Third, the gradient is hand-written, not derived automatically (``cones``,
+``pyramids``).
 """
 
 from collections.abc import Callable
@@ -25,22 +26,25 @@ from .pyramids import soft_beams
 from .robot_occlusion import Hidden
 from .sampling import Cloud
 
-# widths from its surface beyond which a cone is left out: it would cover by less than 1e-6
+# widths from its surface beyond which a cone is omitted: it would cover by less than 1e-6
 CUT = 14.0
-# m, a width at which soft zeta is the plain share of points, but for points on a surface
+# m, a width at which soft zeta is the share of points, except for points on a surface
 SHARP = 1e-6
-_GROUP = {"cpu": 32}  # blocks worked on at once: in cache on a CPU,
-_GROUP_ELSEWHERE = 1024  # many on an accelerator
+_GROUP = {"cpu": 32}  # blocks processed at once: they fit in cache on a CPU,
+_GROUP_ELSEWHERE = 1024  # more on an accelerator
 
 
 class Soft(NamedTuple):
-    """Soft zeta in [0, 1]; its gradient by the cones' apexes (K, 3), 1/m, and by their axes (K, 3),
-    as if these were free vectors; of ``Optics`` also by their ups (K, 3)."""
+    """Soft zeta and its gradient by the cones, as if their axes were free vectors."""
 
     zeta: Float[jax.Array, "*shape"]
+    """Soft zeta, in [0, 1]."""
     by_apex: Float[jax.Array, "K 3"]
+    """Gradient by the apexes, 1/m."""
     by_axis: Float[jax.Array, "K 3"]
+    """Gradient by the axes."""
     by_up: Float[jax.Array, "K 3"] | None = None
+    """Gradient by the up vectors, for ``Optics``."""
 
 
 AddGroup = Callable[..., tuple[Any, Any]]
@@ -50,20 +54,18 @@ Seen = Cones | Hidden | InCell
 def soft_zeta(
     seen: Seen, cloud: Cloud, width: Numbers, cut: Numbers = CUT, slopes: Numbers = True
 ) -> Soft:
-    """Soft zeta of ``cloud`` under the cones ``seen`` and its gradient, group by group of blocks in
-    bounded memory.
+    """Return soft zeta of ``cloud`` under the cones ``seen``, and its gradient.
 
-    Goes under ``jit`` and ``vmap`` (over cones, clouds, widths), not under ``grad``: the gradient
-    is in the result. The time follows the blocks that hold points and the cones near them; padding
-    is free.
+    Groups of blocks are processed in bounded memory. The function supports ``jit`` and ``vmap``
+    (over cones, clouds, widths), but not ``grad``: the gradient is part of the result. The time
+    depends on the blocks that hold points and the cones near them; padding costs nothing.
 
     Args:
-        seen: K cones, or beams of both shapes, JAX arrays, or what is left of them behind bodies.
+        seen: K cones, or mixed beams, as JAX arrays, with or without occlusion.
         cloud: points and their blocks; the blocks that hold points come first.
-        width: of the sigmoid, m, above 0.
-        cut: widths from its surface beyond which a cone is left out of a block. Each cone left out
-            would have covered
-            a point by less than exp(-cut); infinity leaves none out.
+        width: width of the sigmoid, m, above 0.
+        cut: widths from its surface beyond which a cone is omitted for a block. Each omitted cone
+            would have covered a point by less than exp(-cut); infinity omits none.
         slopes: False, which may be traced, leaves the gradient at 0 and takes a quarter of the
             time.
     """
@@ -79,8 +81,9 @@ def over_groups(
     slopes: Numbers,
     zetas: tuple[int, ...] = (),
 ) -> Soft:
-    """What ``soft_zeta`` does, with another ``add_group``, which may add up a whole array of zetas
-    of this shape.
+    """Evaluate ``soft_zeta`` with another ``add_group``.
+
+    ``add`` may accumulate an array of zetas of shape ``zetas``.
     """
     beams, (n, _) = soft_beams(seen), cloud.weight.shape
     group = min(_GROUP.get(jax.default_backend(), _GROUP_ELSEWHERE), n)
@@ -117,11 +120,11 @@ def add_group(
     unseen_before: Array,
     slope_before: Array,
 ) -> tuple[Any, Any]:
-    """Add a group of g blocks: the sum of prod(1 - p), and ``width`` times its gradient (K + 1,
-    columns) by what beams are made of.
+    """Add a group of g blocks: the sum of prod(1 - p), and ``width`` times its gradient.
 
-    One run over the pieces multiplies, a second one, which knows the product, differentiates. To
-    compute twice is cheaper than to store.
+    The gradient (K + 1, columns) is by the beams' parameters. A first pass over the pieces computes
+    the product, and a second pass uses it to differentiate. Computing twice is cheaper than
+    storing.
     """
     points, weight, *_ = blocks
 
@@ -142,8 +145,9 @@ def add_group(
 
 
 def free_and_occupied(t: Array) -> tuple[Any, Any]:
-    """1 - p and p = sigmoid(-t) for any t: the exponential cannot overflow, and neither is a
-    difference.
+    """Return 1 - p and p = sigmoid(-t) for any t.
+
+    The exponential cannot overflow, and neither result is computed as a difference.
     """
     e = jnp.exp(-jnp.abs(t))
     return jnp.where(t > 0, 1, e) / (1 + e), jnp.where(t > 0, e, 1) / (1 + e)

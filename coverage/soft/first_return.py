@@ -1,9 +1,9 @@
-"""Where single-zone sensors are blinded, as the soft estimator sees it.
+"""Smooth first return of single-zone sensors for the soft estimator.
 
-The exact distance (``occlusion.first_return``) jumps where something is just grazed. Here it is
-smooth: what stands beside the beam by x counts as if it stood ``GRAZE`` x further off. A body of
-the robot is a row of balls. Of an obstacle the points count among which the exact nearest one is,
-so that where it stands in the beam the distance is the exact one.
+The exact distance (``occlusion.first_return``) is discontinuous where a body is just grazed. Here
+it is smooth: a body that lies beside the beam by x counts as if it were ``GRAZE`` x further away. A
+body of the robot is represented by a row of balls. An obstacle is represented by the candidate
+points among which the exact nearest one is, so that inside the beam the distance is exact.
 """
 
 from functools import reduce
@@ -18,18 +18,18 @@ from ..solids.capsules import Capsules
 from ..solids.cones import Cones
 from ..solids.polyhedra import Polyhedron, largest
 
-BALLS = 17  # of a row that stands for a body
+BALLS = 17  # in the row that represents a body
 GRAZE = 200.0
 
 
 def _rows_of_balls(bodies: Capsules) -> Any:
-    """Centres (N, BALLS, 3) m along the axes."""
+    """Return the centres (N, BALLS, 3) m of balls along the axes."""
     share = jnp.linspace(0.0, 1.0, BALLS, dtype=bodies.start.dtype)[None, :, None]
     return bodies.start[:, None] * (1 - share) + bodies.end[:, None] * share
 
 
 def _by_bodies(looks: Beam, bodies: Capsules) -> Any:
-    """Where the robot's bodies blind sensors (K,) m."""
+    """Return the first return (K,) m of the robot's bodies in each beam."""
     centre, radius = _rows_of_balls(bodies)[None], bodies.radius[None, :, None]
     beam = Beam(*(a[:, None, None] for a in looks))
     v = centre - beam.apex
@@ -40,8 +40,9 @@ def _by_bodies(looks: Beam, bodies: Capsules) -> Any:
 
 
 def _by_obstacle(looks: Beam, body: Polyhedron) -> Any:
-    """Where an obstacle blinds sensors (K,) m; 0 for those within it. Only the point that counts
-    has a slope.
+    """Return the first return (K,) m of an obstacle in each beam; 0 for sensors inside it.
+
+    Only the nearest point has a slope.
     """
     beam = Beam(*(a[:, None] for a in looks))
 
@@ -56,9 +57,11 @@ def _by_obstacle(looks: Beam, body: Polyhedron) -> Any:
 
 
 def soft_stop(cones: Cones, bodies: Capsules, obstacles: tuple[Polyhedron, ...] = ()) -> Any:
-    """Where sensors are blinded (K,) m, smoothly; their range and more where they are not. By the
-    axes' lengths it has no slope: on the mantle of a cone whose axis is no unit vector what meets
-    there would not meet."""
+    """Return the smooth first return (K,) m; more than the range where no body is near the beam.
+
+    It has no slope by the lengths of the axes. On the mantle of a cone whose axis is not a unit
+    vector, points that should coincide would not.
+    """
     axis = cones.axis / root(dot(cones.axis, cones.axis))[:, None]
     looks = Beam(cones.apex, axis, cones.half_angle, cones.range_m)
     stops = [_by_bodies(looks, bodies), *(_by_obstacle(looks, body) for body in obstacles)]

@@ -1,15 +1,16 @@
-"""The soft estimator for redundancy: a differentiable share of a target that at least n sensors
-see.
+"""The soft estimator of k-coverage: a differentiable share of a target that at least n sensors see.
 
-Cone j holds a point to the degree p_j = sigmoid(-f_j / width), as in ``estimator``. Taken as
-independent chances, how many cones hold the point follows the Poisson binomial law, and the point
-counts by the chance that they are n or more; with n = 1 that is 1 - prod(1 - p). As the width goes
-to zero it becomes the share of the points that lie in n cones.
+Cone j contains a point to the degree p_j = sigmoid(-f_j / width), as in ``estimator``. If these are
+treated as independent probabilities, the number of cones that contain the point follows the Poisson
+binomial law. The point counts with the probability that the number is n or more; for n = 1 that is
+1 - prod(1 - p). As the width approaches zero, this becomes the share of the points that lie in n
+cones.
 
-The law is built up cone by cone: q_m, the chance of exactly m < n, becomes q_m (1 - p) + q_{m-1} p.
-For the gradient, d P(at least n) / d p_j is the chance that exactly n - 1 of the *other* cones hold
-the point: the sum over m of the chances of m among the cones before j and n - 1 - m among those
-after. These are sums of products of chances: nothing cancels.
+The law is built up cone by cone: q_m, the probability of exactly m < n, becomes q_m (1 - p) +
+q_{m-1} p. For the gradient, d P(at least n) / d p_j is the probability that exactly n - 1 of the
+*other* cones contain the point. It is the sum over m of the probabilities of m among the cones
+before j and n - 1 - m among those after. These are sums of products of probabilities, without
+cancellation.
 """
 
 from functools import partial
@@ -27,24 +28,25 @@ from .sampling import Cloud
 def soft_seen(
     seen: Seen, cloud: Cloud, width: Numbers, least: int, cut: Numbers = CUT, slopes: Numbers = True
 ) -> Soft:
-    """Soft share of ``cloud`` that at least ``least`` cones see, and its gradient; ``least`` of 1
-    is ``soft_zeta``.
+    """Return the soft share of ``cloud`` that at least ``least`` cones see, and its gradient.
 
-    Memory is bounded as there, and so are the other arguments; time grows with ``least``.
+    For ``least`` = 1 this is ``soft_zeta``, which documents the other arguments. Memory is bounded
+    as there; time grows with ``least``.
 
     Raises:
         ValueError: if ``least`` is below 1.
     """
     if least < 1:
-        raise ValueError(f"found at least {least} sensors, allowed: 1 and more")
+        raise ValueError(f"the number of sensors must be at least 1, got {least}")
     if least == 1:
         return soft_zeta(seen, cloud, width, cut, slopes)
     return over_groups(partial(_add_group, least), seen, cloud, width, cut, slopes)
 
 
 def _one_more(law: Array, free_occupied: tuple[Array, ...]) -> tuple[Any, Any]:
-    """The chances (n, g, B) of 0 ... n - 1 cones after one cone more, which is free of or holds by
-    (g, B); and before.
+    """Return the probabilities (n, g, B) of 0 to n - 1 cones after one further cone, and before it.
+
+    The further cone leaves free or contains a point with probabilities (g, B).
     """
     free, occupied = free_occupied
     shifted = jnp.concatenate([jnp.zeros_like(law[:1]), law[:-1]])
@@ -52,7 +54,7 @@ def _one_more(law: Array, free_occupied: tuple[Array, ...]) -> tuple[Any, Any]:
 
 
 def _along(beams: SoftBeams, near: Near, points: Array, j: Index, width: Numbers) -> Any:
-    """Chances of piece ``j`` (c, g, B), cone by cone."""
+    """Return the probabilities of piece ``j`` (c, g, B), cone by cone."""
     t, *geometry = beams.pairs(points, near.beams_of(j)[1], width)
     return tuple(jnp.moveaxis(a, 1, 0) for a in free_and_occupied(t)), geometry
 
@@ -67,11 +69,10 @@ def _add_group(
     unseen_before: Array,
     slope_before: Array,
 ) -> tuple[Any, Any]:
-    """Add a group of g blocks: the sum of the chances of fewer than ``least`` cones, and ``width``
-    times its gradient.
+    """Add a group of g blocks: the sum of the probabilities of fewer than ``least`` cones.
 
-    A run forward keeps the law as it is before each piece; a run backward has the law of the cones
-    after.
+    ``width`` times its gradient is added as well. A forward pass stores the law before each piece;
+    a backward pass computes the law of the cones after it.
     """
     points, weight, *_ = blocks
     nothing = jnp.zeros((least, *weight.shape), weight.dtype).at[0].set(1)

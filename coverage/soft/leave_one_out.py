@@ -1,10 +1,10 @@
 """The soft estimator after a loss: a differentiable zeta without each of several groups of cones
 (the sensors of a ring).
 
-A point stays unseen after the loss of group g by the product of 1 - p over all cones outside g. All
-these products come from one product for each group, multiplied from both ends so that nothing is
-divided by; and as in ``estimator``, the slope of a weighted sum of them by the f of cone j is p_j
-times the sum itself, less the term of its own group, which is gone there.
+After the loss of group g, a point is uncovered to the degree of the product of 1 - p over all cones
+outside g. All these products result from one product for each group, multiplied from both ends to
+avoid divisions. As in ``estimator``, the slope of a weighted sum of them by the f of cone j is p_j
+times the sum itself, less the term of its own group, which is lost there.
 """
 
 from functools import partial
@@ -29,19 +29,20 @@ def soft_losses(
     cut: Numbers = CUT,
     slopes: Numbers = True,
 ) -> Soft:
-    """Soft zeta (G,) after the loss of each group, and the gradient of their sum by ``weights``.
+    """Return soft zeta (G,) after the loss of each group, and the gradient of their weighted sum.
 
     Args:
         seen, cloud, width, cut, slopes: see ``soft_zeta``. Memory grows with G times the points
-            worked on at once. group: number of each cone's group, below G.
-        weights: of each loss in the gradient.
+            processed at once.
+        group: index of each cone's group, below G.
+        weights: weight of each loss in the gradient.
     """
     add = partial(_add_group, jnp.append(jnp.asarray(group), len(weights)), weights)
     return over_groups(add, seen, cloud, width, cut, slopes, weights.shape)
 
 
 def _all_but_one(products: jax.Array) -> Any:
-    """For each of G factors (G, ...) the product of the others."""
+    """Return, for each of G factors (G, ...), the product of the others."""
 
     def one_more(product: jax.Array, factor: jax.Array) -> tuple[Any, Any]:
         return product * factor, product
@@ -62,8 +63,9 @@ def _add_group(
     unseen_before: Array,
     slope_before: Array,
 ) -> tuple[Any, Any]:
-    """Add a group of g blocks: the sums (G,) of what is unseen after each loss, and ``width`` times
-    the gradient.
+    """Add a group of g blocks: the uncovered sums (G,) after each loss, and the gradient.
+
+    The gradient is multiplied by ``width``.
     """
     points, weight, *_ = blocks
     row = jnp.arange(len(weight))[:, None]
@@ -73,7 +75,7 @@ def _add_group(
         t, *_ = beams.pairs(points, some, width)
         return products.at[group[chosen], row].multiply(free_and_occupied(t)[0])
 
-    # the last is of cones that stand in for none
+    # the last group is that of padding cones
     ones = jnp.ones((len(weights) + 1, *weight.shape), weight.dtype)
     unseen = weight[None] * _all_but_one(jax.lax.fori_loop(0, near.pieces, multiply, ones)[:-1])
     weighted = weights[:, None, None] * unseen
@@ -83,7 +85,7 @@ def _add_group(
         chosen, some = near.beams_of(j)
         t, *geometry = beams.pairs(points, some, width)
         own = jax.nn.one_hot(group[chosen], len(weights), dtype=t.dtype)
-        # sooner than to look each up
+        # faster than indexing
         pull = jnp.matmul(own, others, precision="highest") * free_and_occupied(t)[1]
         return slope.at[chosen].add(beams.slopes(points, some, pull, *geometry))
 

@@ -1,12 +1,12 @@
-"""Beams past the obstacles of a cell, as the soft estimator sees them.
+"""Occlusion of beams by a cell's obstacles, for the soft estimator.
 
-Convex polyhedra throw shadows with plane sides. Where the apex moves, the faces stay, and a plane
-through the apex and an edge turns about the edge: what it says of a point changes by its normal
-times how far the point lies from the edge, in the plane, over how far the apex does. Within an
-obstacle a sensor sees nothing, and nothing says which way is out.
+Convex polyhedra cast shadows with plane sides. When the apex moves, the faces stay, and a plane
+through the apex and an edge rotates about the edge. Its value at a point changes by its normal
+times the ratio of the point's to the apex's distance from the edge, in the plane. Inside an
+obstacle a sensor sees nothing, and the gradient contains no direction out of it.
 
-Under ``blind`` obstacles blind sensors of one zone, as the robot's bodies do (``first_return``),
-and shadow the others alone.
+Under ``blind``, obstacles blind single-zone sensors, as the robot's bodies do (``first_return``),
+and cast shadows for the others only.
 """
 
 from dataclasses import dataclass
@@ -27,16 +27,20 @@ from .robot_occlusion import Hidden, HiddenBeams
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class InCell:
-    """Cones, or beams of both shapes, past bodies or not, among obstacles."""
+    """Beams among obstacles, with or without occlusion by bodies."""
 
     seen: Cones | Hidden
+    """Cones or mixed beams, or these with the robot's bodies."""
     obstacles: tuple[Polyhedron, ...]
+    """The obstacles."""
 
 
 def _turns(apex: Array, body: Polyhedron) -> tuple[Any, Any]:
-    """How the planes of ``polyhedron_shadow`` turn: vectors w (K, M, 3) 1/m and numbers c (K, M),
-    such that a plane of normal n says w . p - c times n less of a point p for each metre that the
-    apex moves."""
+    """Return how the planes of ``polyhedron_shadow`` rotate when the apex moves.
+
+    The result are vectors w (K, M, 3) 1/m and numbers c (K, M). For each metre that the apex moves,
+    the value of a plane of normal n at a point p decreases by (w . p - c) n.
+    """
     start, end = body.edges[None, :, 0], body.edges[None, :, 1]
     v, along = apex[:, None] - start, end - start
     v = v - (dot(v, along) / dot(along, along))[..., None] * along
@@ -47,8 +51,10 @@ def _turns(apex: Array, body: Polyhedron) -> tuple[Any, Any]:
 
 
 class CellBeams(SoftBeams):
-    """See ``SoftBeams``: those of what is seen, less the obstacles' shadows. shadowed (K,): of
-    those that have any; None: of all."""
+    """Inner beams less the obstacles' shadows; see ``SoftBeams``.
+
+    ``shadowed`` (K,) states which beams have shadows; None: all of them.
+    """
 
     def __init__(
         self, inner: SoftBeams, obstacles: tuple[Polyhedron, ...], shadowed: Array | None = None
@@ -61,7 +67,7 @@ class CellBeams(SoftBeams):
             if shadowed is not None:
                 normal = jnp.where(shadowed[:, None, None], normal, 0.0)
                 offset = jnp.where(shadowed[:, None], offset, -NOWHERE)
-            # The stand-in for no cone sees nothing in any case: its planes have normals of 0.
+            # The padding beam sees nothing in any case: its planes have normals of 0.
             some = (normal, 0.0), (offset, -1.0), *((a, 0.0) for a in _turns(apex, body))
             self._planes.append(
                 tuple(
@@ -85,8 +91,9 @@ class CellBeams(SoftBeams):
         return Near(inner.pieces, inner.most, beams_of)
 
     def pairs(self, points: Array, some: Any, width: Numbers) -> tuple[Any, ...]:
-        """As of ``SoftBeams``, and where an obstacle hides a point, and the slopes of that by the
-        apex.
+        """Evaluate as ``SoftBeams`` does; also return where an obstacle occludes, and its slopes.
+
+        The slopes are by the apex.
         """
         _, obstacles, inner = some
         t, *geometry = self._inner.pairs(points, inner, width)
@@ -103,8 +110,8 @@ class CellBeams(SoftBeams):
     def slopes(self, points: Array, some: Any, pull: Array, *geometry: Array) -> Any:
         """See ``SoftBeams``."""
         *of_inner, hidden, x, y, z = geometry
-        found = self._inner.slopes(points, some[2], jnp.where(hidden, 0, pull), *of_inner)
-        return found + by_apex(jnp.where(hidden, pull, 0), (x, y, z), found.shape[2])
+        gradient = self._inner.slopes(points, some[2], jnp.where(hidden, 0, pull), *of_inner)
+        return gradient + by_apex(jnp.where(hidden, pull, 0), (x, y, z), gradient.shape[2])
 
     def pulled_back(self, slope: Array) -> tuple[Any, ...]:
         """See ``SoftBeams``."""
@@ -112,8 +119,10 @@ class CellBeams(SoftBeams):
 
 
 def _largest(points: Array, normal: Array, offset: Array, w: Array, c: Array) -> tuple[Any, ...]:
-    """Of planes (g, c, M, ...) the largest at points (g, B, 3), (g, c, B) m, and by how much less
-    it is for each metre that the apex moves along x, y and z."""
+    """Return the maximum (g, c, B) m of planes at points (g, B, 3), and its decrease.
+
+    The decrease is that for each metre that the apex moves along x, y and z.
+    """
     p = points[:, None]
     value, x, y, z, turn = (
         jnp.full((*offset.shape[:2], points.shape[1]), a, points.dtype)
@@ -121,9 +130,9 @@ def _largest(points: Array, normal: Array, offset: Array, w: Array, c: Array) ->
     )
     for i in range(offset.shape[2]):
         n, along = normal[:, :, None, i], w[:, :, None, i]
-        found = dot(p, n) - offset[:, :, None, i]
-        more = found > value
-        value = jnp.maximum(value, found)
+        plane = dot(p, n) - offset[:, :, None, i]
+        more = plane > value
+        value = jnp.maximum(value, plane)
         turn = jnp.where(more, dot(p, along) - c[:, :, None, i], turn)
         x, y, z = (jnp.where(more, n[..., k], old) for k, old in enumerate((x, y, z)))
     return value, turn * x, turn * y, turn * z

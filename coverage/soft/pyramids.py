@@ -1,8 +1,8 @@
-"""Beams of both shapes as the soft estimator sees them: values of f, and the gradient written down.
+"""Mixed cones and pyramids for the soft estimator: values of f and the hand-written gradient.
 
-A pyramid's f is, point by point, one of five functions that are linear in p, in the axis and in the
-vectors across it: so its gradient too is weighted sums over points. That by side = up x axis goes
-into those by up and by axis.
+At each point, a pyramid's f is one of five functions that are linear in p, in the axis and in the
+vectors across it. Its gradient therefore also consists of weighted sums over points. The gradient
+by side = up x axis contributes to those by up and by axis.
 """
 
 from functools import singledispatch
@@ -18,14 +18,17 @@ from .cones import SoftBeams
 
 @singledispatch
 def soft_beams(seen: Any) -> SoftBeams:
-    """What the soft estimator asks of what sensors see: here of cones, or of beams of both shapes;
-    what leaves less of them registers its own."""
+    """Return the soft estimator's beams for cones or mixed beams.
+
+    Types with occlusion register their own implementation.
+    """
     return SquareBeams(seen) if isinstance(seen, Optics) else SoftBeams(seen)
 
 
 class SquareBeams(SoftBeams):
-    """K beams, cones or pyramids: see ``SoftBeams``. Made of ``up`` and of the half angle along it,
-    too.
+    """K beams, cones or pyramids; see ``SoftBeams``.
+
+    Their parameters also include ``up`` and the half angle along it.
     """
 
     columns = 9
@@ -33,7 +36,7 @@ class SquareBeams(SoftBeams):
     def __init__(self, optics: Optics) -> None:
         super().__init__(optics)
         more = (
-            # of the one more that sees nothing
+            # of the padding beam, which sees nothing
             jnp.concatenate([a, jnp.zeros((1, *a.shape[1:]), a.dtype)])
             for a in (optics.up, optics.half_up)
         )
@@ -45,9 +48,12 @@ class SquareBeams(SoftBeams):
         return (gap < cut * width) & (weight[:, :1] > 0)
 
     def pairs(self, points: Array, some: Any, width: Numbers) -> tuple[Any, ...]:
-        """For g blocks of B points against c beams each, all (g, c, B): f / width, and by how much
-        f grows per m across a cone's axis (over the distance from it), along the axis, along side
-        and along up; and the distance along the axis."""
+        """Evaluate g blocks of B points against c beams each, all (g, c, B).
+
+        Returns:
+            f / width; the growth of f per m across a cone's axis (over the distance from it), along
+                the axis, along side and along up; and the distance along the axis.
+        """
         apex, axis, cosine, sine, range_m, up, half_up = (a[..., None] for a in some[:7])
         v = tuple(points[:, None, :, i] - apex[:, :, i] for i in range(3))
         side = jnp.moveaxis(cross(some[5], some[1]), -1, 0)[..., None]
@@ -86,7 +92,7 @@ class SquareBeams(SoftBeams):
         )
 
     def slopes(self, points: Array, some: Any, pull: Array, *geometry: Array) -> Any:
-        """Gradient (g, c, 9) by apex, axis and up; see ``SoftBeams``."""
+        """Return the gradient (g, c, 9) by apex, axis and up; see ``SoftBeams``."""
         apex, axis, up = some[0], some[1], some[5]
         across, along, by_side, by_up, d = geometry
         with_one = jnp.concatenate([points, jnp.ones_like(points[..., :1])], axis=2)
@@ -102,5 +108,5 @@ class SquareBeams(SoftBeams):
         return jnp.concatenate([by_apex, by_axis, v5 + cross(axis, v4)], axis=2)
 
     def pulled_back(self, slope: Array) -> tuple[Any, ...]:
-        """Gradient by the apexes, the axes and the ups (K, 3)."""
+        """Return the gradient by the apexes, the axes and the up vectors (K, 3)."""
         return *super().pulled_back(slope), slope[:, 6:9]

@@ -1,14 +1,15 @@
-"""Beams past the robot's bodies, as the soft estimator sees them.
+"""Occlusion of beams by the robot's bodies, for the soft estimator.
 
-Under ``shadow`` a beam is the larger of the cone's function and of minus that of each shadow in it
-(``shadows``). Only the bodies that come near a cone are looked at, and of the points only the
-blocks that their shadows reach. Slopes come from the shadow that counts at each point alone.
+Under ``shadow``, a beam's function is the maximum of the cone's function and of minus that of each
+shadow in it (``shadows``). Only the bodies near a cone are evaluated, and only at the blocks of
+points that their shadows reach. At each point, only the shadow that attains the maximum has a
+slope.
 
-Under ``blind`` the beam of a sensor of one zone ends where the nearest body stands in it, or in the
-cone around a square one (``first_return``). That of a sensor of many zones is not blinded as a
-whole: under ``blind`` it is shadowed.
+Under ``blind``, the beam of a single-zone sensor ends at the first return in it, or in the
+circumscribed cone of a square beam (``first_return``). A multi-zone sensor is not blinded as a
+whole: under ``blind`` its beam has shadows.
 
-A sensor within a body sees nothing, and the slope there says no more than which way is out.
+A sensor inside a body sees nothing, and the slope there only points out of the body.
 """
 
 from dataclasses import dataclass, replace
@@ -31,13 +32,13 @@ from .cones import Near, SoftBeams, by_apex
 from .first_return import soft_stop
 from .pyramids import soft_beams
 
-# metres that a beam is moved away from all points by, for each that its apex lies within a body
+# metres by which a beam is moved away from all points, per metre that its apex lies within a body
 _OUT = 10.0
 _STEPS = 18  # to find the place on a body's axis that is nearest to a cone
 _NEAR = 3.0  # widths from a shadow within which it matters to a block
-_PAIRS = 16  # of a cone and a body, looked at at once
-_TRIPLES = 32  # of a cone, a body and a block, looked at at once
-_SAME = 1e-6  # m, rounding of what two loops say of one point
+_PAIRS = 16  # of a cone and a body, processed at once
+_TRIPLES = 32  # of a cone, a body and a block, processed at once
+_SAME = 1e-6  # m, rounding difference of two loops' values at one point
 _MARGIN = 0.021  # m from a cone within which a body may matter
 
 
@@ -46,18 +47,23 @@ _MARGIN = 0.021  # m from a cone within which a body may matter
 )
 @dataclass(frozen=True)
 class Hidden:
-    """Cones, or beams of both shapes, the bodies at the same pose (one axis of N capsules), and how
-    these occlude, which is compiled in."""
+    """Beams and the bodies that occlude them at the same pose."""
 
     cones: Cones
+    """Cones or mixed beams."""
     bodies: Capsules
+    """The robot's bodies, one axis of N capsules."""
     occlusion: Occlusion
+    """The occlusion model, a compile-time constant."""
 
 
 class HiddenBeams(SoftBeams):
-    """See ``SoftBeams``. ``free`` are the beams as if there were no bodies; what bodies do to them
-    stands behind their own parts and columns. Some beams may be stopped and others shadowed, each
-    by its zones. ``obstacles`` blind, too, and shadow nothing here."""
+    """Beams with occlusion by bodies; see ``SoftBeams``.
+
+    ``free`` are the beams without bodies; the parts and columns that describe occlusion follow
+    theirs. Some beams may be blinded and others shadowed, depending on their zones. ``obstacles``
+    also blind, but cast no shadows here.
+    """
 
     def __init__(self, hidden: Hidden, obstacles: tuple[Polyhedron, ...] = ()) -> None:
         self.free, self.bodies = soft_beams(hidden.cones), hidden.bodies
@@ -83,7 +89,7 @@ class HiddenBeams(SoftBeams):
         matters = capsule_gap(looks, start, end, radius, steps=_STEPS)[0] < _MARGIN
         depth, _ = self._depth(cones.apex[:, None], start, end, radius)
         deepest = jnp.arange(depth.shape[1])[None] == depth.argmax(axis=1)[:, None]
-        # one is enough to see nothing
+        # a single body that contains the apex suffices
         matters = jnp.where((depth > 0).any(axis=1, keepdims=True), deepest, matters)
         if self.stops:
             matters = matters & zoned[:, None]
@@ -92,9 +98,12 @@ class HiddenBeams(SoftBeams):
         self._pairs = jnp.pad(pairs, (0, -len(pairs) % _PAIRS))
 
     def near(self, blocks: tuple[Array, ...], width: Numbers, cut: Numbers) -> Near:
-        """See ``SoftBeams``. A beam that a body hides from a whole block is left out of it, and of
-        the others only those blocks that a shadow reaches are looked at point by point: what it
-        says there, and its slopes, stand ready."""
+        """See ``SoftBeams``.
+
+        A beam that a body occludes from a whole block is omitted for it. Of the other beams, only
+        the blocks that a shadow reaches are evaluated point by point. The shadows' values and
+        slopes there are precomputed.
+        """
         if not self.shadows:
             return super().near(blocks, width, cut)
         points, weight, centre, radius = blocks
@@ -123,10 +132,8 @@ class HiddenBeams(SoftBeams):
         start = jnp.zeros_like(near), todo, jnp.zeros((), jnp.int32)
         hidden, todo, number = jax.lax.fori_loop(0, -(-count // _PAIRS), look, start)
 
-        def say(i: Index) -> tuple[Any, Any, Any]:
-            """Of the i-th few: which rows of beams at blocks, what the bodies say there, and the
-            slopes.
-            """
+        def evaluate(i: Index) -> tuple[Any, Any, Any]:
+            """Return the i-th batch: rows of beams at blocks, the bodies' values, and slopes."""
             some = jax.lax.dynamic_slice_in_dim(todo, i * _TRIPLES, _TRIPLES)
             pair, block = some // g, some % g
             beam = pair // bodies
@@ -138,9 +145,9 @@ class HiddenBeams(SoftBeams):
             )
             return row, value[:, 0], [slope[:, 0] for slope in slopes]
 
-        def tell(i: Index, told: tuple[jax.Array, ...]) -> Any:
-            row, value, slopes = say(i)
-            most, *sums = told
+        def accumulate(i: Index, state: tuple[jax.Array, ...]) -> Any:
+            row, value, slopes = evaluate(i)
+            most, *sums = state
             after = most.at[row].max(value, mode="drop")
             before, least = (a.at[row].get(mode="fill", fill_value=jnp.inf) for a in (most, after))
             kept, best = ((a >= least - _SAME).astype(value.dtype) for a in (before, value))
@@ -155,8 +162,8 @@ class HiddenBeams(SoftBeams):
             jnp.full((rows, size), -jnp.inf, points.dtype),
             *(jnp.zeros((rows, size), points.dtype),) * 4,
         )
-        most, equal, *slopes = jax.lax.fori_loop(0, chunks, tell, nothing)
-        # where bodies meet, two may say the same
+        most, equal, *slopes = jax.lax.fori_loop(0, chunks, accumulate, nothing)
+        # where bodies meet, two may have the same value
         slopes = [slope / jnp.maximum(equal, 1) for slope in slopes]
         index, pieces = self._in_pieces(near & ~hidden)
 
@@ -171,12 +178,14 @@ class HiddenBeams(SoftBeams):
         return self.free._reach(blocks, width, cut)
 
     def _value(self, apex: Array, points: Array, body: Index) -> tuple[Any, Any]:
-        """What a body of each cone (g, c) says of points (g, B): (g, c, B) m, above 0 where it
-        hides them; and its three slopes by the apex.
+        """Return the value of a body of each cone (g, c) at points (g, B), and its slopes.
+
+        The value (g, c, B) m is positive where the body occludes the point. The three slopes are by
+        the apex.
 
         A ball of a shadow lies about a + t (k - a), with k on the body's axis and t >= 1, and its
-        radius is r t. Where the apex a moves, k and t of the ball that counts may be held, as they
-        are the best: so the way from its centre to the point, u in length 1, says that -behind
+        radius is r t. When the apex a moves, k and t of the determining ball may be held constant,
+        as they are optimal. With u the unit vector from its centre to the point, -behind therefore
         grows by (1 - t) u.
         """
         start, end, radius = (
@@ -203,14 +212,15 @@ class HiddenBeams(SoftBeams):
 
     @staticmethod
     def _depth(apex: Array, start: Array, end: Array, radius: Numbers) -> tuple[Any, Any]:
-        """How deep apexes (..., 3) stand in bodies, m, and which way is out (..., 3)."""
+        """Return the depth of apexes (..., 3) in bodies, m, and the outward direction (..., 3)."""
         v = from_segment(apex, start, end)
         length = root(dot(v, v))
         return radius - length, v / jnp.where(length > 0, length, 1.0)[..., None]
 
     def pairs(self, points: Array, some: Any, width: Numbers) -> tuple[Any, ...]:
-        """As of ``SoftBeams``, and where something hides a point, and the slopes of that by the
-        apex.
+        """Evaluate as ``SoftBeams`` does; also return where a body occludes, and its slopes.
+
+        The slopes are by the apex.
         """
         t, *geometry = self.free.pairs(points, some, width)
         most, *slopes = some[-4:] if self.shadows else self._past(points, some)
@@ -224,30 +234,26 @@ class HiddenBeams(SoftBeams):
         return jnp.maximum(t, most), *geometry, most > t, *slopes
 
     def _past(self, points: Array, some: Any) -> tuple[Any, ...]:
-        """How far points lie past where beams are stopped (g, c, B) m, and the slopes of that by
-        the apex.
-        """
+        """Return how far points lie beyond the first return (g, c, B) m, and its slopes."""
         v = points[:, None] - some[0][:, :, None]
         length = root(dot(v, v))
         by = (-v[..., i] / jnp.where(length > 0, length, 1.0) for i in range(3))
         return length - some[len(self.free.parts)][..., None], *by
 
     def slopes(self, points: Array, some: Any, pull: Array, *geometry: Array) -> Any:
-        """See ``SoftBeams``; where beams are stopped the last column is the slope by the distance
-        where they end.
-        """
+        """See ``SoftBeams``; for blinded beams the last column is the slope by the first return."""
         *of_beam, hidden, x, y, z = geometry
-        found = self.free.slopes(points, some, jnp.where(hidden, 0, pull), *of_beam)
+        gradient = self.free.slopes(points, some, jnp.where(hidden, 0, pull), *of_beam)
         pull = jnp.where(hidden, pull, 0)
-        found = found + by_apex(pull, (x, y, z), found.shape[2])
+        gradient = gradient + by_apex(pull, (x, y, z), gradient.shape[2])
         return (
-            jnp.concatenate([found, -pull.sum(axis=2)[..., None]], axis=2) if self.stops else found
+            jnp.concatenate([gradient, -pull.sum(axis=2)[..., None]], axis=2)
+            if self.stops
+            else gradient
         )
 
     def pulled_back(self, slope: Array) -> tuple[Any, ...]:
-        """See ``SoftBeams``. Where a beam is not stopped, its distance is a constant, which passes
-        nothing on.
-        """
+        """See ``SoftBeams``; the first return of a beam that is not blinded has no slope."""
         apex, axis, *rest = self.free.pulled_back(slope)
         if not self.stops:
             return apex, axis, *rest
@@ -261,5 +267,5 @@ def _(seen: Hidden) -> SoftBeams:
 
 
 def _for_points(a: Array, ndim: int) -> Any:
-    """Values of (g, c) or (g, c, 3 or 2) with an axis for the points between."""
+    """Insert an axis for points into values of shape (g, c) or (g, c, 3 or 2)."""
     return a[..., None] if a.ndim == ndim - 1 else a[..., None, :]

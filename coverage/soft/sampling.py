@@ -1,5 +1,5 @@
-"""Quasi-random points, uniform in a solid, and compact blocks of points, each judged against a cone
-at once.
+"""Quasi-random points, uniform in a solid, and compact blocks of points that are tested against a
+cone at once.
 """
 
 from dataclasses import dataclass
@@ -12,18 +12,19 @@ from ..solids.base import VALUES, Solid, fold, leaves
 from ..trees import tree
 from .sobol import sobol
 
-_BATCH = 1 << 10  # candidates tested at once: in cache
-_MOST = 32_000 * _BATCH  # candidates
-_FIRST = 256 * _BATCH  # candidates after which a pace is known that would need more than these
+_BATCH = 1 << 10  # candidates tested at once: they fit in cache
+_MOST = 32_000 * _BATCH  # maximum number of candidates
+_FIRST = 256 * _BATCH  # candidates after which the hit rate shows whether _MOST would suffice
 
 
 class EmptySolidError(ValueError):
-    """A solid in which no point was found."""
+    """A solid in which too few points were found."""
 
 
 def _inside(solid: Solid, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
-    """Which points lie inside, but for those on a surface: NumPy is done before a compiler would
-    have begun.
+    """Return which points lie inside, excluding points on a surface.
+
+    It uses NumPy, which finishes before JAX would have compiled.
     """
     verdicts = [np.where(parts.holds(points), -1.0, 1.0) for parts in leaves(solid)]
     inside: np.ndarray = fold(solid, verdicts, VALUES) < 0
@@ -31,13 +32,14 @@ def _inside(solid: Solid, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, 
 
 
 def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
-    """The first ``count`` points of a scrambled Sobol sequence over the solid's box that lie inside
-    it.
+    """Return the first ``count`` points of a scrambled Sobol sequence that lie inside a solid.
+
+    The sequence covers the solid's bounding box.
 
     Args:
-        solid: where the points shall lie.
-        count: N, how many.
-        seed: of the scrambling; the same seed gives the same points.
+        solid: the solid.
+        count: number N of points.
+        seed: seed of the scrambling; the same seed gives the same points.
 
     Returns:
         (N, 3) m.
@@ -47,42 +49,45 @@ def sample(solid: Solid, count: int, seed: int) -> Float[np.ndarray, "N 3"]:
     """
     low, high = solid.bounds()
     blocks = sobol(_BATCH, seed)
-    found: list[np.ndarray] = []
+    batches: list[np.ndarray] = []
     total = tried = 0
     while tried < _FIRST or total * _MOST > count * tried:
         candidates = low + (high - low) * next(blocks)
         hits = candidates[_inside(solid, candidates)]
-        found.append(hits)
+        batches.append(hits)
         total, tried = total + len(hits), tried + _BATCH
         if total >= count:
-            return np.concatenate(found)[:count]
+            return np.concatenate(batches)[:count]
     raise EmptySolidError(
-        f"only {total} of {tried} points tried lie inside the target: it is empty or too thin"
+        f"only {total} of {tried} sampled points lie inside the target: it is empty or too thin"
     )
 
 
-BLOCK = 64  # points a block
+BLOCK = 64  # points per block
 
 
 @tree
 @dataclass(frozen=True)
 class Cloud:
-    """Points in n blocks of B: points (n, B, 3) m, weight (n, B): 1 for a point and 0 for padding;
-    centre (n, 3) m and radius (n,) m of a ball around each block. The blocks that hold points come
-    first. Clouds of one shape stack along leading axes."""
+    """Points in n blocks of B points; clouds of one shape stack along leading axes.
+
+    The blocks that hold points come first.
+    """
 
     points: Float[Array, "*batch n B 3"]
+    """The points, m."""
     weight: Float[Array, "*batch n B"]
+    """1 for a point and 0 for padding."""
     centre: Float[Array, "*batch n 3"]
+    """Centre of a ball around each block, m."""
     radius: Float[Array, "*batch n"]
+    """Radius of that ball, m."""
 
 
 def _halves(
     points: Float[np.ndarray, "N 3"], index: np.ndarray, blocks: int, block: int
 ) -> list[np.ndarray]:
-    """Split ``index`` at the median of its widest side again and again, whole blocks to the
-    left.
-    """
+    """Split ``index`` recursively at the median of its widest side, whole blocks left."""
     if blocks <= 1:
         return [index]
     left = blocks // 2
@@ -97,8 +102,8 @@ def cloud(
 ) -> Cloud:
     """Group ``points`` (N, 3) m, N at least 1, into blocks of neighbours.
 
-    The last block is filled up with weight 0, and empty blocks follow up to ``blocks``: clouds of
-    many sizes have one shape then, and what is compiled for one serves all.
+    The last block is padded with weight 0, and empty blocks follow up to ``blocks``. Clouds of many
+    sizes thus have one shape and share one compilation.
     """
     n = len(points)
     groups = _halves(points, np.arange(n), -(-n // block), block)

@@ -1,1 +1,1 @@
-"""Solids as implicit functions, and guaranteed bounds of their share of a cube."""
+"""Solids as implicit functions, and guaranteed bounds of their volume fraction in a cube."""

@@ -1,9 +1,9 @@
 """Solids as implicit functions: negative inside, positive outside, 1-Lipschitz, in metres.
 
-A leaf of the tree is a union of many *parts* of one kind (``Cones``, ``Spheres``, a ``Tube``), so
-that the octree can hand each cell only the parts that still matter to it. Inner nodes combine:
-union is min, intersection is max,
-``A minus B`` is ``max(a, -b)``; each of these keeps the Lipschitz constant 1.
+A leaf of the tree is a union of many *parts* of one kind (``Cones``, ``Spheres``, a ``Tube``). The
+octree passes to each cell only the parts that still matter to it. Inner nodes combine solids: union
+is min, intersection is max, ``A minus B`` is ``max(a, -b)``. Each of these keeps the Lipschitz
+constant 1.
 """
 
 from abc import ABC, abstractmethod
@@ -23,33 +23,37 @@ from .volume_fraction import VolumeFraction
 
 @runtime_checkable
 class Solid(Protocol):
-    """Anything with an implicit function and a box around it."""
+    """A solid with an implicit function and a bounding box."""
 
     def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
-        """Implicit function at ``points`` (N, 3) m: (N,) m, at most 0 inside, 1-Lipschitz."""
+        """Return the implicit function at ``points`` (N, 3) m: (N,) m, at most 0 inside,
+        1-Lipschitz.
+        """
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        """Lower and upper corner (2, 3) m of an axis-aligned box that holds the solid."""
+        """Return the lower and upper corner (2, 3) m of an axis-aligned bounding box."""
 
 
 class Parts(ABC):
-    """A union of ``len(self)`` parts of one kind: the leaves of a solid's tree."""
+    """A union of ``len(self)`` parts of one kind: a leaf of a solid's tree."""
 
     @abstractmethod
     def __len__(self) -> int: ...
 
     @abstractmethod
     def part(self, points: Array, index: Index) -> Any:
-        """Implicit function of part ``index[k]`` at ``points[k]``: (P, 3), (P,) -> (P,); shapes
-        broadcast.
+        """Return the implicit function of part ``index[k]`` at ``points[k]``: (P, 3), (P,) -> (P,).
+
+        Shapes broadcast.
         """
 
     @abstractmethod
     def bounds(self) -> Float[np.ndarray, "2 3"]: ...
 
     def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
-        """The least over the parts. NumPy takes one part at a time, so that memory stays (N,); JAX
-        fuses them all.
+        """Return the minimum over the parts.
+
+        NumPy evaluates one part at a time, so that memory stays (N,); JAX fuses all parts.
         """
         xp = namespace(points)
         least: Array
@@ -62,7 +66,7 @@ class Parts(ABC):
         return least
 
     def holds(self, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
-        """Which points lie in the union."""
+        """Return which points lie in the union."""
         return np.asarray(self(points) <= 0)
 
     def decide(
@@ -72,12 +76,14 @@ class Parts(ABC):
         index: Int[np.ndarray, " P"],
         reach: float,
     ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
-        """For pairs of a ball and a part: does the part matter to the ball, and is the ball wholly
-        inside the union?
+        """Return, for pairs of a ball and a part, whether the part matters and the ball is inside.
+
+        A part matters if its surface or interior may reach the ball. The second result states
+        whether the ball lies wholly inside the union.
 
         Args:
             points: centre of each pair's ball, m.
-            cell: number of the ball, ascending.
+            cell: index of the ball, ascending.
             index: part of each pair, ascending within a ball; parts known not to matter may be
                 absent.
             reach: radius of every ball, m.
@@ -95,16 +101,17 @@ class Parts(ABC):
         side: float,
         slack: float,
     ) -> VolumeFraction:
-        """Bounds of the share of each of ``cubes`` cubes in the union, second order where one
-        smooth surface cuts a cube.
+        """Return bounds of each cube's volume fraction in the union.
+
+        The bounds are of second order where one smooth surface intersects a cube.
 
         Args:
             points: centre of each pair's cube, m.
-            cell: number of the cube, ascending.
+            cell: index of the cube, ascending.
             index: part of each pair, ascending within a cube; parts that miss a cube may be absent.
-            cubes: how many cubes there are.
-            side: of the cubes, m.
-            slack: rounding of an implicit function, m.
+            cubes: number of cubes.
+            side: side of the cubes, m.
+            slack: rounding error of an implicit function, m.
         """
 
 
@@ -113,13 +120,17 @@ V = TypeVar("V")
 
 @dataclass(frozen=True)
 class Algebra(Generic[V]):
-    """How values of two solids combine to that of their combination: implicit functions, truth
-    values, bounds of volumes.
+    """How values of two solids combine to that of their combination.
+
+    Values are implicit functions, truth values or bounds of volumes.
     """
 
     union: Callable[[V, V], V]
+    """Value of the union."""
     intersection: Callable[[V, V], V]
+    """Value of the intersection."""
     complement: Callable[[V], V]
+    """Value of the complement."""
 
 
 def _least(a: Array, b: Array) -> Array:
@@ -133,21 +144,21 @@ def _largest(a: Array, b: Array) -> Array:
 
 
 VALUES: Algebra[Any] = Algebra(_least, _largest, neg)
-"""Of arrays: implicit functions, and verdicts (-1 inside, 0 undecided, 1 outside)."""
+"""The algebra of arrays: implicit functions, and verdicts (-1 inside, 0 undecided, 1 outside)."""
 LOGIC: Algebra[Any] = Algebra(or_, and_, neg)
-"""Of types with the operators ``|``, ``&`` and ``-``."""
+"""The algebra of types with the operators ``|``, ``&`` and ``-``."""
 
 
 @tree
 @dataclass(frozen=True)
 class _Combination:
-    """Two solids joined by a rule on their values; subclasses name the rule and the box."""
+    """Two solids combined by a rule on their values; subclasses define the rule and the box."""
 
     a: Solid
     b: Solid
 
     def combine(self, a: V, b: V, algebra: Algebra[V]) -> V:
-        """The value of the combination from those of ``a`` and ``b``."""
+        """Return the value of the combination from those of ``a`` and ``b``."""
         raise TypeError(f"{type(self).__name__} has no rule of combination")
 
     def __call__(self, points: Float[Array, "N 3"]) -> Float[Array, " N"]:
@@ -185,8 +196,9 @@ class Intersection(_Combination):
 @tree
 @dataclass(frozen=True)
 class Difference(_Combination):
-    """Points in ``a`` and not inside ``b``: max(a, -b). The surface of ``b`` belongs to the
-    difference.
+    """Points in ``a`` and not inside ``b``: max(a, -b).
+
+    The surface of ``b`` belongs to the difference.
     """
 
     def combine(self, a: V, b: V, algebra: Algebra[V]) -> V:
@@ -197,8 +209,9 @@ class Difference(_Combination):
 
 
 def leaves(solid: Solid) -> list[Parts]:
-    """The unions of parts at the leaves of the solid's tree, left to right: the order in which
-    ``fold`` takes their values, and in which cells keep their pairs.
+    """Return the unions of parts at the leaves of the solid's tree, left to right.
+
+    ``fold`` expects values in this order, and cells keep their pairs in it.
 
     Raises:
         TypeError: if the solid is neither a union of parts nor a combination of solids.
@@ -213,10 +226,10 @@ def leaves(solid: Solid) -> list[Parts]:
 
 
 def fold(solid: Solid, values: Sequence[V], algebra: Algebra[V]) -> V:
-    """The value of a solid from those of its ``leaves``, one each and in their order.
+    """Return the value of a solid from the values of its ``leaves``, one each and in their order.
 
     Raises:
-        ValueError: if there are more or fewer values than leaves.
+        ValueError: if the numbers of values and leaves differ.
     """
     rest = iter(values)
 

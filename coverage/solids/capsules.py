@@ -16,29 +16,28 @@ from .volume_fraction import VolumeFraction, distance_tangent, union_bounds
 @tree
 @dataclass(frozen=True)
 class Capsules(Parts):
-    """A union of N capsules, the same in each of a batch of poses (...); or, of no shape, a single
-    one.
+    """A union of N capsules, optionally for each of a batch of poses (...), or one single capsule.
 
-    The distance from a segment less a radius is a signed distance, hence 1-Lipschitz; the distance
-    from a convex body has a curvature of at most its reciprocal.
+    The distance from a segment less a radius is a signed distance, hence 1-Lipschitz. The curvature
+    of the distance from a convex body is at most the reciprocal of the distance.
     """
 
     start: Float[Array, "*shape 3"]
-    """Where the axes start, (..., N, 3) m."""
+    """Starts of the axes, (..., N, 3) m."""
     end: Float[Array, "*shape 3"]
-    """Where the axes end, (..., N, 3) m."""
+    """Ends of the axes, (..., N, 3) m."""
     radius: Any
-    """Radii, (N,) m; a number of a single one."""
+    """Radii, (N,) m; a number for a single capsule."""
 
     def __len__(self) -> int:
         return self.start.shape[-2]
 
     def arrays(self) -> tuple[Any, Any, Any]:
-        """Starts, ends and radii."""
+        """Return starts, ends and radii."""
         return self.start, self.end, self.radius
 
     def at(self, pose: Index | slice) -> "Capsules":
-        """Those of some poses of a batch: a number, a slice or numbers."""
+        """Return the capsules at one pose, a slice or an array of poses of the batch."""
         return Capsules(self.start[pose], self.end[pose], self.radius)
 
     @property
@@ -48,13 +47,14 @@ class Capsules(Parts):
         return np.pi * self.radius**2 * (length + 4 / 3 * self.radius)
 
     def distance(self, points: Array) -> Any:
-        """Signed distance m of ``points`` (..., 3) m from each capsule, negative inside; points and
-        capsules broadcast.
+        """Return the signed distance m of ``points`` (..., 3) m from each capsule, negative inside.
+
+        Points and capsules broadcast.
         """
         return point_to_segment(points, self.start, self.end) - self.radius
 
     def _away(self, points: Array, index: Index) -> Any:
-        """The way (..., 3) m from the nearest point of the axis of part ``index``."""
+        """Return the vector (..., 3) m from the nearest point of the axis of part ``index``."""
         return from_segment(points, rows(self.start, index), rows(self.end, index))
 
     def part(self, points: Array, index: Index) -> Any:
@@ -85,8 +85,9 @@ class Capsules(Parts):
 
 
 def gap_to_capsules(points: Array, start: Array, end: Array, radius: Numbers) -> Any:
-    """Signed distance (...) m of ``points`` (..., 3) from the nearest of N capsules, negative
-    inside one.
+    """Return the signed distance (...) m of ``points`` from the nearest of N capsules.
+
+    It is negative inside a capsule.
 
     Args:
         points: (..., 3) m.

@@ -15,12 +15,13 @@ from .volume_fraction import Tangent, VolumeFraction, away, curvature, union_bou
 def cone(
     points: Array, apex: Array, axis: Array, cosine: Numbers, sine: Numbers, range_m: Numbers
 ) -> Any:
-    """Implicit function of a right circular cone with a flat base; all arguments broadcast.
+    """Return the implicit function of a right circular cone with a flat base.
 
-    The region {0 <= d <= range, rho <= d tan a} with d along the unit axis, rho the distance from
-    it and a the half angle is the intersection of an infinite cone, ``rho cos a - d sin a``, and a
-    half-space, ``d - range``. Each has a gradient of length 1 in the (d, rho) half-plane, so their
-    maximum is 1-Lipschitz. On the axis the gradient of rho is taken as 0.
+    The region is {0 <= d <= range, rho <= d tan a}, with d along the unit axis, rho the distance
+    from it and a the half angle. It is the intersection of an infinite cone,
+    ``rho cos a - d sin a``, and a half-space, ``d - range``. Each has a gradient of length 1 in the
+    (d, rho) half-plane, so their maximum is 1-Lipschitz. On the axis the gradient of rho is set to
+    0. All arguments broadcast.
 
     Args:
         points: (..., 3) m.
@@ -35,7 +36,7 @@ def cone(
     x, y, z = (points[..., i] - apex[..., i] for i in range(3))
     a, b, c = (axis[..., i] for i in range(3))
     d = x * a
-    d += y * b  # in place where NumPy runs this: half of the octree's time is spent here
+    d += y * b  # in place for NumPy: half of the octree's time is spent here
     d += z * c
     x -= d * a
     y -= d * b
@@ -53,15 +54,16 @@ def cone(
 @tree
 @dataclass(frozen=True)
 class Cones(Parts):
-    """A union of cones with flat bases: the field of view of K sensors.
-
-    apex (K, 3) m, axis (K, 3) unit, half_angle (K,) rad in (0, pi/2), range_m (K,) m.
-    """
+    """A union of cones with flat bases: the field of view of K sensors."""
 
     apex: Float[Array, "K 3"]
+    """Apexes, m."""
     axis: Float[Array, "K 3"]
+    """Unit axes."""
     half_angle: Float[Array, " K"]
+    """Half angles, rad, in (0, pi/2)."""
     range_m: Float[Array, " K"]
+    """Heights, m."""
 
     def __len__(self) -> int:
         return self.apex.shape[0]
@@ -85,11 +87,13 @@ class Cones(Parts):
         side: float,
         slack: float,
     ) -> tuple[VolumeFraction, Any, Any]:
-        """Bounds of the share of each pair's cube in its cone, and a plane below the cone's side:
-        value and normal at the cube's centre. The side, rho cos a - d sin a, is convex and curves
-        in one direction only, around the axis,
+        """Return bounds of the share of each pair's cube in its cone, and a tangent plane.
+
+        The plane lies below the cone's side and is given by value and normal at the cube's centre.
+        The side, rho cos a - d sin a, is convex and curves in one direction only, around the axis,
         by at most cos a / rho: with xi the step away from the axis and eta the one around it,
-        hypot(rho + xi, eta) <= rho + xi + eta^2 / (2 (rho + xi)). The base is a plane."""
+        hypot(rho + xi, eta) <= rho + xi + eta^2 / (2 (rho + xi)). The base is a plane.
+        """
         axis, v = rows(self.axis, index), points - rows(self.apex, index)
         cosine, sine = np.cos(self.half_angle)[index], np.sin(self.half_angle)[index]
         d = dot(v, axis)
@@ -110,25 +114,26 @@ class Cones(Parts):
         return share, mantle.value, normal
 
     def around(self) -> "Cones":
-        """Cones that hold each part: themselves."""
+        """Return circumscribed cones of the parts: the cones themselves."""
         return self
 
     def is_square(self) -> Bool[np.ndarray, " K"]:
-        """Which parts are pyramids: none."""
+        """Return which parts are pyramids: none."""
         return np.zeros(len(self), bool)
 
     def is_zoned(self) -> Bool[np.ndarray, " K"]:
-        """Which parts are read zone by zone: none."""
+        """Return which parts have several zones: none."""
         return np.zeros(len(self), bool)
 
     def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
-        """The corners of part ``k``'s section at ``length`` m along its axis, as seen from the axis
-        there, m, in their order around it: a cone has none.
+        """Return the corners of part ``k``'s section at ``length`` m: none for a cone.
+
+        They are relative to the point of the axis at that length, m, in order around it.
         """
         return np.zeros((0, 3))
 
     def within(self, k: int, unit: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """Points m spread evenly over part ``k``, by numbers in the unit cube."""
+        """Map numbers in the unit cube to points m spread evenly over part ``k``."""
         axis, d = self.axis[k], self.range_m[k] * unit[:, 0] ** (1 / 3)
         across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
         across /= np.linalg.norm(across)
@@ -150,7 +155,9 @@ class Cones(Parts):
         return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        """Box of each cone: its apex and the disc of its base, whose extent along e is radius *
+        """Return the bounding box of all cones.
+
+        It covers each apex and the disc of each base, whose extent along e is radius *
         sqrt(1 - axis_e^2).
         """
         apex, axis = np.asarray(self.apex), np.asarray(self.axis)

@@ -1,9 +1,10 @@
 """Convex polyhedra: the obstacles of a cell, and the shadows behind them.
 
-A convex polyhedron is the intersection of half-spaces, the largest of plane functions with unit
-normals: 1-Lipschitz, convex and without curvature. Its shadow from an apex outside (see
-``shadows``) is such a thing again: the half-spaces of the faces that look at the apex, and those of
-the planes through the apex and an edge between a face that looks at it and one that does not.
+A convex polyhedron is the intersection of half-spaces. Its implicit function is the maximum of
+plane functions with unit normals: 1-Lipschitz, convex and without curvature. Its shadow from an
+apex outside (see ``shadows``) is again a convex polyhedron. It is bounded by the half-spaces of the
+faces that face the apex, and by the planes through the apex and each silhouette edge, between a
+face that faces the apex and one that does not.
 """
 
 from dataclasses import dataclass
@@ -17,31 +18,36 @@ from ..trees import tree
 from .base import Parts
 from .volume_fraction import Tangent, VolumeFraction, union_bounds
 
-_DIGITS = 7  # of normals: faces of a hull that agree to these are one
-NOWHERE = 1e9  # m, offset that makes a plane function of normal 0 never count
+_DIGITS = 7  # decimals of normals: faces of a hull that agree to these are merged
+NOWHERE = 1e9  # m, offset at which a plane function of normal 0 is never the maximum
 
 
 @tree
 @dataclass(frozen=True)
 class Polyhedron:
-    """Points p with ``normal . p <= offset`` for all F faces, normal (F, 3) unit, offset (F,) m.
-    edges: of E edges the ends (E, 2, 3) m, and the two faces (E, 2) that meet there. A half-space
-    has one face and no edge."""
+    """The points p with ``normal . p <= offset`` for all F faces.
+
+    A half-space has one face and no edge.
+    """
 
     normal: Float[Array, "F 3"]
+    """Unit normals of the faces."""
     offset: Float[Array, " F"]
+    """Offsets of the faces, m."""
     edges: Float[Array, "E 2 3"]
+    """Ends of the edges, m."""
     faces: Int[Array, "E 2"]
+    """The two faces that meet at each edge."""
 
     def __call__(self, points: Float[Array, "*batch 3"]) -> Float[Array, "*batch"]:
-        """Implicit function (...) m: at most 0 inside, 1-Lipschitz."""
+        """Return the implicit function (...) m: at most 0 inside, 1-Lipschitz."""
         each = dot(points[..., None, :], self.normal) - self.offset
         farthest: Array = each.max(axis=-1)
         return farthest
 
 
 def half_space(height: float) -> Polyhedron:
-    """All that lies at z <= ``height`` m: the floor."""
+    """Return the half-space z <= ``height`` m: the floor."""
     none = np.zeros((0, 2))
     return Polyhedron(
         np.array([[0.0, 0, 1]]), np.array([height]), np.zeros((0, 2, 3)), none.astype(int)
@@ -49,14 +55,19 @@ def half_space(height: float) -> Polyhedron:
 
 
 def box(centre: Vector, size: Vector, rotation: np.ndarray | None = None) -> Polyhedron:
-    """A box: centre (3,) m, sides ``size`` (3,) m along the columns of ``rotation`` (3, 3).
+    """Return a box.
+
+    Args:
+        centre: (3,) m.
+        size: sides (3,) m along the columns of ``rotation``.
+        rotation: (3, 3); None: the identity.
 
     Raises:
         ValueError: if a side is not positive.
     """
     centre, half = np.asarray(centre, float), np.asarray(size, float) / 2
     if not (half > 0).all():
-        raise ValueError(f"found a box of sides {tuple(2 * half)}, allowed: above 0")
+        raise ValueError(f"the sides of a box must be positive, got {tuple(2 * half)}")
     rotation = np.eye(3) if rotation is None else np.asarray(rotation, float)
     normal = np.concatenate([rotation.T, -rotation.T])
     offset = normal @ centre + np.tile(half, 2)
@@ -79,24 +90,26 @@ def box(centre: Vector, size: Vector, rotation: np.ndarray | None = None) -> Pol
 
 
 def hull(points: Float[np.ndarray, "N 3"]) -> Polyhedron:
-    """The convex hull of points (N, 3) m; triangles of one plane are one face.
+    """Return the convex hull of points (N, 3) m; coplanar triangles are merged into one face.
 
     Raises:
-        ValueError: if the points lie in a plane.
+        ValueError: if the points span no volume.
     """
     from scipy.spatial import ConvexHull, QhullError
 
     try:
-        found = ConvexHull(points)
+        convex = ConvexHull(points)
     except (QhullError, ValueError) as error:
-        raise ValueError("the points span no volume") from error
-    planes, face = np.unique(np.round(found.equations, _DIGITS), axis=0, return_inverse=True)
+        raise ValueError(
+            "the points span no volume; a hull needs 4 that are not coplanar"
+        ) from error
+    planes, face = np.unique(np.round(convex.equations, _DIGITS), axis=0, return_inverse=True)
     normal = planes[:, :3]
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    corners = points[found.vertices]
-    offset = (corners @ normal.T).max(axis=0)  # no corner is left out by rounding
+    corners = points[convex.vertices]
+    offset = (corners @ normal.T).max(axis=0)  # rounding must not exclude a corner
     meet: dict[tuple[int, int], list[int]] = {}
-    for triangle, of in zip(found.simplices, face.reshape(-1), strict=True):
+    for triangle, of in zip(convex.simplices, face.reshape(-1), strict=True):
         for a, b in ((0, 1), (1, 2), (2, 0)):
             meet.setdefault(
                 (min(triangle[a], triangle[b]), max(triangle[a], triangle[b])), []
@@ -113,12 +126,13 @@ def hull(points: Float[np.ndarray, "N 3"]) -> Polyhedron:
 def polyhedron_shadow(
     apex: Float[Array, "K 3"], body: Polyhedron
 ) -> tuple[Float[Array, "K M 3"], Float[Array, "K M"]]:
-    """The shadow of ``body`` from each of K apexes (K, 3) m outside of it: normals (K, M, 3) and
-    offsets (K, M) m of planes, as in ``Polyhedron``; those of faces and edges that do not count
-    have the normal 0 and never are the largest.
+    """Return the shadow of ``body`` from each of K apexes (K, 3) m outside of it.
 
-    M is the number of faces and edges: an edge's plane counts where just one of its faces looks at
-    the apex.
+    The result are normals (K, M, 3) and offsets (K, M) m of planes, as in ``Polyhedron``. Faces and
+    edges that do not bound the shadow have the normal 0 and are never the maximum.
+
+    M is the number of faces and edges. An edge's plane bounds the shadow if exactly one of its
+    faces faces the apex.
     """
     xp = namespace(apex)
     looks = dot(apex[:, None], body.normal[None]) > body.offset[None]
@@ -133,8 +147,8 @@ def polyhedron_shadow(
     length = xp.sqrt(xp.where(rim, dot(n, n), 1.0))
     rim = rim & (length > 0)
     n = xp.where(rim[..., None], n, 0.0) / xp.where(rim, length, 1.0)[..., None]
-    # Outward is away from the body: the hidden face's own normal looks that way across the edge, or
-    # the lit one's does.
+    # Outward is away from the body: across the edge, the normal of the hidden face or of the lit
+    # one points that way.
     lit = xp.where(
         first[..., None], body.normal[body.faces[:, 0]][None], body.normal[body.faces[:, 1]][None]
     )
@@ -149,8 +163,9 @@ def polyhedron_shadow(
 
 
 def largest(points: Array, normal: Array, offset: Array) -> Any:
-    """The largest plane function (...) m at ``points`` (..., 3) m of planes (..., M, 3) and (...,
-    M); shapes broadcast.
+    """Return the maximum plane function (...) m at ``points`` (..., 3) m.
+
+    The planes are normals (..., M, 3) and offsets (..., M) m; shapes broadcast.
     """
     xp = namespace(points)
     value = dot(points, normal[..., 0, :]) - offset[..., 0]
@@ -160,8 +175,11 @@ def largest(points: Array, normal: Array, offset: Array) -> Any:
 
 
 def crossed(a: Array, b: Array, normal: Array, offset: Array) -> Any:
-    """Do segments ``a``-``b`` (..., 3) m meet polyhedra of planes (..., M, 3) and (..., M)? Clipped
-    plane by plane; shapes broadcast."""
+    """Return whether segments ``a``-``b`` (..., 3) m intersect polyhedra.
+
+    The polyhedra are planes (..., M, 3) and (..., M). The segments are clipped plane by plane;
+    shapes broadcast.
+    """
     xp = namespace(a)
     first, last = (dot(p[..., None, :], normal) - offset for p in (a, b))
     fall = first - last
@@ -178,7 +196,7 @@ def planes_share(
     side: float,
     slack: float,
 ) -> VolumeFraction:
-    """Bounds of the share of cubes about ``points`` where no plane function is above 0."""
+    """Return bounds of the share of cubes about ``points`` under all planes."""
     total = VolumeFraction(np.ones(len(points)), np.ones(len(points)))
     for i in range(normal.shape[1]):
         n = normal[:, i]
@@ -197,12 +215,14 @@ def planes_share(
 @tree
 @dataclass(frozen=True)
 class Polyhedra(Parts):
-    """A union of convex polyhedra. normal (K, M, 3), offset (K, M): planes, filled up with normals
-    0 that never count; box (2, 3) m: what is asked about lies in it, as a floor has no end."""
+    """A union of K convex polyhedra."""
 
     normal: Float[Array, "K M 3"]
+    """Normals of the planes, padded with zero normals that never bound a body."""
     offset: Float[Array, "K M"]
+    """Offsets of the planes, m."""
     box: Float[Array, "2 3"]
+    """Box that contains all evaluated points, m; bodies such as a floor are unbounded."""
 
     def __len__(self) -> int:
         return len(self.offset)
@@ -219,7 +239,7 @@ class Polyhedra(Parts):
         side: float,
         slack: float,
     ) -> VolumeFraction:
-        """See ``Parts.shares``: each face is a plane."""
+        """See ``Parts.shares``; each face is a plane."""
         normal, offset = np.asarray(self.normal)[index], np.asarray(self.offset)[index]
         value = dot(points[:, None], normal) - offset
         top = value.argmax(axis=1)
@@ -232,7 +252,7 @@ class Polyhedra(Parts):
 
 
 def polyhedra(bodies: tuple[Polyhedron, ...], box: Float[np.ndarray, "2 3"]) -> Polyhedra:
-    """The union of ``bodies``, of which what lies in ``box`` (2, 3) m is asked about."""
+    """Return the union of ``bodies``, to be evaluated inside ``box`` (2, 3) m only."""
     most = max((len(b.offset) for b in bodies), default=1)
     normal, offset = np.zeros((len(bodies), most, 3)), np.full((len(bodies), most), NOWHERE)
     for i, b in enumerate(bodies):

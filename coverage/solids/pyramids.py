@@ -1,4 +1,4 @@
-"""Square beams: pyramids with flat bases, what multi-zone sensors see."""
+"""Square beams: pyramids with flat bases, the fields of view of multi-zone sensors."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -21,16 +21,16 @@ def pyramid(
     half_up: Numbers,
     range_m: Numbers,
 ) -> Any:
-    """Implicit function of a pyramid with a flat base; all arguments broadcast.
+    """Return the implicit function of a pyramid with a flat base; all arguments broadcast.
 
-    With d along the unit axis, y along ``up`` and x along up x axis, the region {0 <= d <= range,
-    |x| <= d tan a, |y| <= d tan b} is the intersection of five half-spaces: |x| cos a - d sin a,
-    |y| cos b - d sin b, d - range. Each has a gradient of length 1, so their maximum is
+    With d along the unit axis, y along ``up`` and x along up x axis, the region is {0 <= d <=
+    range, |x| <= d tan a, |y| <= d tan b}. It is the intersection of five half-spaces: |x| cos a -
+    d sin a, |y| cos b - d sin b, d - range. Each has a gradient of length 1, so their maximum is
     1-Lipschitz.
 
     Args:
         points, apex: (..., 3) m.
-        axis, up: (..., 3), unit and across each other.
+        axis, up: (..., 3), unit and perpendicular to each other.
         half, half_up: (...) rad in (0, pi/2), half angles a and b.
         range_m: (...) m, height of the pyramid.
 
@@ -47,16 +47,20 @@ def pyramid(
 @tree
 @dataclass(frozen=True)
 class Pyramids(Parts):
-    """A union of pyramids with flat bases: apex (K, 3) m, axis and up (K, 3) unit and across each
-    other, half_angle (K,) rad across ``up`` and half_up (K,) rad along it, both in (0, pi/2),
-    range_m (K,) m."""
+    """A union of pyramids with flat bases."""
 
     apex: Float[Array, "K 3"]
+    """Apexes, m."""
     axis: Float[Array, "K 3"]
+    """Unit axes."""
     half_angle: Float[Array, " K"]
+    """Half angles across ``up``, rad, in (0, pi/2)."""
     range_m: Float[Array, " K"]
+    """Heights, m."""
     up: Float[Array, "K 3"]
+    """Unit vectors perpendicular to the axes."""
     half_up: Float[Array, " K"]
+    """Half angles along ``up``, rad, in (0, pi/2)."""
 
     def __len__(self) -> int:
         return self.apex.shape[0]
@@ -70,8 +74,9 @@ class Pyramids(Parts):
     def planes(
         self, points: Float[np.ndarray, "P 3"], index: Int[np.ndarray, " P"]
     ) -> tuple[Any, Any]:
-        """Values (5, P) m at ``points`` (P, 3) and normals (5, P, 3) of the five planes of pyramid
-        ``index`` (P,).
+        """Return values (5, P) m and normals (5, P, 3) of the planes of pyramids ``index`` (P,).
+
+        The values are those at ``points`` (P, 3).
         """
         axis, up, v = rows(self.axis, index), rows(self.up, index), points - rows(self.apex, index)
         side, d = cross(up, axis), dot(v, axis)
@@ -86,8 +91,10 @@ class Pyramids(Parts):
     def ways(
         self, index: Int[np.ndarray, " P"], place: Float[np.ndarray, "P N 2"]
     ) -> Float[np.ndarray, "P N 3"]:
-        """Ways from the apex of each pyramid ``index`` through places of its section, -1 to 1 from
-        side to side, across ``up`` and along it; 1 m along the axis.
+        """Return vectors from the apex of each pyramid ``index`` through places of its section.
+
+        Places run from -1 to 1 from side to side, across ``up`` and along it. The vectors measure 1
+        m along the axis.
         """
         axis, up, half, half_up = (
             np.asarray(a) for a in (self.axis, self.up, self.half_angle, self.half_up)
@@ -107,10 +114,12 @@ class Pyramids(Parts):
         side: float,
         slack: float,
     ) -> tuple[VolumeFraction, Any, Any]:
-        """Bounds of the share of each pair's cube in its pyramid, and the furthest of its planes:
-        value and normal at the cube's centre. All five surfaces are planes: nothing curves. Most
-        cubes meet one of them; a cube that several cut lies in the pyramid by what all of them
-        leave of it at least."""
+        """Return bounds of the share of each pair's cube in its pyramid, and its outermost plane.
+
+        The plane is given by value and normal at the cube's centre. All five surfaces are planes,
+        without curvature. Most cubes meet one of them. For a cube that several planes intersect,
+        the bounds of the planes are combined.
+        """
         values, normals = self.planes(points, index)
         share = VolumeFraction(np.ones(len(index)), np.ones(len(index)))
         for value, normal in zip(values, normals, strict=True):
@@ -138,14 +147,14 @@ class Pyramids(Parts):
         return union_bounds(cell, cubes, *self.each_share(points, index, side, slack), side, slack)
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        """The box of all apexes and all corners of bases."""
+        """Return the bounding box of all apexes and all corners of bases."""
         corners = np.concatenate([np.asarray(self.apex)[:, None], self.corners()], axis=1).reshape(
             -1, 3
         )
         return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
     def corners(self) -> Float[np.ndarray, "K 4 3"]:
-        """The corners of the bases (K, 4, 3) m, in their order around each."""
+        """Return the corners of the bases (K, 4, 3) m, in order around each."""
         axis, up, height = (
             np.asarray(self.axis),
             np.asarray(self.up),

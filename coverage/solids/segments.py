@@ -1,11 +1,13 @@
-"""Nearest points on segments, and distances from them: NumPy and JAX alike."""
+"""Nearest points on segments and distances from them, for NumPy and JAX."""
 
 from ..arrays import Array, dot, namespace, root
 
 
 def from_segment(points: Array, start: Array, end: Array) -> Array:
-    """The way (..., 3) m to ``points`` (..., 3) m from the nearest point on the segments
-    ``start``-``end`` (..., 3) m; the three broadcast. On a segment of no length that is its start.
+    """Return the vector (..., 3) m to ``points`` from the nearest point on segments.
+
+    The segments run from ``start`` to ``end`` (..., 3) m; all arguments broadcast. On a segment of
+    length 0 the nearest point is its start.
     """
     xp = namespace(points)
     v, along = points - start, end - start
@@ -16,8 +18,9 @@ def from_segment(points: Array, start: Array, end: Array) -> Array:
 
 
 def point_to_segment(points: Array, start: Array, end: Array) -> Array:
-    """Distance (...) m of ``points`` (..., 3) from the segments ``start``-``end`` (..., 3) m; the
-    three broadcast.
+    """Return the distance (...) m of ``points`` (..., 3) m from segments.
+
+    The segments run from ``start`` to ``end`` (..., 3) m; all arguments broadcast.
     """
     v = from_segment(points, start, end)
     distance: Array = root(dot(v, v))
@@ -25,14 +28,13 @@ def point_to_segment(points: Array, start: Array, end: Array) -> Array:
 
 
 def segment_to_segment(a: Array, b: Array, start: Array, end: Array) -> Array:
-    """Distance (...) m between the segments ``a``-``b`` and ``start``-``end`` (..., 3) m; the four
-    broadcast.
+    """Return the distance (...) m between segments ``a``-``b`` and ``start``-``end`` (..., 3) m.
 
-    The squared distance is a convex quadratic of the places (s, t) on both. Its least value in the
-    unit square is taken either inside, where the lines are nearest, or on the square's boundary,
-    where one of the places is an end: so the answer is the least of the lines' distance, if both
-    its places lie on the segments, and four distances of an end from the other segment. Parallel
-    lines have no place of their own; an end serves.
+    The squared distance is a convex quadratic of the places (s, t) on both. Its minimum in the unit
+    square lies either inside, where the lines are nearest, or on the boundary, where one of the
+    places is an end. The result is therefore the minimum of the lines' distance, if both its places
+    lie on the segments, and of the four distances of an end from the other segment. Parallel lines
+    have no unique nearest place; the ends suffice. All arguments broadcast.
     """
     xp = namespace(a)
     u, v, w = b - a, end - start, a - start

@@ -1,6 +1,4 @@
-"""What the optics of sensors see, before anything stands in the way: cones and pyramids, both in
-one setup.
-"""
+"""Beams of sensors without occlusion: cones and pyramids, mixed in one setup."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,47 +21,58 @@ def _rows_where(which: Bool[np.ndarray, " K"], values: Array) -> np.ndarray:
 
 
 class BeamShapes(NamedTuple):
-    """Shapes of the beams of K sensors, whose seats are known elsewhere."""
+    """Shapes of the beams of K sensors, without their poses."""
 
     half_angle: Float[Array, "*batch K"]
-    """Half angles, rad, in (0, pi/2); of a square beam that along its ring."""
+    """Half angles, rad, in (0, pi/2); of a square beam the one along its ring."""
     range_m: Float[Array, "*batch K"]
     """Ranges, m; minus infinity: a sensor that sees nothing."""
     half_up: Float[Array, "*batch K"] | None = None
-    """Half angles of square beams along ``up``, rad; 0 of cones. None: there are no others."""
+    """Half angles of square beams along ``up``, rad; 0 for cones. None: all beams are cones."""
     zoned: Bool[Array, "*batch K"] | None = None
-    """Which beams are read zone by zone; None beside a ``half_up`` of None."""
+    """Which beams have several zones; None if ``half_up`` is None."""
 
     @property
     def square(self) -> bool:
-        """May some beams be square, so that they need an ``up``?"""
+        """Whether some beams may be square, so that they need an up vector."""
         return self.half_up is not None
 
     def solids(self, apex: Array, axis: Array, up: Array | None = None) -> Cones:
-        """V_FOV of sensors at ``apex`` (K, 3) m that look along ``axis`` (K, 3), whose square beams
-        have ``up`` (K, 3): plain cones where none may be square, which are sooner counted.
+        """Return V_FOV of sensors with given poses: plain cones if none may be square.
+
+        Plain cones are faster to count.
+
+        Args:
+            apex: (K, 3) m.
+            axis: (K, 3), unit vectors.
+            up: (K, 3), unit vectors of square beams.
 
         Raises:
-            ValueError: if some may be square, and there is no ``up``.
+            ValueError: if beams may be square and ``up`` is missing.
         """
         if self.half_up is None:
             return Cones(apex, axis, self.half_angle, self.range_m)
         if up is None or self.zoned is None:
-            raise ValueError("square beams need a vector across their axes, and what they report")
+            raise ValueError("square beams need their up vectors and their zones")
         return Optics(apex, axis, self.half_angle, self.range_m, up, self.half_up, self.zoned)
 
 
 @tree
 @dataclass(frozen=True)
 class Optics(Cones):
-    """Cones of which some are pyramids, numbered together: a part with half_up (K,) rad above 0 is
-    a pyramid, whose ``up`` (K, 3) is a unit vector across its axis; of the others ``up`` says
-    nothing. Each part has the function of its shape, so the union is 1-Lipschitz. zoned (K,): is it
-    read zone by zone, so that what stands in some leaves the others as they are?"""
+    """A union of cones and pyramids, numbered together.
+
+    A part with ``half_up`` above 0 is a pyramid. Each part has the implicit function of its shape,
+    so the union is 1-Lipschitz.
+    """
 
     up: Float[Array, "K 3"]
+    """Unit vectors perpendicular to the axes of pyramids; meaningless for cones."""
     half_up: Float[Array, " K"]
+    """Half angles along ``up``, rad; 0 for cones."""
     zoned: Bool[Array, " K"]
+    """Which parts have several zones, so that an occluder in some zones does not affect the
+    others."""
 
     def part(self, points: Array, index: Index) -> Any:
         half, half_up, range_m = self.half_angle[index], self.half_up[index], self.range_m[index]
@@ -71,19 +80,17 @@ class Optics(Cones):
         return beam(points, apex, axis, half, range_m, up, half_up)
 
     def _by_shape(self, index: Index) -> tuple[tuple[Any, Cones | Pyramids], ...]:
-        """Which pairs have which shape, and the union of that shape; both numbered as here."""
+        """Return, for each shape, which pairs have it and the union of that shape."""
         square = self.is_square()[index]
         round_ = Cones(self.apex, self.axis, self.half_angle, self.range_m)
         return (~square, round_), (square, self.pyramids())
 
     def pyramids(self) -> Pyramids:
-        """The parts as pyramids, of which those are meant that are."""
+        """Return all parts as pyramids; only those of actual pyramids are meaningful."""
         return Pyramids(self.apex, self.axis, self.half_angle, self.range_m, self.up, self.half_up)
 
     def split(self, index: Index, work: Callable[[Any, Any], Any]) -> list[Any]:
-        """``work(which pairs, union)`` for each of the shapes that occur among pairs of part
-        ``index`` (P,).
-        """
+        """Return ``work(indices of pairs, union)`` for each shape among parts ``index`` (P,)."""
         return [
             work(np.flatnonzero(which), parts)
             for which, parts in self._by_shape(index)
@@ -97,7 +104,7 @@ class Optics(Cones):
         side: float,
         slack: float,
     ) -> tuple[VolumeFraction, Any, Any]:
-        """See ``Cones.each_share``: each pair by its shape."""
+        """See ``Cones.each_share``; each pair is evaluated by its shape."""
         n = len(index)
         share, value, normal = (
             VolumeFraction(np.zeros(n), np.zeros(n)),
@@ -106,14 +113,14 @@ class Optics(Cones):
         )
 
         def fill(k: Index, shape: Cones | Pyramids) -> None:
-            found, value[k], normal[k] = shape.each_share(rows(points, k), index[k], side, slack)
-            share.low[k], share.high[k] = found.low, found.high
+            bounds, value[k], normal[k] = shape.each_share(rows(points, k), index[k], side, slack)
+            share.low[k], share.high[k] = bounds.low, bounds.high
 
         self.split(index, fill)
         return share, value, normal
 
     def around(self) -> Cones:
-        """The narrowest cones that hold the beams: through a pyramid's corners."""
+        """Return the circumscribed cones of the beams, through a pyramid's corners."""
         xp = namespace(self.half_up)
         corner = xp.arctan(xp.hypot(xp.tan(self.half_angle), xp.tan(self.half_up)))
         return Cones(
@@ -121,15 +128,15 @@ class Optics(Cones):
         )
 
     def is_square(self) -> Bool[np.ndarray, " K"]:
-        """Which parts are pyramids."""
+        """Return which parts are pyramids."""
         return np.asarray(self.half_up) > 0
 
     def is_zoned(self) -> Bool[np.ndarray, " K"]:
-        """Which parts are read zone by zone."""
+        """Return which parts have several zones."""
         return np.asarray(self.zoned)
 
     def corners_across(self, k: int, length: float) -> Float[np.ndarray, "M 3"]:
-        """See ``Cones.corners_across``: four of a pyramid."""
+        """See ``Cones.corners_across``; a pyramid has four."""
         if not self.half_up[k] > 0:
             return super().corners_across(k, length)
         up, axis = self.up[k], self.axis[k]
@@ -172,8 +179,9 @@ def beam(
     up: Array,
     half_up: Array,
 ) -> Any:
-    """Implicit function of a cone, or of a pyramid where ``half_up`` is above 0; for the arguments
-    see ``pyramid``.
+    """Return the implicit function of a cone, or of a pyramid where ``half_up`` is above 0.
+
+    For the arguments see ``pyramid``.
     """
     xp = namespace(half_up)
     round_ = cone(points, apex, axis, xp.cos(half), xp.sin(half), range_m)

@@ -1,18 +1,18 @@
-"""Shadows of capsules: what a body of the robot hides from an apex.
+"""Shadows of capsules: the points that a body of the robot occludes from an apex.
 
-Behind a convex body K lies, seen from an apex a outside of it, the convex set H = {a + t (k - a): k
-in K, t >= 1}. For a capsule the copies of K are capsules again, in one plane, with radii that grow
-with t: H is a union of balls, whose centres q fill the wedge behind the capsule's axis and whose
-radii r t(q) grow evenly with the way from the apex. Hence
+Seen from an apex a outside a convex body K, the convex set H = {a + t (k - a): k in K, t >= 1} lies
+behind K. For a capsule the copies of K are again capsules, in one plane, with radii that grow with
+t. H is therefore a union of balls. Their centres q fill the wedge behind the capsule's axis, and
+their radii r t(q) grow linearly with the distance from the apex. Hence
 
     behind(p) = min over q of |p - q| - r t(q)
 
-is negative exactly in H and, as a least value of distances, 1-Lipschitz; a convex function of p and
-q together, so that it is convex in p. Its gradient has length 1 (outside of H it is the true
-distance), where that of the line of sight from the axis would be flat far behind a near body. The
-best q lies where the gradient in the wedge's plane vanishes (there H is bounded by a plane through
-the apex), or on one of the wedge's three edges: the axis (bounded by the capsule itself) and the
-rays through its ends (bounded by cones about the end's balls). Each of these is a closed form.
+is negative exactly in H. As a minimum of distances it is 1-Lipschitz, and as a convex function of p
+and q together it is convex in p. Its gradient has length 1 (outside H it is the true distance),
+whereas that of the line of sight's distance from the axis would be flat far behind a near body. The
+best q lies where the gradient in the wedge's plane vanishes (there a plane through the apex bounds
+H), or on one of the wedge's three edges: the axis (bounded by the capsule itself) and the rays
+through its ends (bounded by cones about the end's balls). Each of these has a closed form.
 """
 
 from typing import Any, NamedTuple
@@ -22,43 +22,48 @@ from jaxtyping import Float
 from ..arrays import Array, Index, Numbers, cross, dot, namespace, root, rows
 from ..trees import mapped
 
-# of radius over distance: an apex this near to a body's surface counts as that far from it
+# of radius over distance: apexes nearer to a body's surface are treated as at this ratio
 _STEEPEST = 1 - 1e-9
 
 
 class Shadow(NamedTuple):
-    """Shadows of capsules, one for each pair of an apex and a capsule, or any shape (...) of these.
-
-    apex (..., 3) m. along, away, across (..., 3): orthonormal; along the axis, from the apex
-    straight to the axis's line, and across both. near, far (...) m: where the axis starts and ends,
-    along it, seen from the apex. height (...) m: from the apex to the axis's line. radius (...) m.
-    near_ray, far_ray (..., 2): unit, from the apex to these ends, in ``along`` and ``away``.
-    near_growth, far_growth (...): of the balls' radius with the way on these rays. flat (...):
-    growth of the balls' radius with the way along ``away``; 1 and more: there is no plane through
-    the apex that touches the capsule all along.
-    """
+    """Shadows of capsules, one for each pair of an apex and a capsule, of any shape (...)."""
 
     apex: Float[Array, "*batch 3"]
+    """Apex, m."""
     along: Float[Array, "*batch 3"]
+    """Unit vector along the capsule's axis."""
     away: Float[Array, "*batch 3"]
+    """Unit vector from the apex perpendicular to the axis's line."""
     across: Float[Array, "*batch 3"]
+    """Unit vector perpendicular to both."""
     near: Float[Array, "*batch"]
+    """Start of the axis along ``along``, from the apex, m."""
     far: Float[Array, "*batch"]
+    """End of the axis along ``along``, from the apex, m."""
     height: Float[Array, "*batch"]
+    """Distance from the apex to the axis's line, m."""
     radius: Float[Array, "*batch"]
+    """Radius of the capsule, m."""
     near_ray: Float[Array, "*batch 2"]
+    """Unit vector from the apex to the start of the axis, in ``along`` and ``away``."""
     far_ray: Float[Array, "*batch 2"]
+    """Unit vector from the apex to the end of the axis, in ``along`` and ``away``."""
     near_growth: Float[Array, "*batch"]
+    """Growth of the balls' radius with the distance on ``near_ray``."""
     far_growth: Float[Array, "*batch"]
+    """Growth of the balls' radius with the distance on ``far_ray``."""
     flat: Float[Array, "*batch"]
+    """Growth of the balls' radius with the distance along ``away``; at 1 and above no plane through
+    the apex touches the capsule along its whole length."""
 
     def rows(self, index: Index) -> "Shadow":
-        """Those of ``index``, where there is one axis of shadows."""
+        """Return the shadows of ``index``, for a single axis of shadows."""
         return mapped(lambda a: rows(a, index) if a.ndim == 2 else a[index], self)
 
 
 def _perpendicular(v: Array) -> Any:
-    """A unit vector (..., 3) across the unit vectors ``v`` (..., 3)."""
+    """Return a unit vector (..., 3) perpendicular to the unit vectors ``v`` (..., 3)."""
     xp = namespace(v)
     x, y, z = (v[..., i] for i in range(3))
     nil = xp.zeros_like(x)
@@ -71,9 +76,7 @@ def _perpendicular(v: Array) -> Any:
 
 
 def _unit(v: Array, instead: Array) -> tuple[Any, Any]:
-    """Length (...) and direction (..., 3) of ``v``; another direction where its length is next to
-    nothing.
-    """
+    """Return length (...) and direction (..., 3) of ``v``; ``instead`` at almost 0."""
     xp = namespace(v)
     length = root(dot(v, v))
     some = length > 1e-9
@@ -81,12 +84,13 @@ def _unit(v: Array, instead: Array) -> tuple[Any, Any]:
 
 
 def capsule_shadow(apex: Array, start: Array, end: Array, radius: Numbers) -> Shadow:
-    """The shadows behind capsules, seen from apexes outside of them; all broadcast, NumPy or JAX,
-    differentiable.
+    """Return the shadows behind capsules, seen from apexes outside of them.
+
+    All arguments broadcast. NumPy, or JAX, which can differentiate by them.
 
     Args:
         apex: (..., 3) m.
-        start, end: of the axis, (..., 3) m.
+        start, end: ends of the axes, (..., 3) m.
         radius: (...) m.
     """
     xp = namespace(apex)
@@ -128,23 +132,27 @@ def capsule_shadow(apex: Array, start: Array, end: Array, radius: Numbers) -> Sh
 
 
 def _gain(growth: Numbers) -> Any:
-    """How much further than the nearest place the best one lies, per metre of distance, where radii
-    grow by ``growth``.
+    """Return the shift from the nearest place to the best one, per metre of distance.
+
+    ``growth`` is the growth of the radii.
     """
     return growth / root(1 - growth * growth)
 
 
 class Ball(NamedTuple):
-    """The ball of a shadow that says how far points are from it: the way from its centre to the
-    point, by its parts along the shadow's three axes, and its radius, all (...) m."""
+    """The ball of a shadow that determines a point's signed distance from the shadow."""
 
     along: Any
+    """Component along ``along`` of the vector from the ball's centre to the point, m."""
     away: Any
+    """Component along ``away``, m."""
     across: Any
+    """Component along ``across``, m."""
     radius: Any
+    """Radius of the ball, m."""
 
     def distance(self) -> Any:
-        """Signed distance (...) m of the point from the ball."""
+        """Return the signed distance (...) m of the point from the ball."""
         return (
             root(self.along * self.along + self.away * self.away + self.across * self.across)
             - self.radius
@@ -152,14 +160,16 @@ class Ball(NamedTuple):
 
 
 def way(ball: Ball, shadow: Shadow) -> Any:
-    """From a ball's centre to the point, (P, 3) m."""
+    """Return the vector from a ball's centre to the point, (P, 3) m."""
     parts = ((ball.along, shadow.along), (ball.away, shadow.away), (ball.across, shadow.across))
     return sum(length[:, None] * direction for length, direction in parts)
 
 
 def nearest_ball(points: Array, shadow: Shadow) -> Ball:
-    """Of all balls that make up a shadow the one with the least signed distance from each of
-    ``points`` (..., 3) m; the shapes broadcast."""
+    """Return the shadow's ball of least signed distance from each of ``points`` (..., 3).
+
+    The shapes broadcast.
+    """
     xp = namespace(points)
     v = points - shadow.apex
     x, y, z = dot(v, shadow.along), dot(v, shadow.away), dot(v, shadow.across)
@@ -202,7 +212,9 @@ def nearest_ball(points: Array, shadow: Shadow) -> Ball:
 
 
 def behind(points: Array, shadow: Shadow) -> Any:
-    """Implicit function (...) m of shadows at ``points`` (..., 3) m: negative where a body hides
-    the point, 1-Lipschitz and convex; the shapes broadcast. The region that is visible is that of
-    ``-behind``."""
+    """Return the implicit function (...) m of shadows at ``points`` (..., 3) m.
+
+    It is negative where the point is occluded, 1-Lipschitz and convex. The visible region is that
+    of ``-behind``. The shapes broadcast.
+    """
     return nearest_ball(points, shadow).distance()

@@ -15,12 +15,12 @@ from .volume_fraction import VolumeFraction, distance_tangent, union_bounds
 @tree
 @dataclass(frozen=True)
 class Spheres(Parts):
-    """A union of balls: centre (K, 3) m, radius (K,) m. ``|p - c| - r`` is a signed distance, hence
-    1-Lipschitz.
-    """
+    """A union of balls. ``|p - c| - r`` is a signed distance, hence 1-Lipschitz."""
 
     centre: Float[Array, "K 3"]
+    """Centres, m."""
     radius: Float[Array, " K"]
+    """Radii, m."""
 
     def __len__(self) -> int:
         return self.centre.shape[0]
@@ -48,5 +48,5 @@ class Spheres(Parts):
 
 
 def sphere(centre: Vector, radius: float) -> Spheres:
-    """One ball: ``centre`` (3,) m, ``radius`` m."""
+    """Return one ball: ``centre`` (3,) m, ``radius`` m."""
     return Spheres(np.asarray(centre, dtype=float)[None], np.array([float(radius)]))

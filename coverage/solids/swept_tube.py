@@ -1,4 +1,4 @@
-"""The tube swept by a disc along the pose curve: V_S's outer solid and V_R."""
+"""The tube that a disc sweeps along the pose curve: V_S's outer solid and V_R."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -23,29 +23,33 @@ from .volume_fraction import (
 @tree
 @dataclass(frozen=True)
 class Tube(Parts):
-    """Slabs between neighbouring discs: the points where the two plane functions differ in sign,
-    within ``radius`` of the segment between the discs' centres.
+    """A union of slabs between neighbouring discs.
 
-    Where the discs of a tight bend cross, both sides of the crossing belong to the tube. Each plane
-    function
-    ``s = (p - centre) . normal`` has a gradient of length 1, the distance from a segment too, and
-    the rest is min and max: a slab is 1-Lipschitz.
+    A slab contains the points where the two plane functions differ in sign, within ``radius`` of
+    the segment between the discs' centres. Where the discs of a tight bend intersect, both sides
+    of the intersection belong to the tube.
 
-    centre (D, 3) m, normal (D, 3) unit (the curve's tangent), radius m, first (S,): slab k lies
-    between the discs first[k] and first[k] + 1.
+    Each plane function ``s = (p - centre) . normal`` has a gradient of length 1, as has the
+    distance from a segment. The rest is min and max, so a slab is 1-Lipschitz.
     """
 
     centre: Float[Array, "D 3"]
+    """Centres of the discs, m."""
     normal: Float[Array, "D 3"]
+    """Unit normals of the discs: the curve's tangents."""
     radius: Any
+    """Radius of the discs, m."""
     first: Int[Array, " S"]
+    """Slab k lies between the discs first[k] and first[k] + 1."""
 
     def __len__(self) -> int:
         return len(self.first)
 
     def _slab(self, points: Array, index: Index) -> tuple[Any, Any, Any]:
-        """Signed distances of ``points`` from the first and second disc's plane of slab ``index``,
-        m, and the way (..., 3) from the nearest point of the segment between the discs' centres, m.
+        """Return the signed distances from both planes of slab ``index``, and the offset vector.
+
+        The distances of ``points`` are in m. The vector (..., 3) m leads from the nearest point of
+        the segment between the discs' centres.
         """
         i = self.first[index]
         start, end = rows(self.centre, i), rows(self.centre, i + 1)
@@ -60,16 +64,17 @@ class Tube(Parts):
         return xp.maximum(crossing, distance - self.radius)
 
     def holds(self, points: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
-        """See ``Parts.holds``: distances are measured only where the signs of a slab's two planes
-        differ, which few do.
+        """See ``Parts.holds``.
+
+        Distances are computed only where the signs of a slab's two planes differ, which is rare.
         """
         height = self.normal @ points.T - dot(self.centre, self.normal)[:, None]
         positive, negative, i = height >= 0, height <= 0, self.first
         differ = np.flatnonzero((positive[i] & negative[i + 1]) | (negative[i] & positive[i + 1]))
         slab, point = np.divmod(differ, len(points))
-        found = np.zeros(len(points), bool)
-        found[point[self.part(points[point], slab) <= 0]] = True
-        return found
+        held = np.zeros(len(points), bool)
+        held[point[self.part(points[point], slab) <= 0]] = True
+        return held
 
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         centre = np.asarray(self.centre)
@@ -82,15 +87,15 @@ class Tube(Parts):
         index: Int[np.ndarray, " P"],
         reach: float,
     ) -> tuple[Bool[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
-        """See ``Parts.decide``; a ball may be wholly inside the tube though in no single slab.
+        """See ``Parts.decide``; a ball may lie wholly inside the tube but in no single slab.
 
-        On the face between two neighbouring slabs the least over slabs is 0, deep inside the tube.
-        So look along a run of consecutive slabs whose segments are all nearer than ``radius -
-        reach`` to the centre: if one disc of the run has the whole ball on its positive side and
-        another has it on its negative side, then along the run every point of the ball changes sign
-        between some two neighbours, and is within ``radius`` of the segment between them. A slab
-        that is absent has both discs on the same side of the ball, or lies too far: neither can
-        complete a run.
+        On the face between two neighbouring slabs the minimum over slabs is 0, deep inside the
+        tube. The test therefore examines runs of consecutive slabs whose segments are all nearer
+        to the centre than ``radius - reach``. Suppose that one disc of the run has the whole ball
+        on its positive side and another has it on its negative side. Then along the run every
+        point of the ball changes sign between some two neighbours, and lies within ``radius`` of
+        the segment between them. An absent slab has both discs on the same side of the ball, or is
+        too far away; neither can complete a run.
         """
         before, after, across = self._slab(points, index)
         distance = root(dot(across, across))
@@ -104,7 +109,7 @@ class Tube(Parts):
         return matters, (positive & negative)[run] & near
 
     def _runs(self, cell: Array, index: Index, near: Array) -> Int[np.ndarray, " P"]:
-        """Number of the run of each pair: consecutive slabs of one cell, all of them near."""
+        """Return the index of each pair's run: consecutive slabs of one cell, all of them near."""
         disc = self.first[index]
         joined = np.zeros(len(cell), bool)
         joined[1:] = (cell[1:] == cell[:-1]) & (disc[1:] == disc[:-1] + 1) & near[1:] & near[:-1]
@@ -119,13 +124,15 @@ class Tube(Parts):
         side: float,
         slack: float,
     ) -> VolumeFraction:
-        """See ``Parts.shares``. A slab is what lies between two planes, on the positive side of one
-        and the negative of the other, and near the segment.
+        """See ``Parts.shares``.
 
-        A cube that the plane between two slabs crosses has a share in both. Where along a run of
-        consecutive slabs one disc has the whole cube on its positive side and another on its
-        negative side (see ``decide``), each point of the cube lies between the planes of some slab
-        of the run: those near all its segments are inside.
+        A slab lies between two planes, on the positive side of one and the negative side of the
+        other, and near the segment.
+
+        A cube that intersects the plane between two slabs has a share in both. Suppose that along a
+        run of consecutive slabs one disc has the whole cube on its positive side and another has it
+        on its negative side (see ``decide``). Then each point of the cube lies between the planes
+        of some slab of the run, and the points near all its segments are inside.
         """
         before, after, across = self._slab(points, index)
         round_ = distance_tangent(across, self.radius, side)
@@ -165,7 +172,7 @@ class Tube(Parts):
 def _plane_share(
     value: np.ndarray, reach: np.ndarray, normal: np.ndarray, side: float, slack: float
 ) -> VolumeFraction:
-    """Bounds of the share of cubes on the negative side of planes; most planes miss the cube."""
+    """Return bounds of the share of cubes on the negative side of planes; most miss the cube."""
     low = np.where(value < -reach, 1.0, 0.0)
     high = np.where(value > reach, 0.0, 1.0)
     cut = np.flatnonzero(np.abs(value) <= reach)

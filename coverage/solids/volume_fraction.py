@@ -1,14 +1,13 @@
 """Guaranteed bounds of the share of a cube that lies in a solid.
 
-A smooth convex surface f = 0 stays between its tangent plane at the cube's centre, g <= f, and a
-parabola above it,
-f <= g + bend t^2 / 2, where t is measured across the surface's normal. The share of a cube under a
-plane has a closed form; what lies between plane and parabola is bounded by the curvature and falls
-with the square of the cube's side.
+A smooth convex surface f = 0 lies between its tangent plane at the cube's centre, g <= f, and a
+parabola above it, f <= g + bend t^2 / 2, where t is measured across the surface's normal. The share
+of a cube under a plane has a closed form. The volume between plane and parabola is bounded by the
+curvature and decreases with the square of the cube's side.
 
-Shares of several solids combine by the bounds that hold however they overlap: ``a or b`` holds at
-least the larger and at most the sum, ``a and b`` at least what exceeds the cube and at most the
-smaller.
+Shares of several solids combine by bounds that hold for any overlap. ``a or b`` is at least the
+larger share and at most the sum. ``a and b`` is at least the excess of the sum over 1 and at most
+the smaller share.
 """
 
 from dataclasses import dataclass
@@ -18,49 +17,54 @@ from jaxtyping import Bool, Float, Int
 
 from ..arrays import Numbers, dot
 
-# least component of a normal: smaller ones are raised to it and the plane moved by what that can do
+# minimum component of a normal: smaller ones are raised to it, and the plane is moved by the
+# largest
+# possible effect
 TILT = 2.0**-14
 ROUNDING = 1e-14  # of the closed form, times the reciprocal product of the normal's components
 
 
 @dataclass(frozen=True)
 class VolumeFraction:
-    """Bounds low <= share <= high (N,), in [0, 1], of N cubes."""
+    """Bounds low <= share <= high of N cubes."""
 
     low: Float[np.ndarray, " N"]
+    """Lower bounds, in [0, 1]."""
     high: Float[np.ndarray, " N"]
+    """Upper bounds, in [0, 1]."""
 
     def __neg__(self) -> "VolumeFraction":
-        """Bounds of the share outside."""
+        """Return bounds of the share outside."""
         return VolumeFraction(1.0 - self.high, 1.0 - self.low)
 
     def __or__(self, other: "VolumeFraction") -> "VolumeFraction":
-        """Bounds of the share in one or the other."""
+        """Return bounds of the share in the union."""
         return VolumeFraction(
             np.maximum(self.low, other.low), np.minimum(self.high + other.high, 1.0)
         )
 
     def __and__(self, other: "VolumeFraction") -> "VolumeFraction":
-        """Bounds of the share in both."""
+        """Return bounds of the share in the intersection."""
         return VolumeFraction(
             np.maximum(self.low + other.low - 1.0, 0.0), np.minimum(self.high, other.high)
         )
 
     def only(self, keep: Bool[np.ndarray, " N"] | Int[np.ndarray, " M"]) -> "VolumeFraction":
-        """The shares of the cubes that are kept, by a truth value for each or by their numbers."""
+        """Return the shares of some cubes, selected by truth values or by indices."""
         return VolumeFraction(self.low[keep], self.high[keep])
 
 
 def share_under(
     above: Float[np.ndarray, " N"], below: Float[np.ndarray, " N"], normal: Float[np.ndarray, "N 3"]
 ) -> VolumeFraction:
-    """Bounds of the share of the unit cube about the origin where ``value + normal . x <= 0``,
-    ``below <= value <= above``.
+    """Return bounds of the share of the unit cube about the origin under a plane.
 
-    With components a >= b >= c > 0 of the normal and t the way from the lowest corner to the plane,
-    at most half of the way through the cube, the share is (t^3 - (t - a)^3 - (t - b)^3 - (t - c)^3
-    + (t - b - c)^3) / (6 a b c) over the positive brackets: the distribution of a sum of three
-    uniform variables. Beyond the middle the other side is computed.
+    It is the share where ``value + normal . x <= 0`` for ``below <= value <= above``.
+
+    Let a >= b >= c > 0 be the components of the normal and t the distance from the lowest corner to
+    the plane, at most half of the way through the cube. The share is then (t^3 - (t - a)^3 -
+    (t - b)^3 - (t - c)^3 + (t - b - c)^3) / (6 a b c) over the positive brackets: the distribution
+    of a sum of three uniform variables. Beyond the middle the other side is computed.
 
     Args:
         above, below: (N,), in sides of the cube.
@@ -87,7 +91,7 @@ def share_under(
 
 
 def _cube(x: Float[np.ndarray, "2 N"]) -> Float[np.ndarray, "2 N"]:
-    """Third power of what is positive; ``x`` is overwritten."""
+    """Return the cube of the positive part of ``x``, which is overwritten."""
     np.maximum(x, 0.0, out=x)
     y: np.ndarray = x * x
     y *= x
@@ -96,29 +100,30 @@ def _cube(x: Float[np.ndarray, "2 N"]) -> Float[np.ndarray, "2 N"]:
 
 @dataclass(frozen=True)
 class Tangent:
-    """Convex functions at the centres of P cubes: value (P,) m, gradient ``normal`` (P, 3) of
-    length 1 or less, and a bound ``bend`` (P,) 1/m of the curvature inside the cube; ``along`` (P,
-    3), the one unit direction in which it curves, or None where it may curve in every direction
-    across the normal."""
+    """Tangents of P convex functions at the centres of cubes."""
 
     value: Float[np.ndarray, " P"]
+    """Values, m."""
     normal: Float[np.ndarray, "P 3"]
+    """Gradients, of length 1 or less."""
     bend: Float[np.ndarray, " P"]
+    """Upper bounds of the curvature inside the cube, 1/m."""
     along: Float[np.ndarray, "P 3"] | None = None
+    """The only unit direction of curvature; None if the function may curve in every direction
+    across the normal."""
 
     def rise(self, side: float) -> Float[np.ndarray, " P"]:
-        """How far the function can lie above its tangent plane in a cube, m: (bend / 2) max t^2."""
+        """Return the maximum height, m, above the tangent plane in a cube: (bend / 2) max t^2."""
         reach = 3**0.5 if self.along is None else np.abs(self.along).sum(axis=1)
         return self.bend / 2 * (reach * side / 2) ** 2
 
     def between(self, side: float) -> Float[np.ndarray, " P"]:
-        """Bound of the share of a cube between tangent plane and surface.
+        """Return a bound of the share of a cube between tangent plane and surface.
 
-        On a line along the axis e nearest to the normal, that piece is at most max(bend t^2 / 2) /
-        |n_e| long. With
-        t = p . y + q z, y in the cube's face and z along the line, the mean over the face of max
-        t^2 is at most (sqrt(|p|^2 / 12) + |q| / 2)^2 side^2: |p . y| has the mean square |p|^2
-        side^2 / 12.
+        On a line along the axis e nearest to the normal, that section is at most max(bend t^2 / 2)
+        / |n_e| long. With t = p . y + q z, y in the cube's face and z along the line, the mean over
+        the face of max t^2 is at most (sqrt(|p|^2 / 12) + |q| / 2)^2 side^2: |p . y| has the mean
+        square |p|^2 side^2 / 12.
         """
         steep = np.maximum(np.abs(self.normal).max(axis=1), TILT)
         if self.along is None:
@@ -132,8 +137,9 @@ class Tangent:
         return off
 
     def share(self, side: float, slack: float) -> VolumeFraction:
-        """Bounds of the share of each cube where the function is at most 0; ``slack`` m, rounding
-        of its value.
+        """Return bounds of the share of each cube where the function is at most 0.
+
+        ``slack`` is the rounding error of its value, m.
         """
         plane = share_under((self.value + slack) / side, (self.value - slack) / side, self.normal)
         return VolumeFraction(
@@ -142,7 +148,7 @@ class Tangent:
 
 
 def first_of(cell: Int[np.ndarray, " P"]) -> Int[np.ndarray, " M"]:
-    """Where each cell's pairs begin, ``cell`` ascending."""
+    """Return the index of each cell's first pair, for ascending ``cell``."""
     return np.flatnonzero(np.diff(cell, prepend=-1))
 
 
@@ -155,19 +161,19 @@ def union_bounds(
     side: float,
     slack: float,
 ) -> VolumeFraction:
-    """Bounds of the share of each of ``cells`` cubes in the union of its parts.
+    """Return bounds of the share of each of ``cells`` cubes in the union of its parts.
 
     The sum over the parts is a poor bound where parts nearly coincide. All parts of a cube lie
-    under their tangent planes, ``value + normal . x <= 0``, so all lie under the plane of the first
-    one, moved by as much as the others differ from it.
+    under their tangent planes, ``value + normal . x <= 0``. They all lie under the plane of the
+    first part, moved by the largest difference of the others from it.
 
     Args:
         cell: cube of each pair, ascending.
-        cells: how many cubes there are; those without a pair have share 0.
+        cells: number of cubes; those without a pair have share 0.
         each: share of each pair.
         value, normal: (P,) m and (P, 3), tangent plane below each pair's part.
-        side: of the cubes, m.
-        slack: rounding of the values, m.
+        side: side of the cubes, m.
+        slack: rounding error of the values, m.
     """
     low, high = np.zeros((2, cells))
     if len(cell) == 0:
@@ -186,25 +192,27 @@ def union_bounds(
     return VolumeFraction(low, high)
 
 
-SHARP = 1e30  # curvature, 1/m, at an edge, an apex or a centre: nothing follows from it
+SHARP = 1e30  # curvature, 1/m, at an edge, an apex or a centre: no bound
 
 
 def curvature(distance: Float[np.ndarray, " P"]) -> Float[np.ndarray, " P"]:
-    """1 / distance where that is positive, else without bound."""
+    """Return 1 / distance where the distance is positive, else ``SHARP``."""
     return np.where(distance > 0, 1 / np.where(distance > 0, distance, 1.0), SHARP)
 
 
-# of a cube's side: nearer to an axis, the direction away from it is lost to rounding, even along
-# the axis
+# of a cube's side: nearer to an axis, rounding destroys the direction away from it, even along the
+# axis
 AXIS = 1e-4
 
 
 def away(
     v: Float[np.ndarray, "P 3"], side: float
 ) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, "P 3"]]:
-    """Length (P,) m of ``v`` (P, 3) m and its direction (P, 3), for a convex distance and its
-    gradient; both 0 where ``v`` is next to nothing in a cube of ``side`` m. The plane of value and
-    gradient 0 lies below every distance."""
+    """Return length (P,) m and direction (P, 3) of ``v`` (P, 3) m.
+
+    They are a convex distance and its gradient. Both are 0 where ``v`` is almost 0 relative to a
+    cube of ``side`` m. The plane of value and gradient 0 lies below every distance.
+    """
     length = np.sqrt(dot(v, v))
     length = np.where(length > AXIS * side, length, 0.0)
     known = (length > 0)[:, None]
@@ -212,11 +220,10 @@ def away(
 
 
 def distance_tangent(v: Float[np.ndarray, "P 3"], radius: Numbers, side: float) -> Tangent:
-    """Tangent of ``distance from a convex body - radius``, where ``v`` (P, 3) m leads from the
-    nearest point of the body to the cube's centre.
+    """Return the tangent of ``distance from a convex body - radius`` at the cube's centre.
 
-    The distance from the body is at most that from this one point, whose curvature is at most 1 /
-    distance.
+    ``v`` (P, 3) m leads from the nearest point of the body to the cube's centre. The distance from
+    the body is at most that from this one point, whose curvature is at most 1 / distance.
     """
     distance, normal = away(v, side)
     return Tangent(

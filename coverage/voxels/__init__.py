@@ -1,1 +1,1 @@
-"""The octree: which voxels a solid holds, exactly or between guaranteed bounds."""
+"""The octree: the voxels of a solid, exactly or between guaranteed bounds."""

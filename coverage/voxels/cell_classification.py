@@ -1,5 +1,5 @@
-"""What a cell of an octree has to know of a solid: its values at points, and whether a whole ball
-lies inside or outside.
+"""Classification of octree cells: a solid's values at points, and whether a ball lies wholly inside
+or outside.
 """
 
 import numpy as np
@@ -9,13 +9,11 @@ from ..arrays import rows
 from ..solids.base import VALUES, Solid, fold, leaves
 from .octree_cells import Pairs
 
-SLACK = 1e-9  # rounding of an implicit function, relative to the scale of its solid
+SLACK = 1e-9  # rounding error of an implicit function, relative to the scale of its solid
 
 
 def scale(solid: Solid) -> float:
-    """What rounding is relative to: 1 m, or the furthest coordinate of the solid's parts if
-    larger.
-    """
+    """Return the scale of rounding: 1 m, or the solid's largest coordinate if larger."""
     return max(
         [1.0, *(float(np.abs(parts.bounds()).max()) for parts in leaves(solid) if len(parts))]
     )
@@ -24,8 +22,9 @@ def scale(solid: Solid) -> float:
 def values(
     solid: Solid, points: Float[np.ndarray, "*batch M 3"], pairs: tuple[Pairs, ...]
 ) -> Float[np.ndarray, "*batch M"]:
-    """Implicit function at points of each cell, one or a batch of them; ``pairs`` of each leaf name
-    the parts that matter, others are left out.
+    """Return the implicit function at points of each cell, for one or a batch of points.
+
+    The ``pairs`` of each leaf name the parts that matter; other parts are not evaluated.
     """
     least = []
     for parts, (cell, index) in zip(leaves(solid), pairs, strict=True):
@@ -41,8 +40,12 @@ def values(
 def verdicts(
     solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], reach: float
 ) -> tuple[Int[np.ndarray, " M"], tuple[Pairs, ...]]:
-    """-1 where the ball of radius ``reach`` m about a point lies inside the solid, 1 outside, 0
-    undecided; and of the ``pairs`` of each leaf those that still matter."""
+    """Classify the ball of radius ``reach`` m about each point.
+
+    Returns:
+        -1 inside the solid, 1 outside, 0 undecided; and for each leaf the ``pairs`` that still
+            matter.
+    """
     states: list[Int[np.ndarray, " M"]] = []
     left: list[Pairs] = []
     for parts, (cell, index) in zip(leaves(solid), pairs, strict=True):

@@ -1,10 +1,10 @@
-"""A guaranteed interval for zeta, as narrow as asked.
+"""A guaranteed interval for zeta, of a requested width.
 
-Cells wholly inside or outside are settled at once. Of a cell that surfaces cut, the covered and the
-uncovered volume are bounded from below and above (``volume_fraction``); a cell whose bounds still
-leave more open than a threshold is split. The threshold falls from pass to pass until the interval
-is narrow enough. Passes go depth first and keep no cells, so that memory stays bounded however
-narrow the interval, and each pass leaves a valid interval.
+Cells wholly inside or outside are settled at once. For a cell that surfaces intersect, the covered
+and the uncovered volume are bounded from below and above (``volume_fraction``). A cell whose bounds
+differ by more than a threshold is split. The threshold decreases from pass to pass until the
+interval is narrow enough. Passes go depth first and keep no cells, so memory stays bounded however
+narrow the interval, and each pass yields a valid interval.
 """
 
 import itertools
@@ -27,59 +27,69 @@ from .octree_cells import Cells, first_cells
 from .voxel_set import centre
 
 _IN_TARGET, _SEEN = 1, 2  # bits of a cell's mark
-_LEVELS = 19  # of halving a cell, from the scene's box down to the smallest
-# of cell and part worked on at once: enough that arithmetic outweighs calls, some 100 MB
+_LEVELS = 19  # of cell halving, from the scene's box down to the smallest cell
+# pairs of cell and part processed at once: enough that arithmetic outweighs calls, about 100 MB
 _PAIRS = 1 << 17
-# that the first cells are dealt into, at least and at most: for machines of any number of
-# processors alike
+# minimum and maximum number of work shares for the first cells; the same on all machines,
+# independent of their number of processors
 _SHARES = (4, 64)
-_SHARE = 1 << 18  # cells of a pass, from where on another share pays
-_WORTH = 2000  # a cell this many times the threshold is split without a look at its shares
-# of its box: a target that may be this large at most, and of which nothing is certain, counts as
-# empty
+_SHARE = 1 << 18  # cells of a pass for which another share pays off
+_WORTH = 2000  # a cell this many times the threshold is split without computing its shares
+# of its box: a target of at most this volume, no part of which is certain, counts as empty
 _EMPTY = 0.05
-_SUM = 1e-12  # rounding of a sum of volumes, relative; adding up such sums adds to it
+_SUM = 1e-12  # relative rounding error of a sum of volumes; adding such sums increases it
 
 
 @dataclass(frozen=True)
 class Bracket:
-    """Guaranteed bounds of zeta, in [0, 1], and of the target's volume, m^3; and how they were
-    reached: passes, cells settled in the last pass, side of the smallest of them, m, and whether
-    the interval is as narrow as was asked."""
+    """Guaranteed bounds of zeta and of the target's volume, and how they were reached."""
 
     low: float
+    """Lower bound of zeta, in [0, 1]."""
     high: float
+    """Upper bound of zeta, in [0, 1]."""
     volume_low: float
+    """Lower bound of the target's volume, m^3."""
     volume_high: float
+    """Upper bound of the target's volume, m^3."""
     passes: int
+    """Number of passes."""
     cells: int
+    """Cells settled in the last pass."""
     smallest: float
+    """Side of the smallest of these cells, m."""
     reached: bool
+    """Whether the interval has the requested width."""
 
     @property
     def width(self) -> float:
-        """Of the interval, in [0, 1]."""
+        """Width of the interval, in [0, 1]."""
         return self.high - self.low
 
 
 @dataclass
 class _Tally:
-    """Bounds of the covered and the uncovered volume of the target, m^3, their cells, smallest
-    level and number of sums.
-    """
+    """Bounds of the covered and the uncovered volume of the target."""
 
     covered_low: float = 0.0
+    """Lower bound of the covered volume, m^3."""
     covered_high: float = 0.0
+    """Upper bound of the covered volume, m^3."""
     uncovered_low: float = 0.0
+    """Lower bound of the uncovered volume, m^3."""
     uncovered_high: float = 0.0
+    """Upper bound of the uncovered volume, m^3."""
     cells: int = 0
+    """Number of settled cells."""
     level: int = _LEVELS + 2
+    """Smallest level of a settled cell."""
     sums: int = 0
+    """Number of sums."""
 
     def add(
         self, covered: VolumeFraction, uncovered: VolumeFraction, volume: float, level: int
     ) -> None:
-        """Settle cells of one ``volume``."""
+        """Settle cells of volume ``volume`` m^3 each."""
         sums = [
             volume * float(v.sum())
             for v in (covered.low, covered.high, uncovered.low, uncovered.high)
@@ -90,7 +100,7 @@ class _Tally:
         self.join(_Tally(covered_low, covered_high, uncovered_low, uncovered_high, cells, level, 1))
 
     def join(self, other: "_Tally") -> None:
-        """Add what another thread settled."""
+        """Add the cells that another thread settled."""
         self.covered_low += other.covered_low
         self.covered_high += other.covered_high
         self.uncovered_low += other.uncovered_low
@@ -100,7 +110,7 @@ class _Tally:
         self.sums += other.sums
 
     def bracket(self, passes: int, unit: float, width: float) -> Bracket:
-        """The interval; sums are widened by their rounding."""
+        """Return the interval; sums are widened by their rounding error."""
         rounding = _SUM + self.sums * 2.0**-52
         c, u = self.covered_low * (1 - rounding), self.uncovered_low * (1 - rounding)
         more_c, more_u = self.covered_high * (1 + rounding), self.uncovered_high * (1 + rounding)
@@ -119,25 +129,34 @@ class _Tally:
 
 
 class StoppedError(Exception):
-    """Asked to stop in the middle of a pass."""
+    """A pass was stopped before its end."""
 
 
 @dataclass(frozen=True)
 class _Pass:
-    """One descent: cells that leave more than ``threshold`` m^3 open are split, down to level 0; a
-    covered volume counts 1 - zeta, an uncovered one zeta, as that is what they move the share by.
+    """One descent, which splits cells with an open volume above a threshold, down to level 0.
+
+    Open covered volume has the weight 1 - zeta and open uncovered volume the weight zeta, because
+    they move the share by these factors.
     """
 
     target: Solid
+    """The target."""
     seen: Solid
+    """The visible region."""
     unit: float
+    """Side of a cell of level 0, m."""
     threshold: float
+    """Weighted open volume above which a cell is split, m^3."""
     zeta: float
+    """Estimate of zeta, for the weights."""
     slack: float
+    """Rounding error of implicit functions, m."""
     stop: threading.Event
+    """Stops the pass when set."""
 
     def run(self, start: Cells) -> _Tally:
-        """Settle everything below the cells ``start``."""
+        """Settle all cells below the cells ``start``."""
         tally, stack = _Tally(), [start]
         unions = len(leaves(self.target))
         while stack:
@@ -152,8 +171,9 @@ class _Pass:
         return tally
 
     def _decide(self, cells: Cells, unions: int, tally: _Tally) -> Cells:
-        """Settle the cells wholly in or out of both solids; the rest, with what is known of them as
-        marks.
+        """Settle the cells wholly inside or outside both solids, and return the others.
+
+        The marks of the returned cells record in which solid they lie.
         """
         points = centre(cells.numbers, cells.level, self.unit)
         reach = math.sqrt(3) / 2 * self.unit * (1 << cells.level) + self.slack
@@ -174,7 +194,7 @@ class _Pass:
         return cells.left(pairs, mark).only((t == 0) | ((t < 0) & (v == 0)))
 
     def _settle(self, cells: Cells, unions: int, tally: _Tally) -> Cells:
-        """Settle the cells whose shares are known well enough; the rest are to be split."""
+        """Settle the cells whose shares are known well enough; return the cells to be split."""
         side = self.unit * (1 << cells.level)
         volume = side**3
         if volume > _WORTH * self.threshold and cells.level > 0:
@@ -214,14 +234,15 @@ class _Pass:
 def _unless(
     known: Bool[np.ndarray, " M"], pairs: tuple[Int[np.ndarray, " P"], Int[np.ndarray, " P"]]
 ) -> tuple[Int[np.ndarray, " Q"], Int[np.ndarray, " Q"]]:
-    """The pairs of cells of which it is not known."""
+    """Return the pairs of the cells that are not ``known``."""
     keep = ~known[pairs[0]]
     return pairs[0][keep], pairs[1][keep]
 
 
 def _run(work: _Pass, start: Cells, cells: int) -> _Tally:
-    """One pass after one of so many cells, in shares that are the same on every machine, so that
-    sums round alike.
+    """Run one pass; ``cells`` is the number of cells of the previous pass.
+
+    The work shares are the same on every machine, so that sums round identically.
     """
     shares = min(max(cells // _SHARE, _SHARES[0]), _SHARES[1])
     share = np.arange(len(start)) % shares
@@ -239,8 +260,11 @@ def _run(work: _Pass, start: Cells, cells: int) -> _Tally:
 
 
 def _step(width: float, wanted: float) -> float:
-    """Factor on the threshold: the interval falls about with its square root; aim a little below,
-    and go no more than a hundredth at once."""
+    """Return the factor on the threshold.
+
+    The interval shrinks about with the square root of the threshold. The step aims slightly below
+    the requested width and reduces the threshold to no less than a hundredth at once.
+    """
     return min(max((0.8 * wanted / width) ** 2, 0.01), 0.5)
 
 
@@ -251,49 +275,50 @@ def bracket(
     voxel: float | None = None,
     tell: Callable[[Bracket], None] = lambda bracket: None,
 ) -> Bracket:
-    """Bounds of the share of ``target`` that lies in ``seen``.
+    """Return guaranteed bounds of the share of ``target`` that lies in ``seen``.
 
     Args:
         target, seen: solids.
-        width: of the interval asked for, in [0, 1]; 0 asks for every cell of side ``voxel``.
+        width: requested width of the interval, in [0, 1]; 0: descend to every cell of side
+            ``voxel``.
         voxel: side below which no cell is split, m; None: a millionth of the scene.
-        tell: is given the interval after each pass. Ctrl-C ends the work with the last interval,
-            ``reached`` False.
+        tell: called with the interval after each pass. Ctrl-C ends the work with the last interval,
+            with ``reached`` False.
 
     Raises:
         ValueError: if the target is empty, or neither width nor voxel bounds the work.
     """
     if not width > 0 and voxel is None:
-        raise ValueError("a guaranteed interval needs a width to reach or a voxel to stop at")
+        raise ValueError("a guaranteed interval needs a width or a voxel side: set one of them")
     keep_freed_memory()
     box = target.bounds()
     size = float(np.ptp(box, axis=0).max())
     if not size > 0:
         raise ValueError("the target is empty: its box has no volume")
-    furthest = float(np.abs(box).max())  # the lattice ends at 2^19 units from the origin
+    furthest = float(np.abs(box).max())  # the lattice extends 2^19 units from the origin
     unit = voxel if voxel is not None else max(size, 1.001 * furthest) / 2.0**_LEVELS
     slack = SLACK * max(scale(target), scale(seen))
     start = first_cells(leaves(target) + leaves(seen), box, unit, 0)
     volume = float(np.prod(np.ptp(box, axis=0)))
     threshold = width * volume / 100 if width > 0 else 0.0
     work = _Pass(target, seen, unit, threshold, 0.5, slack, threading.Event())
-    found: Bracket | None = None
+    interval: Bracket | None = None
     for passes in itertools.count(1):
         try:
-            tally = _run(work, start, found.cells if found else 0)
-            before, found = found, tally.bracket(passes, unit, width)
-            if found.volume_low == 0 and found.volume_high < _EMPTY * volume:
+            tally = _run(work, start, interval.cells if interval else 0)
+            before, interval = interval, tally.bracket(passes, unit, width)
+            if interval.volume_low == 0 and interval.volume_high < _EMPTY * volume:
                 raise ValueError(
-                    "the target is empty or too thin to tell: nothing is certain to lie in it"
+                    "the target is empty or too thin: no part of its volume is certain"
                 )
-            tell(found)
+            tell(interval)
         except KeyboardInterrupt:
-            if found is None:
+            if interval is None:
                 raise
-            return found
-        stuck = before is not None and tally.level == 0 and found.width > 0.99 * before.width
-        if found.reached or not threshold > 0 or stuck:
-            return found
-        zeta = min(max((found.low + found.high) / 2, 0.05), 0.95)
-        work = replace(work, zeta=zeta, threshold=work.threshold * _step(found.width, width))
+            return interval
+        stuck = before is not None and tally.level == 0 and interval.width > 0.99 * before.width
+        if interval.reached or not threshold > 0 or stuck:
+            return interval
+        zeta = min(max((interval.low + interval.high) / 2, 0.05), 0.95)
+        work = replace(work, zeta=zeta, threshold=work.threshold * _step(interval.width, width))
     raise AssertionError("unreachable")

@@ -1,8 +1,8 @@
-"""Connected pieces of a set of voxels: voxels that share a face belong together.
+"""Connected components of a set of voxels; voxels that share a face are connected.
 
-The set's intervals are cut into octree cells as large as they go. Of two cells that share a face
-the smaller one meets the other where its neighbour of its own size would be; so each cell looks
-across its six faces, and no voxel is looked at alone.
+The set's intervals are divided into octree cells of maximum size. Of two cells that share a face,
+the smaller one meets the other where its neighbour of its own size would be. It is therefore enough
+that each cell examines its six faces; single voxels are not examined.
 """
 
 from dataclasses import dataclass
@@ -15,38 +15,40 @@ from .voxel_set import OFFSET, VoxelSet, decode, encode
 
 @dataclass(frozen=True)
 class Pieces:
-    """The P connected pieces of a set, the one of most voxels first.
-
-    voxel: side, m. voxels (P,): how many. centre (P, 3) m: centroid. low, high (P, 3) m: corners of
-    the box around it. key, size (C,): first key of each of the cells that make them up, and its
-    voxels; side (C,): of a cell, voxels; middle (C, 3) m: its centre; piece (C,): the number of its
-    piece.
-    """
+    """The P connected pieces of a set, largest first, and the C cells that make them up."""
 
     voxel: float
+    """Side of a voxel, m."""
     voxels: Int[np.ndarray, " P"]
+    """Voxels of each piece."""
     centre: Float[np.ndarray, "P 3"]
+    """Centroid of each piece, m."""
     low: Float[np.ndarray, "P 3"]
+    """Lower corner of each piece's bounding box, m."""
     high: Float[np.ndarray, "P 3"]
+    """Upper corner of each piece's bounding box, m."""
     key: Int[np.ndarray, " C"]
+    """First key of each cell."""
     size: Int[np.ndarray, " C"]
+    """Voxels of each cell."""
     side: Int[np.ndarray, " C"]
+    """Side of each cell, voxels."""
     middle: Float[np.ndarray, "C 3"]
+    """Centre of each cell, m."""
     piece: Int[np.ndarray, " C"]
+    """Index of each cell's piece."""
 
     def __len__(self) -> int:
         return len(self.voxels)
 
     def voxel_set(self, number: int) -> VoxelSet:
-        """The voxels of one piece."""
+        """Return the voxels of one piece."""
         mine = self.piece == number
         return VoxelSet.of_cells(self.voxel, self.key[mine], self.size[mine])
 
 
 def pieces(voxels: VoxelSet) -> Pieces:
-    """The connected pieces of a set of voxels; pieces of as many voxels in the order of their
-    keys.
-    """
+    """Return the connected pieces of a set; pieces of equal size in order of their keys."""
     key, level = _cells(voxels)
     side, size = 1 << level, 1 << 3 * level
     lowest = decode(key)
@@ -73,7 +75,7 @@ def pieces(voxels: VoxelSet) -> Pieces:
 
 
 def _cells(voxels: VoxelSet) -> tuple[Int[np.ndarray, " C"], Int[np.ndarray, " C"]]:
-    """First keys, ascending, and levels of the fewest octree cells that make up a set."""
+    """Return first keys, ascending, and levels of the fewest octree cells that make up a set."""
     start, stop, level = voxels.start, voxels.stop, 0
     keys, levels = [], []
     while len(start):
@@ -93,7 +95,7 @@ def _cells(voxels: VoxelSet) -> tuple[Int[np.ndarray, " C"], Int[np.ndarray, " C
 
 
 def ranges(start: Int[np.ndarray, " R"], stop: Int[np.ndarray, " R"]) -> Int[np.ndarray, " N"]:
-    """All numbers from each start up to its stop."""
+    """Return all integers from each start up to, but not including, its stop."""
     length = stop - start
     before = np.cumsum(length) - length
     numbers: np.ndarray = np.arange(length.sum()) + np.repeat(start - before, length)
@@ -106,8 +108,8 @@ def _across_faces(
     side: Int[np.ndarray, " C"],
     lowest: Int[np.ndarray, "C 3"],
 ) -> tuple[Int[np.ndarray, " E"], Int[np.ndarray, " E"]]:
-    """Pairs of cells that share a face, the smaller one first."""
-    found = []
+    """Return pairs of cells that share a face, the smaller one first."""
+    edges = []
     for axis in range(3):
         for way in (-1, 1):
             beside = lowest.copy()
@@ -115,6 +117,6 @@ def _across_faces(
             wanted = encode(beside)
             at = np.maximum(np.searchsorted(key, wanted, side="right") - 1, 0)
             met = (key[at] <= wanted) & (wanted < key[at] + size[at]) & (size[at] >= size)
-            found.append((np.flatnonzero(met), at[met]))
-    one, other = zip(*found, strict=True)
+            edges.append((np.flatnonzero(met), at[met]))
+    one, other = zip(*edges, strict=True)
     return np.concatenate(one), np.concatenate(other)

@@ -1,12 +1,11 @@
-"""How many cones hold each voxel, and what is lost without one: counted in one descent of the
-octree.
+"""k-coverage of voxels, and the loss without each cone or group, from one octree descent.
 
-A cell inherits only the cones whose surface may cross it; of those that hold all of it, it keeps
-how many they are, the first and the last. Cones are numbered group by group (the sensors of a
-ring), so one cone alone holds a cell where first and last are equal, and one group alone where
-these are of one group. In a block of 64 voxels each cone left is one word, and a voxel's number of
-cones grows by bit arithmetic: "at least k so far" becomes "at least k - 1 before, and this one,
-too".
+A cell inherits only the cones whose surface may intersect it. For the cones that contain the whole
+cell, it stores their number and the first and last index. Cones are numbered group by group (the
+sensors of a ring). A single cone therefore contains a cell if first and last are equal, and a
+single group if these belong to one group. In a block of 64 voxels each remaining cone is one word,
+and the voxels' counts are updated by bit arithmetic: "at least k" after a cone means "at least k"
+before, or "at least k - 1" before and inside this cone.
 """
 
 import math
@@ -24,18 +23,20 @@ from .octree_cells import Cells, Region, first_cells
 from .voxel_bitmask import CORNER, LEVEL, VOXELS, BlockGrid, packed, words
 from .voxel_set import VoxelSet, centre
 
-_CHUNK = 1 << 16  # pairs of cell and cone worked on at once
+_CHUNK = 1 << 16  # pairs of cell and cone processed at once
 _ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 
 @dataclass(frozen=True)
 class CoverageCounts:
-    """at_least (N,): wanted voxels that at least 1 ... N cones hold. alone (K,): those that one
-    cone holds and no other. alone_group (G,): those that only cones of one group hold."""
+    """Numbers of wanted voxels by the cones that contain them."""
 
     at_least: Int[np.ndarray, " N"]
+    """Voxels in at least 1 to N cones."""
     alone: Int[np.ndarray, " K"]
+    """Voxels in each cone and in no other."""
     alone_group: Int[np.ndarray, " G"]
+    """Voxels in cones of each group and of no other."""
 
     def __add__(self, other: "CoverageCounts") -> "CoverageCounts":
         return CoverageCounts(
@@ -45,30 +46,34 @@ class CoverageCounts:
 
 @dataclass(frozen=True)
 class Held:
-    """Of cells (M,): are all their voxels wanted, how many cones hold the whole cell, and the first
-    and last of these.
-    """
+    """Which cones contain each of M whole cells."""
 
     full: Bool[np.ndarray, " M"]
+    """Whether all voxels of the cell are wanted."""
     count: Int[np.ndarray, " M"]
+    """Number of cones that contain the cell."""
     first: Int[np.ndarray, " M"]
+    """Lowest index of these cones."""
     last: Int[np.ndarray, " M"]
+    """Highest index of these cones."""
 
     @staticmethod
     def nothing(cells: int, cones: int) -> "Held":
-        """``cells`` of which nothing is known; the first of no cones is one beyond all, the last
-        one before all.
+        """Return ``cells`` for which no containing cone is known yet.
+
+        Without cones, the first index is one past the highest and the last one before the lowest.
         """
         zero = np.zeros(cells, np.int64)
         return Held(np.zeros(cells, bool), zero, zero + cones, zero - 1)
 
     def rows(self, index: np.ndarray) -> "Held":
-        """The cells of ``index``: their numbers, or a truth value for each."""
+        """Return the cells of ``index``, given by integers or by truth values."""
         return Held(*(a[index] for a in vars(self).values()))
 
     def with_cones(self, cell: Int[np.ndarray, " P"], cone: Int[np.ndarray, " P"]) -> "Held":
-        """The same cells with further pairs of a cell (ascending) and a cone (ascending in a cell)
-        that holds it.
+        """Return the same cells with further pairs of a cell and a cone that contains it.
+
+        Pairs ascend by cell, then by cone.
         """
         if len(cell) == 0:
             return self
@@ -89,9 +94,11 @@ def _at_least(
     cell: np.ndarray,
     word: np.ndarray,
 ) -> UInt64[np.ndarray, "N M"]:
-    """Words of the wanted voxels of M blocks that lie in at least 1 ... ``most`` things: ``count``
-    of them hold the whole block, the others what the words of pairs of a block (ascending) and a
-    thing say."""
+    """Return words of the wanted voxels of M blocks in at least 1 to ``most`` regions.
+
+    ``count`` regions contain the whole block. The others are given by the words of pairs of a block
+    (ascending) and a region.
+    """
     reached = np.where(np.arange(1, most + 1)[:, None] <= count, wanted, np.uint64(0))
     load = np.bincount(cell, minlength=len(count))
     order = np.argsort(-load, kind="stable")
@@ -109,19 +116,25 @@ def _at_least(
 
 @dataclass(frozen=True)
 class _Descent:
-    """What stays the same all the way down. A number of cones below ``least`` or from ``most`` on
-    is not told from others; group (K,) ascending, or None where nobody asks what is held alone."""
+    """The constants of one descent."""
 
     cones: Parts
+    """The K cones."""
     wanted: VoxelSet
+    """The voxels to count."""
     group: Int[np.ndarray, " K"] | None
+    """Ascending group of each cone; None if single cones and groups are not counted."""
     least: int
+    """Numbers of cones below this are not distinguished."""
     most: int
+    """Numbers of cones from this on are not distinguished."""
     chunk: int
+    """Pairs processed at once."""
     slack: float
+    """Rounding error of implicit functions, m."""
 
     def below(self, start: Cells, held: Held) -> Iterator[CoverageCounts]:
-        """Tallies of the cells ``start``, whose marks number the rows of ``held``."""
+        """Yield counts of the cells ``start``, whose marks index the rows of ``held``."""
         for cells in start.slices(self.chunk):
             size, before = 1 << 3 * cells.level, held.rows(cells.mark)
             wanted = np.full(len(cells), size)
@@ -148,7 +161,7 @@ class _Descent:
                 yield from self.below(rest.left(rest.pairs, np.arange(len(rest))).children(), now)
 
     def _open(self, held: Held, undecided: Int[np.ndarray, " M"]) -> Bool[np.ndarray, " M"]:
-        """May the undecided cones still change a cell's tally?"""
+        """Return whether the undecided cones may still change a cell's counts."""
         counts = (held.count < self.most) & (held.count + undecided >= self.least)
         if self.group is not None:
             counts |= self._group_of(held) >= -1
@@ -156,9 +169,7 @@ class _Descent:
         return open_
 
     def _group_of(self, held: Held) -> Int[np.ndarray, " M"]:
-        """The group of the cones that hold a cell; -1 where there are none, -2 where they are of
-        several.
-        """
+        """Return the group of the cones that contain a cell; -1 without cones, -2 for several."""
         group = np.append(self.group, -1) if self.group is not None else np.array([-1])
         first, last = group[held.first], group[held.last]
         return np.where(first == last, first, -2)
@@ -169,7 +180,7 @@ class _Descent:
         return CoverageCounts(at_least, none, np.zeros(groups, np.int64))
 
     def _settled(self, held: Held, wanted: Int[np.ndarray, " M"]) -> CoverageCounts:
-        """Of cells that the same cones hold throughout."""
+        """Return the counts of cells that the same cones contain throughout."""
         some = (held.count > 0) & (wanted > 0)
         held, wanted = held.rows(some), wanted[some]
         exactly = np.zeros(self.most + 1, np.int64)
@@ -184,7 +195,7 @@ class _Descent:
     def _in_blocks(
         self, cells: Cells, held: Held, points: Float[np.ndarray, "M 3"]
     ) -> CoverageCounts:
-        """Of cells that are blocks, voxel by voxel."""
+        """Return the counts of cells that are blocks, voxel by voxel."""
         wanted = np.full(len(cells), _ALL)
         wanted[~held.full] = self.wanted.words(cells.key[~held.full])
         cell, cone = cells.pairs[0]
@@ -211,15 +222,15 @@ class _Descent:
         return tally
 
     def _words(self, cells: Cells, points: Float[np.ndarray, "M 3"]) -> UInt64[np.ndarray, " P"]:
-        """The voxels of each pair's block whose centre its cone holds."""
+        """Return the voxels of each pair's block whose centre lies in its cone."""
         cell, cone = cells.pairs[0]
-        found = words(
+        mask = words(
             self.cones,
             BlockGrid(self.wanted.voxel, self.slack * scale(self.cones)),
             rows(points, cell),
             cone,
         )
-        word, open_ = found.sure, np.flatnonzero(found.sure != found.maybe)
+        word, open_ = mask.sure, np.flatnonzero(mask.sure != mask.maybe)
         for some in np.array_split(open_, len(open_) * VOXELS // self.chunk + 1):
             numbers = (cells.numbers[cell[some]].T[:, None, :] << LEVEL) + CORNER.T[:, :, None]
             value = self.cones.part(
@@ -238,8 +249,11 @@ def _add_alone(
     whole: Array,
     held: Array,
 ) -> None:
-    """Add to ``alone`` the voxels of blocks that one thing holds: by its word, or where it alone
-    (``held`` is 1) holds the block, ``whole``."""
+    """Add to ``alone`` the voxels of blocks that lie in exactly one region.
+
+    That region is given by its word or, where ``held`` is 1, it is ``whole`` and contains the
+    block.
+    """
     once = reached[0] & ~reached[1]
     np.add.at(alone, thing, np.bitwise_count(word & once[cell]).astype(np.int64))
     np.add.at(alone, whole[held == 1], np.bitwise_count(once[held == 1]).astype(np.int64))
@@ -263,7 +277,7 @@ def _descent(
     cones: Parts, wanted: VoxelSet, group: np.ndarray | None, least: int, most: int
 ) -> _Descent:
     if most < 1:
-        raise ValueError(f"found at least {most} cones, allowed: 1 and more")
+        raise ValueError(f"the number of cones must be at least 1, got {most}")
     return _Descent(cones, wanted, group, least, most, _CHUNK, SLACK * scale(cones))
 
 
@@ -274,19 +288,20 @@ def tally(
     most: int,
     region: Region | None = None,
 ) -> CoverageCounts:
-    """Count the voxels of ``wanted`` by how many cones hold their centre, and those that hang on
-    one cone or one group.
+    """Count the voxels of ``wanted`` by the number of cones that contain their centre.
+
+    Voxels that depend on a single cone or a single group are counted as well.
 
     Args:
         cones: K cones, numbered group by group.
-        group: number of each cone's group, ascending from 0.
+        group: index of each cone's group, ascending from 0.
         wanted: the voxels of a target.
-        most: numbers of cones from here on are counted as one.
-        region: only voxels of this octree cell are counted; None: all.
+        most: larger numbers of cones are counted as this one.
+        region: octree cell whose voxels are counted; None: all.
 
     Raises:
-        ValueError: if ``most`` is below 1, or the voxels so small that the cones reach beyond half
-            of the lattice.
+        ValueError: if ``most`` is below 1, or the voxels are so small that the cones extend beyond
+            half of the lattice.
     """
     return _all(_descent(cones, wanted, group, 1, most), region)
 
@@ -294,6 +309,8 @@ def tally(
 def count_k_covered(
     cones: Parts, wanted: VoxelSet, least: int, region: Region | None = None
 ) -> int:
-    """Number of voxels of ``wanted`` whose centre at least ``least`` cones hold; sooner than a
-    ``tally``. For what it takes and raises see there."""
+    """Return the number of voxels of ``wanted`` whose centre lies in at least ``least`` cones.
+
+    It is faster than ``tally``, which documents arguments and errors.
+    """
     return int(_all(_descent(cones, wanted, None, least, least), region).at_least[-1])

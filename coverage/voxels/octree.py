@@ -1,10 +1,8 @@
-"""The octree: which voxels a solid holds, found by splitting only the cells that its surface may
-cross.
+"""The octree: the voxels inside a solid, by splitting only the cells that its surface may cross.
 
-A cell with centre c and half-diagonal h lies wholly inside a solid when f(c) < -h and wholly
-outside when f(c) > h, as f is 1-Lipschitz. Each cell carries, for every union of parts in the
-solid's tree, the parts that still matter to it: a part outside the cell is outside all its
-children.
+A cell with centre c and half-diagonal h lies wholly inside a solid if f(c) < -h and wholly outside
+if f(c) > h, as f is 1-Lipschitz. For every union of parts in the solid's tree, each cell stores the
+parts that still matter to it: a part outside the cell is outside all its children.
 """
 
 import itertools
@@ -28,23 +26,25 @@ from .voxel_bitmask import CORNER, LEVEL, VOXELS, BlockGrid, packed, words
 from .voxel_set import VoxelSet, centre, runs
 
 Rule = Literal["centre", "touch"]
-# `touch` probes a voxel at every quarter of its side, faces included: 5^3 points, its centre among
-# them
+# `touch` probes a voxel at every quarter of its side, faces included: 5^3 points, including its
+# centre
 PROBES = 4
-# pairs of cell and part worked on at once: enough that arithmetic outweighs the calls
+# pairs of cell and part processed at once: enough that arithmetic outweighs the calls
 CHUNK = 1 << 17
 _LEAST_CHUNK = 1 << 10
 _SHARED_CHUNK = 1 << 14  # below that, processors wait for each other's calls
-_PAIR_BYTES = 1200  # at work for each pair of a chunk, what waits at the levels above it included
+_PAIR_BYTES = 1200  # memory for each pair of a chunk, including waiting cells of the levels above
 _FULL = 1  # mark of cells all of whose voxels are wanted
-_MUCH = 500_000  # voxels on three sides of the box, from where on a second processor pays
+_MUCH = 500_000  # voxels on three sides of the box above which a second processor pays off
 
 
 def _touched(
     solid: Solid, points: Float[np.ndarray, "M 3"], pairs: tuple[Pairs, ...], voxel: float
 ) -> Bool[np.ndarray, " M"]:
-    """Voxels of which a probed point is inside the solid. Probes near the centre go first, as they
-    decide most; they go in batches, and each batch is for the voxels that none before it decided.
+    """Return the voxels of which a probed point is inside the solid.
+
+    Probes near the centre go first, as they decide most voxels. Each further batch of probes tests
+    only the voxels that are still undecided.
     """
     steps = np.arange(PROBES + 1) / PROBES - 0.5
     offsets = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3)
@@ -61,17 +61,19 @@ def _touched(
 
 @dataclass(frozen=True)
 class OctreeCount:
-    """Octree cells inside a solid: first keys (C,), the keys of each, and whether all their voxels
-    are wanted (C,). Of blocks inside in part only, ``word`` (C,) has the bits of the voxels inside.
-    """
+    """Octree cells inside a solid."""
 
     key: Int[np.ndarray, " C"]
+    """First key of each cell."""
     size: int
+    """Number of keys of each cell."""
     full: Bool[np.ndarray, " C"]
+    """Whether all voxels of the cell are wanted."""
     word: UInt64[np.ndarray, " C"] | None = None
+    """For blocks partly inside: the bits of the voxels inside."""
 
     def wanted(self, within: VoxelSet | None) -> int:
-        """How many of their voxels are wanted."""
+        """Return the number of wanted voxels."""
         part = ~self.full
         if self.word is not None:
             word = self.word
@@ -85,7 +87,7 @@ class OctreeCount:
         return full * self.size + int(within.count_in(self.key[part], self.size).sum())
 
     def runs(self) -> tuple[Int[np.ndarray, " R"], Int[np.ndarray, " R"]]:
-        """Their voxels as runs of keys: the first of each run and how many."""
+        """Return the voxels as runs of keys: the first key and the length of each run."""
         if self.word is None:
             return self.key, np.full(len(self.key), self.size)
         return runs(self.key, self.word)
@@ -93,19 +95,26 @@ class OctreeCount:
 
 @dataclass(frozen=True)
 class Descent:
-    """What stays the same all the way down: ``scale`` is what rounding is relative to, m; ``chunk``
-    how many pairs are worked on at once."""
+    """The constants of one descent."""
 
     solid: Solid
+    """The solid to count."""
     voxel: float
+    """Side of a voxel, m."""
     rule: Rule
+    """How voxels are counted."""
     within: VoxelSet | None
+    """The wanted voxels; None: all."""
     scale: float
+    """Length to which rounding errors are relative, m."""
     chunk: int
+    """Pairs processed at once."""
 
     def below(self, start: Cells) -> Iterator[OctreeCount]:
-        """Octree cells that the solid holds, as they are found below the cells ``start``; depth
-        first, so that of each level no more waits than the children of one chunk."""
+        """Yield the octree cells inside the solid below the cells ``start``.
+
+        The descent is depth first, so that no level stores more than the children of one chunk.
+        """
         for cells in start.slices(self.chunk):
             if self.within is not None:
                 cells = _wanted(cells, self.within)
@@ -130,15 +139,15 @@ class Descent:
                 yield OctreeCount(rest.key[held], 1, rest.mark[held] == _FULL)
 
     def _words(self, cells: Cells, points: Float[np.ndarray, "M 3"]) -> UInt64[np.ndarray, " M"]:
-        """The voxels, of cells that are blocks, whose centre is inside the solid."""
+        """Return the voxels of blocks whose centre is inside the solid."""
         grid = BlockGrid(self.voxel, SLACK * self.scale**2)
         unions = [
             words(parts, grid, rows(points, cell), index).union(cell, len(cells))
             for parts, (cell, index) in zip(leaves(self.solid), cells.pairs, strict=True)
         ]
-        found = fold(self.solid, unions, LOGIC)
-        word: np.ndarray = found.sure
-        open_ = found.sure != found.maybe
+        mask = fold(self.solid, unions, LOGIC)
+        word: np.ndarray = mask.sure
+        open_ = mask.sure != mask.maybe
         if open_.any():
             word[open_] = np.concatenate(
                 [self._exact(run) for run in cells.only(open_).slices(self.chunk // VOXELS)]
@@ -146,7 +155,7 @@ class Descent:
         return word
 
     def _exact(self, cells: Cells) -> UInt64[np.ndarray, " M"]:
-        """The same by the implicit function itself."""
+        """Return the same voxels by the implicit function itself."""
         numbers = (cells.numbers.T[:, None, :] << LEVEL) + CORNER.T[:, :, None]
         value = values(self.solid, centre(numbers.transpose(1, 2, 0), 0, self.voxel), cells.pairs)
         return packed((value <= 0).T)
@@ -164,8 +173,11 @@ def _each(
     memory: float | None,
     gather: Callable[[Iterator[OctreeCount]], T],
 ) -> list[T]:
-    """``gather`` over what is found: at once where it is little, else once for each processor, as
-    NumPy lets go of the interpreter while it computes."""
+    """Return the results of ``gather`` over the counted cells: one for each worker.
+
+    Small counts run in one thread, others on each processor, as NumPy releases the interpreter lock
+    while it computes.
+    """
     if within is not None and within.voxel != voxel:
         raise ValueError(f"voxels of {voxel} m and of {within.voxel} m do not lie on one lattice")
     if not any(len(parts) for parts in leaves(solid)):
@@ -198,9 +210,7 @@ def _each(
 
 
 def regions(solid: Solid, voxel: float, most: int) -> Iterator[Region]:
-    """Octree cells of at most about ``most`` voxels a side that together cover the solid, as they
-    are found.
-    """
+    """Yield octree cells of at most about ``most`` voxels a side that together cover the solid."""
     level = max(int(math.log2(max(most, 1))), LEVEL)
     slack = SLACK * scale(solid)
 
@@ -220,7 +230,7 @@ def regions(solid: Solid, voxel: float, most: int) -> Iterator[Region]:
 
 
 def _wanted(cells: Cells, within: VoxelSet) -> Cells:
-    """The cells with a wanted voxel, those with nothing else marked full."""
+    """Return the cells with a wanted voxel; cells whose voxels are all wanted are marked full."""
     partial = cells.mark != _FULL
     if not partial.any():
         return cells
@@ -244,28 +254,26 @@ def voxels(
     region: Region | None = None,
     memory: float | None = None,
 ) -> VoxelSet:
-    """Omega(solid): the set of its voxels.
+    """Return Omega(solid): the set of its voxels.
 
     Args:
-        solid: what is counted.
+        solid: the solid to count.
         voxel: side l of a voxel, m.
-        rule: ``centre``: a voxel counts when f(centre) <= 0. ``touch``: when f <= 0 at any point of
-            a grid of a quarter
-            of the side, its corners included.
-        within: only voxels of this set are wanted; None: all.
-        region: only voxels of this octree cell are wanted; None: all.
-        memory: bytes that the work may take, 2 MB or more, besides what is found; None: as much as
-            is fast, at most some
-            100 MB a processor.
+        rule: ``centre``: a voxel counts if f(centre) <= 0. ``touch``: if f <= 0 at any point of a
+            grid of a quarter of the side, its corners included.
+        within: the set of wanted voxels; None: all.
+        region: the octree cell of wanted voxels; None: all.
+        memory: bytes that the work may use, at least 2 MB, excluding the result; None: as much as
+            is fast, at most about 100 MB a processor.
 
     Raises:
-        ValueError: if the voxels are so small that the solid reaches beyond half of the lattice,
+        ValueError: if the voxels are so small that the solid extends beyond half of the lattice,
             2^19 voxels.
     """
-    found = [f for part in _each(solid, voxel, rule, within, region, memory, list) for f in part]
-    if not found:
+    counts = [f for part in _each(solid, voxel, rule, within, region, memory, list) for f in part]
+    if not counts:
         return VoxelSet.empty(voxel)
-    key, size = (np.concatenate(ends) for ends in zip(*(f.runs() for f in found), strict=True))
+    key, size = (np.concatenate(ends) for ends in zip(*(f.runs() for f in counts), strict=True))
     whole = VoxelSet.of_cells(voxel, key, size)
     return whole if within is None else whole & within
 
@@ -278,11 +286,12 @@ def count(
     region: Region | None = None,
     memory: float | None = None,
 ) -> int:
-    """Number of voxels of Omega(solid), or of those that also lie in ``within``, without storing
-    them. See ``voxels``.
+    """Return the number of voxels of Omega(solid), or of those in ``within``, without storing them.
+
+    For the arguments see ``voxels``.
     """
 
-    def total(found: Iterator[OctreeCount]) -> int:
-        return sum(f.wanted(within) for f in found)
+    def total(counts: Iterator[OctreeCount]) -> int:
+        return sum(f.wanted(within) for f in counts)
 
     return sum(_each(solid, voxel, rule, within, region, memory, total))

@@ -1,4 +1,4 @@
-"""Cells of an octree that await a verdict, and the parts that still matter to each."""
+"""Undecided cells of an octree, and the parts that still matter to each."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Int
 from ..solids.base import Parts
 from .voxel_set import FURTHEST, OFFSET, encode
 
-_FIRST_CELLS = 200  # aim for the first level
+_FIRST_CELLS = 200  # maximum number of cells on the first level
 CHILD = (
     np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1)
     .reshape(-1, 3)[:, ::-1]
@@ -22,21 +22,24 @@ Pairs = tuple[Int[np.ndarray, " _"], Int[np.ndarray, " _"]]
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells of one level that await a verdict: numbers (M, 3) at that level, first keys (M,), a
-    mark (M,) that children inherit, and for each of the solid's ``leaves``, in their order, the
-    pairs that matter."""
+    """Undecided cells of one level."""
 
     level: int
+    """The level; a cell's side is 2^level voxels."""
     numbers: Int[np.ndarray, "M 3"]
+    """Lattice numbers of the cells at that level."""
     key: Int[np.ndarray, " M"]
+    """First key of each cell."""
     mark: Int[np.ndarray, " M"]
+    """A mark that children inherit."""
     pairs: tuple[Pairs, ...]
+    """For each of the solid's ``leaves``, in order, the pairs that matter."""
 
     def __len__(self) -> int:
         return len(self.key)
 
     def slices(self, chunk: int) -> Iterator["Cells"]:
-        """The same cells in runs of at most about ``chunk`` pairs."""
+        """Yield the same cells in runs of at most about ``chunk`` pairs."""
         load = sum(np.bincount(cell, minlength=len(self)) for cell, _ in self.pairs) + np.ones(
             len(self), int
         )
@@ -53,11 +56,11 @@ class Cells:
             )
 
     def left(self, pairs: tuple[Pairs, ...], mark: Int[np.ndarray, " M"]) -> "Cells":
-        """The same cells with the pairs and marks that a look at them left."""
+        """Return the same cells with new pairs and marks."""
         return replace(self, pairs=pairs, mark=mark)
 
     def only(self, keep: Bool[np.ndarray, " M"]) -> "Cells":
-        """The cells that are kept."""
+        """Return the selected cells."""
         if keep.all():
             return self
         new = np.cumsum(keep) - 1
@@ -67,7 +70,7 @@ class Cells:
         return Cells(self.level, self.numbers[keep], self.key[keep], self.mark[keep], pairs)
 
     def children(self) -> "Cells":
-        """The eight children of each cell, with its pairs."""
+        """Return the eight children of each cell, with its pairs."""
         numbers = (2 * self.numbers[:, None, :] + CHILD).reshape(-1, 3)
         key = (self.key[:, None] + np.arange(8) * (1 << 3 * (self.level - 1))).reshape(-1)
         pairs = tuple(_pass_on(cell, part, len(self)) for cell, part in self.pairs)
@@ -75,9 +78,7 @@ class Cells:
 
 
 def _pass_on(cell: np.ndarray, part: np.ndarray, cells: int) -> Pairs:
-    """Pairs of the children: every cell's list of parts eight times over, in the children's
-    order.
-    """
+    """Return the pairs of the children: each cell's parts eight times, in the children's order."""
     count = np.bincount(cell, minlength=cells)
     start = np.repeat(np.cumsum(count) - count, 8)
     count = np.repeat(count, 8)
@@ -89,17 +90,17 @@ def _pass_on(cell: np.ndarray, part: np.ndarray, cells: int) -> Pairs:
 def first_cells(
     unions: list[Parts], box: Float[np.ndarray, "2 3"], voxel: float, mark: int, level: int = 0
 ) -> Cells:
-    """Aligned cells of ``level`` or above that cover ``box``, each paired with all parts.
+    """Return aligned cells of ``level`` or above that cover ``box``, each paired with all parts.
 
     Raises:
-        ValueError: if the box reaches beyond half of the lattice, outside of which keys could
+        ValueError: if the box extends beyond half of the lattice, outside of which keys could
             overflow.
     """
     furthest = float(np.abs(box).max())
     if not furthest < FURTHEST * voxel:
         raise ValueError(
-            f"voxels of {voxel:g} m are too small for a solid that reaches {furthest:.3g} m from"
-            f" the origin: at most {FURTHEST:,} voxels"
+            f"voxels of {voxel:g} m are too small for a solid that extends {furthest:.3g} m from"
+            f" the origin; it may extend at most {FURTHEST:,} voxels"
         )
     low, high = (
         np.floor(box[0] / voxel).astype(int) + OFFSET - 1,
@@ -116,15 +117,15 @@ def first_cells(
 
 @dataclass(frozen=True)
 class Region:
-    """One octree cell: its level and its number (3,) at that level."""
+    """One octree cell."""
 
     level: int
+    """Level of the cell."""
     number: Int[np.ndarray, " 3"]
+    """Lattice number of the cell at that level."""
 
     def start(self, unions: list[Parts], mark: int, level: int) -> Cells:
-        """The cell, divided twice as long as that stays at ``level`` or above, each piece paired
-        with all parts.
-        """
+        """Return the cell, divided at most twice but not below ``level``, paired with all parts."""
         pairs = tuple((np.zeros(len(p), np.int64), np.arange(len(p))) for p in unions)
         numbers = self.number[None]
         cells = Cells(

@@ -1,11 +1,11 @@
-"""Blocks of 4 x 4 x 4 voxels: which of their centres a union of parts holds, 64 at once, as the
-bits of one word.
+"""Bitmasks of blocks of 4 x 4 x 4 voxels: whether a union of parts contains their centres, 64
+voxels per word.
 
-Cones, balls and slabs are bounded by quadrics, polynomials of degree 2. Over a block a quadric's
+Cones, balls and slabs are bounded by quadrics, polynomials of degree 2. Over a block, a quadric's
 values are the product of its ten coefficients there and ten monomials that are the same for every
-block, so one matrix product gives all. Only the sign is wanted, and a polynomial further from 0
-than its rounding has the sign of the implicit function; a voxel nearer to 0 is left undecided, for
-the implicit function itself to say.
+block, so one matrix product computes all of them. Only the sign is needed. A polynomial further
+from 0 than its rounding error has the sign of the implicit function. A voxel nearer to 0 stays
+undecided, and the implicit function itself is evaluated there.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ from ..solids.swept_tube import Tube
 
 LEVEL = 2  # of the octree cells that are blocks
 VOXELS = 1 << 3 * LEVEL
-# pairs multiplied at once: values stay in cache, and below the size that OpenBLAS shares among
+# pairs multiplied at once: values stay in cache, and below the size at which OpenBLAS uses several
 # threads
 _GEMM = 400
 _BITS = np.arange(VOXELS)
@@ -36,12 +36,12 @@ CORNER = np.stack([(_BITS >> i & 1) + 2 * (_BITS >> i + 3 & 1) for i in range(3)
 
 @dataclass(frozen=True)
 class Bitmask:
-    """For each block the voxels surely and those perhaps inside, by the bits of a word: bit k is
-    the voxel k keys on.
-    """
+    """Voxels certainly and possibly inside each of N blocks: bit k is the voxel at key offset k."""
 
     sure: UInt64[np.ndarray, " N"]
+    """Voxels certainly inside."""
     maybe: UInt64[np.ndarray, " N"]
+    """Voxels possibly inside."""
 
     def __neg__(self) -> "Bitmask":
         return Bitmask(~self.maybe, ~self.sure)
@@ -53,7 +53,7 @@ class Bitmask:
         return Bitmask(self.sure & other.sure, self.maybe & other.maybe)
 
     def union(self, cell: Int[np.ndarray, " N"], cells: int) -> "Bitmask":
-        """The words of ``cells`` blocks, from those of pairs of a block (ascending) and a part."""
+        """Return the words of ``cells`` blocks from pairs of a block (ascending) and a part."""
         sure, maybe = np.zeros((2, cells), np.uint64)
         if len(cell):
             first = np.flatnonzero(np.diff(cell, prepend=-1))
@@ -63,18 +63,18 @@ class Bitmask:
 
 
 def packed(inside: Array) -> UInt64[np.ndarray, " N"]:
-    """A bitmask from truth values (N, 64)."""
+    """Return a bitmask of truth values (N, 64)."""
     return np.packbits(inside, bitorder="little").view("<u8").astype(np.uint64, copy=False)
 
 
 @dataclass(frozen=True)
 class BlockGrid:
-    """voxel: side, m. rounding: of a quadric on the blocks, m^2; what is nearer to 0 stays
-    undecided.
-    """
+    """The voxel grid of blocks."""
 
     voxel: float
+    """Side of a voxel, m."""
     rounding: float
+    """Rounding error of a quadric on the blocks, m^2; values nearer to 0 stay undecided."""
 
     def _monomials(self) -> Float[np.ndarray, "10 64"]:
         x, y, z = (CORNER.T - 1.5) * self.voxel
@@ -82,11 +82,11 @@ class BlockGrid:
 
     @property
     def reach(self) -> float:
-        """From a block's centre to the voxel centres at its corners, m."""
+        """Distance from a block's centre to the voxel centres at its corners, m."""
         return 1.5 * 3**0.5 * self.voxel
 
     def words(self, quadric: Float[np.ndarray, "10 P"]) -> Bitmask:
-        """Where quadrics, by their coefficients about the centres of blocks, are at least 0."""
+        """Return where quadrics, given by coefficients about block centres, are at least 0."""
         monomials, n = self._monomials(), quadric.shape[1]
         sure, maybe = np.empty((2, n), np.uint64)
         values = np.empty((min(n, _GEMM), VOXELS))
@@ -98,8 +98,11 @@ class BlockGrid:
 
 
 def product(a: Array, along_a: Array, b: Array, along_b: Array) -> Float[np.ndarray, "10 P"]:
-    """Quadric (a + along_a . o)(b + along_b . o) of the offset o from a centre, by the coefficients
-    of 1, x, y, z, x^2, y^2, z^2, xy, xz, yz; a, b (P,) and along_a, along_b (P, 3)."""
+    """Return the quadric (a + along_a . o)(b + along_b . o) of the offset o from a centre.
+
+    Its coefficients are those of 1, x, y, z, x^2, y^2, z^2, xy, xz, yz; a, b are (P,) and along_a,
+    along_b (P, 3).
+    """
     m, n = along_a.T, along_b.T
     q = np.empty((10, m.shape[1]))
     q[0] = a * b
@@ -111,8 +114,9 @@ def product(a: Array, along_a: Array, b: Array, along_b: Array) -> Float[np.ndar
 
 
 def within(radius: Numbers, v: Array, share: Numbers = 1.0) -> Float[np.ndarray, "10 P"]:
-    """Quadric radius^2 - share |v + o|^2 of the offset o from a centre; radius, share (P,) or
-    scalar and v (P, 3).
+    """Return the quadric radius^2 - share |v + o|^2 of the offset o from a centre.
+
+    ``radius`` and ``share`` are (P,) or scalar, ``v`` is (P, 3).
     """
     q = np.zeros((10, len(v)))
     q[0] = radius * radius - share * dot(v, v)
@@ -123,10 +127,9 @@ def within(radius: Numbers, v: Array, share: Numbers = 1.0) -> Float[np.ndarray,
 
 @singledispatch
 def words(parts: Parts, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
-    """Voxels of blocks about ``points`` (P, 3) m that lie in part ``index`` (P,), whose surface may
-    cross the block.
+    """Return the voxels of blocks about ``points`` (P, 3) m that lie in part ``index`` (P,).
 
-    A kind of parts without quadrics leaves all to its implicit function.
+    The part's surface may cross the block. Parts without quadrics leave all voxels undecided.
     """
     none = np.zeros(len(index), np.uint64)
     return Bitmask(none, ~none)
@@ -134,8 +137,9 @@ def words(parts: Parts, grid: BlockGrid, points: np.ndarray, index: np.ndarray) 
 
 @words.register
 def _(parts: Cones, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
-    """With d along the axis: d^2 >= cos^2 a |v|^2, and d (range - d) >= 0 where base or apex are
-    near.
+    """Return voxels in cones: d^2 >= cos^2 a |v|^2, with d along the axis, and d (range - d) >= 0.
+
+    The second condition is evaluated only near base and apex.
     """
     axis, v, range_m = (
         rows(parts.axis, index),
@@ -157,8 +161,9 @@ def _(parts: Cones, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> B
 
 @words.register
 def _(parts: Pyramids, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
-    """d^2 sin^2 a >= x^2 cos^2 a, the same for y, and d (range - d) >= 0: d >= 0, as the others
-    hold behind the apex too.
+    """Return voxels in pyramids: d^2 sin^2 a >= x^2 cos^2 a, also for y, d (range - d) >= 0.
+
+    The last one excludes d < 0, as the others also hold behind the apex.
     """
     axis, up, v = rows(parts.axis, index), rows(parts.up, index), points - rows(parts.apex, index)
     d, range_m = dot(v, axis), parts.range_m[index]
@@ -175,12 +180,12 @@ def _(parts: Pyramids, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -
 
 @words.register
 def _(parts: Optics, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
-    """Each part by its shape."""
+    """Return voxels in mixed beams, each part by its shape."""
     sure, maybe = np.zeros((2, len(index)), np.uint64)
 
     def fill(some: Any, shape: Parts) -> None:
-        found = words(shape, grid, rows(points, some), index[some])
-        sure[some], maybe[some] = found.sure, found.maybe
+        mask = words(shape, grid, rows(points, some), index[some])
+        sure[some], maybe[some] = mask.sure, mask.maybe
 
     parts.split(index, fill)
     return Bitmask(sure, maybe)
@@ -188,20 +193,21 @@ def _(parts: Optics, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> 
 
 @words.register
 def _(parts: Spheres, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
-    """|v|^2 <= radius^2."""
+    """Return voxels in balls: |v|^2 <= radius^2."""
     return grid.words(within(parts.radius[index], points - rows(parts.centre, index)))
 
 
 @words.register
 def _(parts: Capsules, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
-    """In the ball about either end, or in the cylinder between them."""
+    """Return voxels in capsules: in the ball about either end, or in the cylinder between them."""
     start, end = rows(parts.start, index), rows(parts.end, index)
     return _beside(grid, points, start, end, parts.radius[index])
 
 
 def _beside(grid: BlockGrid, points: Array, start: Array, end: Array, radius: Numbers) -> Bitmask:
-    """Near the segments ``start``-``end`` (P, 3): in the ball about either end, or in the cylinder
-    between them.
+    """Return voxels near the segments ``start``-``end`` (P, 3).
+
+    They lie in the ball about either end, or in the cylinder between them.
     """
     v, w = points - start, points - end
     length = np.sqrt(dot(end - start, end - start))
@@ -219,8 +225,9 @@ def _beside(grid: BlockGrid, points: Array, start: Array, end: Array, radius: Nu
 
 @words.register
 def _(parts: Tube, grid: BlockGrid, points: np.ndarray, index: np.ndarray) -> Bitmask:
-    """Between the two planes, and near the segment: in the ball about either end, or in the
-    cylinder between them.
+    """Return voxels in a tube's slabs: between the two planes and near the segment.
+
+    Near means in the ball about either end, or in the cylinder between them.
     """
     i, radius = parts.first[index], float(parts.radius)
     start, end = rows(parts.centre, i), rows(parts.centre, i + 1)

@@ -1,11 +1,11 @@
-"""Omega: a set of voxels on the fixed lattice, as intervals of a space-filling curve; Lambda: its
-volume.
+"""Omega, a set of voxels on the fixed lattice, as intervals of a space-filling curve; and Lambda,
+its volume.
 
 Voxel boundaries lie at multiples of the side l, centres at (k + 1/2) l. A voxel's key interleaves
-the bits of its three lattice numbers (Morton order), so every octree cell of side 2^n l is one
+the bits of its three lattice numbers (Morton order). Every octree cell of side 2^n l is thus one
 interval of 8^n keys, and a set of voxels is a sorted list of disjoint intervals. Union,
-intersection and difference are sweeps over interval ends, whatever solids, poses or octree levels
-the sets came from.
+intersection and difference are sweeps over interval ends, independent of the solids, poses and
+octree levels from which the sets result.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from jaxtyping import Float, Int, UInt64
 
 BITS = 21  # of each lattice number in a 63-bit key
 OFFSET = 1 << (BITS - 1)  # lattice numbers run from -OFFSET to OFFSET - 1
-# voxels from the origin that a solid may reach: no cell then ends where keys do
+# voxels from the origin to which a solid may extend: no cell then ends at the last key
 FURTHEST = OFFSET // 2
 _ALL = np.uint64(0xFFFFFFFFFFFFFFFF)  # all voxels of a block of 64
 
@@ -32,8 +32,9 @@ _SPREAD = (
 
 
 def encode(numbers: Int[np.ndarray, "N 3"]) -> Int[np.ndarray, " N"]:
-    """Morton keys of non-negative numbers (N, 3) below 2^21; bit 0 of the key is x, bit 1 y, bit 2
-    z.
+    """Return the Morton keys of non-negative numbers (N, 3) below 2^21.
+
+    Bit 0 of the key belongs to x, bit 1 to y, bit 2 to z.
     """
     key = np.zeros(len(numbers), np.int64)
     for axis in range(3):
@@ -45,7 +46,7 @@ def encode(numbers: Int[np.ndarray, "N 3"]) -> Int[np.ndarray, " N"]:
 
 
 def decode(keys: Int[np.ndarray, " N"]) -> Int[np.ndarray, "N 3"]:
-    """Inverse of ``encode``."""
+    """Return the numbers (N, 3) of Morton keys; the inverse of ``encode``."""
     numbers = np.empty((len(keys), 3), np.int64)
     for axis in range(3):
         v = (keys >> axis) & _SPREAD[-1][1]
@@ -61,20 +62,22 @@ def decode(keys: Int[np.ndarray, " N"]) -> Int[np.ndarray, "N 3"]:
 
 @dataclass(frozen=True, eq=False)
 class VoxelSet:
-    """voxel: side l, m. start, stop (I,): half-open intervals of keys, ascending, disjoint, not
-    touching.
-    """
+    """A set of voxels as half-open intervals of keys: ascending, disjoint, not touching."""
 
     voxel: float
+    """Side l of a voxel, m."""
     start: Int[np.ndarray, " I"]
+    """First key of each interval."""
     stop: Int[np.ndarray, " I"]
+    """Key after the last one of each interval."""
 
     @staticmethod
     def of_cells(
         voxel: float, key: Int[np.ndarray, " C"], size: Int[np.ndarray, " C"]
     ) -> "VoxelSet":
-        """The set of the disjoint octree cells with first key ``key`` (C,) and ``size`` (C,) keys
-        each, in any order.
+        """Return the set of disjoint octree cells, in any order.
+
+        Each cell has the first key ``key`` (C,) and ``size`` (C,) keys.
         """
         order = np.argsort(key, kind="stable")
         start, stop = key[order], key[order] + size[order]
@@ -86,7 +89,7 @@ class VoxelSet:
 
     @staticmethod
     def empty(voxel: float) -> "VoxelSet":
-        """The set without voxels."""
+        """Return the set without voxels."""
         none = np.zeros(0, np.int64)
         return VoxelSet(voxel, none, none)
 
@@ -105,21 +108,21 @@ class VoxelSet:
 
     @property
     def nbytes(self) -> int:
-        """Bytes it takes once something was counted within it."""
+        """Bytes that the set uses after a count within it."""
         return 48 * len(self.start)
 
     @property
     def volume(self) -> float:
-        """Lambda: number of voxels times l^3, m^3."""
+        """Lambda, m^3: the number of voxels times l^3."""
         return len(self) * self.voxel**3
 
     @cached_property
     def _before(self) -> Int[np.ndarray, " I1"]:
-        """Voxels in the intervals before each, and in all."""
+        """Number of voxels in the intervals before each one, and in all."""
         return np.concatenate([np.zeros(1, np.int64), np.cumsum(self.stop - self.start)])
 
     def _rank(self, key: Int[np.ndarray, " N"]) -> Int[np.ndarray, " N"]:
-        """Voxels of the set whose key is smaller than ``key``."""
+        """Return the number of voxels of the set with keys below ``key``."""
         if len(self.start) == 0:
             return np.zeros(len(key), np.int64)
         i = np.searchsorted(self.start, key, side="right") - 1
@@ -127,30 +130,31 @@ class VoxelSet:
         return np.where(i >= 0, self._before[i] + within, 0)
 
     def count_in(self, key: Int[np.ndarray, " N"], size: int) -> Int[np.ndarray, " N"]:
-        """Voxels of the set in each cell of ``size`` keys that starts at ``key`` (N,)."""
+        """Return the number of voxels in each cell of ``size`` keys that starts at ``key`` (N,)."""
         count: np.ndarray = self._rank(key + size) - self._rank(key)
         return count
 
     @cached_property
     def _switches(self) -> tuple[Int[np.ndarray, " E"], UInt64[np.ndarray, " E1"]]:
-        """Keys at which voxels of the set begin or end, ascending; and for each how many before it,
-        as a word: the exclusive or of the bits from each key on to the end of its block."""
+        """Ascending keys at which runs of voxels begin or end, and a word for each number of
+        preceding keys.
+
+        The word is the exclusive or of the bits from each key up to the end of its block.
+        """
         ends = np.stack([self.start, self.stop], -1).reshape(-1)
         word = np.zeros(len(ends) + 1, np.uint64)
         np.bitwise_xor.accumulate(_ALL << (ends & 63).astype(np.uint64), out=word[1:])
         return ends, word
 
     def words(self, key: Int[np.ndarray, " N"]) -> UInt64[np.ndarray, " N"]:
-        """Voxels of the set in each block of 64 keys that starts at ``key`` (N,), as the bits of a
-        word.
-        """
+        """Return the voxels of the set in each block of 64 keys from ``key`` (N,), as words."""
         ends, word = self._switches
         low, high = np.searchsorted(ends, key), np.searchsorted(ends, key + 64)
         mask: np.ndarray = word[low] ^ word[high] ^ np.where(low % 2, _ALL, np.uint64(0))
         return mask
 
     def _sweep(self, other: "VoxelSet", keep: Callable[[Any, Any], Any]) -> "VoxelSet":
-        """The set of keys where ``keep(in self, in other)`` holds."""
+        """Return the set of keys where ``keep(in self, in other)`` holds."""
         if self.voxel != other.voxel:
             raise ValueError(
                 f"voxels of {self.voxel} m and of {other.voxel} m do not lie on one lattice"
@@ -177,7 +181,7 @@ class VoxelSet:
         return self._sweep(other, lambda a, b: a & ~b)
 
     def centres(self) -> Float[np.ndarray, "N 3"]:
-        """Centres (N, 3) m of all voxels, in the order of their keys."""
+        """Return the centres (N, 3) m of all voxels, in the order of their keys."""
         length = self.stop - self.start
         within = np.arange(len(self)) - np.repeat(self._before[:-1], length)
         return centre(decode(np.repeat(self.start, length) + within), 0, self.voxel)
@@ -186,8 +190,9 @@ class VoxelSet:
 def runs(
     key: Int[np.ndarray, " N"], word: UInt64[np.ndarray, " N"]
 ) -> tuple[Int[np.ndarray, " R"], Int[np.ndarray, " R"]]:
-    """First key and length of each run of bits of words (N,), bit 0 of a word being ``key``
-    (N,).
+    """Return the first key and length of each run of bits of words (N,).
+
+    Bit 0 of a word belongs to ``key`` (N,).
     """
     one = np.uint64(1)
     first, last = (_places(word & ~neighbour) for neighbour in (word << one, word >> one))
@@ -196,7 +201,7 @@ def runs(
 
 
 def _places(word: UInt64[np.ndarray, " N"]) -> Int[np.ndarray, " B"]:
-    """Where bits are set, 64 places to a word."""
+    """Return the positions of set bits, 64 positions per word."""
     return np.flatnonzero(
         np.unpackbits(word.astype("<u8").view(np.uint8), bitorder="little").view(bool)
     )
@@ -205,8 +210,9 @@ def _places(word: UInt64[np.ndarray, " N"]) -> Int[np.ndarray, " B"]:
 def centre(
     numbers: Int[np.ndarray, "*batch 3"], level: int, voxel: float
 ) -> Float[np.ndarray, "*batch 3"]:
-    """Centres (..., 3) m of cells of side 2^level voxels, given their non-negative numbers at that
-    level.
+    """Return the centres (..., 3) m of cells of side 2^level voxels.
+
+    ``numbers`` are their non-negative lattice numbers at that level.
     """
     side = 1 << level
     return (numbers * side - OFFSET + side / 2) * voxel

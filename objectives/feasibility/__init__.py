@@ -1,1 +1,1 @@
-"""What real mounts and a scene's rules allow."""
+"""Constraints of real mounts and of a scene's rules."""

@@ -1,11 +1,11 @@
-"""Where on each link a real ring is clear: closed around the link, in no body and no obstacle at
-any pose of the scene.
+"""Where on each link a real ring is clear: it closes around the link and intersects no body and no
+obstacle at any pose of the scene.
 
 A ring's body is a band about its circle: all points within half its thickness of the circle's
-copies along the axis, so that its width is kept. It is clear at a position where the circle is
-clear, by half the thickness, all along the band: one function of one place, which
-``circle_clearance`` bounds from below. The sensors' apexes lie on the circle, and are clear with
-it.
+copies along the axis, over the band's width. The ring is clear at a position if the circle keeps a
+clearance of half the thickness all along the band. This is one function of one coordinate, which
+``circle_clearance`` bounds from below. The sensors' apexes lie on the circle, so they are clear
+with it.
 """
 
 from dataclasses import dataclass
@@ -20,31 +20,36 @@ from ...coverage.robots.ring_section import axes_of
 from ...coverage.solids.polyhedra import NOWHERE
 from ..scene import Scene
 
-_SAME = 9  # decimals of a metre: bodies that lie alike at two poses are looked at once
-# m, by which a radius that is not stated may be raised to be clear
+_SAME = 9  # decimals of a metre: bodies that coincide at two poses are evaluated once
+# m, by which a radius that is not stated may be raised until the ring is clear
 _MORE = tuple(0.005 * i for i in range(11))
 _ENOUGH = 0.01  # m of a link
-_NAMED = 3  # things in the way, at most
-_EDGE = 1e-8  # of a link: a ring at the very end of what is clear is clear
+_NAMED = 3  # maximum number of colliding bodies that a message names
+_EDGE = 1e-8  # of a link: a ring at the very end of a clear interval is clear
 Stretches = list[tuple[float, float]]
 Cuts = list[tuple[float, float, str]]
 
 
 @dataclass(frozen=True)
 class _Things:
-    """Capsules (start, end (C, 3), thick (C,)) and convex bodies (normal (P, M, 3), offset (P, M))
-    in a mount's axis coordinates, m, and the names of all."""
+    """Capsules and convex bodies in the axis coordinates of a mount."""
 
     start: Float[np.ndarray, "C 3"]
+    """Start of each capsule's axis, m."""
     end: Float[np.ndarray, "C 3"]
+    """End of each capsule's axis, m."""
     thick: Float[np.ndarray, " C"]
+    """Radius of each capsule, m."""
     normal: Float[np.ndarray, "P M 3"]
+    """Face normals of each convex body."""
     offset: Float[np.ndarray, "P M"]
+    """Face offsets of each convex body, m."""
     names: list[str]
+    """Names of the capsules, then of the convex bodies."""
 
 
 class MountClearance:
-    """Where rings of a scene are clear; what was asked once is kept."""
+    """Computes where rings of a scene are clear, and caches the results."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -53,18 +58,22 @@ class MountClearance:
         self._found: dict[tuple[str, float], tuple[Stretches, Cuts]] = {}
 
     def stretches(self, link: str, radius: float) -> Stretches:
-        """Positions, low and high, between which a ring of ``radius`` m on ``link`` is clear; all
-        of them, but for a fraction of a millimetre at each end."""
+        """Return all intervals of position on which a ring of ``radius`` m on ``link`` is clear.
+
+        They are exact up to a fraction of a millimetre at each end.
+        """
         return self._of(link, radius)[0]
 
     def radius(self, link: str, at_least: float = 0.0) -> float:
-        """The radius of a new ring on ``link``, m: the scene's, or ``at_least``. One that is not
-        stated is the least that is clear over a centimetre or, of radii up to 5 cm larger than
-        needed, over the longest stretch."""
+        """Return the radius of a new ring on ``link``, m: the scene's, or ``at_least`` if larger.
+
+        A radius that is not stated is the smallest one that is clear over a centimetre. If there is
+        none, it is the one, up to 5 cm above the minimum, that is clear over the longest interval.
+        """
         first = max(self.scene.radius_of(link), at_least)
         if self.scene.stated_radius(link) is not None:
             return first
-        found, enough = (-1.0, first), min(_ENOUGH, self.scene.robot.mount(link).length)
+        best, enough = (-1.0, first), min(_ENOUGH, self.scene.robot.mount(link).length)
         for more in _MORE:
             radius = round(first + more, 4)
             stretches = self.stretches(link, radius)
@@ -73,16 +82,14 @@ class MountClearance:
                 if stretches
                 else -1.0
             )
-            if length > found[0]:
-                found = (length, radius)
+            if length > best[0]:
+                best = (length, radius)
             if length >= enough:
                 break
-        return found[1]
+        return best[1]
 
     def why(self, link: str, radius: float) -> str:
-        """What leaves no place to a ring of ``radius`` m on ``link``, or less place, in words; none
-        where nothing does.
-        """
+        """Return a message that names what obstructs a ring on ``link``, or ""."""
         (low, high), cuts = self.closed(link), self._of(link, radius)[1]
         if low > high:
             return (
@@ -99,8 +106,11 @@ class MountClearance:
         )
 
     def within(self, link: str, radius: float, position: float) -> list[str]:
-        """The names of what a ring at ``position`` lies in at some pose, or comes nearer to than is
-        proven clear; where the place along the axis is fixed, a position says nothing."""
+        """Return the names of the bodies in which a ring at ``position`` lies at some pose.
+
+        Bodies from which the ring is not proven clear are included. On a mount of length 0 the
+        position is ignored.
+        """
         position = position if self.scene.robot.mount(link).length else 0.0
         return list(
             dict.fromkeys(
@@ -109,8 +119,11 @@ class MountClearance:
         )
 
     def closed(self, link: str) -> tuple[float, float]:
-        """The lowest and the highest position at which a ring can be closed around ``link`` with
-        all of its width; the lower is first unless there is none."""
+        """Return the lowest and highest position at which a ring closes around ``link``.
+
+        The whole width of the ring must lie in the usable part. If there is no such position, the
+        first value exceeds the second.
+        """
         mount, width = self.scene.robot.mount(link), self.scene.rules.band[1]
         if mount.length == 0:
             return 0.0, 0.0
@@ -125,19 +138,19 @@ class MountClearance:
         return self._found[key]
 
     def _look(self, link: str, radius: float) -> tuple[Stretches, Cuts]:
-        """Positions that are clear, and those that are not, with the names of what is there."""
+        """Return the clear intervals, and the obstructed ones with the names of their bodies."""
         length, half, arm = (
             self.scene.robot.mount(link).length,
             self.scene.rules.band[0] / 2,
             self.scene.rules.arm,
         )
         t, span, share = self._near(link), (-arm, length + arm), length or 1.0
-        found = blocked(capsule_gap(t.start, t.end, t.thick, radius), len(t.thick), span, half)
-        found += [
+        obstructed = blocked(capsule_gap(t.start, t.end, t.thick, radius), len(t.thick), span, half)
+        obstructed += [
             (a, b, len(t.thick) + i)
             for a, b, i in blocked(plane_gap(t.normal, t.offset, radius), len(t.offset), span, half)
         ]
-        cuts = [((a - arm) / share, (b + arm) / share, t.names[i]) for a, b, i in found]
+        cuts = [((a - arm) / share, (b + arm) / share, t.names[i]) for a, b, i in obstructed]
         return _left(self.closed(link), cuts), cuts
 
     def _near(self, link: str) -> _Things:
@@ -148,7 +161,7 @@ class MountClearance:
     def _gathered(self, link: str) -> _Things:
         robot, mount = self.scene.robot, self.scene.robot.mount(link)
         T, axes = self.frames[:, mount.frame], axes_of(mount)
-        turn = np.einsum("ak,pjk->paj", axes, T[:, :3, :3])  # of the base frame to axis coordinates
+        turn = np.einsum("ak,pjk->paj", axes, T[:, :3, :3])  # base frame to axis coordinates
         origin = T[:, :3, 3] + T[:, :3, :3] @ mount.start
         start, end, thick, names = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), []
         if robot.bodies:
@@ -176,7 +189,7 @@ class MountClearance:
 
 
 def _left(span: tuple[float, float], cuts: Cuts) -> Stretches:
-    """What ``cuts`` leave of ``span``."""
+    """Return ``span`` less ``cuts``."""
     left, low = [], span[0]
     for a, b, _ in sorted(cuts):
         if a > low:

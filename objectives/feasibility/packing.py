@@ -1,5 +1,5 @@
-"""How many boards a ring of a scene takes: as many as go around it and, where rings have bodies,
-clear its link.
+"""How many boards fit on a ring of a scene: around the ring and, where rings have bodies, clear of
+its link.
 """
 
 import math
@@ -17,33 +17,35 @@ Tilts = tuple[float, float]
 
 
 def board_of(scene: Scene, sensor: Sensor) -> Board | None:
-    """The board that counts: none where the scene says that rings have no bodies."""
+    """Return the board to fit; None where the scene's rings have no bodies or no board is known."""
     return None if scene.rules.mount == "free" else sensor.board
 
 
 def innermost(scene: Scene, link: str) -> float:
-    """How near to the axis of ``link`` a pocket may come, m; 0 where rings have no bodies."""
+    """Return the minimum distance of a pocket from the axis of ``link``, m; 0 without bodies."""
     around = surrounded(scene.robot.mount(link), scene.robot.bodies) if scene.real else 0.0
     return inner_radius(around, scene.printing)
 
 
 def fitting_tilts(scene: Scene, ring: Ring) -> Tilts | None:
-    """The tilts, lowest and highest, rad, that the scene's limits allow and at which all boards of
-    a ring go around it; None where there is none."""
+    """Return the lowest and highest allowed tilt, rad, at which all boards of a ring fit around it.
+
+    Returns None if there is no such tilt.
+    """
     low, high = scene.limits_of(ring.link).tilt
     board = board_of(scene, ring.sensor)
     if board is None:
         return low, high
     inside = innermost(scene, ring.link)
-    found = tilt_range(board, scene.printing, ring.radius, ring.count, inside)
-    if found is None:
+    fitting = tilt_range(board, scene.printing, ring.radius, ring.count, inside)
+    if fitting is None:
         return None
-    low, high = max(low, found[0]), min(high, found[1])
+    low, high = max(low, fitting[0]), min(high, fitting[1])
     return (low, high) if low <= high else None
 
 
 def most_sensors(scene: Scene, ring: Ring) -> float:
-    """The largest count of a ring of that radius and tilt; infinity where no board counts."""
+    """Return the maximum sensor count of a ring; infinity if no board has to fit."""
     board = board_of(scene, ring.sensor)
     if board is None:
         return math.inf
@@ -52,7 +54,7 @@ def most_sensors(scene: Scene, ring: Ring) -> float:
 
 
 def unfit(scene: Scene, ring: Ring) -> str | None:
-    """Why a ring cannot be built, in words; None where its boards go around it."""
+    """Return a message on why a ring's boards do not fit around it; None if they do."""
     board, most = board_of(scene, ring.sensor), most_sensors(scene, ring)
     if board is None or ring.count <= most:
         return None
@@ -63,6 +65,4 @@ def unfit(scene: Scene, ring: Ring) -> str | None:
     if most > 0:
         return f"{ring.count} {size} do not fit {where}: at most {most:.0f} do"
     clear = f"{1000 * innermost(scene, ring.link):.1f} mm from the axis"
-    return (
-        f"{size} come nearer than {clear} {where}: none fits, it takes a larger radius or less tilt"
-    )
+    return f"{size} come nearer than {clear} {where}: none fits; use a larger radius or less tilt"

@@ -1,4 +1,4 @@
-"""Which of a scene's rules a setup breaks: read off the setup itself, not off how it was made."""
+"""Which of a scene's rules a setup violates, computed from the setup alone."""
 
 import itertools
 import math
@@ -15,18 +15,19 @@ from .packing import unfit
 # Files hold positions to 1e-6 of a link, rounded to the safe side, and angles to 1e-4 degrees,
 # rounded to the nearest.
 _PLACE, _ANGLE = 1e-8, 1e-6
-_SAME_PLACE = 2e-6  # of a link: a ring of a file and the same ring of a scene
+_SAME_PLACE = 2e-6  # of a link: tolerance for a file's ring to match a ring of a scene
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A rule that is broken: the rings concerned, counted from 0; the rule's key in a scene's file;
-    a line in words.
-    """
+    """A violated rule."""
 
     rings: tuple[int, ...]
+    """Indices of the rings concerned, from 0."""
     rule: str
+    """Key of the rule in a scene file."""
     text: str
+    """One-line message."""
 
 
 def _same(a: Ring, b: Ring) -> bool:
@@ -40,25 +41,24 @@ def _same(a: Ring, b: Ring) -> bool:
 
 
 def held(scene: Scene, rings: Sequence[Ring]) -> tuple[frozenset[int], tuple[Ring, ...]]:
-    """Which of ``rings`` are the scene's fixed rings, and the fixed rings that are not among
-    them.
-    """
-    found: set[int] = set()
+    """Return which of ``rings`` are fixed rings of the scene, and which fixed rings are missing."""
+    matched: set[int] = set()
     missing = []
     for fixed in scene.rules.fixed:
         match = next(
-            (i for i, ring in enumerate(rings) if i not in found and _same(ring, fixed)), None
+            (i for i, ring in enumerate(rings) if i not in matched and _same(ring, fixed)), None
         )
         if match is None:
             missing.append(fixed)
         else:
-            found.add(match)
-    return frozenset(found), tuple(missing)
+            matched.add(match)
+    return frozenset(matched), tuple(missing)
 
 
 def commonest_tilt(rings: Sequence[Ring]) -> float:
-    """The tilt, rad and without its sign, that most of ``rings`` (one at least) have; of several
-    the first.
+    """Return the most common absolute tilt of ``rings``, rad; the first one of several.
+
+    ``rings`` must not be empty.
     """
     rounded = Counter(round(abs(ring.tilt), 5) for ring in rings)
     most = max(rounded, key=lambda tilt: rounded[tilt])
@@ -66,17 +66,22 @@ def commonest_tilt(rings: Sequence[Ring]) -> float:
 
 
 def faults(scene: Scene, rings: Sequence[Ring], clear: MountClearance | None = None) -> list[Fault]:
-    """All rules of ``scene`` that ``rings`` break. The scene's fixed rings may tilt and sit as they
-    do. ``clear``: the scene's, if there is one."""
+    """Return all violations of the rules of ``scene`` by ``rings``.
+
+    Args:
+        scene: the scene.
+        rings: the rings of the setup. The scene's fixed rings may have any tilt and position.
+        clear: the scene's mount clearance, if it is already available.
+    """
     fixed, missing = held(scene, rings)
     own = [i for i in range(len(rings)) if i not in fixed]
-    found = [f for i in own for f in _alone(scene, i, rings[i])]
+    broken = [f for i in own for f in _alone(scene, i, rings[i])]
     for i, j in itertools.combinations(range(len(rings)), 2):
         if rings[i].link == rings[j].link and not {i, j} <= fixed:
             length = scene.robot.mount(rings[i].link).length
             apart = abs(rings[i].position - rings[j].position) * length
             if length == 0 or apart < scene.spacing - _PLACE:
-                found.append(
+                broken.append(
                     Fault(
                         (i, j),
                         "spacing",
@@ -85,15 +90,15 @@ def faults(scene: Scene, rings: Sequence[Ring], clear: MountClearance | None = N
                 )
     if scene.real:
         real = standing(clear or MountClearance(scene), rings)
-        found += [Fault(f.rings, f.rule, f.text) for f in real if not set(f.rings) <= fixed]
+        broken += [Fault(f.rings, f.rule, f.text) for f in real if not set(f.rings) <= fixed]
     for link in scene.robot.links:
         there = [i for i, ring in enumerate(rings) if ring.link == link]
         if len(there) > scene.rules.rings_per_link and not set(there) <= fixed:
             text = f"{link} has {len(there)} rings, allowed: {scene.rules.rings_per_link}"
-            found.append(Fault(tuple(i for i in there if i in own), "rings_per_link", text))
+            broken.append(Fault(tuple(i for i in there if i in own), "rings_per_link", text))
     if scene.rules.shared_tilt and own:
         tilt = commonest_tilt([rings[i] for i in own])
-        found += [
+        broken += [
             Fault(
                 (i,),
                 "shared_tilt",
@@ -103,11 +108,11 @@ def faults(scene: Scene, rings: Sequence[Ring], clear: MountClearance | None = N
             for i in own
             if abs(abs(rings[i].tilt) - tilt) > 2 * _ANGLE
         ]
-    found += [
+    broken += [
         Fault((), "fixed", f"the fixed ring at {r.position:.3f} of {r.link} is not mounted")
         for r in missing
     ]
-    return found
+    return broken
 
 
 def _deg(angle: float) -> str:
@@ -116,32 +121,32 @@ def _deg(angle: float) -> str:
 
 def _spacing(scene: Scene, apart: float, length: float) -> str:
     if length == 0:
-        return "are on a link that has room for one"
-    return f"are {1000 * apart:.1f} mm apart, allowed: {1000 * scene.spacing:.1f} mm and more"
+        return "are on a link that takes only one ring"
+    return f"are {1000 * apart:.1f} mm apart, allowed: {1000 * scene.spacing:.1f} mm or more"
 
 
 def _alone(scene: Scene, i: int, ring: Ring) -> list[Fault]:
-    """What a ring breaks by itself."""
+    """Return the violations of ring ``i`` by itself."""
     limits, (least, most) = scene.limits_of(ring.link), scene.rules.sensors
-    length, name, found = scene.robot.mount(ring.link).length, f"ring {i} ({ring.link})", []
+    length, name, broken = scene.robot.mount(ring.link).length, f"ring {i} ({ring.link})", []
     if not limits.tilt[0] - _ANGLE <= ring.tilt <= limits.tilt[1] + _ANGLE:
         allowed = f"{_deg(limits.tilt[0])} to {_deg(limits.tilt[1])}"
-        found.append(
+        broken.append(
             Fault((i,), "tilt_deg", f"{name} is tilted by {_deg(ring.tilt)}, allowed: {allowed}")
         )
     if not least <= ring.count <= most:
         text = f"{name} has {ring.count} sensors, allowed: {least} to {most}"
-        found.append(Fault((i,), "sensors_per_ring", text))
+        broken.append(Fault((i,), "sensors_per_ring", text))
     if text := unfit(scene, ring) or "":
-        found.append(Fault((i,), "printing", f"{name}: {text}"))
+        broken.append(Fault((i,), "printing", f"{name}: {text}"))
     if length == 0:
         if any(low <= 0 <= high for low, high in limits.keep_out):
-            found.append(Fault((i,), "keep_out", f"{name} sits in a keep-out"))
-        return found
+            broken.append(Fault((i,), "keep_out", f"{name} sits in a keep-out"))
+        return broken
     margin = scene.rules.from_joints / length
     low, high = max(limits.position[0], margin), min(limits.position[1], 1 - margin)
     if not low - _PLACE <= ring.position <= high + _PLACE:
-        found.append(
+        broken.append(
             Fault(
                 (i,),
                 "position",
@@ -150,11 +155,11 @@ def _alone(scene: Scene, i: int, ring: Ring) -> list[Fault]:
         )
     for a, b in limits.keep_out:
         if a + _PLACE < ring.position < b - _PLACE:
-            found.append(
+            broken.append(
                 Fault(
                     (i,),
                     "keep_out",
                     f"{name} sits at {ring.position:.3f}, in the keep-out {a:g} to {b:g}",
                 )
             )
-    return found
+    return broken

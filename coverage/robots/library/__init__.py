@@ -1,1 +1,1 @@
-"""The robots that are built in."""
+"""Definitions of the built-in robots."""

@@ -1,14 +1,14 @@
-"""Arms of seven joints: Franka's Panda (FER) and FR3, and KUKA's LBR iiwa 14 R820.
+"""Seven-axis arms: Franka's Panda (FER) and FR3, and KUKA's LBR iiwa 14 R820.
 
-Chains, limits and meshes are those of public descriptions: the Panda's of franka_ros
-(franka_description, as in example-robot-data), the FR3's of frankarobotics/franka_description, the
-iiwa's of IFL-CAMP/iiwa_stack (iiwa_description); reaches those of the data sheets. The flange is
-the TCP, without a hand.
+Chains, limits and meshes come from public descriptions: the Panda's from franka_ros
+(franka_description, as in example-robot-data), the FR3's from frankarobotics/franka_description,
+the iiwa's from IFL-CAMP/iiwa_stack (iiwa_description). Reaches come from the data sheets. The TCP
+is the flange, without a hand.
 
-Bodies contain the visual meshes. Mounts run along the stretches of the arms where a ring can be
-closed: the Frankas' upper arm is the tube above the shoulder, and their forearm the neck before the
-wrist; bodies and mounts of the FR3 are those of the Panda, whose housings it shares. On the iiwa
-they are the tube of link 2 above the shoulder, and the neck of link 5.
+Bodies contain the visual meshes. Mounts run along the parts of the arms around which a ring can be
+closed. On the Frankas these are the tube above the shoulder (upper arm) and the neck before the
+wrist (forearm); the FR3 has the Panda's bodies and mounts because it shares its housings. On the
+iiwa they are the tube of link 2 above the shoulder, and the neck of link 5.
 """
 
 import math

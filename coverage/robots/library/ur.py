@@ -1,11 +1,10 @@
-"""Universal Robots' CB3 and e-series arms beside the UR10 of the reference scene.
+"""Universal Robots' CB3 and e-Series arms other than the reference scene's UR10.
 
-Lengths are those of the maker's Denavit-Hartenberg tables, reaches those of its data sheets. How
-far the links' bodies stand beside each other, which a table sums into one length, and the meshes to
-which bodies and mounts were fitted are those of the public description
-(UniversalRobots/Universal_Robots_ROS2_Description, 2.4.5). Frames lie as on the reference UR10:
-each on its joint's axis, in the middle of the body that the joint moves, so that the pose curve
-follows the bodies.
+Lengths come from the manufacturer's Denavit-Hartenberg tables, reaches from its data sheets. The
+public description (UniversalRobots/Universal_Robots_ROS2_Description, 2.4.5) supplies the lateral
+offsets of the links' bodies, which a table sums into one length, and the meshes to which bodies and
+mounts were fitted. Frames lie as on the reference UR10: each on its joint's axis, in the middle of
+the body that the joint moves, so that the pose curve follows the bodies.
 
 Bodies contain the visual meshes. Mounts run along the clear tubes of the arms: 0 is where the
 housing of one joint ends, 1 where the next one's begins.
@@ -28,8 +27,7 @@ _HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 
 
 class _Lengths(NamedTuple):
-    """Of the table, m: d1, a2, a3 (without their signs), d4, d5, d6. And how far the middle of the
-    upper arm stands beside the base's axis, and of that the forearm's."""
+    """Lengths of an arm, m, without signs; d1 to d6 are those of the Denavit-Hartenberg table."""
 
     d1: float
     a2: float
@@ -38,15 +36,20 @@ class _Lengths(NamedTuple):
     d5: float
     d6: float
     upper_arm: float
+    """Lateral offset of the upper arm's middle from the base's axis."""
     forearm: float
+    """Lateral offset of the forearm's middle from the base's axis."""
 
 
 class _Tube(NamedTuple):
-    """The clear stretch of a link along its z, m, and its radius."""
+    """The clear part of a link along its z axis."""
 
     start: float
+    """Lower end, m."""
     end: float
+    """Upper end, m."""
     radius: float
+    """Radius, m."""
 
 
 _Capsule = tuple[str, int, tuple[float, float, float], tuple[float, float, float], float]

@@ -1,8 +1,8 @@
-"""The UR10 (CB3) of the paper, twice: by its public URDF and by its Denavit-Hartenberg table. The
-reference robots.
+"""The UR10 (CB3) of the paper as two reference robots: from its public URDF, and from its
+Denavit-Hartenberg table.
 
-Their mount axes run from joint to joint, as the paper's rings do; ``usable`` and ``section`` say
-where and around what a real ring could be closed, by the tubes of the public meshes
+Their mount axes run from joint to joint, as the paper's rings do. ``usable`` and ``section`` state
+where, and around what, a real ring can be closed, according to the tubes of the public meshes
 (ur_description). The tube of the upper arm lies 4.6 cm beside the axis, towards the robot's middle.
 """
 
@@ -48,7 +48,8 @@ UR10 = Robot(
     ),
     reach=1.3,
     # Radii of the public collision meshes' tubes and housings, on the mounts' axes: thinner than
-    # the paper's rings. The base turns about its own axis, so that it may ride on the first frame.
+    # the paper's rings. The base turns about its own axis, so it may be attached to the first
+    # frame.
     bodies=(
         Body("base", 0, Capsules(-0.0523 * _Z, _O, 0.075)),
         Body("shoulder", 0, Capsules(_O, 0.185 * _Y, 0.075)),
@@ -88,8 +89,8 @@ UR10_DH = Robot(
         Mount("tool", 6, _O, _Z, _X, 0.0, (0.0, 1.0), _TOOL),
     ),
     reach=1.3,
-    # The same radii on the lines between the link end points, as this chain leaves out the links'
-    # sideways offsets.
+    # The same radii on the lines between the link end points, as this chain omits the links'
+    # lateral offsets.
     bodies=(
         Body("base", 0, Capsules(0.075 * _Z, 0.1273 * _Z, 0.075)),
         Body("upper_arm", 1, Capsules(_O, -0.612 * _X, 0.054)),
