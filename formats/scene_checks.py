@@ -1,4 +1,4 @@
-"""What is refused of a scene or a setup before anything is counted."""
+"""Checks of a scene or setup before any computation."""
 
 from pydantic import ValidationError
 
@@ -10,11 +10,15 @@ from ..objectives.verify import check_voxel, target_voxels
 from .errors import UserError, explain
 from .schema.scene_models import SceneModel
 
-_COARSE = 0.1  # m: from here on it is quick to see whether a target holds a voxel at all
+_COARSE = 0.1  # m, voxels above this size are few enough to test whether the target holds one
 
 
 def check_scene(scene: Scene, voxel: float) -> None:
-    """Refuse what cannot be counted or written before anything is tried: UserError in one line."""
+    """Reject a scene that cannot be counted or written.
+
+    Raises:
+        UserError: with the reason.
+    """
     try:
         SceneModel.from_domain(scene)
     except ValidationError as error:
@@ -36,8 +40,11 @@ def check_scene(scene: Scene, voxel: float) -> None:
 
 
 def check_sight(scene: Scene, setup: Setup) -> None:
-    """Refuse a setup whose sensors stand within their own link, where the scene minds it, and a
-    robot without bodies.
+    """Reject a setup with sensors inside their own link, and a robot without bodies, where the
+    occlusion model needs them.
+
+    Raises:
+        UserError: with the reason.
     """
     if scene.occlusion == "ignore":
         return
@@ -49,8 +56,11 @@ def check_sight(scene: Scene, setup: Setup) -> None:
 
 
 def check_scene_sight(scene: Scene) -> None:
-    """Refuse a search whose rings would all lie within a link's own tube, where the scene minds
-    it.
+    """Reject a search whose rings would all lie inside a link's own body, where the occlusion model
+    accounts for it.
+
+    Raises:
+        UserError: with the reason.
     """
     rings = (
         []

@@ -265,8 +265,8 @@ def test_a_refusal_names_the_scenes_file(tmp_path, monkeypatch, capsys):
     ("text", "says"),
     [
         ("[rules]\nmount = 'glued'", "rules.mount: found"),
-        ("[rules]\nring_width = 0.005", "rules.ring_width: found 0.005, allowed: 0.01 and more"),
-        ("[rules]\nstandoff = 0.001", "rules.standoff: found 0.001, allowed: 0.005 and more"),
+        ("[rules]\nring_width = 0.005", "rules.ring_width: found 0.005, allowed: at least 0.01"),
+        ("[rules]\nstandoff = 0.001", "rules.standoff: found 0.001, allowed: at least 0.005"),
     ],
 )
 def test_wrong_keys_are_one_line(tmp_path, text, says):

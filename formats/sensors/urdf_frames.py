@@ -1,4 +1,4 @@
-"""Rings from the frames of a URDF that are sensors, by a pattern of their names."""
+"""Fit of rings to the sensor frames of a URDF, which a name pattern selects."""
 
 import math
 import re
@@ -17,52 +17,59 @@ from ..robots.urdf_robot import find_robot
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
 from .sensor_frames import SensorFrame, looking_along_z, rows_of
 
-_LONGEST = 200  # characters of a pattern
+_LONGEST = 200  # most characters of a pattern
 
 
 @dataclass(frozen=True)
 class FramePattern:
-    """Which frames of a URDF are sensors, by a regular expression for their whole names, and along
-    which of its axes each looks."""
+    """Selection of the sensor frames in a URDF."""
 
     pattern: str = SENSOR_FRAMES
+    """Regular expression for the whole name of a frame."""
     beam: Along = "x"
+    """Axis of the frame along which the sensor looks."""
 
 
 @dataclass(frozen=True)
 class Seat:
-    """Where a sensor is on a mount: T_frame_sensor (4, 4) in the mount's frame, m along its axis
-    and from it, rad around it, its tilt and by how much it looks aside, rad."""
+    """Position of a sensor on a mount."""
 
     mount: Mount
+    """The mount."""
     T: Float[np.ndarray, "4 4"]
+    """Pose in the mount's frame, T_frame_sensor."""
     along: float
+    """Position along the mount's axis, m."""
     radius: float
+    """Distance from the axis, m."""
     azimuth: float
+    """Azimuth around the axis, rad."""
     tilt: float
+    """Tilt, rad."""
     aside: float
+    """Angle between the beam and the plane through the axis, rad."""
 
     def beside(self, other: "Seat") -> bool:
-        """May both be of one ring?"""
+        """Return whether both may belong to the same ring."""
         mm = 1000 * max(abs(self.along - other.along), abs(self.radius - other.radius))
         deg = math.degrees(abs(self.tilt - other.tilt))
         return self.mount is other.mount and mm <= 2 * TOLERANCE_MM and deg <= 2 * TOLERANCE_DEG
 
 
 def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
-    """The setup whose sensors are the frames of ``urdf`` whose names match; their beams are those
-    of the scene's sensor.
+    """Return the setup whose sensors are the frames of ``urdf`` with matching names; the scene's
+    sensor determines their beams.
 
-    Frames of one link in one place, at one distance and tilt, are a ring, which the first of them
-    in the file begins.
+    Frames of one link at the same position, distance and tilt form a ring; the first of them in the
+    file is its first sensor.
 
     Raises:
-        UserError: if none match, the scene's robot is not there, or they form no rings on its
-            links.
+        UserError: if no frame matches, the URDF lacks the scene's robot, or the frames form no
+            rings on its links.
     """
     try:
         if len(asked.pattern) > _LONGEST:
-            raise re.error(f"it is longer than {_LONGEST}")
+            raise re.error(f"longer than {_LONGEST} characters")
         pattern = re.compile(asked.pattern)
     except (re.error, OverflowError, RecursionError) as error:
         raise UserError(
@@ -74,14 +81,14 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
     wanted = [link for link in urdf.links if pattern.fullmatch(link)]
     if not wanted:
         raise UserError(
-            f"{name}: found no frame called {shown(asked.pattern)}, allowed: a pattern of some"
-            " (--frames)"
+            f"{name}: no frame matches {shown(asked.pattern)}; set --frames to a pattern of the"
+            " sensor frames"
         )
     for link in wanted:
         if link not in carried:
             raise UserError(
-                f"{name}: frame {shown(link)}: found off the chain of {scene.robot.name}, allowed:"
-                " on it (--frames)"
+                f"{name}: frame {shown(link)}: found off the chain of {scene.robot.name}; set"
+                " --frames to a pattern of frames on the chain"
             )
     rings: list[list[Seat]] = []
     for link in wanted:
@@ -108,8 +115,8 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
 
 
 def _seat(where: str, frame: int, T: Float[np.ndarray, "4 4"], scene: Scene) -> Seat:
-    """The seat of a sensor at T_frame_sensor on the mount, of those that move with the frame, from
-    whose axis it looks most straight away."""
+    """Return the seat of a sensor at T_frame_sensor: on the mount, among those that move with the
+    frame, from whose axis it points away most directly."""
     robot = scene.robot
     last, T_last_tcp, found = len(robot.chain) - 1, robot.chain.origin[-1], []
     for mount in robot.mounts:
