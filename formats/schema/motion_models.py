@@ -126,7 +126,9 @@ class MotionModel(MappedModel[Motion]):
     )
     rings_as_proposed: bool = Field(
         default=False,
-        description="whether every ring is known to be wired and mounted as proposed",
+        description=(
+            "whether every ring is known to be wired correctly and mounted the right way round"
+        ),
     )
 
 

@@ -76,7 +76,7 @@ class TargetModel(MappedModel[Goal]):
 
 
 class CurveModel(MappedModel[Shape]):
-    """The pose curve through the joints, and the radii of the volumes about it."""
+    """The pose curve, and the radii of the volumes about it."""
 
     blend: float = Field(
         default=Shape.blend, gt=0, le=1, description="share of a segment that its two bends occupy"

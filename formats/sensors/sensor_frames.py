@@ -1,5 +1,4 @@
-"""Named sensor frames, each fixed in the link frame that carries its ring: what exports write and
-imports read.
+"""Named sensor frames, each fixed in the link frame that carries its ring, for exports and imports.
 
 In code a sensor looks along its frame's z axis, and y is the ``up`` of its beam: the ring's axis,
 tilted with the sensor. Other programs look along x or y: such a frame has the same three axes,

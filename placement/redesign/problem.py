@@ -61,9 +61,9 @@ class RedesignProblem:
 
         Args:
             scene: robot, poses, goals, rules.
-            mounted: the setup as it is mounted.
-            places: places for added rings.
-            add_sensors: additional sensors.
+            mounted: the mounted setup.
+            places: number of places for added rings.
+            add_sensors: number of additional sensors.
         """
         self.scene = scene
         self.mounted = rounded(mounted, scene.sensor)

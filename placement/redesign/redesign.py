@@ -56,13 +56,13 @@ def improve(
     """Find the best single change to ``mounted``, the best two, and so on; each improves the
     coverage, and none breaks a rule.
 
-    A setup that breaks rules is accepted as it is; touched rings must satisfy all rules. The
-    scene's fixed rings stay. The same seed gives the same answer on the same machine; ``time_cap``
-    or a KeyboardInterrupt only cuts the search short.
+    A setup that breaks rules is accepted; touched rings must satisfy all rules. The scene's fixed
+    rings stay. The same seed gives the same answer on the same machine; ``time_cap`` or a
+    KeyboardInterrupt only cuts the search short.
 
     Args:
         scene: robot, poses, goals, rules.
-        mounted: the setup as it is mounted.
+        mounted: the mounted setup.
         most: largest number of changes (rings touched).
         add_sensors: largest number of additional sensors.
         seed: random seed of the points and of all draws.

@@ -64,8 +64,8 @@ class Schedule:
     )
     """Stages of local search."""
     draws: int = 512
-    """Random candidates from which variants, or at most this many from which starts, are chosen:
-    the best that differ from each other."""
+    """Random candidates among which the best diverse ones become variants; largest number of random
+    candidates for starts."""
     rounds: tuple[Round, ...] = ()
     """Rounds of the exchange."""
     ahead: tuple[Round, ...] = ()
