@@ -91,15 +91,15 @@ def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict
     key, scene = ("scene.robot", raw.get("scene")) if model is ProposalFile else ("robot", raw)
     if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
         return raw
-    asked = scene.get("robot")
-    if not isinstance(asked, str) or not asked.lower().endswith((".toml", ".urdf")):
+    reference = scene.get("robot")
+    if not isinstance(reference, str) or not reference.lower().endswith((".toml", ".urdf")):
         return raw
-    if asked.lower().endswith(".urdf"):
+    if reference.lower().endswith(".urdf"):
         raise UserError(
-            f"{path}: {key}: found {shown(asked)}, allowed: a robot file (.toml); convert a URDF"
-            " with place-rings robot"
+            f"{path}: {key}: found {shown(reference)}, allowed: a robot file (.toml); convert a"
+            " URDF with place-rings robot"
         )
-    robot = read_model(_beside(path, key, asked), RobotFile)
+    robot = read_model(_beside(path, key, reference), RobotFile)
     table = RobotModel(**{name: getattr(robot, name) for name in RobotModel.model_fields})
     inside = {**scene, "robot": table}
     return {**raw, "scene": inside} if model is ProposalFile else inside
@@ -113,10 +113,10 @@ def _beside(path: Path, key: str, name: str) -> Path:
     """
     folder = path.resolve().parent
     try:
-        found = (folder / name).resolve()
+        target = (folder / name).resolve()
     except (OSError, ValueError, RuntimeError) as error:
         raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file's name") from error
-    if Path(name).is_absolute() or not found.is_relative_to(folder):
+    if Path(name).is_absolute() or not target.is_relative_to(folder):
         raise UserError(
             f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or"
             " below"
@@ -150,12 +150,12 @@ def _scene(path: Path, file: SceneModel, key: str = "") -> Scene:
         at = _beside(path, where.removeprefix(f"{path}: "), name)
         return at, _bytes(at, "mesh")
 
-    scene, asked = file.to_domain(), file.trajectory
+    scene, trajectory = file.to_domain(), file.trajectory
     scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read)
-    if asked is None:
+    if trajectory is None:
         return scene
-    record = _beside(path, f"{key}trajectory.file", asked.file)
-    return with_record(scene, record, asked.to_domain(), asked.unit == "deg")
+    record = _beside(path, f"{key}trajectory.file", trajectory.file)
+    return with_record(scene, record, trajectory.to_domain(), trajectory.unit == "deg")
 
 
 def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:

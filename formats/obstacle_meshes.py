@@ -31,14 +31,14 @@ def with_meshes(scene: Scene, models: list[ObstacleModel], where: str, read: Any
     Raises:
         UserError: if a mesh cannot be used.
     """
-    found = list(scene.obstacles)
+    obstacles = list(scene.obstacles)
     for i, model in enumerate(models):
         if model.file is None:
             continue
         key = f"{where}[{i}].file"
         path, data = read(key, model.file)
-        found += _parts(model, key, path, data)
-    return replace(scene, obstacles=tuple(found))
+        obstacles += _parts(model, key, path, data)
+    return replace(scene, obstacles=tuple(obstacles))
 
 
 def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obstacle]:
@@ -59,7 +59,7 @@ def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obst
         ) from error
     if not 0 < len(pieces) <= _PIECES:
         raise UserError(f"{key}: found {len(pieces)} separate parts, allowed: 1 to {_PIECES}")
-    T, found = model.transform, []
+    T, obstacles = model.transform, []
     for n, piece in enumerate(pieces):
         corners = np.asarray(piece.vertices, float) * model.scale
         try:
@@ -84,5 +84,5 @@ def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obst
         part = f" part {n}" if len(pieces) > 1 else ""
         name = (model.name or path.stem)[: LONGEST_NAME - len(part)] + part
         keys = {"name": name, "points": corners.tolist()}
-        found.append(Obstacle(name, hull(corners), keys, hulled=not bool(piece.is_convex)))
-    return found
+        obstacles.append(Obstacle(name, hull(corners), keys, hulled=not bool(piece.is_convex)))
+    return obstacles

@@ -172,12 +172,12 @@ class _Reader:
         named = ", ".join(shown(name)[1:-1] for name in lower[:_SHOWN]) + ", …" * (
             len(lower) > _SHOWN
         )
-        found = [name for name in lower if name in TIMES]
-        if len(found) != 1:
+        times = [name for name in lower if name in TIMES]
+        if len(times) != 1:
             raise self._refuse(
                 1,
                 "",
-                f"{len(found)} columns of times among {named or 'nothing'}",
+                f"{len(times)} columns of times among {named or 'nothing'}",
                 f"one of {', '.join(TIMES)}",
             )
         scheme = max(self.schemes, key=lambda names: sum(name in lower for name in names))
@@ -190,7 +190,7 @@ class _Reader:
                     f"{lower.count(name)} such columns among {named}",
                     f"one each of {ways}",
                 )
-        names = [found[0], *scheme]
+        names = [times[0], *scheme]
         return [lower.index(name) for name in names], names
 
     def read(self, file: TextIO) -> MotionRecord:

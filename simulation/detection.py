@@ -91,11 +91,11 @@ class Approaches:
         self, some: slice | Bool[np.ndarray, " A"] = slice(None), confidence: float = 0.95
     ) -> tuple[float, float, float]:
         """Return the share of approaches in time, with its Wilson interval."""
-        found = self.in_time[some]
-        low, high = stats.binomtest(int(found.sum()), len(found)).proportion_ci(
+        in_time = self.in_time[some]
+        low, high = stats.binomtest(int(in_time.sum()), len(in_time)).proportion_ci(
             confidence, "wilson"
         )
-        return float(found.mean()), float(low), float(high)
+        return float(in_time.mean()), float(low), float(high)
 
 
 def floor_of(scene: Scene) -> float:
@@ -122,11 +122,11 @@ def walker(speed: float, start: float, floor: float = -PEDESTAL) -> Bones:
 def _clearances(rows: tuple[jax.Array, ...], fixed: tuple[jax.Array, ...]) -> jax.Array:
     """Return, for R moments, the least distance between person and robot, and the least after S_p
     is subtracted, (R, 2) m."""
-    a, b, start, end, asked = rows
+    a, b, start, end, required = rows
     thick, radius = fixed
     gap = segment_to_segment(a[:, :, None], b[:, :, None], start[:, None], end[:, None])
     gap = gap - thick[None, :, None] - radius[None, None]
-    return jnp.stack([gap.min(axis=(1, 2)), (gap - asked[:, None]).min(axis=(1, 2))], axis=1)
+    return jnp.stack([gap.min(axis=(1, 2)), (gap - required[:, None]).min(axis=(1, 2))], axis=1)
 
 
 def turned(points: Float[np.ndarray, "*any 3"], angle: float) -> Float[np.ndarray, "*any 3"]:
@@ -204,8 +204,10 @@ def approach(
         shape = (len(which[some]), steps)
         columns.append(_judged(clear.reshape(*shape, 2), seen.reshape(*shape, -1), held, late))
         tell(min(first + _AT_ONCE, len(azimuths)))
-    sight, report, asked, broken, in_time = (np.concatenate(c) for c in zip(*columns, strict=True))
-    return Approaches(azimuths, which[:, -1], sight, report, asked, broken, in_time, steps)
+    sight, report, at_break, broken, in_time = (
+        np.concatenate(c) for c in zip(*columns, strict=True)
+    )
+    return Approaches(azimuths, which[:, -1], sight, report, at_break, broken, in_time, steps)
 
 
 def _seen(
@@ -222,8 +224,10 @@ def _seen(
     bodies = m.bodies.at(at)
     hiding = None if occlusion == "ignore" else bodies
     (half, range_m), (centre, radius) = sensor_optics(setup), balls
-    found = readings(apex, axis, half, range_m, centre, radius, hiding, obstacles).distance
-    return found < (stops(setup, apex, axis, bodies, obstacles) if occlusion == "blind" else np.inf)
+    distance = readings(apex, axis, half, range_m, centre, radius, hiding, obstacles).distance
+    return distance < (
+        stops(setup, apex, axis, bodies, obstacles) if occlusion == "blind" else np.inf
+    )
 
 
 def stops(

@@ -129,7 +129,7 @@ def beliefs(
         reading: readings, m; infinite for none.
         bodies: bodies of the robot at T poses.
     """
-    found = np.full((*reading.shape, 2), np.inf)
+    distances = np.full((*reading.shape, 2), np.inf)
     t, k = np.nonzero(np.isfinite(reading))
     if len(t):
         rows = (
@@ -140,8 +140,8 @@ def beliefs(
             bodies.start[t],
             bodies.end[t],
         )
-        found[t, k] = slabs(_beliefs, rows, (jnp.asarray(bodies.radius),))
-    least: np.ndarray = found.min(axis=1)
+        distances[t, k] = slabs(_beliefs, rows, (jnp.asarray(bodies.radius),))
+    least: np.ndarray = distances.min(axis=1)
     return least
 
 
@@ -301,7 +301,7 @@ def summary(
 
     Only cells with a number count. The mean is NaN without any, the half width with fewer than two.
     """
-    found = {}
+    table = {}
     for key in cells[0]:
         values = np.array([value for c in cells if (value := c[key]) is not None])
         n = len(values)
@@ -311,5 +311,5 @@ def summary(
             if n > 1
             else np.nan
         )
-        found[key] = (mean, spread)
-    return found
+        table[key] = (mean, spread)
+    return table

@@ -75,10 +75,10 @@ def reach_down(robot: Robot, place: Float[np.ndarray, " 3"]) -> Float[np.ndarray
             [frame[:3, 3] - place, frame[:3, :3] @ tool.axis + np.array([0.0, 0.0, 1.0])]
         )
 
-    found = least_squares(off, seed[:-1], xtol=1e-14, ftol=1e-14, gtol=1e-14)
-    if np.abs(found.fun).max() > 1e-6:
+    solution = least_squares(off, seed[:-1], xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    if np.abs(solution.fun).max() > 1e-6:
         raise ValueError(f"{robot.name} cannot reach {np.round(place, 3).tolist()} m from above")
-    return np.append(found.x, 0.0)
+    return np.append(solution.x, 0.0)
 
 
 def _places(azimuth: float) -> list[Float[np.ndarray, " 2"]]:

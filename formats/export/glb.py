@@ -91,7 +91,7 @@ def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
             find_robot(placed.urdf, placed.scene.robot),
         )
         names = plain_names(c.link.name for c in picked.carried)
-        found = []
+        parts = []
         for carried, name in zip(picked.carried, names, strict=True):
             triangles = meshes.surface(carried, "visual")
             T = (
@@ -101,8 +101,8 @@ def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
             )
             if len(triangles):
                 mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=True)
-                found.append((f"body_{name}", mesh.apply_transform(T)))
-        return found
+                parts.append((f"body_{name}", mesh.apply_transform(T)))
+        return parts
     if placed.bodies is None:
         return []
     names = plain_names(b.name for b in placed.scene.robot.bodies)

@@ -67,16 +67,18 @@ def _place(T: Float[np.ndarray, "4 4"]) -> dict[str, str]:
 
 def _obstacles(placed: PlacedSetup, asset: ET.Element, world: ET.Element) -> None:
     """Add convex obstacles as hulls of their corners, and the floor as a plane."""
-    things = placed.scene.obstacles
-    for thing, name in zip(
-        things, plain_names(f"obstacle_{i}_{o.name}" for i, o in enumerate(things)), strict=True
+    obstacles = placed.scene.obstacles
+    for obstacle, name in zip(
+        obstacles,
+        plain_names(f"obstacle_{i}_{o.name}" for i, o in enumerate(obstacles)),
+        strict=True,
     ):
-        corners = np.unique(np.asarray(thing.body.edges).reshape(-1, 3), axis=0)
+        corners = np.unique(np.asarray(obstacle.body.edges).reshape(-1, 3), axis=0)
         if len(corners):
             ET.SubElement(asset, "mesh", name=name, vertex=words(corners.ravel()))
             ET.SubElement(world, "geom", name=name, type="mesh", mesh=name)
         else:
-            height = np.asarray(thing.body.offset)[0]
+            height = np.asarray(obstacle.body.offset)[0]
             ET.SubElement(
                 world, "geom", name=name, type="plane", size="0 0 1", pos=words((0, 0, height))
             )

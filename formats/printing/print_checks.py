@@ -100,7 +100,7 @@ def check_ring(plan: PrintPlan, made: Assembly, files: tuple[bytes, bytes]) -> l
     solid, p = made.halves[0] + made.halves[1] + made.bolts, plan.printing
     hull = sum(h.hull().volume() for h in made.halves)
     volume = float(sum(mesh.volume for mesh in meshes))
-    found = [
+    checks = [
         _check("open edges in the files", float(sum(open_edges(m) for m in meshes)), "", most=0.0),
         _check(
             "separate pieces of a half",
@@ -157,7 +157,7 @@ def check_ring(plan: PrintPlan, made: Assembly, files: tuple[bytes, bytes]) -> l
             most=1e-3,
         ),
     ]
-    return found
+    return checks
 
 
 def _check(

@@ -154,9 +154,9 @@ def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> Pri
         raise UnbuildableError(
             f"the cross section of {ring.link} is unknown: set section of its mount"
         )
-    asked = replace(scene, printing=printing)
-    if why := unfit(replace(asked, rules=replace(scene.rules, mount="real")), ring):
-        raise UnbuildableError(why if unfit(asked, ring) else f"{why}; {_bodiless(scene)}")
+    printed = replace(scene, printing=printing)
+    if why := unfit(replace(printed, rules=replace(scene.rules, mount="real")), ring):
+        raise UnbuildableError(why if unfit(printed, ring) else f"{why}; {_bodiless(scene)}")
     pocket = best_pocket(board, printing, ring.radius, ring.tilt, inner_radius(around, printing))
     tilt, flip = abs(ring.tilt), -1.0 if ring.tilt < 0 else 1.0
     angles = flip * (ring.phase + 2 * math.pi * np.arange(ring.count) / ring.count)
@@ -211,8 +211,8 @@ def plan_ring(scene: Scene, ring: Ring, printing: Printing | None = None) -> Pri
 
 def _bodiless(scene: Scene) -> str:
     """Return the remedy for a scene whose rings have no bodies."""
-    asked = "" if scene.rules.mount == "free" else "--occlusion blind or shadow, or with "
-    return f'rings have no bodies in its scene: search with {asked}rules.mount = "real"'
+    option = "" if scene.rules.mount == "free" else "--occlusion blind or shadow, or with "
+    return f'rings have no bodies in its scene: search with {option}rules.mount = "real"'
 
 
 def _rotation(angle: float) -> Float[np.ndarray, "2 2"]:

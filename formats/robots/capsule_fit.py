@@ -113,20 +113,20 @@ def enclosing(
     if polish:
         for _, x0, axis0 in sorted(begun, key=lambda b: b[0])[:2]:
             simplex = x0 + np.vstack([np.zeros(5), 0.05 * np.eye(5)])
-            found = minimize(
+            optimum = minimize(
                 lambda x, axis: _volume(*line(x, axis)[2]),
                 x0,
                 (axis0,),
                 method="Nelder-Mead",
                 options={"initial_simplex": simplex, "maxfev": 600, "xatol": 1e-4, "fatol": 1e-5},
             )
-            if found.fun < best:
-                best, x, axis = float(found.fun), found.x, axis0
+            if optimum.fun < best:
+                best, x, axis = float(optimum.fun), optimum.x, axis0
     through, direction, (low, high, radius) = line(x, axis)
     ends = [origin + scale * (through + t * direction) for t in (low, high)]
-    found_one = Capsules(ends[0], ends[1], scale * radius * _GROW)
-    short = float(found_one.distance(corners).max())
-    return found_one if short <= 0 else Capsules(ends[0], ends[1], found_one.radius + 1.01 * short)
+    capsule = Capsules(ends[0], ends[1], scale * radius * _GROW)
+    short = float(capsule.distance(corners).max())
+    return capsule if short <= 0 else Capsules(ends[0], ends[1], capsule.radius + 1.01 * short)
 
 
 def _cells(
@@ -141,7 +141,7 @@ def _cells(
     along = triangles @ axis
     levels = np.linspace(along.min(), along.max(), count + 1)
     low, high = along.min(axis=1), along.max(axis=1)
-    found = []
+    cells = []
     for a, b in itertools.pairwise(levels):
         here = (high >= a) & (low <= b)
         t, at = triangles[here], along[here]
@@ -152,8 +152,8 @@ def _cells(
                 s = ((level - at[crossing, i]) / (at[crossing, j] - at[crossing, i]))[:, None]
                 parts.append(t[crossing, i] * (1 - s) + t[crossing, j] * s)
         points = np.concatenate(parts)
-        found.append(_corners(points) if len(points) else points)
-    return found
+        cells.append(_corners(points) if len(points) else points)
+    return cells
 
 
 def fit_capsules(

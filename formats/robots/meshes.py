@@ -99,10 +99,10 @@ class Meshes:
             plain_xml(data, f"{self.path}: link {shown(link)}: mesh {shown(name)}")
         try:
             # Without a resolver, trimesh opens no other file (material, texture).
-            found: Any = trimesh.load(
+            mesh: Any = trimesh.load(
                 io.BytesIO(data), file_type=kind[1:], resolver=None, process=False, force="mesh"
             )
-            triangles = np.array(found.triangles, np.float64).reshape(-1, 3, 3)
+            triangles = np.array(mesh.triangles, np.float64).reshape(-1, 3, 3)
         except Exception as error:  # whatever a parser of a broken file raises
             raise self._fail(
                 link, name, f"a mesh that can be read ({type(error).__name__})"
@@ -142,9 +142,9 @@ class Meshes:
             placed: np.ndarray = points @ T[:3, :3].T + T[:3, 3]
         far = float(np.nan_to_num(np.abs(placed), nan=np.inf).max())
         if far > FAR:
-            found = f"{shape.file or shape.kind}, {far:.3g} m from the link's frame"
+            where = f"{shape.file or shape.kind}, {far:.3g} m from the link's frame"
             raise self._fail(
-                link, found, f"at most {FAR:g} m (a mesh in millimetres has scale 0.001)"
+                link, where, f"at most {FAR:g} m (a mesh in millimetres has scale 0.001)"
             )
         return placed
 
@@ -159,9 +159,9 @@ class Meshes:
         )
         if not shapes:
             return np.zeros((0, 3, 3))
-        found = np.concatenate([self.shape(shape, link.name) for shape in shapes])
+        triangles = np.concatenate([self.shape(shape, link.name) for shape in shapes])
         R, origin = carried.T_frame_link[:3, :3], carried.T_frame_link[:3, 3]
-        points: np.ndarray = found @ R.T + origin
+        points: np.ndarray = triangles @ R.T + origin
         if np.ptp(points.reshape(-1, 3), axis=0).max() < 1e-6:
             raise self._fail(link.name, shapes[0].file or shapes[0].kind, "a shape with an extent")
         return points

@@ -77,7 +77,7 @@ def directions(chain: Chain, frame: int) -> list[Float[np.ndarray, " 3"]]:
     They are the direction of the next joint, the axes of its own and the next joint, and the
     frame's axes.
     """
-    found: list[Float[np.ndarray, " 3"]] = []
+    units: list[Float[np.ndarray, " 3"]] = []
     options = [chain.origin[frame + 1][:3, 3]] if frame + 1 < len(chain.origin) else []
     if 0 <= frame < len(chain):
         options.append(chain.axis[frame])
@@ -85,9 +85,9 @@ def directions(chain: Chain, frame: int) -> list[Float[np.ndarray, " 3"]]:
         options.append(chain.origin[frame + 1][:3, :3] @ chain.axis[frame + 1])
     for v in [*options, *np.eye(3)]:
         length = float(np.linalg.norm(v))
-        if length > 1e-3 and all(abs(float(v @ other)) < _ALIKE * length for other in found):
-            found.append(v / length)
-    return found
+        if length > 1e-3 and all(abs(float(v @ other)) < _ALIKE * length for other in units):
+            units.append(v / length)
+    return units
 
 
 def _zero(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"]:

@@ -59,10 +59,10 @@ class Sections:
         ``through`` (3,) m along ``axis`` (3,)."""
         v = self.points - through
         away = np.sqrt(np.maximum((v * v).sum(axis=1) - (v @ axis) ** 2, 0.0))
-        found = np.full(len(self.level), np.inf)
+        largest = np.full(len(self.level), np.inf)
         which, first = np.unique(self.station, return_index=True)
-        found[which] = np.maximum.reduceat(away, first)
-        return found
+        largest[which] = np.maximum.reduceat(away, first)
+        return largest
 
 
 def cut_across(
@@ -113,7 +113,7 @@ def _along(
             p = cut.points[cut.station == k]
             centre[k] = circle_centre(p @ frame.T) @ frame + cut.level[k] * axis
             thick[k] = np.linalg.norm(p - centre[k], axis=1).max()
-        found: tuple[float, int, int] | None = None
+        longest: tuple[float, int, int] | None = None
         for k in np.flatnonzero(np.isfinite(thick)):
             like = (cut.envelope(centre[k], axis) <= _THICKER * thick[k]) & (
                 thick * _THICKER >= thick[k]
@@ -121,11 +121,11 @@ def _along(
             a, b = _run(like, int(k))
             length = float(cut.level[b] - cut.level[a])
             long = length >= max(SHORTEST, _LONGER * float(thick[k]))
-            if long and (found is None or length / thick[k] > found[0]):
-                found = (length / float(thick[k]), a, b)
-        if found is None:
+            if long and (longest is None or length / thick[k] > longest[0]):
+                longest = (length / float(thick[k]), a, b)
+        if longest is None:
             break
-        _, a, b = found
+        _, a, b = longest
         t = cut.level[a : b + 1]
         slope = np.polynomial.polynomial.polyfit(t, centre[a : b + 1], 1)
         through, to = slope[0] + slope[1] * t[0], slope[0] + slope[1] * t[-1]
@@ -160,5 +160,5 @@ def find_tube(
         The tube, oriented along the direction on which it was found; None if no run is ``SHORTEST``
             long.
     """
-    found = [tube for axis in axes if (tube := _along(triangles, axis, stations)) is not None]
-    return max(found, key=lambda tube: tube.length / tube.radius, default=None)
+    tubes = [tube for axis in axes if (tube := _along(triangles, axis, stations)) is not None]
+    return max(tubes, key=lambda tube: tube.length / tube.radius, default=None)

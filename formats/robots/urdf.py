@@ -170,11 +170,11 @@ class _Reader:
         return values
 
     def origin(self, element: ET.Element, where: str) -> Float[np.ndarray, "4 4"]:
-        found = element.find("origin")
-        if found is None:
+        origin = element.find("origin")
+        if origin is None:
             return np.eye(4)
         xyz, rpy = (
-            self.numbers(found.get(key, "0 0 0"), 3, f"{where}: origin {key}")
+            self.numbers(origin.get(key, "0 0 0"), 3, f"{where}: origin {key}")
             for key in ("xyz", "rpy")
         )
         return transform(xyz, rpy)
@@ -183,8 +183,8 @@ class _Reader:
         T, geometry = self.origin(element, where), element.find("geometry")
         kinds = [] if geometry is None else list(geometry)
         if len(kinds) != 1 or kinds[0].tag not in (*_SIZES, "mesh"):
-            found = kinds[0].tag if kinds else None
-            raise self.fail(f"{where}: geometry", found, f"one of {', '.join(_SIZES)}, mesh")
+            tag = kinds[0].tag if kinds else None
+            raise self.fail(f"{where}: geometry", tag, f"one of {', '.join(_SIZES)}, mesh")
         one = kinds[0]
         if one.tag == "mesh":
             scale = self.numbers(one.get("scale", "1 1 1"), 3, f"{where}: mesh scale")
@@ -222,28 +222,28 @@ class _Reader:
             raise self.fail(f"{where}: type", kind, ", ".join(JOINT_KINDS))
         ends = []
         for key in ("parent", "child"):
-            found = element.find(key)
-            if found is None:
+            part = element.find(key)
+            if part is None:
                 raise self.fail(f"{where}: {key}", None, "a link")
-            ends.append(self.text(found, "link", f"{where}: {key}"))
+            ends.append(self.text(part, "link", f"{where}: {key}"))
         axis, limits, mimic = (
             np.array([1.0, 0.0, 0.0]),
             (-math.inf, math.inf),
             element.find("mimic"),
         )
         if kind in ("revolute", "continuous", "prismatic", "planar"):
-            found = element.find("axis")
-            text = "1 0 0" if found is None else found.get("xyz")
+            part = element.find("axis")
+            text = "1 0 0" if part is None else part.get("xyz")
             axis = np.array(self.numbers(text, 3, f"{where}: axis"))
             if np.linalg.norm(axis) < 1e-6:
                 raise self.fail(f"{where}: axis", text, "three numbers, not all 0")
             axis = axis / np.linalg.norm(axis)
         if kind in ("revolute", "prismatic"):
-            found = element.find("limit")
-            if found is None:
+            part = element.find("limit")
+            if part is None:
                 raise self.fail(f"{where}: limit", None, "lower and upper")
             low, high = (
-                self.numbers(found.get(key, "0"), 1, f"{where}: limit {key}")[0]
+                self.numbers(part.get(key, "0"), 1, f"{where}: limit {key}")[0]
                 for key in ("lower", "upper")
             )
             if low >= high:

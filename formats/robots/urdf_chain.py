@@ -102,18 +102,18 @@ def _tip(urdf: Urdf, above: dict[str, Joint], base: str) -> str:
     """Return the only leaf behind the largest number of moving joints and, among those, of all
     joints."""
     parents = {j.parent for j in urdf.joints.values()}
-    found: dict[str, tuple[int, int]] = {}
+    leaves: dict[str, tuple[int, int]] = {}
     for name in urdf.links:
         at, moving, joints = name, 0, 0
         while at != base and at in above:
             moving, joints, at = moving + above[at].moves, joints + 1, above[at].parent
         if at == base and name not in parents and name != base:
-            found[name] = (moving, joints)
-    if not found:
+            leaves[name] = (moving, joints)
+    if not leaves:
         raise UserError(
             f"{urdf.path}: --base: found {shown(base)}, allowed: a link with child joints"
         )
-    longest = [name for name, length in found.items() if length == max(found.values())]
+    longest = [name for name, length in leaves.items() if length == max(leaves.values())]
     if len(longest) > 1:
         raise UserError(
             f"{urdf.path}: --tip: found nothing, allowed: one of {_some(longest)}, ends of equally"

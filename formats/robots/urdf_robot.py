@@ -18,14 +18,14 @@ _CLOSE = 1e-5  # tolerance between URDF and chain, m, and for components of unit
 
 def plain_names(names: Iterable[str], taken: Sequence[str] = ()) -> tuple[str, ...]:
     """Return unique names of ASCII letters, digits and underscores, none of them ``taken``."""
-    found: list[str] = []
+    unique: list[str] = []
     for name in names:
         base = re.sub(r"[^A-Za-z0-9_]", "_", name)
         plain, n = base, 2
-        while plain in found or plain in taken:
+        while plain in unique or plain in taken:
             plain, n = f"{base}_{n}", n + 1
-        found.append(plain)
-    return tuple(found)
+        unique.append(plain)
+    return tuple(unique)
 
 
 def find_robot(urdf: Urdf, robot: Robot) -> Picked:
@@ -47,9 +47,9 @@ def find_robot(urdf: Urdf, robot: Robot) -> Picked:
             )
     picked = pick_chain(urdf, urdf.joints[names[0]].parent, urdf.joints[names[-1]].child)
     if picked.chain.joints != tuple(names):
-        found = ", ".join(picked.chain.joints)
+        listed = ", ".join(picked.chain.joints)
         raise UserError(
-            f"{urdf.path}: joints: found {shown(found)}, allowed: {', '.join(names)}, the joints"
+            f"{urdf.path}: joints: found {shown(listed)}, allowed: {', '.join(names)}, the joints"
             f" of robot {robot.name}"
         )
     for j, name in enumerate(names):

@@ -92,12 +92,12 @@ class RobustnessResult(StrictModel):
         """Return the record of redundancy and tolerance of the setup ``name``."""
         ring_of, first = setup.ring_of_sensor, np.cumsum([0, *(r.count for r in setup.rings)])
 
-        def loss(ring: int, found: Loss, sensor: int | None = None) -> LossModel:
+        def loss(ring: int, lost: Loss, sensor: int | None = None) -> LossModel:
             return LossModel(
                 ring=ring,
                 link=setup.rings[ring].link,
                 sensor=sensor,
-                zeta_percent=COVERAGE.write(found.zeta),
+                zeta_percent=COVERAGE.write(lost.zeta),
             )
 
         sensor, ring = sure.worst_sensor, sure.worst_ring

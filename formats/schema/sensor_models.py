@@ -127,15 +127,15 @@ class SensorModel(MappedModel[Sensor]):
         if use.model not in MODELS:
             refuse([(("model",), use.model, ", ".join(MODELS))])
         try:
-            found = effective(use).sensor
+            sensor = effective(use).sensor
         except ValueError as error:
             raise PydanticCustomError("rule", "{error}", {"error": str(error)}) from error
-        up = None if found.fov_up is None else math.degrees(found.fov_up)
+        up = None if sensor.fov_up is None else math.degrees(sensor.fov_up)
         beam = {
-            "fov_deg": math.degrees(found.fov),
-            "range_m": found.range_m,
+            "fov_deg": math.degrees(sensor.fov),
+            "range_m": sensor.range_m,
             "fov_up_deg": up,
-            "zones": found.zones,
+            "zones": sensor.zones,
         }
         refuse(
             (

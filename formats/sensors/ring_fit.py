@@ -116,14 +116,14 @@ def _ring(
         )
 
     def unit(key: str) -> Any:
-        found = part(key)
-        length = np.linalg.norm(found, axis=-1, keepdims=True)
+        vectors = part(key)
+        length = np.linalg.norm(vectors, axis=-1, keepdims=True)
         if np.any(np.abs(length - 1) > _UNIT):
             worst = f"{float(length.ravel()[np.argmax(np.abs(length - 1))]):g}"
             raise UserError(
                 f"{name}: ring {number}: found a vector {key} of length {worst}, allowed: 1"
             )
-        return found / length
+        return vectors / length
 
     T, up = np.array([frames[pose] for pose in poses]), unit("up") if up_deg > 0 else None
     mounts = scene.robot.mounts if link is None else (scene.robot.mount(link),)

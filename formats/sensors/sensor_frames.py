@@ -81,9 +81,9 @@ def looking_along_z(
 
 
 def _turned(T: Float[np.ndarray, "*batch 4 4"], turns: int) -> Float[np.ndarray, "*batch 4 4"]:
-    found = T.copy()
-    found[..., :3, :3] = np.roll(T[..., :3, :3], turns, axis=-1)
-    return found
+    turned = T.copy()
+    turned[..., :3, :3] = np.roll(T[..., :3, :3], turns, axis=-1)
+    return turned
 
 
 def rows_of(

@@ -69,12 +69,12 @@ def _rows(name: str, text: str) -> list[tuple[int, ConeRow]]:
         kinds = {tuple(sorted(kind.model_fields)): kind for kind in (ConeRow, SquareConeRow)}
         kind = kinds.get(tuple(sorted(reader.fieldnames or ())))
         if kind is None:
-            found, square = (
+            columns, square = (
                 ",".join(reader.fieldnames or ()),
                 ",".join(SQUARE_COLUMNS[len(COLUMNS) :]),
             )
             allowed = f"the columns {','.join(COLUMNS)}, and for square beams {square}"
-            raise UserError(f"{name}: line 1: found {shown(found)}, allowed: {allowed}")
+            raise UserError(f"{name}: line 1: found {shown(columns)}, allowed: {allowed}")
         rows = []
         for fields in reader:
             if None in fields or None in fields.values():

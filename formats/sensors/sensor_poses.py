@@ -42,10 +42,10 @@ def poses_file(scene: Scene, setup: Setup, pose: int) -> SensorPosesFile:
     """Return the file with a setup's sensors in the frames of their links, and in the base frame at
     a pose of the scene."""
     q, names = scene.poses[pose].q, (*scene.robot.chain.joints, TCP_FRAME)
-    frames, found = np.asarray(forward(scene.robot.chain, q)), sensor_frames(scene.robot, setup)
+    frames, sensors = np.asarray(forward(scene.robot.chain, q)), sensor_frames(scene.robot, setup)
     rings = []
     for i, ring in enumerate(setup.rings):
-        some = [s for s in found if s.ring == i]
+        some = [s for s in sensors if s.ring == i]
         base = [frames[s.frame] @ s.T_frame_sensor for s in some]
         rings.append(
             RingPosesModel(
@@ -89,7 +89,7 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
         if first["type"] == "json_invalid":
             raise UserError(f"{name}: not JSON: {first['msg']}") from error
         raise explain(name, error, SensorPosesFile) from error
-    robot, found = scene.robot, []
+    robot, sensors = scene.robot, []
     names = (*robot.chain.joints, TCP_FRAME)
     if file.q_deg is not None and len(file.q_deg) != len(robot.chain):
         raise UserError(
@@ -114,9 +114,9 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
                     frames[frame] @ T,
                     _transform(sensor.base_xyz, sensor.base_xyzw),
                 )
-            found.append(SensorFrame(i, k, frame, looking_along_z(T, file.beam), unit))
+            sensors.append(SensorFrame(i, k, frame, looking_along_z(T, file.beam), unit))
     links = {i: ring.link for i, ring in enumerate(file.rings) if ring.link is not None}
-    setup = fitted_setup(name, *rows_of(found, robot.chain), scene, links)
+    setup = fitted_setup(name, *rows_of(sensors, robot.chain), scene, links)
     return Setup(
         tuple(
             replace(r, sensor=ring.sensor.to_domain())

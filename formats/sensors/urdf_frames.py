@@ -103,14 +103,14 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
         if ring is None:
             rings.append(ring := [])
         ring.append(seat)
-    found = []
+    sensors = []
     for i, ring in enumerate(rings):
         first = ring[0].azimuth
         turns = [(seat.azimuth - first) % (2 * math.pi) for seat in ring]
         for k, j in enumerate(sorted(range(len(ring)), key=turns.__getitem__)):
             mount, T = ring[j].mount, ring[j].T
-            found.append(SensorFrame(i, k, mount.frame, T, scene.sensor_of(mount.link)))
-    setup = fitted_setup(name, *rows_of(found, scene.robot.chain), scene)
+            sensors.append(SensorFrame(i, k, mount.frame, T, scene.sensor_of(mount.link)))
+    setup = fitted_setup(name, *rows_of(sensors, scene.robot.chain), scene)
     return Setup(tuple(replace(r, sensor=scene.sensor_of(r.link)) for r in setup.rings))
 
 
@@ -118,7 +118,7 @@ def _seat(where: str, frame: int, T: Float[np.ndarray, "4 4"], scene: Scene) -> 
     """Return the seat of a sensor at T_frame_sensor: on the mount, among those that move with the
     frame, from whose axis it points away most directly."""
     robot = scene.robot
-    last, T_last_tcp, found = len(robot.chain) - 1, robot.chain.origin[-1], []
+    last, T_last_tcp, seats = len(robot.chain) - 1, robot.chain.origin[-1], []
     for mount in robot.mounts:
         if frame == BASE or min(mount.frame, last) != frame:
             continue
@@ -129,14 +129,14 @@ def _seat(where: str, frame: int, T: Float[np.ndarray, "4 4"], scene: Scene) -> 
         out = look[0] * math.cos(azimuth) + look[1] * math.sin(azimuth)
         around = look[1] * math.cos(azimuth) - look[0] * math.sin(azimuth)
         aside, tilt = math.asin(min(abs(around), 1.0)), math.atan2(look[2], out)
-        found.append(
+        seats.append(
             Seat(mount, here, float(at[2]), math.hypot(at[0], at[1]), azimuth, tilt, aside)
         )
-    if not found:
+    if not seats:
         links = ", ".join(robot.links)
         raise UserError(
             f"{where}: found on a part of {robot.name} that carries no ring, allowed: on {links}"
         )
     return min(
-        found, key=lambda s: (round(s.aside, 3), abs(s.radius - scene.radius_of(s.mount.link)))
+        seats, key=lambda s: (round(s.aside, 3), abs(s.radius - scene.radius_of(s.mount.link)))
     )

@@ -119,12 +119,12 @@ class BeamSearch:
             s: max(256, s // terms)
             for s in (self.plan.points, *(stage.points for stage in self.plan.stages))
         }
-        self.clouds = {asked: self.points.clouds(size) for asked, size in sizes.items()}
+        self.clouds = {count: self.points.clouds(size) for count, size in sizes.items()}
         self.finest = self.plan.stages[-1]
 
     def scores(self, some: list[Placed], points: int, width: float) -> np.ndarray:
         """Return the soft values (S,) of setups, computed on all processors."""
-        found, n = np.empty(len(some)), min(processors(), len(some))
+        scores, n = np.empty(len(some)), min(processors(), len(some))
 
         def part(i: int) -> np.ndarray:
             values = np.stack([p.values for p in some[i::n]])
@@ -133,8 +133,8 @@ class BeamSearch:
             )
 
         for i, job in enumerate([self.threads.submit(part, i) for i in range(n)]):
-            found[i::n] = job.result()
-        return found
+            scores[i::n] = job.result()
+        return scores
 
     def drawn(self, beam: list[Touched], rng: np.random.Generator) -> list[Placed]:
         """Return starts with one more change than those of ``beam``: the best of many random ones,
@@ -177,10 +177,10 @@ class BeamSearch:
         """
         setup, box, spent = stacked([p.arrays]), (p.low, p.high), 0
         if p.loose:
-            found = climb(
+            result = climb(
                 self.objective, setup, box, p.values, stage.width, stage.steps, clouds, self.brake
             )
-            p, spent = replace(p, values=found.values), found.evaluations
+            p, spent = replace(p, values=result.values), result.evaluations
         return p, float(self.objective.zetas(setup, p.values[None], clouds)[0]), spent
 
     def ends(self, some: list[Placed]) -> list[Touched]:
@@ -243,10 +243,10 @@ class BeamSearch:
 def _few_of_each(some: list[Placed], count: int) -> list[Placed]:
     """Return the first ``count`` setups with at most ``_EACH`` for each set of touched rings."""
     seen: dict[tuple[int, ...], int] = {}
-    found: list[Placed] = []
+    kept: list[Placed] = []
     for p in some:
         free = p.touched.free
         seen[free] = seen.get(free, 0) + 1
-        if seen[free] <= _EACH and len(found) < count:
-            found.append(p)
-    return found
+        if seen[free] <= _EACH and len(kept) < count:
+            kept.append(p)
+    return kept

@@ -104,7 +104,7 @@ def turn(before: Ring, after: Ring) -> float:
 
 def changes(robot: Robot, before: Rings, after: Rings) -> list[Change]:
     """Return the differences between two tuples of places."""
-    found = []
+    differences = []
     for place, (a, b) in enumerate(zip(before, after, strict=True)):
         if a is not None and b is not None and a != b:
             moved = (
@@ -112,10 +112,10 @@ def changes(robot: Robot, before: Rings, after: Rings) -> list[Change]:
                 if a.link == b.link
                 else 0.0
             )
-            found.append(Change(place, a, b, moved, abs(b.tilt - a.tilt), abs(turn(a, b))))
+            differences.append(Change(place, a, b, moved, abs(b.tilt - a.tilt), abs(turn(a, b))))
         elif a != b:
-            found.append(Change(place, a, b, 0.0, 0.0, 0.0))
-    return found
+            differences.append(Change(place, a, b, 0.0, 0.0, 0.0))
+    return differences
 
 
 def work(some: list[Change]) -> Work:

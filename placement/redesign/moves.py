@@ -51,14 +51,14 @@ def _drawn(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rng) -
 def _somewhere(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rng) -> Ring:
     """Return a ring with random place, tilt and phase, on its own link or, without a link,
     on any."""
-    found = [s for s in work.segments(free) if ring.link in ("", s.link)]
+    segments = [s for s in work.segments(free) if ring.link in ("", s.link)]
     length = np.array(
         [
             max((s.high - s.low) * work.scene.robot.mount(s.link).length, _LEAST_LENGTH)
-            for s in found
+            for s in segments
         ]
     )
-    s = found[int(rng.choice(len(found), p=length / length.sum()))]
+    s = segments[int(rng.choice(len(segments), p=length / length.sum()))]
     place, tilt = rng.uniform(s.low, s.high), rng.uniform(*work.scene.limits_of(s.link).tilt)
     phase = rng.uniform(0, 2 * math.pi / ring.count)
     if work.clear is not None and (

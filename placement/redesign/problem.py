@@ -117,7 +117,7 @@ class RedesignProblem:
     def _seats(self, t: Touched) -> np.ndarray | None:
         """Return the nearest segment with room for each touched ring (R,), -1 for no ring; None if
         one has no room."""
-        found, which = self.segments(t.free), np.full(len(t.rings), -1)
+        available, which = self.segments(t.free), np.full(len(t.rings), -1)
         links = [ring.link for ring in self.stays(t.free)]
         for i in t.free:
             ring = t.rings[i]
@@ -125,13 +125,15 @@ class RedesignProblem:
                 continue
             room = [
                 k
-                for k, s in enumerate(found)
+                for k, s in enumerate(available)
                 if s.link == ring.link and np.count_nonzero(which == k) < s.room
             ]
             if not room or links.count(ring.link) >= self.scene.rules.rings_per_link:
                 return None
             at = ring.position
-            which[i] = min(room, key=lambda k: max(found[k].low - at, at - found[k].high, 0.0))
+            which[i] = min(
+                room, key=lambda k: max(available[k].low - at, at - available[k].high, 0.0)
+            )
             links.append(ring.link)
         return which
 
@@ -273,9 +275,9 @@ class RedesignProblem:
 
 
 def _where(
-    found: list[Segment], which: np.ndarray, rings: list[Ring], staying: list[int]
+    available: list[Segment], which: np.ndarray, rings: list[Ring], staying: list[int]
 ) -> Interval:
-    where = stretch(found, which)
+    where = stretch(available, which)
     where.low[staying] = [rings[i].position for i in staying]
     return where
 

@@ -101,8 +101,8 @@ def improve(
             # one change fewer: restore each touched ring once
             for changed in range(len(levels), 1, -1):
                 progress.stage += 1
-                found = search.best(changed).touched
-                less = [_put_back(rework, found, i) for i in found.free] if not brake.on() else []
+                best = search.best(changed).touched
+                less = [_put_back(rework, best, i) for i in best.free] if not brake.on() else []
                 search.look([p for t in less if t.free and (p := rework.placed(t)) is not None])
         except KeyboardInterrupt:
             brake.pulled.set()

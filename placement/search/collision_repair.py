@@ -50,14 +50,14 @@ def _meeting(clear: MountClearance, space: Space, c: Candidate) -> list[Standing
     """Return the collisions at any pose, except those among fixed rings."""
     rings = space.setup(c).rings
     held = {i for i, ring in enumerate(rings) if ring in space.fixed}
-    return [found for found in meeting(clear, rings) if not set(found.rings) <= held]
+    return [collision for collision in meeting(clear, rings) if not set(collision.rings) <= held]
 
 
 def _moved(clear: MountClearance, space: Space, c: Candidate, rng: Rng) -> Candidate | None:
     """Return the candidate with its colliding rings moved along their links; the first attempt
     without collisions, or None."""
     rings = space.setup(c).rings
-    links = {rings[i].link for found in _meeting(clear, space, c) for i in found.rings}
+    links = {rings[i].link for collision in _meeting(clear, space, c) for i in collision.rings}
     which = [i for i in c.rings if space.segments[c.segment[i]].link in links]
     low, high = (edge[0, : space.places] for edge in space.box(c))
     for reach in np.geomspace(_NEAR, _FAR, _MOVES):

@@ -58,14 +58,14 @@ class Fields:
         n = min(max(count // len(self._terms), _FEWEST), self._most)
         part = np.repeat(self._parts / n, n, axis=0).astype(np.float32)
         parts = {link: [each[link] for each in self._each] for link in self._each[0]}
-        found = {
+        joined = {
             x: Around(*(np.concatenate([a[:n] for a in c]) for c in zip(*p, strict=True)))
             for x, p in parts.items()
         }
         number = (np.arange(len(self._terms))[:, None] * self._most + np.arange(n)).ravel()
         return Field(
             part,
-            {link: points._replace(number=number) for link, points in found.items()},
+            {link: points._replace(number=number) for link, points in joined.items()},
             self._past,
         )
 
@@ -74,12 +74,12 @@ def _lookouts(
     space: Space, frames: Float[np.ndarray, "P F 4 4"], points: list[np.ndarray], pose: list[int]
 ) -> dict[str, VisibilityTable]:
     """Return the line-of-sight table of each link's sensors."""
-    scene, found = space.scene, {}
+    scene, tables = space.scene, {}
     way = [occluders(scene, p.q) for p in scene.poses]
     for link in {s.link for s in space.segments} | {r.link for r in space.fixed}:
         mount, sensor = scene.robot.mount(link), space.ring(link, 1).sensor
         blinded = scene.occlusion == "blind" and not sensor.zoned and len(way) <= _BLINDED
-        found[link] = lookout(
+        tables[link] = lookout(
             mount, space.radii[link], sensor, frames[:, mount.frame], way, points, pose, blinded
         )
-    return found
+    return tables

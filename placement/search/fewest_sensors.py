@@ -66,7 +66,7 @@ def fewest_sensors(
     """
     if not 0 < wanted < 1:
         raise ValueError(f"wanted must be between 0 and 1, got {wanted}")
-    began, found, known = time.monotonic(), dict[int, SearchResult](), list[Setup]()
+    began, results, known = time.monotonic(), dict[int, SearchResult](), list[Setup]()
     allowed = _allowed(scene)
     outcome, short, enough, at = (
         Outcome.FINISHED,
@@ -80,26 +80,34 @@ def fewest_sensors(
 
     while enough - short > 1:
         left, sensors = time_cap - (time.monotonic() - began), allowed[at]
-        if found and left <= 0:
+        if results and left <= 0:
             outcome = Outcome.TIME
             break
 
-        def told(progress: Progress, count: int = sensors) -> None:
+        def report(progress: Progress, count: int = sensors) -> None:
             tell(count, progress)
 
         try:
             result = search(
-                scene, Space(scene, sensors=sensors), seed, left, schedule, voxel, told, known, aim
+                scene,
+                Space(scene, sensors=sensors),
+                seed,
+                left,
+                schedule,
+                voxel,
+                report,
+                known,
+                aim,
             )
         except InfeasibleError:  # rings that collide
-            if not found:
+            if not results:
                 raise
             if enough == len(allowed):
                 break
             short = at
             at = (short + enough) // 2
             continue
-        found[sensors] = result
+        results[sensors] = result
         known = [result.setup, *known][:3]
         if good(result):
             enough = at
@@ -108,16 +116,16 @@ def fewest_sensors(
         outcome = result.outcome
         if outcome is not Outcome.FINISHED:
             break
-        at = _next(found, wanted, allowed, short, enough)
+        at = _next(results, wanted, allowed, short, enough)
     best = (
-        found[allowed[enough]]
+        results[allowed[enough]]
         if enough < len(allowed)
-        else max(found.values(), key=lambda r: (-r.short, r.exact))
+        else max(results.values(), key=lambda r: (-r.short, r.exact))
     )
     return Reach(
         replace(best, outcome=outcome),
         good(best),
-        {n: (r.exact, good(r)) for n, r in sorted(found.items())},
+        {n: (r.exact, good(r)) for n, r in sorted(results.items())},
     )
 
 
@@ -131,7 +139,7 @@ def _allowed(scene: Scene) -> Sequence[int]:
 
 
 def _next(
-    found: dict[int, SearchResult], wanted: float, allowed: Sequence[int], short: int, enough: int
+    results: dict[int, SearchResult], wanted: float, allowed: Sequence[int], short: int, enough: int
 ) -> int:
     """Return the index in ``allowed`` of the sensor count to try next.
 
@@ -143,9 +151,9 @@ def _next(
             max(bisect_left(allowed, math.ceil(allowed[short] * _GROWTH)), short + 1), enough - 1
         )
     low, high = allowed[short] if short >= 0 else allowed[0] - 1, allowed[enough]
-    if enough - short <= 2 or low not in found:
+    if enough - short <= 2 or low not in results:
         return (short + enough) // 2
-    a, b = (math.log(max(1 - found[n].exact, 1e-6)) for n in (low, high))
+    a, b = (math.log(max(1 - results[n].exact, 1e-6)) for n in (low, high))
     share = (a - math.log(1 - wanted)) / (a - b) if a > b else 0.5
     quarter = max((enough - short) // 4, 1)
     return min(

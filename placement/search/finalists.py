@@ -58,7 +58,7 @@ def choose(
     Raises:
         ValueError: for an empty target.
     """
-    scene, asked = verifier.scene, verifier.voxel or COARSE
+    scene, voxel = verifier.scene, verifier.voxel or COARSE
     many = len(scene.poses) > MANY
     some = _some(scene, luck) if many and scene.over_poses == "mean" else scene
     total = len(scene.goals) * (len(some.poses) * len(setups) + len(scene.poses) * many)
@@ -70,21 +70,21 @@ def choose(
         counted += 1
 
     verifier.at = at
-    rough = Verifier(some, max(asked, COARSE), at=at) if many else verifier
+    rough = Verifier(some, max(voxel, COARSE), at=at) if many else verifier
     judged = _judge(rough, setups, aim, brake)
     index = min(range(len(judged)), key=lambda i: (judged[i][0], -judged[i][1]))
-    found = Chosen(index, *judged[index], rough.voxel or COARSE)
+    chosen = Chosen(index, *judged[index], rough.voxel or COARSE)
     try:
         if many and not brake.pulled.is_set() and not aim.plain:
-            found = Chosen(index, *judge(verifier, setups[index], aim), asked)
+            chosen = Chosen(index, *judge(verifier, setups[index], aim), voxel)
         elif many and not brake.pulled.is_set():
             verified = tuple(verifier.verify(setups[index], goal.target) for goal in scene.goals)
-            found = Chosen(index, *verifier.judged(verified), asked, verified)
+            chosen = Chosen(index, *verifier.judged(verified), voxel, verified)
     except KeyboardInterrupt:
         brake.pulled.set()
     finally:
         verifier.at = lambda _: None
-    return found
+    return chosen
 
 
 def _some(scene: Scene, luck: np.random.Generator) -> Scene:
@@ -100,11 +100,11 @@ def _judge(
     verifier: Verifier, setups: Sequence[Setup], aim: Criterion, brake: StopToken
 ) -> list[tuple[float, float]]:
     """Judge the setups in order: all of them, or after Ctrl-C at least one."""
-    found: list[tuple[float, float]] = []
+    judged: list[tuple[float, float]] = []
     for setup in setups:
         try:
-            found.append(judge(verifier, setup, aim))
+            judged.append(judge(verifier, setup, aim))
         except KeyboardInterrupt:
             brake.pulled.set()
-            return found or [judge(verifier, setup, aim)]
-    return found
+            return judged or [judge(verifier, setup, aim)]
+    return judged

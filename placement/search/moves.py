@@ -87,7 +87,7 @@ def papers(space: Space) -> list[Candidate]:
     """Return the layout with each of the paper's tilts, where the rules leave room for it."""
     if space.layout is None:
         return []
-    found = []
+    candidates = []
     even = ring_layout(space.scene, 1, 1) if not space.layout.rings else space.layout
     for tilt_deg in PAPER_TILTS_DEG:
         rings = []
@@ -98,8 +98,8 @@ def papers(space: Space) -> list[Candidate]:
             )
             rings.append(replace(ring, tilt=float(toward * math.radians(tilt_deg))))
         c = space.candidate(replace(even, rings=tuple(rings)))
-        found += [c] if c is not None else []
-    return found
+        candidates += [c] if c is not None else []
+    return candidates
 
 
 def fitted(space: Space, setup: Setup) -> Candidate | None:

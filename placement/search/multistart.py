@@ -126,7 +126,7 @@ class Pool:
         if rounds := self.schedule.rounds:
             fields = self.fields or Fields(self.space, self.points)
             self._quick = fields if exchange_sees(self.scene, self.space, self._aim) else None
-            found = exchange(
+            exchanged = exchange(
                 self.space,
                 fields,
                 self.seed,
@@ -138,7 +138,7 @@ class Pool:
                 self.schedule.ahead,
             )
             most = self.schedule.starts
-            self.some = found[:most] if self.fields else [*found[: most // 2], *self._known]
+            self.some = exchanged[:most] if self.fields else [*exchanged[: most // 2], *self._known]
 
     def climb(self) -> None:
         """Add random candidates up to the number of starts, then run the stages of local search."""
@@ -190,7 +190,7 @@ class Pool:
             np.concatenate([edge[:, : space.places], values[:, space.places :]], axis=1)
             for edge in box
         )
-        found = climb(
+        result = climb(
             self.objective,
             setup,
             (low, high),
@@ -201,13 +201,13 @@ class Pool:
             self.brake,
             poses,
         )
-        there = replace(c, values=found.values[:, : space.places])
+        there = replace(c, values=result.values[:, : space.places])
         share = (
             self._soft([there], SHARP, clouds, poses)[0]
             if self.fields is None
             else share_of(space, self.fields, there)
         )
-        return there, float(share), found.evaluations
+        return there, float(share), result.evaluations
 
     def _watch(self, jobs: Iterable[Future[tuple[Candidate, float, int]]]) -> None:
         """Wait for all jobs, show each best result so far, report progress, and turn Ctrl-C into a
@@ -241,11 +241,11 @@ class Pool:
         """Return weights of a subset of about ``count`` representative poses."""
         weights = self.scene.pose_weights
         worst = count // 2 if self.scene.over_poses == "worst" and count < len(weights) else 0
-        found = representative(weights, count - worst, self.luck)
+        subset = representative(weights, count - worst, self.luck)
         if worst == 0:
-            return found
+            return subset
         return with_worst(
-            found, self.objective.by_pose(*arrays_of(self.space, some), clouds), worst
+            subset, self.objective.by_pose(*arrays_of(self.space, some), clouds), worst
         )
 
     def _soft(
@@ -262,10 +262,10 @@ class Pool:
             self.threads.submit(self._soft, some[i::n], width, clouds, poses)
             for i in range(min(n, len(some)))
         ]
-        found = np.empty(len(some))
+        scores = np.empty(len(some))
         for i, job in enumerate(jobs):
-            found[i::n] = job.result()
-        return found
+            scores[i::n] = job.result()
+        return scores
 
     def _best(
         self, some: list[Candidate], count: int, width: float, clouds: Cloud, poses: Weights

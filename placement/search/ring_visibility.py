@@ -131,14 +131,14 @@ def _by_others(
 ) -> tuple[np.ndarray, ...]:
     """Return which of the points ``n`` (M,) the other sensors cover, for points beyond the range of
     the nearest sensor at the placements ``k`` (M,)."""
-    spacing, found = np.float32(2 * math.pi / ring.count), [(k[:0], n[:0])]
+    spacing, covered = np.float32(2 * math.pi / ring.count), [(k[:0], n[:0])]
     for j in range(1, ring.count):
         turn = (j + 1) // 2 * spacing + (1 if j % 2 == 0 else -1) * np.abs(turns[k, n])
         above = points.height[n] - height[k, 0]
         part, _, seen = _in_cones(ring, points.radius[n], above, tilt[k, 0], turn)
         near = seen & (part <= ring.sensor.range_m)
-        found.append((k[near], n[near]))
+        covered.append((k[near], n[near]))
         k, n = k[seen & ~near], n[seen & ~near]
         if len(k) == 0:
             break
-    return tuple(np.concatenate(each) for each in zip(*found, strict=True))
+    return tuple(np.concatenate(each) for each in zip(*covered, strict=True))

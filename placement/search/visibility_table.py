@@ -145,15 +145,15 @@ def _stop(
             for v in (sensor.inscribed_half_angle, sensor.range_m)
         ),
     )
-    found = np.full(len(beam.apex), np.inf)
+    nearest = np.full(len(beam.apex), np.inf)
     if (bodies := occluders.bodies) is not None:
         wide = Beam(*(a[:, None] for a in beam))
-        found = capsule_in_beam(
+        nearest = capsule_in_beam(
             wide, bodies.start[None], bodies.end[None], bodies.radius[None] - _SLACK
         )[0].min(axis=1)
     for body in occluders.obstacles:
-        found = np.minimum(found, polyhedron_in_beam(beam, body))
-    return found.reshape(len(apex), _TILTS)
+        nearest = np.minimum(nearest, polyhedron_in_beam(beam, body))
+    return nearest.reshape(len(apex), _TILTS)
 
 
 def _bodies(occluders: Occluders) -> Bodies:
