@@ -78,6 +78,7 @@ class Joint:
 
     @property
     def moves(self) -> bool:
+        """Whether the joint moves."""
         return self.kind != "fixed"
 
 
