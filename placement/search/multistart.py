@@ -110,7 +110,7 @@ class Pool:
         """Run the rounds of the exchange.
 
         The result replaces the pool if the exchange evaluated the whole criterion; otherwise its
-        better half joins the known starts.
+        best candidates, half the number of starts, join the known starts.
         """
 
         def tell(number: int, over: float, c: Candidate) -> None:
