@@ -1,1 +1,1 @@
-"""Files: schemas, reading, writing, robots, exports, rings to print."""
+"""Files and formats: reading, writing, exports, and their models."""

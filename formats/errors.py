@@ -1,30 +1,27 @@
-"""Errors that a user sees: one line that names the file, the key, what was found and what is
-allowed.
-"""
+"""Errors for the user: one line with the file, the key, the value found and the values allowed."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from .escaping import printable
 
-if TYPE_CHECKING:  # commands start without it
+if TYPE_CHECKING:  # keeps pydantic out of the start-up
     from pydantic import BaseModel, ValidationError
 
-NAMED, IN_LINE = "by name", "in-line"  # kinds of one key: no parts of its name
-_LONGEST = 60  # characters shown of a text that was found
+NAMED, IN_LINE = "by name", "in-line"  # tags of a key's two kinds, omitted from its name
+_LONGEST = 60  # characters of a text that a message shows
 
 
 class UserError(Exception):
-    """Something that the user gave cannot be used. Its text is one printable line: the caller
-    prints it and exits with 2.
-    """
+    """Raised for unusable input. The message is one printable line; the caller prints it and exits
+    with code 2."""
 
     def __init__(self, line: str) -> None:
         super().__init__(printable(line))
 
 
 def shown(value: Any) -> str:
-    """How a value that was found is shown: short, on one line, in the words of TOML."""
+    """Return a value as a message shows it: short, on one line, in TOML notation."""
     match value:
         case None:
             return "nothing"
@@ -46,10 +43,11 @@ def shown(value: Any) -> str:
 
 
 def explain(file: str, error: "ValidationError", model: "type[BaseModel]") -> UserError:
-    """The first of ``error``'s complaints about ``file`` as one line, and how many more there are.
+    """Return the first error of ``error`` about ``file`` as one line, with the number of further
+    errors.
 
-    What is allowed is read off the JSON Schema of ``model``, so that limits stand in one place. A
-    rule that a schema cannot say (pydantic's error type "rule") brings its own text.
+    The allowed values come from the JSON Schema of ``model``, so that limits are stated once. A
+    rule that a schema cannot express (pydantic's error type "rule") has its own text.
     """
     faults = error.errors(include_url=False)
     first, schema = faults[0], model.model_json_schema()
@@ -69,9 +67,8 @@ def explain(file: str, error: "ValidationError", model: "type[BaseModel]") -> Us
 
 
 def _key(loc: tuple[int | str, ...]) -> str:
-    """The path of a key as in ``poses[0].q_deg``; a part that is no bare key of TOML stands in
-    quotes.
-    """
+    """Return the path of a key, such as ``poses[0].q_deg``; a part that is no bare TOML key is
+    quoted."""
     text = ""
     for part in loc:
         if isinstance(part, int):
@@ -87,7 +84,7 @@ def _key(loc: tuple[int | str, ...]) -> str:
 
 
 def _resolve(node: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str, Any]:
-    """``node`` with its reference followed, and without the null that an optional key allows."""
+    """Return ``node`` with its reference resolved, without the null option of an optional key."""
     for option in node.get("anyOf", ()):
         if option.get("type") != "null":
             node = {**option, **{key: node[key] for key in ("description",) if key in node}}
@@ -99,9 +96,8 @@ def _resolve(node: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str,
 def _descend(
     schema: Mapping[str, Any], loc: tuple[int | str, ...]
 ) -> tuple[Mapping[str, Any], tuple[int | str, ...]]:
-    """The part of ``schema`` that a location leads to, and what is left of the location where the
-    schema ends.
-    """
+    """Return the part of ``schema`` at a location, and the rest of the location where the schema
+    ends."""
     node = _resolve(schema, schema)
     for i, part in enumerate(loc):
         inner: Any
@@ -119,7 +115,7 @@ def _descend(
 
 
 def _allowed(node: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
-    """What a part of a JSON Schema allows, in words."""
+    """Return the text for the values that a part of a JSON Schema allows."""
     if "enum" in node:
         return ", ".join(node["enum"])
     if "const" in node:
@@ -135,10 +131,10 @@ def _allowed(node: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
         size = f"{low}" if low == high else f"{low} or more" if high is None else f"{low} to {high}"
         each = "table" if items.get("type") == "object" else _allowed(items, schema)
         return f"a list of {size}, each {'a ' * (each == 'table')}{each}"
-    words = {
+    kinds = {
         "number": "a number",
         "integer": "an integer",
-        "string": "a text",
+        "string": "text",
         "boolean": "true or false",
     }
     limits = [
@@ -153,4 +149,4 @@ def _allowed(node: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
         if key in node
     ]
     unit = f" ({node['description']})" if "description" in node else ""
-    return f"{words.get(str(kind), 'something else')} {' and '.join(limits)}".rstrip() + unit
+    return f"{kinds.get(str(kind), 'another value')} {' and '.join(limits)}".rstrip() + unit

@@ -1,6 +1,6 @@
 """Escapes for control, direction and other invisible characters in text of files and users.
 
-A terminal obeys control characters: ESC ] sets its title. A direction character like U+202E
+A terminal executes control characters: ESC ] sets its title. A direction character like U+202E
 reorders the text after it. ``str.isprintable`` decides. It is false for control and format
 characters, separators other than the space, surrogates, private and unassigned characters.
 

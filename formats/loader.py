@@ -1,4 +1,4 @@
-"""The one module that reads what a user gave."""
+"""Readers of the files and names that a user passes."""
 
 import re
 import tomllib
@@ -25,13 +25,21 @@ from .sensors.sensor_lists import mounted_setup
 from .sensors.sensor_poses import setup_of_poses
 from .sensors.urdf_frames import FramePattern, setup_of_urdf
 
-_LARGEST = 16 * 2**20  # bytes of a file that is read
+_LARGEST = 16 * 2**20  # bytes, largest file that is read
 _LOOKS_LIKE_A_NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
 def _bytes(path: Path, kind: str) -> bytes:
-    """What stands in a file of a ``kind`` like TOML; UserError in one line otherwise."""
+    """Return the content of a file.
+
+    Args:
+        path: the file.
+        kind: its format for messages, for example TOML.
+
+    Raises:
+        UserError: if it cannot be read or is too large.
+    """
     name = str(path)
     try:
         if path.is_dir():
@@ -42,12 +50,13 @@ def _bytes(path: Path, kind: str) -> bytes:
         reason = getattr(error, "strerror", None) or str(error)
         raise UserError(f"{name}: cannot be read: {reason}") from error
     if len(data) > _LARGEST:
-        raise UserError(f"{name}: found more than {_LARGEST // 2**20} MB, allowed: less")
+        most = _LARGEST // 2**20
+        raise UserError(f"{name}: found more than {most} MB, allowed: at most {most} MB")
     return data
 
 
 def _text(path: Path, kind: str) -> str:
-    """The UTF-8 text of a file of a ``kind`` like TOML; UserError in one line otherwise."""
+    """Return the text of a UTF-8 file; parameters and errors as in ``_bytes``."""
     name, data = str(path), _bytes(path, kind)
     try:
         return data.decode("utf-8-sig")
@@ -58,7 +67,11 @@ def _text(path: Path, kind: str) -> str:
 
 
 def read_model(path: Path, model: type[_Model]) -> _Model:
-    """The TOML file at ``path`` as ``model``; UserError in one line otherwise."""
+    """Return the TOML file at ``path`` as ``model``.
+
+    Raises:
+        UserError: if it cannot be read or is not valid.
+    """
     name, text = str(path), _text(path, "TOML")
     try:
         raw = tomllib.loads(text)
@@ -68,39 +81,42 @@ def read_model(path: Path, model: type[_Model]) -> _Model:
     except ValidationError as error:
         raise explain(name, error, model) from error
     except (ValueError, RecursionError) as error:
-        # tomllib's own, and int()'s for thousands of digits
+        # from tomllib, or from int() for thousands of digits
         raise UserError(f"{name}: not TOML: {error}") from error
 
 
 def _with_robot(path: Path, raw: dict[str, Any], model: type[BaseModel]) -> dict[str, Any]:
-    """The keys of a file, with the robot in-line where its scene names a robot's file."""
+    """Return the keys of a file; a robot file that its scene names is replaced by the robot
+    in-line."""
     key, scene = ("scene.robot", raw.get("scene")) if model is ProposalFile else ("robot", raw)
     if model not in (SceneFile, ProposalFile) or not isinstance(scene, dict):
         return raw
-    asked = scene.get("robot")
-    if not isinstance(asked, str) or not asked.lower().endswith((".toml", ".urdf")):
+    reference = scene.get("robot")
+    if not isinstance(reference, str) or not reference.lower().endswith((".toml", ".urdf")):
         return raw
-    if asked.lower().endswith(".urdf"):
+    if reference.lower().endswith(".urdf"):
         raise UserError(
-            f"{path}: {key}: found {shown(asked)}, allowed: a robot's file (.toml), which robot"
-            " makes of a URDF"
+            f"{path}: {key}: found {shown(reference)}, allowed: a robot file (.toml); convert a"
+            " URDF with place-rings robot"
         )
-    robot = read_model(_beside(path, key, asked), RobotFile)
+    robot = read_model(_beside(path, key, reference), RobotFile)
     table = RobotModel(**{name: getattr(robot, name) for name in RobotModel.model_fields})
     inside = {**scene, "robot": table}
     return {**raw, "scene": inside} if model is ProposalFile else inside
 
 
 def _beside(path: Path, key: str, name: str) -> Path:
-    """The file of that name in the folder of the file at ``path`` or below; UserError if it leads
-    elsewhere.
+    """Return the path of a file in the folder of the file at ``path`` or below.
+
+    Raises:
+        UserError: if the name leads elsewhere.
     """
     folder = path.resolve().parent
     try:
-        found = (folder / name).resolve()
+        target = (folder / name).resolve()
     except (OSError, ValueError, RuntimeError) as error:
         raise UserError(f"{path}: {key}: found {shown(name)}, allowed: a file's name") from error
-    if Path(name).is_absolute() or not found.is_relative_to(folder):
+    if Path(name).is_absolute() or not target.is_relative_to(folder):
         raise UserError(
             f"{path}: {key}: found {shown(name)}, allowed: a file in the folder of {path.name} or"
             " below"
@@ -109,38 +125,42 @@ def _beside(path: Path, key: str, name: str) -> Path:
 
 
 def read_robot(path: Path) -> Robot:
-    """The robot in a TOML file; UserError if it cannot be read or breaks a rule."""
+    """Return the robot in a TOML file.
+
+    Raises:
+        UserError: if it cannot be read or is not valid.
+    """
     return robot_of(read_model(path, RobotFile))
 
 
 def read_scene(path: Path) -> Scene:
-    """The scene in a TOML file; UserError if it, or a file it names, cannot be read or breaks a
-    rule.
+    """Return the scene in a TOML file.
+
+    Raises:
+        UserError: if it, or a file that it names, cannot be read or is not valid.
     """
     return _scene(path, read_model(path, SceneFile))
 
 
 def _scene(path: Path, file: SceneModel, key: str = "") -> Scene:
-    """The scene of the file at ``path``, with the meshes and the poses of the record that it names
-    below ``key``.
-    """
+    """Return the scene of the file at ``path``, with the meshes and recorded poses that it names
+    below ``key``."""
 
     def read(where: str, name: str) -> tuple[Path, bytes]:
         at = _beside(path, where.removeprefix(f"{path}: "), name)
         return at, _bytes(at, "mesh")
 
-    scene, asked = file.to_domain(), file.trajectory
+    scene, trajectory = file.to_domain(), file.trajectory
     scene = with_meshes(scene, file.obstacles, f"{path}: {key}obstacles", read)
-    if asked is None:
+    if trajectory is None:
         return scene
-    record = _beside(path, f"{key}trajectory.file", asked.file)
-    return with_record(scene, record, asked.to_domain(), asked.unit == "deg")
+    record = _beside(path, f"{key}trajectory.file", trajectory.file)
+    return with_record(scene, record, trajectory.to_domain(), trajectory.unit == "deg")
 
 
 def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:
-    """``scene`` with another sensor, if one is given: its fixed rings that had the scene's have it
-    too.
-    """
+    """Return ``scene`` with ``sensor``, if given; fixed rings that had the scene's sensor receive
+    it too."""
     if sensor is None:
         return scene
     fixed = tuple(
@@ -150,8 +170,15 @@ def with_sensor(scene: Scene, sensor: Sensor | None) -> Scene:
 
 
 def read_proposal(path: Path, sensor: Sensor | None = None) -> tuple[Setup, Scene, ProposalFile]:
-    """The setup and the scene of a proposal, and the whole file; ``sensor`` in place of the
-    scene's, if one is given. UserError if it cannot be read or breaks a rule."""
+    """Return setup, scene and whole file of a proposal.
+
+    Args:
+        path: the file.
+        sensor: replaces the scene's sensor, if given.
+
+    Raises:
+        UserError: if the file cannot be read or is not valid.
+    """
     file = read_model(path, ProposalFile)
     scene = with_sensor(_scene(path, file.scene, "scene."), sensor)
     return setup_of(file.rings, scene.sensor, scene.ring_radius), scene, file
@@ -163,16 +190,21 @@ def resolve(
     sensor: Sensor | None = None,
     frames: FramePattern | None = None,
 ) -> tuple[Setup, Scene]:
-    """A setup and its scene: the paper's setup of that name in ``scene``, what is mounted there by
-    a CSV of sensors (.csv) at its poses, by their poses on links (.json), or by the ``frames`` of a
-    URDF (.urdf), or else a proposal's file.
+    """Return a setup and its scene.
 
-    A proposal brings its own scene unless ``scene`` is given; without one, the others are in the
-    reference scene. Where ``sensor`` is given, it stands in place of the scene's: for all rings
-    that name none of their own.
+    A name of the paper's layouts is resolved in ``scene``. A file with sensors is fitted there: a
+    CSV list at the scene's poses, a JSON file with poses on links, or a URDF with sensor
+    ``frames``. Any other file is read as a proposal. A proposal brings its own scene unless
+    ``scene`` is given; without one, the others use the reference scene.
+
+    Args:
+        name_or_path: name of a layout, or a file.
+        scene: the scene, if given.
+        sensor: replaces the scene's sensor on all rings that state none, if given.
+        frames: the sensor frames in a URDF.
 
     Raises:
-        UserError: if it is none of them, or if the scene's robot lacks a link of the setup.
+        UserError: if the name or file is not valid, or the scene's robot lacks a link of the setup.
     """
     path = Path(name_or_path)
     scene = with_sensor(scene, sensor) if scene else None
@@ -180,7 +212,7 @@ def resolve(
         scene = scene or with_sensor(Scene(), sensor)
         try:
             setup = named_setup(name_or_path, scene.sensor, scene.ring_radius)
-            ring_models(setup, scene.sensor)  # a name keeps the limits of a file
+            ring_models(setup, scene.sensor)  # the limits of files hold for names, too
         except ValidationError as error:
             raise explain(name_or_path, error, RingModel) from error
         except ValueError as error:
@@ -213,9 +245,8 @@ def _mounted(path: Path, scene: Scene, frames: FramePattern) -> Setup:
 
 
 def how_found(name_or_path: str) -> FoundModel | None:
-    """How a setup that ``resolve`` read was found, as its file (.toml) says; None where nothing
-    does.
-    """
+    """Return the record of the search in a proposal that ``resolve`` read; None for other
+    setups."""
     path = Path(name_or_path)
     named = path.suffix.lower() != ".toml" or _LOOKS_LIKE_A_NAME.fullmatch(name_or_path)
     return None if named else read_model(path, ProposalFile).found

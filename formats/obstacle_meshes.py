@@ -1,4 +1,4 @@
-"""Reads the meshes that a scene names as obstacles."""
+"""Reader of the obstacle meshes that a scene names."""
 
 import io
 from dataclasses import replace
@@ -14,32 +14,31 @@ from .schema.field_types import FARTHEST, LONGEST_NAME
 from .schema.obstacle_models import ObstacleModel
 
 MESHES = ("stl", "ply", "off", "obj")
-_PIECES = 64  # separate parts of a mesh, at most
-_FACES = 2000  # of a part's hull, at most: each throws a plane of shadow
-_DIGITS = 9  # decimals of a corner, m, in a file
+_PIECES = 64  # most separate parts of a mesh
+_FACES = 2000  # most faces of a part's convex hull; each adds a plane to the occlusion test
+_DIGITS = 9  # decimals of a corner's coordinates, m, in a file
 
 
 def with_meshes(scene: Scene, models: list[ObstacleModel], where: str, read: Any) -> Scene:
-    """``scene`` with the meshes of its file, part by part; a part that is not convex is stood for
-    by its convex hull.
+    """Return ``scene`` with the meshes of its file; each connected part counts by its convex hull.
 
     Args:
-        scene: with the obstacles that need no file.
+        scene: the scene with the obstacles that need no file.
         models: all obstacles of the file.
-        where: the file and the key of its obstacles, for messages.
-        read: gives the path and the bytes of a file that obstacle ``i`` names.
+        where: file and key of the obstacles, for messages.
+        read: returns path and bytes of a mesh file, from the key and the file name.
 
     Raises:
-        UserError: in one line.
+        UserError: if a mesh cannot be used.
     """
-    found = list(scene.obstacles)
+    obstacles = list(scene.obstacles)
     for i, model in enumerate(models):
         if model.file is None:
             continue
         key = f"{where}[{i}].file"
         path, data = read(key, model.file)
-        found += _parts(model, key, path, data)
-    return replace(scene, obstacles=tuple(found))
+        obstacles += _parts(model, key, path, data)
+    return replace(scene, obstacles=tuple(obstacles))
 
 
 def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obstacle]:
@@ -49,7 +48,7 @@ def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obst
             f"{key}: found {shown(model.file)}, allowed: a mesh,"
             f" {', '.join('.' + m for m in MESHES)}"
         )
-    import trimesh  # takes a while
+    import trimesh  # slow to load
 
     try:
         mesh: Any = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=True)
@@ -60,12 +59,12 @@ def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obst
         ) from error
     if not 0 < len(pieces) <= _PIECES:
         raise UserError(f"{key}: found {len(pieces)} separate parts, allowed: 1 to {_PIECES}")
-    T, found = model.transform, []
+    T, obstacles = model.transform, []
     for n, piece in enumerate(pieces):
         corners = np.asarray(piece.vertices, float) * model.scale
         try:
             if not np.isfinite(corners).all() or np.abs(corners).max() > FARTHEST:
-                raise ValueError(f"corners lie beyond {FARTHEST:g} m; see scale")
+                raise ValueError(f"corners lie beyond {FARTHEST:g} m; check scale")
             body = hull(corners)
         except ValueError as error:
             raise UserError(
@@ -73,18 +72,17 @@ def _parts(model: ObstacleModel, key: str, path: Path, data: bytes) -> list[Obst
             ) from error
         if len(body.offset) > _FACES:
             raise UserError(
-                f"{key}: part {n} has {len(body.offset)} faces, allowed: {_FACES}; simplify the"
-                " mesh"
+                f"{key}: part {n} has {len(body.offset)} faces, allowed: at most {_FACES};"
+                " simplify the mesh"
             )
         corners = np.unique(body.edges.reshape(-1, 3), axis=0) @ T[:3, :3].T + T[:3, 3]
         corners = np.round(corners, _DIGITS)
         if np.abs(corners).max() > FARTHEST:
             raise UserError(
-                f"{key}: part {n} of {shown(model.file)} lies beyond {FARTHEST:g} m; allowed:"
-                " nearer"
+                f"{key}: part {n} of {shown(model.file)} lies beyond {FARTHEST:g} m; move it closer"
             )
         part = f" part {n}" if len(pieces) > 1 else ""
         name = (model.name or path.stem)[: LONGEST_NAME - len(part)] + part
         keys = {"name": name, "points": corners.tolist()}
-        found.append(Obstacle(name, hull(corners), keys, hulled=not bool(piece.is_convex)))
-    return found
+        obstacles.append(Obstacle(name, hull(corners), keys, hulled=not bool(piece.is_convex)))
+    return obstacles

@@ -1,6 +1,4 @@
-"""Reads recorded joint motions: CSV with a column of times and one for each joint, line by line, in
-bounded memory.
-"""
+"""Reader of recorded joint motions in CSV, line by line and in bounded memory."""
 
 import csv
 import math
@@ -21,26 +19,26 @@ from .schema.field_types import MOST_DEG_S
 TIMES = ("t", "time", "time_s", "timestamp")
 MOST_ROWS = 5_000_000
 _LEAST_SECONDS, _MOST_SECONDS = 1e-3, 1e6
-_LONGEST = 1 << 16  # characters of a line
-_TURNS = 2  # either way: what joints of arms reach
-_CHUNK = 1 << 15  # rows that are checked at once
-_SHOWN = 12  # columns that an error names
+_LONGEST = 1 << 16  # most characters of a line
+_TURNS = 2  # most revolutions of a joint in either direction
+_CHUNK = 1 << 15  # rows checked in one batch
+_SHOWN = 12  # most columns that an error names
 
 
 def read_record(path: Path, robot: Robot, degrees: bool = False) -> MotionRecord:
-    """The motion of ``robot`` in a CSV file.
+    """Return the motion of ``robot`` in a CSV file.
 
-    The first line names the columns, parted by commas, semicolons, tabs or blanks: one of ``TIMES``
-    in seconds, and one for each joint by the robot's names (with or without ``_joint``), as q0, q1,
-    ... or as actual_q_0, actual_q_1, ... Other columns are passed over.
+    The first line names the columns, separated by commas, semicolons, tabs or blanks: one of
+    ``TIMES`` in seconds, and one for each joint by the robot's names (with or without ``_joint``),
+    as q0, q1, ... or as actual_q_0, actual_q_1, ... Other columns are ignored.
 
     Args:
-        path: of the file.
-        robot: whose joints.
-        degrees: angles are in degrees; else in radians.
+        path: the file.
+        robot: the robot whose joints it records.
+        degrees: whether angles are in degrees; otherwise in radians.
 
     Raises:
-        UserError: if it cannot be read, lacks a column, or holds a line that breaks a rule; it
+        UserError: if the file cannot be read, lacks a column, or holds an invalid line; the message
             names the first.
     """
     try:
@@ -59,8 +57,10 @@ def read_record(path: Path, robot: Robot, degrees: bool = False) -> MotionRecord
 def with_record(
     scene: Scene, path: Path, how: Thinning | None = None, degrees: bool = False
 ) -> Scene:
-    """``scene`` with the poses of a recorded motion in place of its own; UserError if the file does
-    not serve.
+    """Return ``scene`` with poses from a recorded motion in place of its own.
+
+    Raises:
+        UserError: if the file cannot be used.
     """
     how = how or Thinning()
     record = read_record(path, scene.robot, degrees)
@@ -73,8 +73,15 @@ def with_record(
 def check_limits(
     path: Path, robot: Robot, moments: Iterable[tuple[float, Float[np.ndarray, " J"]]]
 ) -> None:
-    """Refuse (UserError) the first moment of the record at ``path``, s and rad, at which a joint is
-    beyond its limits.
+    """Reject a recorded motion that exceeds joint limits.
+
+    Args:
+        path: the file, for messages.
+        robot: the robot with its limits.
+        moments: times in s and joint angles in rad.
+
+    Raises:
+        UserError: for the first joint beyond its limits.
     """
     for time_s, q in moments:
         beyond = robot.beyond(q)
@@ -90,7 +97,11 @@ def check_limits(
 
 
 def _check_rates(path: Path, robot: Robot, record: MotionRecord) -> None:
-    """Refuse (UserError) a joint that jumps, as one does whose angle is cut at half a turn."""
+    """Reject a joint that jumps, as an angle does that wraps at half a turn.
+
+    Raises:
+        UserError: with joint, time and jump.
+    """
     total = float(record.time_s[-1] - record.time_s[0])
     step = np.maximum(np.diff(record.time_s), min(CELL, total / CELLS[0]))
     for joint, name in enumerate(robot.chain.joints):
@@ -101,13 +112,12 @@ def _check_rates(path: Path, robot: Robot, record: MotionRecord) -> None:
             raise UserError(
                 f"{path}: {name} at {record.time_s[row + 1]:g} s: found a jump of {jump:.6g}"
                 f" degrees in {record.time_s[row + 1] - record.time_s[row]:.3g} s, allowed:"
-                f" {MOST_DEG_S} degrees a second at most; angles cut at half a turn have to be made"
-                " whole again"
+                f" at most {MOST_DEG_S} degrees per second; unwrap angles that jump at half a turn"
             )
 
 
 def _schemes(robot: Robot) -> list[list[str]]:
-    """The names that joints may have, all of one scheme together."""
+    """Return the sets of names that the joints may have."""
     names, each = robot.chain.joints, range(len(robot.chain))
     return [
         [f"q{i}" for i in each],
@@ -137,12 +147,12 @@ class _Reader:
                     number,
                     "",
                     f"more than {MOST_ROWS} rows",
-                    f"up to {MOST_ROWS}: record at a lower rate",
+                    f"at most {MOST_ROWS}; record at a lower rate",
                 )
             yield line
 
     def _rows(self, file: TextIO) -> Iterator[tuple[int, list[str]]]:
-        """Number and fields of each line that is not blank."""
+        """Yield number and fields of each line that is not blank."""
         lines = self._lines(file)
         first = next(lines, "")
         separator = next((s for s in ",;\t" if s in first), None)
@@ -157,17 +167,17 @@ class _Reader:
             raise self._refuse(reader.line_num + 1, "", str(error), "CSV") from error
 
     def _columns(self, header: list[str]) -> tuple[list[int], list[str]]:
-        """Places and names of the columns: the time, then the joints."""
+        """Return indices and names of the columns: the time, then the joints."""
         lower = [name.strip().lower() for name in header]
         named = ", ".join(shown(name)[1:-1] for name in lower[:_SHOWN]) + ", …" * (
             len(lower) > _SHOWN
         )
-        found = [name for name in lower if name in TIMES]
-        if len(found) != 1:
+        times = [name for name in lower if name in TIMES]
+        if len(times) != 1:
             raise self._refuse(
                 1,
                 "",
-                f"{len(found)} columns of times among {named or 'nothing'}",
+                f"{len(times)} columns of times among {named or 'nothing'}",
                 f"one of {', '.join(TIMES)}",
             )
         scheme = max(self.schemes, key=lambda names: sum(name in lower for name in names))
@@ -180,7 +190,7 @@ class _Reader:
                     f"{lower.count(name)} such columns among {named}",
                     f"one each of {ways}",
                 )
-        names = [found[0], *scheme]
+        names = [times[0], *scheme]
         return [lower.index(name) for name in names], names
 
     def read(self, file: TextIO) -> MotionRecord:
@@ -231,7 +241,7 @@ class _Reader:
     def _check(
         self, chunk: Float[np.ndarray, "C K"], lines: Sequence[int], names: list[str], last: float
     ) -> None:
-        """Refuse the first line of a chunk that breaks a rule; ``last`` is the time before it."""
+        """Reject the first invalid line of a chunk; ``last`` is the time before the chunk."""
         before = np.concatenate([[last], chunk[:-1, 0]])
         with np.errstate(invalid="ignore"):
             wrong = ~np.isfinite(chunk)
@@ -248,7 +258,9 @@ class _Reader:
             allowed = f"above {before[row]:g}, the time before it"
         else:
             unit, hint = (
-                ("degrees", "") if self.degrees else ("rad", "; or say that angles are in degrees")
+                ("degrees", "")
+                if self.degrees
+                else ("rad", "; set the unit to degrees if the angles are in degrees")
             )
             allowed = f"{-self.most:.5g} to {self.most:.5g} {unit}{hint}"
         raise self._refuse(number, names[column], shown(value), allowed)
@@ -256,7 +268,7 @@ class _Reader:
     def _record(self, chunks: list[Float[np.ndarray, "_ K"]]) -> MotionRecord:
         count = sum(len(chunk) for chunk in chunks)
         if count < 2:
-            raise UserError(f"{self.name}: found {count} rows of data, allowed: 2 and more")
+            raise UserError(f"{self.name}: found {count} rows of data, allowed: at least 2")
         table = np.concatenate(chunks)
         seconds = float(table[-1, 0] - table[0, 0])
         if not _LEAST_SECONDS <= seconds <= _MOST_SECONDS:

@@ -11,5 +11,5 @@ SENSORS = np.dtype([("mm", "<u2"), ("status", "u1")])
 
 
 def frame_length(count: int) -> int:
-    """Bytes of a frame of ``count`` sensors."""
+    """Return the length of a frame with ``count`` sensors in bytes."""
     return HEADER.size + count * SENSORS.itemsize + CHECK.size

@@ -1,4 +1,5 @@
-"""Writes files so that a kill leaves the old or the new, never half."""
+"""Atomic writing of files: an interrupted write leaves the old file or the new one, never a
+part."""
 
 import contextlib
 import os
@@ -15,21 +16,23 @@ from .escaping import printable
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write ``text`` to ``path`` at once, as ``write_bytes`` does; UserError if the file cannot be
-    written.
+    """Write ``text`` to ``path`` atomically, as ``write_bytes`` does.
+
+    Raises:
+        UserError: if the file cannot be written.
     """
     write_bytes(path, text.encode("utf-8", "replace"))
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write ``data`` to ``path`` at once: a temporary file beside it, flushed to the disk, then
-    renamed over it.
+    """Write ``data`` to ``path`` atomically, by a temporary file in the same folder that is flushed
+    to disk and renamed.
 
     Raises:
-        UserError: if the file cannot be written; an old one stays as it was.
+        UserError: if the file cannot be written; an existing file stays unchanged.
     """
     temporary = None
-    target = Path(os.path.realpath(path))  # a link stays a link
+    target = Path(os.path.realpath(path))  # keeps a symbolic link
     try:
         with tempfile.NamedTemporaryFile(
             dir=target.parent, prefix=".place-rings-", delete=False
@@ -59,9 +62,8 @@ def _umask() -> int:
 
 
 def _sync_folder(path: Path) -> None:
-    """Make a rename in the folder last; a file system that cannot is left alone, as old or new is
-    whole either way.
-    """
+    """Flush a rename in the folder to disk; errors are ignored, because the file is complete either
+    way."""
     with contextlib.suppress(OSError):
         folder = os.open(path, os.O_RDONLY)
         try:
@@ -71,9 +73,8 @@ def _sync_folder(path: Path) -> None:
 
 
 def to_toml(model: BaseModel, heading: str = "") -> str:
-    """A model as TOML under comment lines; keys without a value are left out, as TOML has no
-    null.
-    """
+    """Return a model as TOML below comment lines; keys without a value are omitted, because TOML
+    has no null."""
     comment = "".join(f"# {printable(line)}\n" for line in heading.splitlines())
     return comment + tomli_w.dumps(_drop_none(model.model_dump(mode="json")))
 
@@ -87,8 +88,10 @@ def _drop_none(value: Any) -> Any:
 
 
 def output_folder(path: Path) -> Path:
-    """Make the folder ``path`` if need be and make sure that files can be written there; UserError
-    otherwise.
+    """Create the folder ``path`` if necessary and check that files can be written there.
+
+    Raises:
+        UserError: if they cannot.
     """
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -96,15 +99,13 @@ def output_folder(path: Path) -> Path:
             return path
     except OSError as error:
         raise UserError(
-            f"--out {path}: cannot be written: {error.strerror}; allowed: a folder that can be"
+            f"--out {path}: cannot be written: {error.strerror}; choose a writable folder"
         ) from error
 
 
 @contextlib.contextmanager
 def made_folder(path: Path) -> Iterator[Path]:
-    """``output_folder``, gone again where what it was made for is refused or fails before there is
-    a file in it.
-    """
+    """Yield ``output_folder``, and remove new empty folders if the body fails."""
     new = [folder for folder in (path, *path.parents) if not folder.exists()]
     try:
         yield output_folder(path)

@@ -1,1 +1,1 @@
-"""The search for placements, and for the best changes to mounted rings."""
+"""Search for ring placements, and redesign of mounted rings in few changes."""

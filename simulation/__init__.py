@@ -1,1 +1,1 @@
-"""People and objects that move, minimum distances, detection in time."""
+"""Moving people and objects, minimum distances, and detection in time."""

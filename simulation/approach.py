@@ -1,12 +1,12 @@
-"""The approach that stays unseen: how near a ball comes to a robot at one pose without any sensor
-ever seeing it.
+"""Unseen approach: how near a ball can come to a robot in one pose without being seen by any
+sensor.
 
-A ball of radius rho surely stays outside a cone where the cone's implicit function at its centre
-exceeds rho, as that function never exceeds the distance. Centres stand on a lattice; neighbours are
-joined where the function, which is 1-Lipschitz, cannot fall to rho on the way between them. So what
-is found is a real gap in what is seen: along its whole path the ball is unseen and clears the
-robot; so is an arm no thicker than the ball that follows it along the path. Where none is found
-that is no proof, as narrow gaps slip through the lattice.
+A ball of radius rho lies outside a cone where the cone's implicit function at the ball's centre
+exceeds rho, because that function never exceeds the distance. Centres lie on a lattice. Neighbours
+are connected where the function, which is 1-Lipschitz, cannot fall to rho between them. Every path
+found is therefore a real gap in coverage: along the whole path the ball is unseen and clears the
+robot, and so does an arm no thicker than the ball that follows it. Finding no path proves nothing,
+because narrow gaps slip through the lattice.
 """
 
 from typing import NamedTuple
@@ -31,22 +31,23 @@ from .human import PEDESTAL
 # m: balls as large as a hand, a sleeved forearm, a head
 HAND_RADIUS, ARM_RADIUS, HEAD_RADIUS = 0.05, 0.075, 0.1
 LATTICE = 0.035  # m
-_MARGIN = 0.1  # m of lattice beyond what any sensor reaches: approaches start there
-_SLAB = 1 << 13  # points worked on at once
+_MARGIN = 0.1  # m of lattice beyond every sensor's range, where approaches start
+_SLAB = 1 << 13  # points in one batch
 
 
 class Approach(NamedTuple):
-    """An unseen approach. radius of the ball, m. gap_m: its clearance where it ends, m. path (P, 3)
-    m: corners of the way of its centre, from outside all sensors' reach, straight between them."""
+    """An unseen approach."""
 
     radius: float
+    """Radius of the ball, m."""
     gap_m: float
+    """Clearance from the robot at the end, m."""
     path: Float[np.ndarray, "P 3"]
+    """Corners of the centre's polyline, from outside all sensors' range, m."""
 
 
 class _Scene:
-    """What a ball's centre has to keep clear of: ``clear(points)`` (N,) m is at least the distance
-    from the cones and from the robot, whichever is less, and 1-Lipschitz."""
+    """Obstacles of a ball's centre: the cones of the sensors and the bodies of the robot."""
 
     def __init__(
         self, robot: Robot, setup: Setup, q: Float[np.ndarray, " J"], moving_only: bool
@@ -59,8 +60,10 @@ class _Scene:
         self.fixed = tuple(jnp.asarray(a) for a in (*cones, *self.bodies.arrays(), chosen))
 
     def values(self, points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 2"]:
-        """Clearance (N,) m from cones and robot, and distance (N,) m from the parts of the robot
-        that matter.
+        """Return clearance and distance (N, 2) m.
+
+        The clearance is a 1-Lipschitz lower bound of the distance from cones and robot, whichever
+        is less. The distance is the one to the chosen parts of the robot.
         """
         both: np.ndarray = slabs(_clearances, (points,), self.fixed, _SLAB)
         return both
@@ -95,26 +98,25 @@ def unseen_approaches(
     floor: float = -PEDESTAL,
     moving_only: bool = True,
 ) -> list[Approach]:
-    """For balls of ``radii`` the ways from outside every sensor's reach that stay unseen and end
+    """Return, for balls of ``radii``, the unseen path from outside every sensor's range that ends
     nearest to the robot.
 
     Args:
-        robot: with bodies; they stop the ball but hide nothing, sensors see through them.
-        setup: whose rings see.
-        q: pose (J,) rad.
-        radii: of the balls, m.
-        side: of the lattice, m; the nearest end is found to about this.
-        floor: height m, which balls stay above; there is no table, and a pedestal stops nothing.
-        moving_only: nearest to the parts that sweep through space, from the upper arm on, not to
-            the base.
+        robot: robot with bodies; they stop the ball but do not occlude.
+        setup: setup whose sensors observe.
+        q: pose (J,), rad.
+        radii: radii of the balls, m.
+        side: spacing of the lattice, m, and the approximate error of the nearest end.
+        floor: height above which the balls stay, m; there is no table, and the pedestal stops
+            nothing.
+        moving_only: measure the distance to the moving parts, from the upper arm on, and not to the
+            base.
 
     Raises:
         ValueError: if a radius or the side is not positive or the robot has no bodies.
     """
     if not (min(radii) > 0 and side > 0):
-        raise ValueError(
-            f"radii are {radii} m and the lattice's side {side} m; all must be above 0"
-        )
+        raise ValueError(f"radii and lattice spacing must be above 0 m, got {radii} and {side}")
     scene = _Scene(robot, setup, q, moving_only)
     around = np.stack(
         [f(ends, axis=0) for f, ends in ((np.min, scene.bodies.start), (np.max, scene.bodies.end))]
@@ -146,14 +148,13 @@ def _approach(
     radius: float,
     side: float,
 ) -> Approach:
-    """The nearest lattice point that a ball reaches from the lattice's outer faces, and the
-    shortest way there.
-    """
+    """Return the lattice point nearest to the robot that a ball reaches from the lattice's outer
+    faces, and the shortest path there."""
     free = clear > radius
     number = np.cumsum(free.ravel()).reshape(free.shape) - 1
     n = int(number.ravel()[-1]) + 1
     outer = np.ones(free.shape, bool)
-    outer[1:-1, 1:-1, :-1] = False  # the lowest layer is the floor, no way in
+    outer[1:-1, 1:-1, :-1] = False  # no entry through the lowest layer, the floor
     starts = number[outer & free]
     rows, columns = [np.full(len(starts), n)], [starts]
     for axis in range(3):
@@ -179,9 +180,8 @@ def _approach(
 def _shortened(
     scene: _Scene, path: Float[np.ndarray, "P 3"], radius: float, side: float
 ) -> Float[np.ndarray, "Q 3"]:
-    """The path less the corners that a straight way, unseen as surely, can leave out: at best all
-    the rest, else half
-    """
+    """Return the path without corners that a straight segment, proven unseen, can skip; try all
+    remaining corners first, then half as many."""
     kept, i = [0], 0
     while i < len(path) - 1:
         step = len(path) - 1 - i
@@ -199,9 +199,8 @@ def _is_clear(
     radius: float,
     spacing: float,
 ) -> bool:
-    """Is a straight way surely unseen? By the Lipschitz constant between samples ``spacing`` m
-    apart.
-    """
+    """Return whether a straight segment is proven unseen, by the Lipschitz constant between samples
+    ``spacing`` m apart."""
     n = int(np.ceil(np.linalg.norm(b - a) / spacing)) + 1
     clear = scene.values(a + np.linspace(0, 1, n)[:, None] * (b - a))[:, 0]
     return bool(np.all(clear > radius + spacing / 2))

@@ -1,17 +1,18 @@
-"""Detection in time: a person walks straight at the robot from a drawn direction, while it moves;
-is the person reported before a part of the robot is nearer than its separation distance?
+"""Detection in time: is a person who walks towards the moving robot reported before the separation
+distance is broken?
 
-The person (simulation/human.py, 1.75 m) walks at v_h from beyond every sensor's reach towards the
-base's axis. A sensor sees the person as soon as any of the body is in its beam within its effective
-range and, unless told otherwise, neither the robot nor an obstacle stands between; under ``blind``
-a sensor of one zone sees nothing beyond the first of these in its beam, of a square one in the cone
-around it. A sight that lasts for a period is reported a period and the latency after it began at
-the latest; a shorter one may fall between two readings and counts for nothing. The approach is
-detected in time if the first report comes before the first moment at which any part of the robot is
-nearer to the person than that part's S_p. Period and latency are taken out of the reaction time T_r
-of S_p there, as they are counted by themselves.
+The person (simulation/human.py, 1.75 m) walks straight towards the base's axis at v_h, from a
+random direction and from beyond every sensor's range. A sensor sees the person as soon as any part
+of the body is in its beam, within its effective range, and, except under ``ignore``, not occluded
+by the robot or an obstacle. Under ``blind``, a one-zone sensor sees nothing beyond the first of
+these in its beam; for a square beam this is the cone around it. A sighting that lasts for one
+period is reported at the latest one period plus the latency after it began. A shorter one may fall
+between two readings and does not count. The approach is detected in time if the first report
+precedes the first moment at which any part of the robot is nearer to the person than that part's
+S_p. Period and latency are excluded from the reaction time T_r in S_p, because the simulation
+accounts for them.
 
-A square beam is taken as the cone within it. The robot does not slow down and the person does not
+A square beam counts by its inscribed cone. The robot does not slow down and the person does not
 stop.
 """
 
@@ -39,9 +40,9 @@ from .human import BALL_ERROR, PEDESTAL, Bones, Posture, ball_counts, balls_alon
 from .moments import STEP, Moments
 
 STATURE = 1.75  # m
-STRIDE = 0.83  # of stature, in which the gait repeats
-_ERROR = 0.01  # m, by which the body may stand out of the balls that are seen
-# m beyond what is seen and asked, from where the walk begins: a foot is half of that ahead
+STRIDE = 0.83  # share of stature, length of one gait cycle
+_ERROR = 0.01  # m, by which the body may protrude from the balls that sensors see
+# m, from the largest range or separation distance to the start: a foot is up to half of it ahead
 _BEYOND = 1.0
 _AT_ONCE = 16  # approaches in memory
 _SLAB = 1 << 9
@@ -49,55 +50,64 @@ _SLAB = 1 << 9
 
 @dataclass(frozen=True)
 class Timing:
-    """Of each of K sensors, s: period and latency. spent (K,): the longest from sight to report."""
+    """Timing of K sensors, s."""
 
     period: Float[np.ndarray, " K"]
+    """Period of the readings."""
     latency: float
+    """Latency of a report."""
 
     @property
     def spent(self) -> Float[np.ndarray, " K"]:
+        """Longest time (K,) from sighting to report."""
         return self.period + self.latency
 
 
 @dataclass(frozen=True)
 class Approaches:
-    """A approaches. azimuth (A,) rad: where the person comes from. moment (A,): number of the
-    moment at the walk's end. Of the distance, m, between person and robot: sight (A,) at the first
-    sight, report (A,) at the first report, not a number where there was none before contact; asked
-    (A,) when S_p was first broken, which was at broken_step (A,) of the ``walk`` steps of a walk.
-    in_time (A,)."""
+    """Results of A approaches.
+
+    Distances are those between person and robot, in m.
+    """
 
     azimuth: Float[np.ndarray, " A"]
+    """Direction from which the person comes, rad."""
     moment: np.ndarray
+    """Number of the motion's moment at the end of the walk, (A,)."""
     sight: Float[np.ndarray, " A"]
+    """Distance at the first sighting."""
     report: Float[np.ndarray, " A"]
+    """Distance at the first report; NaN without a report before contact."""
     asked: Float[np.ndarray, " A"]
+    """Distance when S_p was first broken."""
     broken_step: np.ndarray
+    """Step of the walk at which S_p was first broken, (A,)."""
     in_time: Bool[np.ndarray, " A"]
+    """Whether the report came in time."""
     walk: int
+    """Number of steps of a walk."""
 
     def share(
         self, some: slice | Bool[np.ndarray, " A"] = slice(None), confidence: float = 0.95
     ) -> tuple[float, float, float]:
-        """Share in time of some approaches, and its interval after Wilson."""
-        found = self.in_time[some]
-        low, high = stats.binomtest(int(found.sum()), len(found)).proportion_ci(
+        """Return the share of approaches in time, with its Wilson interval."""
+        in_time = self.in_time[some]
+        low, high = stats.binomtest(int(in_time.sum()), len(in_time)).proportion_ci(
             confidence, "wilson"
         )
-        return float(found.mean()), float(low), float(high)
+        return float(in_time.mean()), float(low), float(high)
 
 
 def floor_of(scene: Scene) -> float:
-    """Height of the floor that the person walks on, m: the highest of the scene's, or ``PEDESTAL``
-    below the base.
-    """
+    """Return the height of the floor on which the person walks, m: the highest of the scene's
+    floors, or ``PEDESTAL`` below the base."""
     floors = [float(o.body.offset[0]) for o in scene.obstacles if len(o.body.offset) == 1]
     return max(floors, default=-PEDESTAL)
 
 
 def walker(speed: float, start: float, floor: float = -PEDESTAL) -> Bones:
-    """The person on the way in along -x from ``start`` m on a ``floor`` at that height, m, at
-    ``STEP`` s, until the base's axis is reached."""
+    """Return a person who walks along -x from ``start`` m to the base's axis, sampled every
+    ``STEP`` s on a floor of height ``floor`` m."""
     at = np.arange(start, 0, -speed * STEP)
     n, zero = len(at), np.zeros(len(at))
     phase = 2 * np.pi * (start - at) / (STRIDE * STATURE)
@@ -110,25 +120,25 @@ def walker(speed: float, start: float, floor: float = -PEDESTAL) -> Bones:
 
 @jax.jit
 def _clearances(rows: tuple[jax.Array, ...], fixed: tuple[jax.Array, ...]) -> jax.Array:
-    """For R moments the least distance of person and robot, and the least after S_p is taken off,
-    (R, 2) m.
-    """
-    a, b, start, end, asked = rows
+    """Return, for R moments, the least distance between person and robot, and the least after S_p
+    is subtracted, (R, 2) m."""
+    a, b, start, end, required = rows
     thick, radius = fixed
     gap = segment_to_segment(a[:, :, None], b[:, :, None], start[:, None], end[:, None])
     gap = gap - thick[None, :, None] - radius[None, None]
-    return jnp.stack([gap.min(axis=(1, 2)), (gap - asked[:, None]).min(axis=(1, 2))], axis=1)
+    return jnp.stack([gap.min(axis=(1, 2)), (gap - required[:, None]).min(axis=(1, 2))], axis=1)
 
 
 def turned(points: Float[np.ndarray, "*any 3"], angle: float) -> Float[np.ndarray, "*any 3"]:
-    """Points turned about the base's axis, z, by ``angle`` rad."""
+    """Rotate points about the base's axis, z, by ``angle`` rad."""
     c, s = math.cos(angle), math.sin(angle)
     new: np.ndarray = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     return new
 
 
 def start_of(robot: Robot, setup: Setup, moments: Moments) -> float:
-    """How far from the base's axis, m, walks begin: nothing is seen or asked there."""
+    """Return the distance from the base's axis at which walks begin, m, beyond every range and
+    separation distance."""
     half, range_m = sensor_optics(setup)
     far = max(float(np.hypot(*ends.T[:2]).max()) for ends in (moments.start, moments.end)) + float(
         moments.radius.max()
@@ -154,19 +164,21 @@ def approach(
     obstacles: tuple[Polyhedron, ...] = (),
     floor: float = -PEDESTAL,
 ) -> Approaches:
-    """Walk in from each of ``azimuths`` at ``speed`` m/s, ending at a drawn moment.
+    """Simulate a walk from each of ``azimuths`` at ``speed`` m/s that ends at a random moment of
+    the motion.
 
     Args:
-        robot, setup: whose rings see.
-        moments: of the motion; their distances leave out period and latency.
-        timing: of the sensors.
-        azimuths: (A,) rad.
-        seed: of the moments drawn.
-        occlusion: what the robot does to its sensors.
-        start: how far out walks begin, m; ``start_of`` by default.
-        tell: is given how many approaches are done.
-        obstacles: of the cell, which hide too, and stop nobody.
-        floor: its height, m.
+        robot, setup: the robot, and the setup whose sensors observe.
+        moments: moments of the motion; their separation distances exclude period and latency.
+        timing: timing of the sensors.
+        speed: walking speed, m/s.
+        azimuths: directions (A,), rad.
+        seed: random seed of the moments.
+        occlusion: occlusion model.
+        start: distance at which walks begin, m; by default ``start_of``.
+        tell: receives the number of finished approaches.
+        obstacles: obstacles of the cell; they occlude but do not stop the person.
+        floor: height of the floor, m.
     """
     rng = np.random.default_rng(seed)
     body = walker(speed, start_of(robot, setup, moments) if start is None else start, floor)
@@ -192,8 +204,10 @@ def approach(
         shape = (len(which[some]), steps)
         columns.append(_judged(clear.reshape(*shape, 2), seen.reshape(*shape, -1), held, late))
         tell(min(first + _AT_ONCE, len(azimuths)))
-    sight, report, asked, broken, in_time = (np.concatenate(c) for c in zip(*columns, strict=True))
-    return Approaches(azimuths, which[:, -1], sight, report, asked, broken, in_time, steps)
+    sight, report, at_break, broken, in_time = (
+        np.concatenate(c) for c in zip(*columns, strict=True)
+    )
+    return Approaches(azimuths, which[:, -1], sight, report, at_break, broken, in_time, steps)
 
 
 def _seen(
@@ -205,13 +219,15 @@ def _seen(
     occlusion: Occlusion,
     obstacles: tuple[Polyhedron, ...],
 ) -> Bool[np.ndarray, "T K"]:
-    """Does each sensor see the person at each moment? (T, K)"""
+    """Return whether each sensor sees the person at each moment, (T, K)."""
     apex, axis = (np.asarray(a) for a in sensor_axes(robot, setup, m.frames[at]))
     bodies = m.bodies.at(at)
     hiding = None if occlusion == "ignore" else bodies
     (half, range_m), (centre, radius) = sensor_optics(setup), balls
-    found = readings(apex, axis, half, range_m, centre, radius, hiding, obstacles).distance
-    return found < (stops(setup, apex, axis, bodies, obstacles) if occlusion == "blind" else np.inf)
+    distance = readings(apex, axis, half, range_m, centre, radius, hiding, obstacles).distance
+    return distance < (
+        stops(setup, apex, axis, bodies, obstacles) if occlusion == "blind" else np.inf
+    )
 
 
 def stops(
@@ -221,8 +237,11 @@ def stops(
     bodies: Capsules,
     obstacles: tuple[Polyhedron, ...],
 ) -> Float[np.ndarray, "T K"]:
-    """How far sensors see before the robot or an obstacle in their beams answers, m; infinite where
-    they have many zones. The robot is read as balls that hold its bodies, 1 mm larger at most."""
+    """Return the distance of the first return of robot or obstacles in each beam, m; infinite for
+    multi-zone sensors.
+
+    Balls that contain the robot's bodies, at most 1 mm larger, replace them.
+    """
     start, end, radius = (np.asarray(a) for a in bodies.arrays())
     radius = radius + BALL_ERROR
     balls = balls_along(
@@ -253,7 +272,8 @@ def stops(
 def lasting(
     seen: Bool[np.ndarray, "A T K"], steps: Int[np.ndarray, " K"]
 ) -> Bool[np.ndarray, "A T K"]:
-    """From which steps on each sensor sees at that step and so many ``steps`` more."""
+    """Return the steps from which on each sensor sees continuously for ``steps`` (K,) more
+    steps."""
     total = np.cumsum(np.pad(seen, ((0, 0), (1, 0), (0, 0))), axis=1)
     end = np.arange(seen.shape[1])[:, None] + steps + 1
     count = np.take_along_axis(total, np.minimum(end, seen.shape[1])[None], axis=1) - total[:, :-1]
@@ -267,11 +287,20 @@ def _judged(
     held: Int[np.ndarray, " K"],
     late: Int[np.ndarray, " K"],
 ) -> tuple[np.ndarray, ...]:
-    """Distances at first sight, first report and first break of S_p, the step of the break, and
-    whether in time.
+    """Evaluate approaches.
 
-    A sight is found up to a step after it was, and a report must come before the break's step: both
-    on the safe side.
+    A sighting is detected up to one step late, and a report must precede the step at which S_p is
+    broken; both err on the safe side.
+
+    Args:
+        clear: distance, and distance less S_p, m.
+        seen: whether each sensor sees the person at each step.
+        held: steps for which a sighting must last.
+        late: steps from sighting to report.
+
+    Returns:
+        Distances at the first sighting, the first report and the first break of S_p, the step of
+            the break, and whether the report came in time.
     """
     a, steps = clear.shape[:2]
     gap, margin = clear[..., 0], clear[..., 1]
@@ -296,9 +325,8 @@ def _judged(
 
 
 def seeing_as_far(setup: Setup, range_m: float) -> Setup:
-    """The setup with sensors that see to ``range_m`` m at least, whatever their use, in the same
-    beams.
-    """
+    """Return the setup with every sensor's range raised to at least ``range_m`` m, with unchanged
+    beams."""
     rings = (
         replace(r, sensor=replace(r.sensor, range_m=max(r.sensor.range_m, range_m)))
         for r in setup.rings

@@ -1,19 +1,19 @@
-"""The minimum-distance study: how far a human or a thing really is from the robot, and how far the
-rings make it.
+"""The minimum-distance study: the true distance of a person or an object from the robot, and the
+distance that the rings measure.
 
-The truth is the least distance between the robot's bodies and the thing, 0 once they touch. The
-rings' answer comes from what each sensor reads. A single-zone sensor gives one number and no
-direction, so the system takes the point at that distance on the beam's axis; the believed distance
-is that of the nearest such point from the robot's bodies. Where no sensor sees anything it believes
-the sensors' range: nothing is nearer than they see. Beside it stands the careful belief: the least
-distance from the robot of anything at that reading in the beam, sampled on the axis and two circles
-around it.
+The true distance is the least one between the robot's bodies and the object, 0 in contact. The
+measured distance is derived from the sensors' readings. A one-zone sensor gives a range without a
+direction, so the system assumes a point at that range on the beam's axis. The *believed* distance
+is the least one between such a point and the robot's bodies. Without any reading it is the sensors'
+range: nothing is nearer than they see. The *careful* distance is the least one from the robot of
+any point at the reading in the beam, sampled on the axis and two circles around it.
 
-Errors are counted while the truth is below the range; a moment is in the near zone below 0.5 m, in
-the far zone below 1.1 m (the paper's thresholds), and beyond up to the range. The robot does not
-stop for the human, and the human does not give way. From 10 Hz to 40 Hz the RMSE changes by 0.5 %,
-a maximum by up to 1.5 cm; from balls that fall short of the body by 1 mm to 0.25 mm both change by
-at most 0.1 mm. An engineering aid: none of these numbers is a safety rating.
+Errors are counted while the true distance is below the range. A moment is in the near zone below
+0.5 m, in the far zone below 1.1 m (the paper's thresholds), and beyond it up to the range. The
+robot does not stop for the person, and the person does not give way. From 10 Hz to 40 Hz the RMSE
+changes by 0.5 %, a maximum by up to 1.5 cm; with balls that fall short of the body by 0.25 mm
+instead of 1 mm, both change by at most 0.1 mm. This is an engineering aid: none of these numbers is
+a safety rating.
 """
 
 from collections.abc import Mapping, Sequence
@@ -38,34 +38,39 @@ from .objects import SHAPES, object_balls
 from .walk import walk
 
 NEAR, FAR = 0.5, 1.1  # m
-WINDOW = 0.3  # s, over which a closing speed is taken
+WINDOW = 0.3  # s, over which a closing speed is averaged
 THINGS = ("human", *SHAPES)
-MODES = ("ignore", "shadow")  # what the robot's own body does to what is read
-# samples of a beam's cross-section: shares of the half angle, points on each
+MODES = ("ignore", "shadow")  # self-occlusion
+# samples of a beam's cross-section: circles as shares of the half angle, points on each circle
 _CIRCLES, _ON_CIRCLE = (0.55, 1.0), 8
 
 Table = dict[str, float | None]
 
 
 class Series(NamedTuple):
-    """One run over time. true, believed, careful (T,) m; seen (T,): does any sensor read anything;
-    speed towards base and towards TCP, m/s, positive when closing: true and believed (T, 2)."""
+    """One run over T times."""
 
     time: Float[np.ndarray, " T"]
+    """Times, s."""
     true: Float[np.ndarray, " T"]
+    """True distance, m."""
     believed: Float[np.ndarray, " T"]
+    """Believed distance, m."""
     careful: Float[np.ndarray, " T"]
+    """Careful distance, m."""
     seen: Bool[np.ndarray, " T"]
+    """Whether any sensor has a reading."""
     true_speed: Float[np.ndarray, "T 2"]
+    """True closing speeds towards base and TCP, m/s, positive when closing."""
     believed_speed: Float[np.ndarray, "T 2"]
+    """Believed closing speeds towards base and TCP, m/s."""
 
 
 def repeated(
     time_s: Float[np.ndarray, " T"], q: Float[np.ndarray, "T J"], duration_s: float
 ) -> tuple[Float[np.ndarray, " N"], Float[np.ndarray, "N J"]]:
-    """A cyclic task, evenly sampled and one step short of its own start, again and again for
-    ``duration_s`` s.
-    """
+    """Repeat a cyclic task for ``duration_s`` s; it is evenly sampled and ends one step before its
+    own start."""
     step = float(time_s[1] - time_s[0])
     n = round(duration_s / step) + 1
     return step * np.arange(n), q[np.arange(n) % len(q)]
@@ -74,11 +79,13 @@ def repeated(
 def thing_balls(
     thing: str, seed: int, time_s: Float[np.ndarray, " T"], bodies: Capsules
 ) -> tuple[Float[np.ndarray, "T B 3"], Float[np.ndarray, " B"]]:
-    """Balls (T, B, 3) m and radii (B,) m of a thing on its path of ``seed``; ValueError names the
-    things there are.
+    """Return balls (T, B, 3) m and radii (B,) m of an object on the path of ``seed``.
+
+    Raises:
+        ValueError: for an unknown object; the message lists the known ones.
     """
     if thing not in THINGS:
-        raise ValueError(f"unknown thing {thing!r}; known: {', '.join(THINGS)}")
+        raise ValueError(f"unknown object {thing!r}; known: {', '.join(THINGS)}")
     if thing == "human":
         path = walk(seed, time_s)
         return body_balls(path.stature, path.posture)
@@ -87,9 +94,8 @@ def thing_balls(
 
 @jax.jit
 def _beliefs(rows: tuple[jax.Array, ...], fixed: tuple[jax.Array, ...]) -> jax.Array:
-    """For R readings of sensors, the distances (R, 2) m of the believed point from the robot and of
-    the careful one.
-    """
+    """Return the distances (R, 2) m of the believed and the careful point from the robot, for R
+    readings."""
     apex, axis, half, reading, start, end = rows
     (thick,) = fixed
     z, x = (jnp.eye(3, dtype=axis.dtype)[i][None] for i in (2, 0))
@@ -114,10 +120,16 @@ def beliefs(
     reading: Float[np.ndarray, "T K"],
     bodies: Capsules,
 ) -> Float[np.ndarray, "T 2"]:
-    """Distance (T, 2) m from the robot that K sensors' readings make of the nearest thing: by
-    points on the beams' axes, and by the nearest in the beams; infinite where no sensor reads
-    anything. Lengths m, half_angle rad."""
-    found = np.full((*reading.shape, 2), np.inf)
+    """Return the believed and the careful distance (T, 2) m; infinite without readings.
+
+    Args:
+        apex: apexes of the K sensors, m.
+        axis: unit axes of the beams.
+        half_angle: half angles, rad.
+        reading: readings, m; infinite for none.
+        bodies: bodies of the robot at T poses.
+    """
+    distances = np.full((*reading.shape, 2), np.inf)
     t, k = np.nonzero(np.isfinite(reading))
     if len(t):
         rows = (
@@ -128,8 +140,8 @@ def beliefs(
             bodies.start[t],
             bodies.end[t],
         )
-        found[t, k] = slabs(_beliefs, rows, (jnp.asarray(bodies.radius),))
-    least: np.ndarray = found.min(axis=1)
+        distances[t, k] = slabs(_beliefs, rows, (jnp.asarray(bodies.radius),))
+    least: np.ndarray = distances.min(axis=1)
     return least
 
 
@@ -142,23 +154,24 @@ def series(
     seed: int,
     mode: str,
 ) -> Series:
-    """One run: ``robot`` with ``setup`` moves along ``q``, ``thing`` on its path of ``seed``.
-
-    Args:
-        robot: with bodies.
-        setup: whose rings see.
-        time_s: (T,) s, evenly spaced from 0.
-        q: joint angles (T, J) rad.
-        thing: one of ``THINGS``.
-        seed: of the thing's path, which does not depend on the setup.
-        mode: ``ignore`` sees through the robot, ``shadow`` does not (see ``ranging.readings``).
+    """Simulate one run: ``robot`` with ``setup`` moves along ``q``, ``thing`` on the path of
+    ``seed``.
 
     Closing speeds are differences over ``WINDOW`` of the distance of the base's origin and of the
-    TCP from the thing's nearest point. Each motion counts, the TCP's too. What was not seen at both
-    ends of the window is believed still.
+    TCP from the object's nearest point. Both motions count, including the TCP's. An object that was
+    not seen at both ends of the window is believed to stand still.
+
+    Args:
+        robot: robot with bodies.
+        setup: setup whose sensors observe.
+        time_s: times (T,), s, evenly spaced from 0.
+        q: joint angles (T, J), rad.
+        thing: one of ``THINGS``.
+        seed: random seed of the object's path, which does not depend on the setup.
+        mode: ``ignore`` sees through the robot, ``shadow`` does not (see ``ranging.readings``).
 
     Raises:
-        ValueError: if thing or mode is unknown or the robot has no bodies.
+        ValueError: if object or mode is unknown or the robot has no bodies.
     """
     if mode not in MODES:
         raise ValueError(f"unknown mode {mode!r}; known: {', '.join(MODES)}")
@@ -195,9 +208,8 @@ def series(
 def _closing(
     distance: Float[np.ndarray, "T 2"], time_s: Float[np.ndarray, " T"]
 ) -> Float[np.ndarray, "T 2"]:
-    """Speed at which a distance shrank over the window before; 0 in the first window and where an
-    end is infinite.
-    """
+    """Return the closing speed over the preceding window; 0 in the first window and where an end is
+    infinite."""
     back = max(1, round(WINDOW / float(time_s[1] - time_s[0])))
     speed = np.zeros_like(distance)
     before, now = distance[:-back], distance[back:]
@@ -208,15 +220,19 @@ def _closing(
 
 
 def measures(run: Series, range_m: float) -> Table:
-    """What one run comes to, as a flat table of numbers; None where no moment counts.
+    """Return the measures of one run as a flat table; None where no moment counts.
 
-    rmse_m, max_error_m: of the believed distance while the truth is below ``range_m``; bias_m: its
-    mean error, positive where the human is nearer than believed; over_m: by how much at most.
-    ``near_``, ``far_``, ``beyond_``: the same by zone. careful_rmse_m, careful_over_m: of the
-    careful belief. rmse_speed_base, rmse_speed_tcp, max_speed_...: of closing speeds, m/s.
-    unseen_s, unseen_share, unseen_longest_s, unseen_nearest_m: while no sensor reads anything and
-    the truth is below the range. late_near_s, late_far_s: truth below a zone's threshold and belief
-    above it. counted_s, contact_s, near_s, far_s, beyond_s: how long each lasted.
+    - rmse_m, max_error_m: errors of the believed distance while the true one is below ``range_m``.
+    - bias_m: its mean error, positive where the object is nearer than believed; over_m: its largest
+      overestimate.
+    - ``near_``, ``far_``, ``beyond_``: the same by zone.
+    - careful_rmse_m, careful_over_m: errors of the careful distance.
+    - rmse_speed_base, rmse_speed_tcp, max_speed_...: errors of closing speeds, m/s.
+    - unseen_s, unseen_share, unseen_longest_s, unseen_nearest_m: times and distance without any
+      reading while the true distance is below the range.
+    - late_near_s, late_far_s: time with the true distance below a zone's threshold and the believed
+      one above it.
+    - counted_s, contact_s, near_s, far_s, beyond_s: duration of each condition.
     """
     step = float(run.time[1] - run.time[0])
     counts = run.true < range_m
@@ -257,7 +273,7 @@ def _errors(error: Float[np.ndarray, " N"]) -> dict[str, float]:
 
 
 def _longest(flags: Bool[np.ndarray, " T"]) -> int:
-    """Length of the longest run of True."""
+    """Return the length of the longest run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
     return int(np.diff(edges)[::2].max(initial=0))
 
@@ -271,9 +287,8 @@ def cell(
     seed: int,
     mode: str,
 ) -> Table:
-    """One independent measurement of the study: ``measures`` of ``series``, whose arguments these
-    are.
-    """
+    """Run one independent measurement of the study: ``measures`` of ``series``, with the same
+    arguments."""
     return measures(
         series(robot, setup, time_s, q, thing, seed, mode), float(sensor_optics(setup)[1].max())
     )
@@ -282,10 +297,11 @@ def cell(
 def summary(
     cells: Sequence[Mapping[str, float | None]], confidence: float = 0.95
 ) -> dict[str, tuple[float, float]]:
-    """Mean over seeds of each key and half width of its t-interval, from the cells that have a
-    number there; the mean is not a number where none has, the half width where fewer than two have.
+    """Return the mean over seeds of each key and the half width of its t-interval.
+
+    Only cells with a number count. The mean is NaN without any, the half width with fewer than two.
     """
-    found = {}
+    table = {}
     for key in cells[0]:
         values = np.array([value for c in cells if (value := c[key]) is not None])
         n = len(values)
@@ -295,5 +311,5 @@ def summary(
             if n > 1
             else np.nan
         )
-        found[key] = (mean, spread)
-    return found
+        table[key] = (mean, spread)
+    return table

@@ -1,4 +1,4 @@
-"""A jointed human body of capsules: postures of walking and reaching, and the balls that stand for
+"""An articulated human body of capsules: walking and reaching postures, and balls that approximate
 it.
 
 Lengths are shares of stature after Drillis and Contini (1966), as reprinted in Winter, Biomechanics
@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-PEDESTAL = 0.75  # m, height of the base frame over the floor
+PEDESTAL = 0.75  # m, height of the base frame above the floor
 TALLEST = 1.95  # m, stature for which the number of balls is fixed
-BALL_ERROR = 1e-3  # m, by which a capsule stands out of its balls at most
+BALL_ERROR = 1e-3  # m, by which a capsule protrudes from its balls at most
 
 # Shares of stature.
 ANKLE, SHANK, THIGH, FOOT = 0.039, 0.246, 0.245, 0.152
@@ -23,7 +23,7 @@ ANKLE, SHANK, THIGH, FOOT = 0.039, 0.246, 0.245, 0.152
 TRUNK, NECK, HEAD = 0.288, 0.052, 0.130
 UPPER_ARM, FOREARM, HAND = 0.186, 0.146, 0.108
 HIPS, SHOULDERS = 0.191, 0.259  # widths between the joints of both sides
-_HEEL, _CHEST = 0.03, 0.055  # heel behind the ankle; middles of the trunk's halves off the spine
+_HEEL, _CHEST = 0.03, 0.055  # from ankle to heel; from spine to the middle of each trunk half
 RADII = {
     "foot": 0.022,
     "shank": 0.032,
@@ -38,37 +38,47 @@ RADII = {
 
 _HIP_SWING, _KNEE_SWING, _KNEE_REST = np.radians((25.0, 60.0, 5.0))
 _ARM_SWING, _ELBOW_REST = np.radians((20.0, 20.0))
-_POLE = np.array([-0.6, 0.3, -0.75])  # where elbows point in the trunk's frame: back, outward, down
+# direction in which elbows point, in the trunk's frame: back, outward, down
+_POLE = np.array([-0.6, 0.3, -0.75])
 _SIDES = (1.0, -1.0)  # left and right: y points left
 _UP = np.array([0.0, 0.0, 1.0])
 
 
 class Posture(NamedTuple):
-    """T postures. position (T, 2) m: of the pelvis over the floor. heading (T,) rad: of the face
-    about z. phase (T,) rad: of the gait. stride (T,): 0 standing ... 1 full strides. lean (T,) rad:
-    of the trunk forward. reach (T, 2): of the left and the right hand, 0 at rest ... 1 at its goal,
-    which is goal (T, 2, 3) m."""
+    """T postures."""
 
     position: Float[np.ndarray, "T 2"]
+    """Pelvis over the floor, m."""
     heading: Float[np.ndarray, " T"]
+    """Direction of the face about z, rad."""
     phase: Float[np.ndarray, " T"]
+    """Phase of the gait, rad."""
     stride: Float[np.ndarray, " T"]
+    """Stride: 0 standing to 1 full strides."""
     lean: Float[np.ndarray, " T"]
+    """Forward lean of the trunk, rad."""
     reach: Float[np.ndarray, "T 2"]
+    """Progress of left and right hand: 0 at rest to 1 at the goal."""
     goal: Float[np.ndarray, "T 2 3"]
+    """Goals of left and right hand, m."""
 
 
 @dataclass(frozen=True)
 class Bones:
-    """Named segments of the body, each start and end (T, 3) m and radius m; arms and legs of both
-    sides, left first. shoulder and wrist: joints (T, 2, 3) m of left and right."""
+    """Named segments of the body; those of arms and legs come left first."""
 
     names: tuple[str, ...]
+    """Names of the S segments."""
     start: Float[np.ndarray, "T S 3"]
+    """Starts, m."""
     end: Float[np.ndarray, "T S 3"]
+    """Ends, m."""
     radius: Float[np.ndarray, " S"]
+    """Radii, m."""
     shoulder: Float[np.ndarray, "T 2 3"]
+    """Left and right shoulder joints, m."""
     wrist: Float[np.ndarray, "T 2 3"]
+    """Left and right wrist joints, m."""
 
 
 def two_bones(
@@ -78,9 +88,18 @@ def two_bones(
     a: float,
     b: float,
 ) -> tuple[Float[np.ndarray, "T 3"], Float[np.ndarray, "T 3"]]:
-    """Elbow and wrist (T, 3) m of an arm of lengths ``a`` and ``b`` m whose wrist is at ``target``,
-    or on the way there as far as the arm reaches; the elbow lies to the side of ``pole``, a
-    direction. By the law of cosines."""
+    """Solve the two-link inverse kinematics of an arm by the law of cosines.
+
+    Args:
+        shoulder: shoulder (T, 3), m.
+        target: target of the wrist (T, 3), m; beyond reach, the wrist stops on the way to it.
+        pole: direction (T, 3) towards which the elbow points.
+        a: length of the upper arm, m.
+        b: length of the forearm, m.
+
+    Returns:
+        Elbow and wrist (T, 3), m.
+    """
     way = target - shoulder
     far = np.linalg.norm(way, axis=1)
     d = np.clip(far, abs(a - b) + 1e-3, (a + b) * 0.9999)
@@ -95,11 +114,11 @@ def two_bones(
 
 
 def bones(stature: float, posture: Posture, floor: float = -PEDESTAL) -> Bones:
-    """The body of ``stature`` m in T postures on the ``floor``, a height in m.
+    """Return the body of ``stature`` m in T postures on a floor of height ``floor`` m.
 
-    The higher leg bends, the hips stand as high as the longer leg reaches to the floor; feet stay
-    level. Hands at rest swing against the legs; a reaching wrist moves on the straight line from
-    there to its goal.
+    The higher leg bends, the hips stand as high as the longer leg reaches to the floor, and feet
+    stay level. Hands at rest swing opposite to the legs; a reaching wrist moves on the straight
+    line from there to its goal.
     """
     t, h = len(posture.heading), stature
     c, s, zero = np.cos(posture.heading), np.sin(posture.heading), np.zeros(t)
@@ -113,7 +132,7 @@ def bones(stature: float, posture: Posture, floor: float = -PEDESTAL) -> Bones:
         end.append(b)
 
     def swung(angle: Float[np.ndarray, " T"]) -> Float[np.ndarray, "T 3"]:
-        """The way down, turned forward by ``angle``."""
+        """Return the downward direction, turned forward by ``angle`` rad."""
         way: np.ndarray = np.sin(angle)[:, None] * forward - np.cos(angle)[:, None] * _UP
         return way
 
@@ -177,9 +196,8 @@ def balls_along(
     radius: Float[np.ndarray, " S"],
     count: list[int],
 ) -> tuple[Float[np.ndarray, "T B 3"], Float[np.ndarray, " B"]]:
-    """Balls in place of capsules, ``count`` of them evenly from end to end of each: centres (T, B,
-    3) m, radii (B,) m.
-    """
+    """Return balls in place of capsules, ``count`` of them evenly from end to end of each: centres
+    (T, B, 3) m, radii (B,) m."""
     share = np.concatenate([np.linspace(0, 1, n) for n in count])[None, :, None]
     segment = np.repeat(np.arange(len(count)), count)
     return start[:, segment] + share * (end - start)[:, segment], radius[segment]
@@ -188,11 +206,11 @@ def balls_along(
 def ball_counts(
     length: Float[np.ndarray, " S"], radius: Float[np.ndarray, " S"], error: float = BALL_ERROR
 ) -> list[int]:
-    """How many balls a capsule needs that stands out of their union by at most ``error`` m.
+    """Return the number of balls for each capsule so that it protrudes from their union by at most
+    ``error`` m.
 
-    Half way between two balls of radius r at a spacing of d the union is thinner by r - sqrt(r^2 -
-    d^2/4), so that
-    d = 2 sqrt(error (2 r - error)) will do.
+    Halfway between two balls of radius r at a spacing of d the union is thinner by r - sqrt(r^2 -
+    d^2/4), so d = 2 sqrt(error (2 r - error)) suffices.
     """
     spacing = 2 * np.sqrt(error * (2 * radius - error))
     return [int(n) + 1 for n in np.ceil(length / spacing)]
@@ -201,11 +219,10 @@ def ball_counts(
 def body_balls(
     stature: float, posture: Posture, error: float = BALL_ERROR
 ) -> tuple[Float[np.ndarray, "T B 3"], Float[np.ndarray, " B"]]:
-    """The body as balls: centres (T, B, 3) m, radii (B,) m; as many for every stature up to
-    ``TALLEST``.
-    """
+    """Return the body as balls: centres (T, B, 3) m, radii (B,) m; the number is the same for every
+    stature up to ``TALLEST``."""
     if not 0 < stature <= TALLEST:
-        raise ValueError(f"stature is {stature} m; it must be above 0 and at most {TALLEST} m")
+        raise ValueError(f"stature must be above 0 and at most {TALLEST} m, got {stature} m")
     body = bones(stature, posture)
     length = np.linalg.norm(body.end[0] - body.start[0], axis=1) * (TALLEST / stature)
     return balls_along(

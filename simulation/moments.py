@@ -1,6 +1,5 @@
-"""Where a robot is, how fast its parts are and how far a person must be from them, at moments of
-its motion.
-"""
+"""Moments of a motion: pose, speed of the robot's parts, and the separation distance of
+each part."""
 
 from dataclasses import dataclass
 from typing import TypeVar
@@ -25,34 +24,43 @@ Steps = TypeVar("Steps", int, np.ndarray)
 class Moments:
     """M moments of a motion.
 
-    q (M, J) rad: joint angles; frames (M, F, 4, 4); bodies, that hide what is behind them. Of the
-    pieces of the bodies that distances are measured from: start and end (M, N, 3) m, radius (N,) m,
-    speed (M, N) m/s, and the separation distance asked (M, N) m. weight (M,) sums to 1. together:
-    do the moments follow each other by ``STEP``, or does each stand alone?
+    The robot's bodies are divided into N pieces, from which distances are measured.
     """
 
     q: Float[np.ndarray, "M J"]
+    """Joint angles, rad."""
     frames: Float[np.ndarray, "M F 4 4"]
+    """Link frames."""
     bodies: Capsules
+    """Bodies that occlude."""
     start: Float[np.ndarray, "M N 3"]
+    """Starts of the pieces, m."""
     end: Float[np.ndarray, "M N 3"]
+    """Ends of the pieces, m."""
     radius: Float[np.ndarray, " N"]
+    """Radii of the pieces, m."""
     speed: Float[np.ndarray, "M N"]
+    """Speeds of the pieces, m/s."""
     asked: Float[np.ndarray, "M N"]
+    """Required separation distances of the pieces, m."""
     weight: Float[np.ndarray, " M"]
+    """Weights of the moments, with sum 1."""
     together: bool
+    """Whether the moments follow each other by ``STEP``; otherwise each stands alone."""
 
     def drawn(self, rng: np.random.Generator, steps: int) -> Int[np.ndarray, " steps"]:
-        """Numbers of the moments of so many steps that end at a drawn one: an approach's, or one
-        pose again and again.
-        """
+        """Return the moments of ``steps`` steps that end at a random one: consecutive moments, or
+        one pose repeated."""
         if not self.together:
             return np.full(steps, rng.choice(len(self.weight), p=self.weight))
         return self.before(int(rng.integers(len(self.weight))), np.arange(steps)[::-1])
 
     def before(self, moment: int, steps: Steps) -> Steps:
-        """Number of the moment so many steps before another. A motion comes round again, so that at
-        each step of a walk every moment is as likely, however short the motion; a pose is held."""
+        """Return the moment ``steps`` steps before another.
+
+        A motion repeats, so that every moment is equally likely at each step of a walk, however
+        short the motion; a pose is held.
+        """
         return (moment - steps) % len(self.weight) if self.together else moment + 0 * steps
 
 
@@ -81,11 +89,11 @@ def _moments(
 
 
 def moments_of_record(robot: Robot, record: MotionRecord, safety: Safety) -> Moments:
-    """The whole record at steps of ``STEP``; the joints' speeds are differences over a step either
-    way.
+    """Return the whole record at steps of ``STEP``; joint speeds are central differences over one
+    step either way.
 
     Raises:
-        ValueError: if the robot has no bodies or its stopping time is not known.
+        ValueError: if the robot has no bodies or its stopping time is unknown.
     """
     time = np.arange(record.time_s[0], record.time_s[-1], STEP)
     early, q, late = (
@@ -98,6 +106,10 @@ def moments_of_record(robot: Robot, record: MotionRecord, safety: Safety) -> Mom
 
 
 def moments_of_scene(scene: Scene, safety: Safety) -> Moments:
-    """The scene's poses, each standing alone. For errors see ``moments_of_record``."""
+    """Return the scene's poses, each on its own.
+
+    Raises:
+        ValueError: as in ``moments_of_record``.
+    """
     q, rates = np.stack([p.q for p in scene.poses]), [p.rate for p in scene.poses]
     return _moments(scene.robot, q, rates, scene.pose_weights, safety, False)

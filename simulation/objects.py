@@ -1,6 +1,4 @@
-"""Things other than people that come near a robot: a rod, a ball, a parcel, each a rigid union of
-balls, and their paths.
-"""
+"""Rod, ball and parcel that move near a robot: rigid unions of balls, and their paths."""
 
 from collections.abc import Callable
 
@@ -11,14 +9,14 @@ from scipy.spatial.transform import Rotation
 from ..coverage.solids.capsules import Capsules
 from .human import PEDESTAL, ball_counts, balls_along
 
-# m; a test rod of 70 mm, the coarsest resolution that protects a hazardous area
+# m; a test rod of 70 mm diameter, the coarsest resolution that protects a hazardous area
 ROD_LENGTH, ROD_RADIUS = 0.5, 0.035
 BALL_RADIUS = 0.1  # m, a head
 PARCEL, PARCEL_EDGE = (0.36, 0.30, 0.24), 0.06  # m: sides, and the radius of its rounded edges
 PARCEL_ERROR = 3e-3  # m, depth of the dimples between the balls of a parcel's faces
-# m: from how near to how far off the robot a thing goes, through the near and the far zone
+# m: least and largest gap between object and robot, across the near and the far zone
 GAP = (0.03, 1.25)
-_FASTEST, _WAVES = 0.1, 3  # Hz and number of the sines that a path is made of
+_FASTEST, _WAVES = 0.1, 3  # highest frequency, Hz, and number of the sines in a path
 
 
 def _rod() -> tuple[Float[np.ndarray, "B 3"], Float[np.ndarray, " B"]]:
@@ -35,8 +33,10 @@ def _ball() -> tuple[Float[np.ndarray, "B 3"], Float[np.ndarray, " B"]]:
 
 
 def _parcel() -> tuple[Float[np.ndarray, "B 3"], Float[np.ndarray, " B"]]:
-    """Balls on the faces of the box that is one edge radius smaller; of a square of four the middle
-    is the deepest dimple, r - sqrt(r^2 - d^2/2) at a spacing of d."""
+    """Return balls on the faces of the box that is one edge radius smaller.
+
+    The deepest dimple lies in the middle of four balls: r - sqrt(r^2 - d^2/2) at a spacing of d.
+    """
     spacing = np.sqrt(2 * PARCEL_ERROR * (2 * PARCEL_EDGE - PARCEL_ERROR))
     sides = [np.linspace(-1, 1, int(np.ceil((s - 2 * PARCEL_EDGE) / spacing)) + 1) for s in PARCEL]
     grid = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -52,9 +52,8 @@ SHAPES: dict[str, Callable[[], tuple[Float[np.ndarray, "B 3"], Float[np.ndarray,
 
 
 def _wander(rng: np.random.Generator, time_s: Float[np.ndarray, " T"]) -> Float[np.ndarray, " T"]:
-    """A smooth random function of time within [-1, 1], without bias: a triangle wave of a sum of
-    sines.
-    """
+    """Return a smooth, unbiased random function of time within [-1, 1]: a triangle wave of a sum of
+    sines."""
     frequency, phase = rng.uniform(0.02, _FASTEST, _WAVES), rng.uniform(0, 2 * np.pi, _WAVES)
     total = np.sin(2 * np.pi * frequency * time_s[:, None] + phase).sum(axis=1)
     wave: np.ndarray = 2 / np.pi * np.arcsin(np.sin(np.pi / 2 * total))
@@ -64,19 +63,19 @@ def _wander(rng: np.random.Generator, time_s: Float[np.ndarray, " T"]) -> Float[
 def object_balls(
     shape: str, seed: int, time_s: Float[np.ndarray, " T"], bodies: Capsules
 ) -> tuple[Float[np.ndarray, "T B 3"], Float[np.ndarray, " B"]]:
-    """A thing that turns and wanders around a moving robot: balls (T, B, 3) m and their radii (B,)
-    m.
+    """Return an object that turns and wanders around a moving robot: balls (T, B, 3) m and their
+    radii (B,) m.
 
-    At each time it is a gap within ``GAP`` off one place on the robot, to one side; place along the
-    robot, side, gap and attitude wander smoothly, independent of each other. It moves with the
-    robot, so that near and far zone are both seen at every pose. Another part of the robot may be
-    nearer than the one it keeps off. It stays above the floor.
+    At each time the object is separated by a gap within ``GAP`` from one point of the robot, in one
+    direction. The point along the robot, direction, gap and attitude vary smoothly and
+    independently. The object moves with the robot, so that both zones are sampled at every pose.
+    Another part of the robot may be nearer than that point. The object stays above the floor.
 
     Args:
         shape: a key of ``SHAPES``.
-        seed: of the path; the same for every setup.
-        time_s: (T,) s.
-        bodies: of the robot, in T poses, from the base to the tool.
+        seed: random seed of the path; the same for every setup.
+        time_s: times (T,), s.
+        bodies: bodies of the robot at T poses, from the base to the tool.
     """
     if shape not in SHAPES:
         raise ValueError(f"unknown shape {shape!r}; known: {', '.join(SHAPES)}")
@@ -102,7 +101,7 @@ def object_balls(
     share = length / length.sum(axis=1, keepdims=True)
     along = np.clip((place - until[t, which]) / share[t, which] + 1, 0, 1)[:, None]
     point = bodies.start[t, which] * (1 - along) + bodies.end[t, which] * along
-    # Off the body as far as the thing itself reaches back towards it.
+    # Shift by the object's own extent towards the body.
     back = (-(offset[..., 0] * side[:, None]).sum(axis=2) + radius).max(axis=1)
     middle = point + (bodies.radius[which] + back + gap)[:, None] * side
     balls = middle[:, None] + offset[..., 0]

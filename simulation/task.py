@@ -1,10 +1,9 @@
-"""The paper's task: ten products picked from one table and placed into a box on another, as a timed
-joint trajectory.
+"""The paper's task as a timed joint trajectory: ten products are picked from one table and placed
+into a box on another.
 
-Between a pick and a place the base joint swings by 180 degrees. Every move is one of all joints at
-once from rest to rest, along a straight line in joint space, as fast as the limits allow
-(trapezoidal speed). The paper gives neither places nor limits; what is chosen here stands in the
-constants.
+Between a pick and a place the base joint swings by 180 degrees. Every move is a joint move from
+rest to rest, along a straight line in joint space, as fast as the limits allow (trapezoidal speed
+profile). The paper gives neither positions nor limits; the constants below state our choice.
 """
 
 import itertools
@@ -22,44 +21,48 @@ from ..objectives.scene import REFERENCE_POSE_DEG
 
 # per second, the UR10's technical specification
 SPEED_DEG = (120.0, 120.0, 180.0, 180.0, 180.0, 180.0)
-# per second squared, what the controller takes for a joint move unless told otherwise
+# per second squared, the controller's default for a joint move
 ACCELERATION_DEG = 80.0
 RADII = (0.98, 1.10)  # m, from the base axis: two rows of products, five in each
 PITCH = 0.12  # m, between the products of a row
 LOW, HIGH = 0.12, 0.32  # m, height of the flange at a product and between the tables
 GRIP = 0.4  # s, to close or open the gripper
-_FINE = 200.0  # Hz, at which the highest speed is looked for
+_FINE = 200.0  # Hz, sampling rate for the search of the highest speed
 
 
 @dataclass(frozen=True)
 class TaskMotion:
-    """A timed joint trajectory: time_s (T,) ascending, q (T, J) rad, and ``swing`` (T,): whether
-    the base is swinging.
-    """
+    """A timed joint trajectory."""
 
     time_s: Float[np.ndarray, " T"]
+    """Times in ascending order, s."""
     q: Float[np.ndarray, "T J"]
+    """Joint angles, rad."""
     swing: np.ndarray
+    """Whether the base is swinging, (T,)."""
 
     def tcp_speed(self, robot: Robot) -> Float[np.ndarray, " T"]:
-        """Speed of the TCP (T,) m/s, by central differences."""
+        """Return the speed of the TCP (T,) in m/s, by central differences."""
         tcp = forward(robot.chain, self.q)[:, -1, :3, 3]
         speed: np.ndarray = np.linalg.norm(np.gradient(tcp, self.time_s, axis=0), axis=1)
         return speed
 
     def every(self, rate: float) -> "TaskMotion":
-        """The same motion at ``rate`` Hz."""
+        """Return the motion resampled at ``rate`` Hz."""
         time = np.arange(0.0, self.time_s[-1], 1 / rate)
         q = np.stack([np.interp(time, self.time_s, joint) for joint in self.q.T], axis=1)
         return TaskMotion(time, q, self.swing[np.searchsorted(self.time_s, time)])
 
 
 def reach_down(robot: Robot, place: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " J"]:
-    """Joint angles (J,) rad at which the flange is at ``place`` (3,) m and points down, the last
-    joint at 0, near the reference pose turned about the base.
+    """Solve the inverse kinematics for a flange at ``place`` (3,) m that points down.
+
+    Returns:
+        Joint angles (J,) in rad with the last joint at 0, near the reference pose turned about the
+            base.
 
     Raises:
-        ValueError: if the robot does not reach there.
+        ValueError: if the robot cannot reach the place.
     """
     tool = robot.mounts[-1]
     seed = np.radians(REFERENCE_POSE_DEG)
@@ -72,14 +75,15 @@ def reach_down(robot: Robot, place: Float[np.ndarray, " 3"]) -> Float[np.ndarray
             [frame[:3, 3] - place, frame[:3, :3] @ tool.axis + np.array([0.0, 0.0, 1.0])]
         )
 
-    found = least_squares(off, seed[:-1], xtol=1e-14, ftol=1e-14, gtol=1e-14)
-    if np.abs(found.fun).max() > 1e-6:
-        raise ValueError(f"{robot.name} does not reach {np.round(place, 3).tolist()} m from above")
-    return np.append(found.x, 0.0)
+    solution = least_squares(off, seed[:-1], xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    if np.abs(solution.fun).max() > 1e-6:
+        raise ValueError(f"{robot.name} cannot reach {np.round(place, 3).tolist()} m from above")
+    return np.append(solution.x, 0.0)
 
 
 def _places(azimuth: float) -> list[Float[np.ndarray, " 2"]]:
-    """Where ten products lie (x, y) m, in two rows across the direction ``azimuth`` rad."""
+    """Return the positions (x, y) of ten products in m, in two rows across the direction
+    ``azimuth`` rad."""
     along, across = (
         np.array([math.cos(azimuth), math.sin(azimuth)]),
         np.array([-math.sin(azimuth), math.cos(azimuth)]),
@@ -90,21 +94,22 @@ def _places(azimuth: float) -> list[Float[np.ndarray, " 2"]]:
 def _move(
     start: Float[np.ndarray, " J"], end: Float[np.ndarray, " J"], rate: float
 ) -> Float[np.ndarray, "T J"]:
-    """Joint angles from rest to rest at ``rate`` Hz, the start left out."""
+    """Return joint angles of a move from rest to rest at ``rate`` Hz, without the start."""
     question, answer = InputParameter(len(start)), Trajectory(len(start))
     question.current_position, question.target_position = start.tolist(), end.tolist()
     question.max_velocity = np.radians(SPEED_DEG).tolist()
     question.max_acceleration = [math.radians(ACCELERATION_DEG)] * len(start)
     question.synchronization = Synchronization.Phase
     if Ruckig(len(start)).calculate(question, answer) not in (Result.Working, Result.Finished):
-        raise ValueError("no trajectory between two waypoints")
+        raise ValueError("no trajectory exists between two waypoints")
     steps = max(math.ceil(answer.duration * rate), 1)
     return np.array([answer.at_time(answer.duration * k / steps)[0] for k in range(1, steps + 1)])
 
 
 def pick_and_place(robot: Robot, rate: float = _FINE) -> TaskMotion:
-    """The whole task at about ``rate`` Hz: each move takes a whole number of samples, so up to one
-    sample longer.
+    """Return the whole task at about ``rate`` Hz.
+
+    Each move takes a whole number of samples, so it may last up to one sample longer.
     """
     q, swing = [_above(robot, _places(-math.pi / 2)[0])[None]], [np.zeros(1, bool)]
 
@@ -132,5 +137,5 @@ def _above(robot: Robot, spot: Float[np.ndarray, " 2"]) -> Float[np.ndarray, " J
 
 
 def fastest(robot: Robot, motion: TaskMotion) -> int:
-    """The sample at which the TCP is fastest."""
+    """Return the sample at which the TCP is fastest."""
     return int(np.argmax(motion.tcp_speed(robot)))

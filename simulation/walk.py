@@ -1,6 +1,5 @@
-"""Seeded random paths of a human around the robot: in from outside, from station to station,
-reaching, and out again.
-"""
+"""Random paths of a person around the robot: entry from outside, stations with reaching motions,
+and exit."""
 
 from typing import NamedTuple, TypedDict
 
@@ -13,38 +12,44 @@ from .human import FOREARM, UPPER_ARM, Bones, Posture, bones
 
 WALK = 1.6  # m/s, ISO 13855: speed of the whole body
 HAND = 2.0  # m/s, ISO 13855: speed of the upper limb
-START = (2.5, 3.0)  # m from the base's axis: where the human comes from and goes to
-PASS = (1.3, 2.2)  # m: how near it passes between stations
-STATION = (1.2, 1.8)  # m: where it stops
-# m from the base's axis and above the base frame: what it reaches for
+START = (2.5, 3.0)  # m from the base's axis: entry and exit
+PASS = (1.3, 2.2)  # m from the base's axis: midway between stations
+STATION = (1.2, 1.8)  # m from the base's axis: stations
+# m from the base's axis and above the base frame: goals of reaching motions
 GOAL_RADIUS, GOAL_HEIGHT = (0.4, 1.0), (0.0, 0.9)
 STATURE = (1.55, 1.90)  # m
-_STEP = 0.01  # s, of the inner grid
+_STEP = 0.01  # s, internal time step
 _ACCELERATION = 1.5  # m/s^2
-_STRIDE = 0.83  # two steps, as a share of stature
+_STRIDE = 0.83  # length of two steps, as a share of stature
 _TURN = 0.35  # s, width of the smoothing of headings
-_SETTLE = 1.2  # s, from the end of a walk to the reach, and back
-_REACH, _LEAVE = 6.0, 4.0  # s, kept for a reach and for leaving
+_SETTLE = 1.2  # s, pause between a walk and a reach, and after it
+_REACH, _LEAVE = 6.0, 4.0  # s, reserved for a reach and for leaving
 
 
 class Walk(NamedTuple):
-    """A human's path. stature m; time (T,) s; posture: T postures."""
+    """A person's path."""
 
     stature: float
+    """Stature, m."""
     time: Float[np.ndarray, " T"]
+    """Times, s."""
     posture: Posture
+    """Postures at the T times."""
 
 
 class _Reaching(TypedDict):
-    """Of n steps the lean (n,) rad, the reach (n, 2) and the hands' goals (2, 3) m."""
+    """Reaching motion over n steps."""
 
     lean: Float[np.ndarray, " n"]
+    """Forward lean of the trunk, rad."""
     reach: Float[np.ndarray, "n 2"]
+    """Progress of left and right hand towards the goal, 0 to 1."""
     goal: Float[np.ndarray, "2 3"]
+    """Goals of both hands, m."""
 
 
 class _Track:
-    """A path as it grows on the inner grid, piece by piece of time."""
+    """A path under construction, on the internal time grid."""
 
     def __init__(self) -> None:
         self.pieces: list[tuple[np.ndarray, ...]] = []
@@ -59,8 +64,15 @@ class _Track:
         reach: Float[np.ndarray, "n 2"] | None = None,
         goal: Float[np.ndarray, "2 3"] | None = None,
     ) -> None:
-        """Add n steps: position (n, 2) m, facing (n,) rad, speed (n,) m/s, lean (n,) rad, reach (n,
-        2), goal (2, 3) m.
+        """Add n steps.
+
+        Args:
+            position: pelvis over the floor (n, 2), m.
+            facing: heading (n,), rad.
+            speed: walking speed (n,), m/s.
+            lean: forward lean (n,), rad.
+            reach: progress of both hands (n, 2), 0 to 1.
+            goal: goals of both hands (2, 3), m.
         """
         n = len(position)
         reach, goal = (
@@ -76,18 +88,18 @@ class _Track:
         self.steps += n
 
     def joined(self) -> list[np.ndarray]:
-        """Everything that was added, joined over time."""
+        """Return all pieces, concatenated over time."""
         return [np.concatenate(values) for values in zip(*self.pieces, strict=True)]
 
 
 def walk(seed: int, time_s: Float[np.ndarray, " T"]) -> Walk:
-    """A random path at the times ``time_s`` (T,) s, ascending from 0 on.
+    """Return a random path at the times ``time_s`` (T,) s, which ascend from 0.
 
-    The human comes from ``START``, goes at up to ``WALK`` to stations around the robot, stops,
-    turns to what it reaches for, leans and reaches with one hand at up to ``HAND`` (no part of hand
-    or forearm is faster), holds, draws back, and leaves for good in time for the end. Its path is
-    one function of time for a seed and a last time, whatever the times between. It knows nothing of
-    the robot's motion and does not give way; feet may slide by some centimetres in a turn.
+    The person enters from ``START`` and walks at up to ``WALK`` to stations around the robot. At a
+    station the person stops, turns to a goal, leans and reaches with one hand at up to ``HAND`` (no
+    part of hand or forearm is faster), holds, and draws back. The person leaves before the last
+    time. The path depends only on the seed and the last time, not on the times between. It ignores
+    the robot's motion; feet may slide by some centimetres in a turn.
     """
     rng = np.random.default_rng(seed)
     stature, end = float(rng.uniform(*STATURE)), float(time_s[-1])
@@ -114,11 +126,13 @@ def walk(seed: int, time_s: Float[np.ndarray, " T"]) -> Walk:
 def _leg(
     here: Float[np.ndarray, " 2"], passing: float, there: Float[np.ndarray, " 2"], speed: float
 ) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Positions (n, 2) m, directions (n,) rad and speeds (n,) m/s of a walk between two stations,
-    each (radius, angle).
+    """Return a walk between two stations, each given as (radius, angle).
 
-    Radius and angle are monotone between the ends and the place passed, so that the base is never
-    crossed. The speed rises evenly to ``speed`` and falls evenly to 0.
+    Radius and angle are monotone between the ends and the midpoint, so that the path never crosses
+    the base. The speed rises linearly to ``speed`` and falls linearly to 0.
+
+    Returns:
+        Positions (n, 2) m, directions (n,) rad and speeds (n,) m/s.
     """
     knots = np.stack([here, [passing, (here[1] + there[1]) / 2], there])
     radius, angle = PchipInterpolator([0, 0.5, 1], knots)(np.linspace(0, 1, 400)).T
@@ -147,11 +161,10 @@ def _leg(
 def _reach_out(
     track: _Track, rng: np.random.Generator, stature: float, position: Float[np.ndarray, " 2"]
 ) -> None:
-    """Add a turn towards something near the robot, a reach for it with one hand, a hold and the way
-    back.
+    """Add a turn towards a goal near the robot, a reach with one hand, a hold, and the way back.
 
-    The wrist goes on a straight line by the minimum-jerk profile (Flash and Hogan 1985), over so
-    long a time that neither elbow, wrist nor fingertip is faster than asked.
+    The wrist moves on a straight line with the minimum-jerk profile (Flash and Hogan 1985). The
+    duration is chosen so that neither elbow, wrist nor fingertip exceeds the drawn speed.
     """
     angle = np.arctan2(position[1], position[0]) + rng.uniform(-0.5, 0.5)
     radius, height = rng.uniform(*GOAL_RADIUS), rng.uniform(*GOAL_HEIGHT)
@@ -200,9 +213,8 @@ def _minimum_jerk(u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
 
 
 def _sampled(track: _Track, stature: float, time_s: Float[np.ndarray, " T"]) -> Posture:
-    """The path at the times asked: headings smoothed, gait from the way walked; after its end the
-    human stands.
-    """
+    """Return the path at ``time_s``, with smoothed headings and a gait that follows the distance
+    walked; after its end the person stands."""
     position, facing, speed, lean, reach, goal = track.joined()
     t = _STEP * np.arange(track.steps)
     heading = gaussian_filter1d(np.unwrap(facing), _TURN / _STEP, mode="nearest")

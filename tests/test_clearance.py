@@ -167,7 +167,7 @@ def test_a_tube_beside_the_axis_makes_the_ring_wider():
 def test_what_cannot_be_mounted_is_refused_with_the_reason():
     stated = Scene(occlusion="shadow", ring_radius=0.08, radius_stated=True)
     with pytest.raises(
-        InfeasibleError, match=r"ring_radius: found 0.08, allowed: 0.113 and more.*upper_arm"
+        InfeasibleError, match=r"ring_radius: 0.08 m is too small.*upper_arm needs at least 0.113 m"
     ):
         Space(stated, sensors=40)
     of_link = Scene(
@@ -175,7 +175,8 @@ def test_what_cannot_be_mounted_is_refused_with_the_reason():
         limits={"upper_arm": Limits(radius=0.09), "forearm": Limits(radius=0.07)},
     )
     with pytest.raises(
-        InfeasibleError, match=r"mounts.upper_arm.ring_radius: found 0.09, allowed: 0.113 and more"
+        InfeasibleError,
+        match=r"mounts.upper_arm.ring_radius: 0.09 m is too small.* at least 0.113 m",
     ):
         Space(of_link, sensors=40)
     kept_out = replace(stated, limits={"upper_arm": Limits(keep_out=((0.0, 1.0),))})
@@ -255,7 +256,7 @@ def test_a_refusal_names_the_scenes_file(tmp_path, monkeypatch, capsys):
             command_line.main()
         assert stop.value.code == 2
         told = capsys.readouterr().err
-        assert "cell.toml: ring_radius: found 0.08, allowed: 0.113 and more" in told
+        assert "cell.toml: ring_radius: 0.08 m is too small: a real ring on upper_arm" in told
         assert "\n" not in told.strip()
         assert not list((tmp_path / "place-rings-out").glob("*"))
 
@@ -264,8 +265,8 @@ def test_a_refusal_names_the_scenes_file(tmp_path, monkeypatch, capsys):
     ("text", "says"),
     [
         ("[rules]\nmount = 'glued'", "rules.mount: found"),
-        ("[rules]\nring_width = 0.005", "rules.ring_width: found 0.005, allowed: 0.01 and more"),
-        ("[rules]\nstandoff = 0.001", "rules.standoff: found 0.001, allowed: 0.005 and more"),
+        ("[rules]\nring_width = 0.005", "rules.ring_width: found 0.005, allowed: at least 0.01"),
+        ("[rules]\nstandoff = 0.001", "rules.standoff: found 0.001, allowed: at least 0.005"),
     ],
 )
 def test_wrong_keys_are_one_line(tmp_path, text, says):
@@ -329,7 +330,7 @@ def test_rings_that_cannot_be_moved_apart_are_refused():
     rng = np.random.default_rng(0)
     with pytest.raises(
         InfeasibleError,
-        match=r"ring 0 \(upper_arm\) lies in ring 1 \(forearm\) at pose 1, and so do",
+        match=r"ring 0 \(upper_arm\) lies in ring 1 \(forearm\) at pose 1, and rings collide",
     ):
         apart(space, [fresh(space, rng)], rng)
     held = replace(space.scene, rules=Rules(fixed=space.setup(fresh(space, rng)).rings))

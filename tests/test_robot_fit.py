@@ -202,7 +202,7 @@ def test_a_scene_holds_its_robot_or_names_its_file(tmp_path):
         ("robot = '../mine.toml'", "allowed: a file in the folder of"),
         ("robot = '/etc/mine.toml'", "allowed: a file in the folder of"),
         ("robot = 'nothing.toml'", "nothing.toml: cannot be read"),
-        ("robot = 'arm.urdf'", "allowed: a robot's file (.toml)"),
+        ("robot = 'arm.urdf'", "allowed: a robot file (.toml)"),
         ("robot = 'r2d2'", "allowed: ur10, ur10_dh, ur3"),
         ("[robot]\nname = 'x'", "robot.reach: found nothing"),
         (

@@ -191,7 +191,7 @@ BAD_RECORDS = {
     "t,q0,q1,q2,q3,q4": "line 1, column q5: found 0 such columns among t, q0",
     "t,q0,q1,q2,q3,q4,q5,q5": "line 1, column q5: found 2 such columns",
     "t,time,q0,q1,q2,q3,q4,q5": "found 2 columns of times",
-    HEADER: "found 0 rows of data, allowed: 2 and more",
+    HEADER: "found 0 rows of data, allowed: at least 2",
     f"{HEADER}\n0,{STILL}": "found 1 rows of data",
     f"{HEADER}\n0,{STILL}\n1,0,0,0,0,nan,0": (
         "line 3, column q4: found nan, allowed: a finite number"
@@ -204,7 +204,7 @@ BAD_RECORDS = {
     ),
     f"{HEADER}\n0,{STILL}\n-1,{STILL}": "line 3, column t: found -1.0, allowed: above 0",
     f"{HEADER}\n0,{STILL}\n1,0,0,13,0,0,0": (
-        "line 3, column q2: found 13.0, allowed: -12.566 to 12.566 rad; or say that"
+        "line 3, column q2: found 13.0, allowed: -12.566 to 12.566 rad; set the unit"
     ),
     f"{HEADER}\n0,{STILL}\n1e7,{STILL}": (
         "found 1e+07 s from first to last, allowed: 0.001 to 1e+06"

@@ -71,7 +71,7 @@ BAD = {
     LAUGHS + "]><robot name='&i;'/>": "found a document type, allowed: XML without one",
     "<!DOCTYPE r SYSTEM 'file:///etc/passwd'><robot/>": "found a document type",
     f"<robot>{A}{B}</robot>": "--base: found nothing, allowed: one of a, b",
-    f"<robot>{A}{A}</robot>": 'link: found "a", allowed: each name once',
+    f"<robot>{A}{A}</robot>": 'link: found "a", allowed: unique names',
     f"<robot>{A}{B}{moved(kind='screw')}</robot>": (
         'joint "j": type: found "screw", allowed: revolute, continuous'
     ),
@@ -94,10 +94,10 @@ BAD = {
     f"<robot>{A}{B}{moved(xyz='0 0 x')}</robot>": "origin xyz",
     f"<robot>{A}{B}{moved(xyz='0 0 inf')}</robot>": "origin xyz",
     f"<robot>{A}{B}{moved(xyz='0 0 0')}</robot>": "found a chain without length from a to b",
-    f"<robot>{A}{B}{moved()}{moved('k')}</robot>": "a loop; allowed: one joint above each link",
+    f"<robot>{A}{B}{moved()}{moved('k')}</robot>": "allowed: one parent joint for each link",
     f"<robot>{A}{B}{moved()}{moved('k', parent='b', child='a')}</robot>": "found a loop of joints",
     f"<robot>{A}{B}{moved(parent='b')}</robot>": "found a loop of joints",
-    f"<robot>{A}{B}{moved()}{moved()}</robot>": 'joint: found "j", allowed: each name once',
+    f"<robot>{A}{B}{moved()}{moved()}</robot>": 'joint: found "j", allowed: unique names',
     f"<robot>{A}{B}{moved(inside=MIMIC)}</robot>": (
         'joint "j": mimic: found "j", allowed: no mimic in the chain'
     ),
@@ -108,13 +108,13 @@ BAD = {
     f"<robot>{A}{mesh('nothing.stl')}{moved()}</robot>": (
         'link "b": mesh: found "nothing.stl", allowed: a file in'
     ),
-    f"<robot>{A}{mesh('../out.stl')}{moved()}</robot>": "this one leads outside",
-    f"<robot>{A}{mesh('/etc/hostname')}{moved()}</robot>": "this one leads outside",
-    f"<robot>{A}{mesh('link.stl')}{moved()}</robot>": "this one leads outside",
-    f"<robot>{A}{mesh('folder/out.stl')}{moved()}</robot>": "this one leads outside",
-    f"<robot>{A}{mesh('package://../out.stl')}{moved()}</robot>": "this one leads outside",
+    f"<robot>{A}{mesh('../out.stl')}{moved()}</robot>": "this one is outside",
+    f"<robot>{A}{mesh('/etc/hostname')}{moved()}</robot>": "this one is outside",
+    f"<robot>{A}{mesh('link.stl')}{moved()}</robot>": "this one is outside",
+    f"<robot>{A}{mesh('folder/out.stl')}{moved()}</robot>": "this one is outside",
+    f"<robot>{A}{mesh('package://../out.stl')}{moved()}</robot>": "this one is outside",
     f"<robot>{A}{mesh('package://x/%2e%2e/%2e%2e/out.stl')}{moved()}</robot>": (
-        "this one leads outside"
+        "this one is outside"
     ),
     f"<robot>{A}{mesh('http://192.0.2.1/a.stl')}{moved()}</robot>": (
         "allowed: package://, file:// or a path"
@@ -124,7 +124,7 @@ BAD = {
     f"<robot>{A}{mesh('mesh.ply')}{moved()}</robot>": "a mesh of the format stl, dae, obj",
     f"<robot>{A}{mesh('good.stl', '0 1 1')}{moved()}</robot>": "mesh scale",
     f"<robot>{A}{mesh('huge.stl')}{moved()}</robot>": (
-        'mesh "huge.stl": found more than 128 MB, allowed: less'
+        'mesh "huge.stl": found more than 128 MB, allowed: at most 128 MB'
     ),
     f"<robot>{A}{mesh('nan.obj')}{moved()}</robot>": "triangles of finite numbers",
     f"<robot>{A}{mesh('far.obj')}{moved()}</robot>": "m from the link's frame",

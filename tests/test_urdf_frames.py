@@ -115,7 +115,7 @@ BAD = {
     "no such frames": (
         "mounted.urdf",
         lambda text: text.replace("tof_", "eye_"),
-        'found no frame called "tof_.*"',
+        'no frame matches "tof_.*"',
     ),
     "a frame on the shoulder": (
         "mounted.urdf",

@@ -1,1 +1,1 @@
-"""Setups for other programs."""
+"""Exports of setups to other programs."""

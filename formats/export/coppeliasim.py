@@ -1,6 +1,5 @@
-"""CoppeliaSim: a script in Lua that makes a proximity sensor for each sensor, which looks along its
-z.
-"""
+"""CoppeliaSim: a Lua script that creates a proximity sensor for each sensor, looking along its z
+axis."""
 
 import math
 from collections.abc import Iterable
@@ -14,14 +13,14 @@ from ..sensors.sensor_poses import place, quaternion
 from .placed import PlacedSetup
 
 _HEAD = """-- Proximity sensors of {robot}, for CoppeliaSim 4.3 and later: paste this into the Lua \
-commander, or say there
--- loadfile('FOLDER/sensors.lua')(). A link that the scene has no object for, called like it, \
-becomes a dummy where it is
--- at the exported pose. Sensors hang on these and look along their z.
+commander, or run
+-- loadfile('FOLDER/sensors.lua')() there. If the scene has no object with a link's name, a dummy \
+is created at the
+-- link's exported pose. Sensors are children of these objects and look along their z axis.
 local sim = sim or require('sim')
 local CONE = sim.proximitysensor_cone or sim.proximitysensor_cone_subtype
 local PYRAMID = sim.proximitysensor_pyramid or sim.proximitysensor_pyramid_subtype
-local ALL = 16 -- detects all that is detectable
+local ALL = 16 -- detects all detectable objects
 local SHOWN = {{32, 0, 1, 16, 1, 1, 0, 0}} -- faces and subdivisions of a cone
 
 -- Name, pose {{x, y, z, qx, qy, qz, qw}} in the world.
@@ -51,9 +50,8 @@ end
 
 
 def coppeliasim(placed: PlacedSetup) -> dict[str, bytes]:
-    """``sensors.lua``. A cone there ends in a ball's cap at the range, not in a flat base; a
-    pyramid ends flat.
-    """
+    """Return ``sensors.lua``. A cone there ends in a spherical cap at the range, not in a flat
+    base; a pyramid ends flat."""
     names, used = plain_names(placed.links), sorted({placed.on_link(s)[0] for s in placed.sensors})
     text = _HEAD.format(robot=placed.robot_name)
     for j in used:
@@ -72,9 +70,11 @@ def coppeliasim(placed: PlacedSetup) -> dict[str, bytes]:
 
 
 def _sizes(sensor: Sensor) -> list[float]:
-    """The fifteen sizes of ``sim.createProximitySensor``: offset, range, sides near (x, y) and far
-    (x, y), gap, radius near and far, angle, largest angle of surfaces, least distance, size of the
-    point shown, and two unused."""
+    """Return the fifteen sizes of ``sim.createProximitySensor``.
+
+    They are offset, range, near sides (x, y), far sides (x, y), gap, near and far radius, angle,
+    largest angle of surfaces, least distance, size of the displayed point, and two unused values.
+    """
     across, up = (
         2 * sensor.range_m * math.tan(half) if sensor.square else 0.0
         for half in (sensor.half_angle, sensor.half_angle_up)

@@ -1,6 +1,4 @@
-"""GLB: a scene to look at, with robot, obstacles, rings, sensors, what they see, and points of the
-targets.
-"""
+"""GLB: a 3D scene with robot, obstacles, rings, sensors, their beams, and points of the targets."""
 
 from typing import Any
 
@@ -18,7 +16,7 @@ from ..robots.urdf_robot import find_robot, plain_names
 from .placed import BASE_LINK, PlacedSetup
 
 _ROBOT, _SENSOR, _OBSTACLE = (0.72, 0.73, 0.75, 1.0), (0.1, 0.1, 0.12, 1.0), (0.79, 0.71, 0.55, 1.0)
-# Okabe and Ito (2008), which colour-blind eyes tell apart.
+# Okabe and Ito (2008): distinguishable with colour-vision deficiency.
 _RINGS = (
     (0.0, 0.45, 0.7),
     (0.9, 0.62, 0.0),
@@ -28,17 +26,16 @@ _RINGS = (
     (0.84, 0.37, 0.0),
 )
 _SEEN, _UNSEEN = (0.0, 0.62, 0.45, 1.0), (0.84, 0.1, 0.1, 1.0)
-_CLEAR = 0.13  # opacity of what a sensor sees
-_BAND = 0.004  # m, of a ring's tube
-_UNIT = (0.006, 0.008)  # m, radius and length of a sensor as it is shown
+_CLEAR = 0.13  # opacity of beams
+_BAND = 0.004  # m, radius of a ring's tube
+_UNIT = (0.006, 0.008)  # m, displayed radius and length of a sensor
 _SIDES = 32
 _Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # glTF has y up
 
 
 def glb(placed: PlacedSetup) -> dict[str, bytes]:
-    """``scene.glb``: the node ``base_link`` is the base frame; nodes of the sensors' names look
-    along their z.
-    """
+    """Return ``scene.glb``: the node ``base_link`` is the base frame; nodes with sensor names look
+    along their z axis."""
     scene = trimesh.Scene(base_frame="world")
     scene.graph.update(frame_to=BASE_LINK, matrix=_Y_UP)
     for name, mesh in _robot(placed):
@@ -87,14 +84,14 @@ def _add(scene: Any, name: str, mesh: Any, colour: tuple[float, ...]) -> None:
 
 
 def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
-    """Meshes at the pose: those of the user's URDF where there is one, else the bodies."""
+    """Return meshes at the pose: those of the user's URDF if there is one, else the bodies."""
     if placed.urdf is not None:
         meshes, picked = (
             Meshes(placed.urdf.path, placed.packages),
             find_robot(placed.urdf, placed.scene.robot),
         )
         names = plain_names(c.link.name for c in picked.carried)
-        found = []
+        parts = []
         for carried, name in zip(picked.carried, names, strict=True):
             triangles = meshes.surface(carried, "visual")
             T = (
@@ -104,8 +101,8 @@ def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
             )
             if len(triangles):
                 mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=True)
-                found.append((f"body_{name}", mesh.apply_transform(T)))
-        return found
+                parts.append((f"body_{name}", mesh.apply_transform(T)))
+        return parts
     if placed.bodies is None:
         return []
     names = plain_names(b.name for b in placed.scene.robot.bodies)
@@ -114,9 +111,8 @@ def _robot(placed: PlacedSetup) -> list[tuple[str, Any]]:
 
 
 def _base(placed: PlacedSetup, origin: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4 4"]:
-    """T_base_link of the link that holds the first joint, which a URDF may have elsewhere than the
-    scene's base.
-    """
+    """Return T_base_link of the link that holds the first joint, which a URDF may place elsewhere
+    than the scene's base."""
     T_base_link: np.ndarray = placed.scene.robot.chain.origin[0] @ np.linalg.inv(origin)
     return T_base_link
 
@@ -145,7 +141,7 @@ def _band(placed: PlacedSetup, i: int) -> Any:
 
 
 def _beam(cones: Any, k: int) -> Any:
-    """The cone or pyramid of a sensor, by its apex and the rim of its base."""
+    """Return the cone or pyramid of a sensor, from its apex and the rim of its base."""
     half, height, axis = cones.half_angle[k], cones.range_m[k], cones.axis[k]
     rim = cones.corners_across(k, height)
     if len(rim) == 0:
@@ -159,9 +155,7 @@ def _beam(cones: Any, k: int) -> Any:
 
 
 def _add_points(scene: Any, placed: PlacedSetup) -> None:
-    """Points of each target, those that a sensor sees past what stands in the way in one colour,
-    the others in another.
-    """
+    """Add points of each target: covered points in one colour, uncovered points in another."""
     q = placed.scene.poses[placed.pose].q
     for n, goal in enumerate(placed.scene.goals if placed.points else ()):
         points = sample(placed.scene.solid(goal.target, placed.pose), placed.points, 0)

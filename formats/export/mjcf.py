@@ -1,8 +1,8 @@
 """MJCF: the robot's capsules, the cell's obstacles, and a rangefinder for each sensor, which looks
-along its site's z.
+along its site's z axis.
 
-A rangefinder of MuJoCo does not see the body that carries its site. So each sensor is a body of its
-own, welded to its link, and the link is seen as all else is.
+A MuJoCo rangefinder ignores the body that carries its site. Each sensor is therefore a body of its
+own, welded to its link, so that it detects the link like any other body.
 """
 
 import xml.etree.ElementTree as ET
@@ -16,15 +16,14 @@ from ..robots.urdf_robot import plain_names
 from .markup import document, words
 from .placed import BASE_LINK, PlacedSetup
 
-_SIZE = "0.004"  # m, of a site as it is shown
-# of a link without a body
+_SIZE = "0.004"  # m, displayed size of a site
+# inertia of a link without a body
 _MASS = {"pos": "0 0 0", "mass": "0.001", "diaginertia": "1e-6 1e-6 1e-6"}
 
 
 def mjcf(placed: PlacedSetup) -> dict[str, bytes]:
-    """``scene.xml``: nothing falls and nothing touches, as masses are not known; its keyframe is
-    the pose.
-    """
+    """Return ``scene.xml``, without gravity and contacts, because masses are unknown; its keyframe
+    is the pose."""
     robot, q = placed.scene.robot, placed.scene.poses[placed.pose].q
     root = ET.Element("mujoco", model=placed.robot_name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
@@ -67,17 +66,19 @@ def _place(T: Float[np.ndarray, "4 4"]) -> dict[str, str]:
 
 
 def _obstacles(placed: PlacedSetup, asset: ET.Element, world: ET.Element) -> None:
-    """Convex things of the cell as hulls of their corners; the floor as a plane."""
-    things = placed.scene.obstacles
-    for thing, name in zip(
-        things, plain_names(f"obstacle_{i}_{o.name}" for i, o in enumerate(things)), strict=True
+    """Add convex obstacles as hulls of their corners, and the floor as a plane."""
+    obstacles = placed.scene.obstacles
+    for obstacle, name in zip(
+        obstacles,
+        plain_names(f"obstacle_{i}_{o.name}" for i, o in enumerate(obstacles)),
+        strict=True,
     ):
-        corners = np.unique(np.asarray(thing.body.edges).reshape(-1, 3), axis=0)
+        corners = np.unique(np.asarray(obstacle.body.edges).reshape(-1, 3), axis=0)
         if len(corners):
             ET.SubElement(asset, "mesh", name=name, vertex=words(corners.ravel()))
             ET.SubElement(world, "geom", name=name, type="mesh", mesh=name)
         else:
-            height = np.asarray(thing.body.offset)[0]
+            height = np.asarray(obstacle.body.offset)[0]
             ET.SubElement(
                 world, "geom", name=name, type="plane", size="0 0 1", pos=words((0, 0, height))
             )

@@ -1,4 +1,4 @@
-"""What every export takes: a setup on its robot, at one pose of a scene."""
+"""Input of every export: a setup on its robot at one pose of a scene."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,41 +21,43 @@ BASE_LINK, TCP_LINK = "base_link", "tcp"
 
 @dataclass(frozen=True)
 class PlacedSetup:
-    """A setup on the robot of a scene at its pose ``pose``.
-
-    folder: where files will be written. urdf: the user's own, where the robot is from one, and the
-    folders ``packages`` that may hold its meshes. points: of the targets to be shown.
-    """
+    """A setup on the robot of a scene at one pose."""
 
     scene: Scene
+    """The scene."""
     setup: Setup
+    """The setup."""
     pose: int
+    """Number of the pose."""
     folder: Path
+    """Folder for the files."""
     urdf: Urdf | None = None
+    """The user's URDF, if the robot comes from one."""
     packages: tuple[Path, ...] = ()
+    """Folders that may hold its meshes."""
     points: int = 0
+    """Number of points to show in each target."""
 
     @cached_property
     def sensors(self) -> tuple[SensorFrame, ...]:
-        """The frames of all sensors, ring by ring, in those of their links."""
+        """Frames of all sensors, ring by ring, in the frames of their links."""
         return sensor_frames(self.scene.robot, self.setup)
 
     @cached_property
     def T_base_frame(self) -> Float[np.ndarray, "F 4 4"]:
-        """The robot's frames at the pose, the TCP's last."""
+        """Frames of the robot at the pose, the TCP last."""
         return np.asarray(forward(self.scene.robot.chain, self.scene.poses[self.pose].q))
 
     @cached_property
     def bodies(self) -> Capsules | None:
-        """The robot's bodies at the pose, base frame; None where it has none."""
+        """Bodies of the robot at the pose in the base frame; None if it has none."""
         return (
             robot_capsules(self.scene.robot, self.T_base_frame) if self.scene.robot.bodies else None
         )
 
     def on_link(self, sensor: SensorFrame) -> tuple[int, Float[np.ndarray, "4 4"]]:
-        """The joint whose link carries the sensor (of the TCP's frame: the last), and T_link_sensor
-        (4, 4) there.
-        """
+        """Return the joint whose link carries the sensor (the last one for the TCP frame), and
+        T_link_sensor (4, 4)."""
         chain = self.scene.robot.chain
         if sensor.frame < len(chain):
             return sensor.frame, sensor.T_frame_sensor
@@ -63,8 +65,10 @@ class PlacedSetup:
 
     @cached_property
     def links(self) -> tuple[str, ...]:
-        """The links that the joints move: those of the user's URDF, or plain ones; UserError if
-        that has another robot.
+        """Links that the joints move: those of the user's URDF, or generated names.
+
+        Raises:
+            UserError: if the URDF describes another robot.
         """
         return (
             self.link_names
@@ -74,16 +78,16 @@ class PlacedSetup:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Plain names of the joints, for files that describe the robot."""
+        """ASCII names of the joints, for files that describe the robot."""
         taken = [f"{s.name}_joint" for s in self.sensors]
         return plain_names(self.scene.robot.chain.joints, [*taken, f"{TCP_LINK}_joint"])
 
     @property
     def link_names(self) -> tuple[str, ...]:
-        """Plain names of the links that the joints move, where no URDF has its own."""
+        """ASCII names of the links that the joints move, for use without a URDF."""
         return tuple(f"{name}_link" for name in self.joint_names)
 
     @property
     def robot_name(self) -> str:
-        """The robot's plain name."""
+        """ASCII name of the robot."""
         return plain_names([self.scene.robot.name])[0]

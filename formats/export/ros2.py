@@ -1,6 +1,5 @@
-"""ROS 2: static transforms from links to sensors, which look along their x, and a launch file that
-publishes them.
-"""
+"""ROS 2: static transforms from links to sensors, which look along their x axis, and a launch file
+that publishes them."""
 
 from collections.abc import Iterable
 
@@ -29,16 +28,16 @@ _NODE = """    - pkg: tf2_ros
 
 
 def ros2(placed: PlacedSetup) -> dict[str, bytes]:
-    """``static_transforms.yaml``, and ``static_transforms.launch.yaml``, which says the same to
-    ROS.
+    """Return ``static_transforms.yaml``, and ``static_transforms.launch.yaml``, which publishes the
+    same transforms.
 
     Raises:
-        UserError: if the user's URDF has not the robot's chain, or a link's name is none in ROS.
+        UserError: if the user's URDF lacks the robot's chain, or a link's name is invalid in ROS.
     """
     links = placed.links
     for link in {links[placed.on_link(s)[0]] for s in placed.sensors}:
         if placed.urdf is not None and not ROS_NAME.fullmatch(link):
-            allowed = "a name of letters, digits and _ . / - as ROS has them"
+            allowed = "a name of letters, digits and _ . / - as in ROS"
             raise UserError(f"{placed.urdf.path}: link: found {shown(link)}, allowed: {allowed}")
     data, launch = "transforms:\n", _LAUNCH
     for s in placed.sensors:

@@ -1,6 +1,5 @@
-"""Tables of sensor poses: CSV as ``place-rings cones`` prints it, and JSON; both are read back into
-a setup.
-"""
+"""Tables of sensor poses: CSV in the format of ``place-rings cones``, and JSON; both can be read
+back as a setup."""
 
 from ..sensors.sensor_lists import sensor_list
 from ..sensors.sensor_poses import poses_file
@@ -8,13 +7,12 @@ from .placed import PlacedSetup
 
 
 def csv(placed: PlacedSetup) -> dict[str, bytes]:
-    """``sensors.csv``: every sensor's beam at the pose, base frame."""
+    """Return ``sensors.csv``: the beam of every sensor at the pose, in the base frame."""
     return {"sensors.csv": sensor_list(placed.setup, placed.scene, [placed.pose]).encode()}
 
 
 def json(placed: PlacedSetup) -> dict[str, bytes]:
-    """``sensors.json``: every sensor in the frame of its link, and in the base frame at the pose;
-    it looks along z.
-    """
+    """Return ``sensors.json``: every sensor in the frame of its link, and in the base frame at the
+    pose, looking along z."""
     file = poses_file(placed.scene, placed.setup, placed.pose)
     return {"sensors.json": (file.model_dump_json(indent=1, exclude_none=True) + "\n").encode()}

@@ -1,6 +1,4 @@
-"""URDF: the robot with one link, and the fixed joint that carries it, for each sensor, which looks
-along its x.
-"""
+"""URDF: the robot with a link and a fixed joint for each sensor, which looks along its x axis."""
 
 import os
 import xml.etree.ElementTree as ET
@@ -19,10 +17,11 @@ from .placed import BASE_LINK, TCP_LINK, PlacedSetup
 
 
 def urdf(placed: PlacedSetup) -> dict[str, bytes]:
-    """``robot.urdf``: the user's own with the sensors, or one made of the robot's chain and bodies.
+    """Return ``robot.urdf``: the user's file with the sensors, or one generated from the robot's
+    chain and bodies.
 
     Raises:
-        UserError: if the user's has not the robot's chain, or has links of the sensors' names.
+        UserError: if the user's file lacks the robot's chain, or has links with the sensors' names.
     """
     if placed.urdf is None:
         root = _robot(placed)
@@ -60,9 +59,7 @@ def _fixed(
 
 
 def _own(urdf: Urdf, folder: Path) -> ET.Element:
-    """The user's file as it stands, with the names of meshes beside it as they are called from
-    ``folder``.
-    """
+    """Return the user's file, with relative mesh names adapted to ``folder``."""
     data = bounded_bytes(urdf.path, LARGEST)
     plain_xml(data, str(urdf.path))
     root = ET.fromstring(data, ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
@@ -84,9 +81,8 @@ def _own(urdf: Urdf, folder: Path) -> ET.Element:
 
 
 def _robot(placed: PlacedSetup) -> ET.Element:
-    """The robot of the scene: a link for the base, each joint and the TCP, with the bodies that
-    each carries.
-    """
+    """Return the robot of the scene: a link for the base, each joint and the TCP, with their
+    bodies."""
     robot, joints, links = placed.scene.robot, placed.joint_names, placed.link_names
     root = ET.Element("robot", name=placed.robot_name)
     _link(root, BASE_LINK, robot, BASE)
@@ -99,7 +95,7 @@ def _robot(placed: PlacedSetup) -> ET.Element:
         limits = None if robot.limits is None else robot.limits[j]
         limited = limits is not None and np.isfinite(limits).all()
         joint.set("type", "revolute" if limited else "continuous")
-        # neither effort nor velocity is known, and both must be there
+        # effort and velocity are required but unknown
         if limits is not None and limited:
             ET.SubElement(
                 joint,
@@ -123,7 +119,7 @@ def _link(root: ET.Element, name: str, robot: Robot, frame: int) -> None:
 
 
 def _capsule(link: ET.Element, use: str, capsule: Capsules) -> None:
-    """A capsule as what URDF has: a cylinder and two spheres."""
+    """Add a capsule as URDF shapes: a cylinder and two spheres."""
     start, end = np.asarray(capsule.start), np.asarray(capsule.end)
     along = end - start
     length, T = float(np.linalg.norm(along)), np.eye(4)
@@ -142,7 +138,7 @@ def _capsule(link: ET.Element, use: str, capsule: Capsules) -> None:
 
 
 def _turn_to(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
-    """A rotation whose z is the unit vector ``axis``."""
+    """Return a rotation whose z axis is the unit vector ``axis``."""
     x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
     x /= np.linalg.norm(x)
     return np.stack([x, np.cross(axis, x), axis], axis=1)

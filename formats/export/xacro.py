@@ -1,6 +1,5 @@
-"""Xacro: a macro that adds the sensors' frames to any robot, each link that carries rings named by
-a parameter.
-"""
+"""Xacro: a macro that adds the sensor frames to any robot; parameters name the links that carry
+rings."""
 
 import xml.etree.ElementTree as ET
 
@@ -15,11 +14,11 @@ ET.register_namespace("xacro", _NAMESPACE)
 
 
 def xacro(placed: PlacedSetup) -> dict[str, bytes]:
-    """``sensors.xacro``. The link that joint J moves is the parameter ``link_of_J``; links have the
-    frames of their joints.
+    """Return ``sensors.xacro``. The parameter ``link_of_J`` names the link that joint J moves;
+    links have the frames of their joints.
 
     Raises:
-        UserError: if the user's URDF has not the robot's chain.
+        UserError: if the user's URDF lacks the robot's chain.
     """
     links = placed.links
     carrying = sorted({placed.on_link(s)[0] for s in placed.sensors})

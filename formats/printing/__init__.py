@@ -1,1 +1,1 @@
-"""Rings to print."""
+"""Printed rings: solids, measurements, files."""

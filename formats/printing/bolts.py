@@ -1,6 +1,5 @@
-"""The bolts that draw a ring's halves together, the ears that carry them, and their holes.
-Millimetres, print frame.
-"""
+"""Bolts that hold a ring's halves together, the ears that carry them, and their holes. Millimetres,
+print frame."""
 
 import math
 
@@ -10,11 +9,11 @@ from manifold3d import CrossSection, Manifold
 from .primitives import SMALL, union
 from .print_plan import NUT_CLEARANCE, PrintPlan
 
-_ROOT = 0.5  # mm that an ear's slope goes on into the collar, whose facets lie within its radius
+_ROOT = 0.5  # mm, extension of an ear's slope into the collar, whose facets lie inside its radius
 
 
 def lugs(plan: PrintPlan) -> Manifold:
-    """The ears that the bolts draw together, carried at 45 degrees by the collar."""
+    """Return the ears for the bolts; a slope of 45 degrees on the collar supports them."""
     low, high = plan.lug
     end = plan.ear
     foot = plan.collar - min(_ROOT, (plan.collar - plan.bore) / 2)
@@ -40,7 +39,7 @@ def lugs(plan: PrintPlan) -> Manifold:
 
 
 def bolt_holes(plan: PrintPlan) -> Manifold:
-    """Bores with a roof of 45 degrees, and the nuts' traps on the side of -y."""
+    """Return bores with a 45-degree roof, and traps for the nuts on the side of -y."""
     r = plan.bolt.hole / 2
     circle = CrossSection.circle(r, SMALL)
     tip = CrossSection.hull_points(
@@ -61,7 +60,7 @@ def bolt_holes(plan: PrintPlan) -> Manifold:
 
 
 def bolts(plan: PrintPlan) -> Manifold:
-    """Both bolts with heads and nuts."""
+    """Return both bolts with heads and nuts."""
     b, reach = plan.bolt, plan.reach
     trapped = plan.reach - b.nut_height - 0.3 if plan.printing.nut else plan.reach
     shaft = Manifold.cylinder(2 * reach, b.size / 2, -1.0, SMALL).translate((0.0, 0.0, -reach))
@@ -71,7 +70,7 @@ def bolts(plan: PrintPlan) -> Manifold:
 
 
 def _across(plan: PrintPlan, solid: Manifold) -> Manifold:
-    """A solid about the z axis, laid along y at both bolts; its +z leads to +y."""
+    """Lay a solid about the z axis along y at both bolts; its +z axis points to +y."""
     z = sum(plan.lug) / 2
     laid = solid.rotate((-90.0, 0.0, 0.0))
     return union(

@@ -5,16 +5,17 @@ import numpy as np
 from jaxtyping import Float
 from manifold3d import Manifold
 
-FACETS = 96  # of a circle about the link
-SMALL = 16  # of a hole
+FACETS = 96  # facets of a circle about the link
+SMALL = 16  # facets of a hole
 
 
 def union(parts: list[Manifold]) -> Manifold:
+    """Return the union of solids; the empty solid for none."""
     return Manifold.batch_boolean(parts, m3.OpType.Add) if parts else Manifold()
 
 
 def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Manifold:
-    """The box between two corners."""
+    """Return the box between two corners."""
     size = tuple(b - a for a, b in zip(low, high, strict=True))
     return Manifold.cube((size[0], size[1], size[2])).translate(low)
 
@@ -22,7 +23,7 @@ def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Ma
 def tube(
     radius: float, low: float, high: float, centre: Float[np.ndarray, " 2"], facets: int = FACETS
 ) -> Manifold:
-    """The upright cylinder between two heights."""
+    """Return the upright cylinder between two heights."""
     return Manifold.cylinder(high - low, radius, radius, facets).translate(
         (float(centre[0]), float(centre[1]), low)
     )

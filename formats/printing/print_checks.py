@@ -1,6 +1,4 @@
-"""What is measured on a printed ring, and what is allowed: on the files themselves where they can
-tell.
-"""
+"""Measurements of a printed ring with their limits, taken from the STL files where possible."""
 
 import io
 import math
@@ -16,19 +14,18 @@ from .primitives import union
 from .print_plan import MM, PrintPlan
 from .ring_solids import Assembly
 
-_RAYS = 1500  # that look for thin walls, of each half
-_PARALLEL = math.cos(math.radians(20))  # faces that make a wall
+_RAYS = 1500  # rays that measure wall thickness, for each half
+_PARALLEL = math.cos(math.radians(20))  # least cosine between opposite faces of a wall
 _STEEP = math.cos(math.radians(45)) + 1e-6
-_NOTHING = 0.01  # mm³: rounding of Booleans
-_FAR = 60.0  # mm, further than which no wall is looked for
-_IN = 1e-4  # mm, from which rays start below a face
-_NEAR = 5.0  # mm, further than which no gap is
+_NOTHING = 0.01  # mm³, rounding error of Booleans
+_FAR = 60.0  # mm, length of the rays
+_IN = 1e-4  # mm, start of the rays below a face
+_NEAR = 5.0  # mm, largest gap that is measured
 
 
 def stl(solid: Manifold) -> bytes:
-    """A solid as a binary STL file, as it lies on the printer's bed: its lowest point at z = 0,
-    about the origin.
-    """
+    """Return a solid as a binary STL file in its printing position: its lowest point at z = 0,
+    centred on the origin."""
     low_x, low_y, low_z, high_x, high_y, _ = solid.bounding_box()
     mesh = solid.translate((-(low_x + high_x) / 2, -(low_y + high_y) / 2, -low_z)).to_mesh()
     data: Any = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False).export(
@@ -38,32 +35,31 @@ def stl(solid: Manifold) -> bytes:
 
 
 def read_stl(data: bytes) -> trimesh.Trimesh:
-    """The mesh in an STL file, its corners joined."""
+    """Return the mesh in an STL file, with merged vertices."""
     mesh = trimesh.load_mesh(io.BytesIO(data), file_type="stl")
     mesh.merge_vertices()
     return mesh
 
 
 def open_edges(mesh: trimesh.Trimesh) -> int:
-    """Edges that are not shared by two faces just once each way: none on a closed surface."""
+    """Return the number of edges that are not shared by exactly two faces in opposite directions: 0
+    on a closed surface."""
     edges = np.sort(mesh.edges, axis=1)
     _, counts = np.unique(edges, axis=0, return_counts=True)
     return int(np.count_nonzero(counts % 2))
 
 
 def overhang(mesh: trimesh.Trimesh) -> float:
-    """The share of a mesh's area, on its bed z = 0, that faces down by more than 45 degrees and
-    does not lie on the bed.
-    """
+    """Return the share of a mesh's area that faces down by more than 45 degrees and does not lie on
+    the printing bed, z = 0."""
     down = mesh.face_normals[:, 2] < -_STEEP
     raised = mesh.triangles[:, :, 2].max(axis=1) > 0.05
     return float(mesh.area_faces[down & raised].sum() / mesh.area)
 
 
 def least_wall(solid: Manifold, seed: int = 0) -> float:
-    """The least distance, mm, found by rays between faces of a solid that lie back to back, within
-    20 degrees.
-    """
+    """Return the least distance, mm, that rays measure between opposite faces of a solid, parallel
+    within 20 degrees."""
     mesh = solid.to_mesh()
     surface = trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
     points, faces = _sample(surface, seed)
@@ -83,9 +79,8 @@ def _sample(
 
 
 def lens_of(board: Manifold, plan: PrintPlan, k: int) -> float:
-    """How far the middle of the front of a board's sensor lies from the apex of its beam, mm:
-    measured on the solid.
-    """
+    """Return the distance from the middle of a sensor's front to the apex of its beam, mm, measured
+    on the solid."""
     frame = plan.frame(k)
     corners = board.to_mesh().vert_properties[:, :3]
     ahead = (corners - frame[:, 3]) @ frame[:, 2]
@@ -94,26 +89,28 @@ def lens_of(board: Manifold, plan: PrintPlan, k: int) -> float:
 
 
 def neighbours(boards: list[Manifold]) -> float:
-    """The least distance of a board from any other, mm: of the first, as all stand alike about the
-    axis.
-    """
+    """Return the least distance between boards, mm, measured from the first, because all are
+    arranged alike about the axis."""
     return float(boards[0].min_gap(union(boards[1:]), _NEAR)) if len(boards) > 1 else _NEAR
 
 
 def check_ring(plan: PrintPlan, made: Assembly, files: tuple[bytes, bytes]) -> list[PrintCheck]:
-    """All that is measured of a ring."""
+    """Return all measurements of a ring."""
     meshes, boards = [read_stl(data) for data in files], union(made.boards)
     solid, p = made.halves[0] + made.halves[1] + made.bolts, plan.printing
     hull = sum(h.hull().volume() for h in made.halves)
     volume = float(sum(mesh.volume for mesh in meshes))
-    found = [
-        _check("open edges of the files", float(sum(open_edges(m) for m in meshes)), "", most=0.0),
+    checks = [
+        _check("open edges in the files", float(sum(open_edges(m) for m in meshes)), "", most=0.0),
         _check(
-            "pieces of a half", float(max(len(h.decompose()) for h in made.halves)), "", most=1.0
+            "separate pieces of a half",
+            float(max(len(h.decompose()) for h in made.halves)),
+            "",
+            most=1.0,
         ),
         _check("volume of both halves", volume / 1000, "cm³", least=1e-3, most=hull / 1000),
         _check(
-            "files against solids",
+            "volume error of the files",
             abs(volume - sum(h.volume() for h in made.halves)) / volume * 100,
             "%",
             most=0.1,
@@ -128,31 +125,39 @@ def check_ring(plan: PrintPlan, made: Assembly, files: tuple[bytes, bytes]) -> l
             "least wall", min(least_wall(h) for h in made.halves), "mm", least=MM * p.least_wall
         ),
         _check(
-            "boards from each other",
+            "distance between boards",
             neighbours(made.boards),
             "mm",
             least=MM * min(p.clearance, p.wall),
         ),
         _check(
-            "boards from bolts", boards.min_gap(made.bolts, _NEAR), "mm", least=MM * p.clearance
+            "distance from boards to bolts",
+            boards.min_gap(made.bolts, _NEAR),
+            "mm",
+            least=MM * p.clearance,
         ),
-        _check("boards from the link", boards.min_gap(made.link, _NEAR), "mm", least=MM * p.slack),
-        _check("boards in the ring's body", (boards ^ solid).volume(), "mm³", most=_NOTHING),
-        _check("link in the ring's body", (made.link ^ solid).volume(), "mm³", most=_NOTHING),
         _check(
-            "beams cut by ring, bolts and boards",
+            "distance from boards to link",
+            boards.min_gap(made.link, _NEAR),
+            "mm",
+            least=MM * p.slack,
+        ),
+        _check("overlap of boards and ring", (boards ^ solid).volume(), "mm³", most=_NOTHING),
+        _check("overlap of link and ring", (made.link ^ solid).volume(), "mm³", most=_NOTHING),
+        _check(
+            "overlap of beams with ring, bolts and boards",
             (made.beams ^ (solid + boards)).volume(),
             "mm³",
             most=_NOTHING,
         ),
         _check(
-            "lenses from the apexes",
+            "distance from lenses to apexes",
             max(lens_of(b, plan, k) for k, b in enumerate(made.boards)),
             "mm",
             most=1e-3,
         ),
     ]
-    return found
+    return checks
 
 
 def _check(

@@ -1,4 +1,4 @@
-"""The files of printed rings: two halves of each as STL, and what was measured."""
+"""Files of printed rings: two halves of each ring as STL, and their measurements."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -12,16 +12,16 @@ from .print_checks import check_ring, stl
 from .print_plan import MM, PrintPlan, UnbuildableError, plan_ring
 from .ring_solids import Assembly, assemble, thread
 
-ASSEMBLED = "assembled.png"  # the picture of the first ring with boards and bolts
+ASSEMBLED = "assembled.png"  # picture of the first ring with boards and bolts
 
 
 def print_ring(
     scene: Scene, number: int, ring: Ring, printing: Printing | None = None
 ) -> tuple[PrintedRing, tuple[bytes, bytes], PrintPlan, Assembly]:
-    """A ring as it is printed: its record, its halves as STL, and what they were made from.
+    """Return a printed ring: its record, its halves as STL, and the plan and solids behind them.
 
     Raises:
-        UnbuildableError: if it cannot be built, or a check does not hold.
+        UnbuildableError: if it cannot be built, or a measurement is outside its limits.
     """
     plan = plan_ring(scene, ring, printing)
     made = assemble(plan)
@@ -55,7 +55,7 @@ def print_ring(
         screws=f"{count} × M{_screw(MM * board.hole):g}, {deep:.1f} mm of thread"
         if count
         else "none: glue",
-        bolts=f"2 × M{bolt.size:.0f}, {2 * plan.reach + bolt.nut_height:.0f} mm and more",
+        bolts=f"2 × M{bolt.size:.0f}, {2 * plan.reach + bolt.nut_height:.0f}  mm or longer",
         files=[f"{name}_a.stl", f"{name}_b.stl", f"{name}.png"],
         checks=checks,
     )
@@ -63,33 +63,38 @@ def print_ring(
 
 
 def _screw(hole: float) -> float:
-    """The thickest screw, mm, that goes through a hole of a board; the hole itself where that is
-    finer than all.
-    """
+    """Return the thickest screw, mm, that fits through a hole of a board; the hole itself if it is
+    smaller than all screws."""
     return max(
         (size for size in (1.6, 2.0, 2.5, 3.0, 4.0, 5.0) if size <= hole + 1e-9), default=hole
     )
 
 
 def _plain(link: str) -> str:
-    """A link's name as part of a file's name."""
+    """Return a link's name as part of a file name."""
     return "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "_" for c in link)[:60]
 
 
 Drawing = Callable[[PrintPlan, Assembly, PrintedRing], Mapping[str, bytes]]
-"""Makes the pictures of a ring, by their names."""
+"""Function that draws the pictures of a ring, by name."""
 
 
 def ring_files(
     setup: Setup, scene: Scene, drawing: Drawing, printing: Printing | None = None
 ) -> tuple[PrintResult, dict[str, bytes]]:
-    """The rings of ``setup`` as they are printed, ``printing`` in place of the scene's: their
-    records, and the files by name, two STL files of each ring and its pictures, and
-    ``printing.json``.
+    """Return the printed rings of ``setup``: their records, and all files by name.
+
+    The files are two STL files and the pictures of each ring, and ``printing.json``.
+
+    Args:
+        setup: the setup.
+        scene: the scene.
+        drawing: draws the pictures.
+        printing: replaces the scene's printing parameters.
 
     Raises:
-        UserError: if a ring cannot be built; it names the ring, the reason and the largest count
-            that fits.
+        UserError: if a ring cannot be built; the message names the ring, the reason and the largest
+            count that fits.
     """
     records, data = list[PrintedRing](), dict[str, bytes]()
     for number, ring in enumerate(setup.rings):

@@ -1,6 +1,5 @@
-"""Solids of a printed ring, by manifold3d: exact Booleans whose results are closed. Millimetres,
-print frame.
-"""
+"""Solids of a printed ring, by manifold3d: exact Booleans with closed results. Millimetres, print
+frame."""
 
 import math
 from dataclasses import dataclass
@@ -13,34 +12,38 @@ from .primitives import SMALL, box, tube, union
 from .print_plan import FRONT, MM, PrintPlan
 
 _FAR = 500.0
-_THREAD = 8.0  # of a screw in the ring, at most
-_BORED = 0.4  # radius of a screw's thread, of the hole in the board
-_LEFT = 1.5  # of material around a screw's hole, and before the bore
-_OVER = 0.2  # by which what is cut away reaches beyond what it is cut from
-_PACKAGE = (4.9, 2.5)  # along the ring and up the board, of a sensor's package
+_THREAD = 8.0  # largest depth of a screw in the ring
+_BORED = 0.4  # radius of a screw's thread, relative to the diameter of the hole in the board
+_LEFT = 1.5  # material around a screw's hole, and between it and the bore
+_OVER = 0.2  # overlap of a cut beyond the surface
+_PACKAGE = (4.9, 2.5)  # size of a sensor's package along the ring and up the board
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """A ring as it is mounted: its halves (with +y and with -y), the boards, the bolts, the link,
-    and the beams' union.
-    """
+    """A mounted ring."""
 
     halves: tuple[Manifold, Manifold]
+    """The halves on the sides +y and -y."""
     boards: list[Manifold]
+    """The boards."""
     bolts: Manifold
+    """The bolts."""
     link: Manifold
+    """The link."""
     beams: Manifold
+    """Union of the beams."""
 
 
 def collar(plan: PrintPlan) -> Manifold:
-    """The plain clamp: the band around the link along the whole ring, before it is parted."""
+    """Return the plain clamp: the band around the link along the whole ring, before it is split."""
     outer = tube(plan.collar, plan.low, plan.lug[1], plan.centre)
     return outer - tube(plan.bore, plan.low - 1, plan.lug[1] + 1, plan.centre)
 
 
 def _wedge(plan: PrintPlan, k: int, solid: Manifold, inset: float = 0.0) -> Manifold:
-    """What of a solid lies nearer to sensor ``k`` than to its neighbours, by ``inset`` at least."""
+    """Return the part of a solid that is nearer to sensor ``k`` than to its neighbours, by at least
+    ``inset``."""
     n = len(plan.angles)
     if n < 2:
         return solid
@@ -51,14 +54,13 @@ def _wedge(plan: PrintPlan, k: int, solid: Manifold, inset: float = 0.0) -> Mani
 
 
 def _upright(plan: PrintPlan, k: int, solid: Manifold) -> Manifold:
-    """A solid that is about the x axis, turned to sensor ``k``."""
+    """Rotate a solid from the x axis to sensor ``k``."""
     return solid.rotate((0.0, 0.0, math.degrees(plan.angles[k])))
 
 
 def _block(plan: PrintPlan, k: int) -> Manifold:
-    """What carries the board of sensor ``k``: from the middle outwards to the front of its
-    pocket.
-    """
+    """Return the block that carries the board of sensor ``k``: from the middle outwards to the
+    front of its pocket."""
     c, s, low = math.cos(plan.tilt), math.sin(plan.tilt), MM * plan.pocket.low
     outermost = plan.radius - plan.rim * c - low * s + plan.wall
     solid = _upright(plan, k, box((0.0, -plan.half, plan.low), (outermost, plan.half, plan.top)))
@@ -68,7 +70,7 @@ def _block(plan: PrintPlan, k: int) -> Manifold:
 
 
 def _window(plan: PrintPlan, k: int) -> Manifold:
-    """What is left out of a block between collar and pocket where they are far apart."""
+    """Return the opening of a block between collar and pocket where they are far apart."""
     end, half = plan.groove[0] - plan.wall, MM * plan.pocket.half - plan.wall
     if half <= 0 or end - plan.collar < plan.wall:
         return Manifold()
@@ -79,7 +81,7 @@ def _window(plan: PrintPlan, k: int) -> Manifold:
 
 
 def _pocket(plan: PrintPlan, k: int) -> Manifold:
-    """The room of a board, open in front and above, and of what is soldered behind it."""
+    """Return the space of a board, open in front and above, and of the components behind it."""
     p, board, clear = plan.pocket, plan.pocket.board, MM * plan.printing.clearance
     x, half = -MM * board.lens[0], MM * board.width / 2
     seat, low, high = -plan.seat, MM * p.low, MM * p.high
@@ -93,15 +95,14 @@ def _pocket(plan: PrintPlan, k: int) -> Manifold:
 
 
 def _at(plan: PrintPlan, x: float, y: float) -> tuple[float, float]:
-    """A point of the board, m from its middle, in the frame of its lens, mm."""
+    """Convert a point of the board, m from its middle, to the frame of its lens, mm."""
     lens = plan.pocket.board.lens
     return MM * (x - lens[0]), MM * (y - lens[1])
 
 
 def thread(plan: PrintPlan, y: float) -> float:
-    """How deep a screw may go behind a board's back at height ``y`` up the board, mm from the
-    lens.
-    """
+    """Return the possible depth of a screw behind a board at height ``y`` up the board, mm from the
+    lens."""
     c, s = math.cos(plan.tilt), math.sin(plan.tilt)
     inwards = plan.radius - plan.seat * c - y * s - plan.inner + plan.wall - _LEFT
     down = y * c - plan.seat * s - plan.low - _LEFT - _BORED * MM * plan.pocket.board.hole * c
@@ -109,7 +110,7 @@ def thread(plan: PrintPlan, y: float) -> float:
 
 
 def _screws(plan: PrintPlan, k: int) -> tuple[Manifold, Manifold]:
-    """The posts under a board's holes, and the holes for the screws' threads."""
+    """Return the posts under a board's holes, and the holes for the screws' threads."""
     board, posts, holes = plan.pocket.board, [], []
     for at in board.holes:
         x, y = _at(plan, *at)
@@ -126,9 +127,8 @@ def _screws(plan: PrintPlan, k: int) -> tuple[Manifold, Manifold]:
 
 
 def _channel(plan: PrintPlan) -> Manifold:
-    """The groove for cables: around behind the boards, and up to the back of each, so that no thin
-    edge is left.
-    """
+    """Return the cable groove: around behind the boards, and up to the back of each, so that no
+    thin edge remains."""
     wide, c, s = MM * plan.printing.channel, math.cos(plan.tilt), math.sin(plan.tilt)
     low, high, half = (
         plan.top - wide * c,
@@ -150,7 +150,7 @@ def _channel(plan: PrintPlan) -> Manifold:
 
 
 def board(plan: PrintPlan, k: int) -> Manifold:
-    """The board of sensor ``k`` with its sensor's package, whose front is at the lens."""
+    """Return the board of sensor ``k`` with its sensor's package, whose front is at the lens."""
     b = plan.pocket.board
     x, y = _at(plan, 0.0, 0.0)
     w, h, front = MM * b.width / 2, MM * b.height / 2, -MM * b.lens_height
@@ -169,7 +169,7 @@ def board(plan: PrintPlan, k: int) -> Manifold:
 
 
 def beam(plan: PrintPlan, k: int) -> Manifold:
-    """The beam of sensor ``k``, as far as the ring could be in its way."""
+    """Return the beam of sensor ``k``, as far as the ring could intersect it."""
     sensor, length = plan.ring.sensor, min(MM * plan.ring.sensor.range_m, 4 * plan.radius)
     wide, high = (length * math.tan(a) for a in (sensor.half_angle, sensor.half_angle_up))
     if not sensor.square:
@@ -181,7 +181,7 @@ def beam(plan: PrintPlan, k: int) -> Manifold:
 
 
 def _roof(plan: PrintPlan, shift: float) -> Manifold:
-    """What lies below the split between the sensors, shifted by ``shift`` towards +y."""
+    """Return the region below the split between the sensors, shifted by ``shift`` towards +y."""
     slope, far = math.tan(plan.lean), _FAR
     drop = shift / math.cos(plan.lean)
     roof = [
@@ -197,14 +197,17 @@ def _roof(plan: PrintPlan, shift: float) -> Manifold:
 
 
 def _below(plan: PrintPlan, shift: float) -> Manifold:
-    """What belongs to the half with -y, shifted by ``shift`` towards +y: parted by a plane where
-    the bolts are, midway between sensors where these are."""
+    """Return the region of the half on the side of -y, shifted by ``shift`` towards +y.
+
+    At the bolts a plane separates the halves; between sensors the split runs midway.
+    """
     level = float(plan.centre[1]) + shift
     return _roof(plan, shift) + box((-_FAR, -2 * _FAR, plan.top), (_FAR, level, plan.lug[1] + 1))
 
 
 def _arms(plan: PrintPlan) -> Manifold:
-    """Where a half reaches beyond the middle of the link, straight walls carry on its band."""
+    """Return straight walls that extend a half's band where it reaches beyond the middle of the
+    link."""
     (x, y), below, some = (float(v) for v in plan.centre), _roof(plan, 0.0), []
     for sign in (-1.0, 1.0):
         near, far = sorted((x + sign * plan.bore, x + sign * plan.collar))
@@ -214,9 +217,8 @@ def _arms(plan: PrintPlan) -> Manifold:
 
 
 def _ears(plan: PrintPlan) -> Manifold:
-    """The ears of the bolts, without what carries one from below where the split between sensors
-    leaves too little of it.
-    """
+    """Return the ears of the bolts, without the support of one where the split between sensors
+    leaves too little of it."""
     ears, (x, y), far = lugs(plan), (float(v) for v in plan.centre), _FAR
     below, least = _roof(plan, 0.0), plan.wall + MM * plan.printing.gap / 2
     for sign in (-1.0, 1.0):
@@ -232,7 +234,7 @@ def _ears(plan: PrintPlan) -> Manifold:
 
 
 def halves(plan: PrintPlan) -> tuple[Manifold, Manifold]:
-    """Both halves of a ring."""
+    """Return both halves of a ring."""
     n = len(plan.angles)
     band = tube(plan.collar, plan.low, plan.lug[1], plan.centre)
     whole = union([band, *(_block(plan, k) for k in range(n))])
@@ -246,21 +248,20 @@ def halves(plan: PrintPlan) -> tuple[Manifold, Manifold]:
     gap = MM * plan.printing.gap / 2
     x, y = (float(v) for v in plan.centre)
     low, high = plan.low - 1, plan.lug[1] + 1
-    # the ways of the link into the halves
+    # paths of the link into the halves
     down = box((x - plan.bore, y - _FAR, low), (x + plan.bore, y, high))
     up = box((x - plan.bore, y, low), (x + plan.bore, y + _FAR, high))
     return _dusted(body - _below(plan, gap) - down), _dusted((body ^ _below(plan, -gap)) - up)
 
 
 def _dusted(solid: Manifold) -> Manifold:
-    """A solid without crumbs of less than a cubic millimetre, which Booleans of faces that touch
-    may leave.
-    """
+    """Remove pieces of less than one cubic millimetre, which Booleans of touching faces may
+    leave."""
     return union([piece for piece in solid.decompose() if piece.volume() > 1.0])
 
 
 def assemble(plan: PrintPlan) -> Assembly:
-    """A ring as it is mounted."""
+    """Return a mounted ring."""
     n, length = len(plan.angles), 2 * (plan.lug[1] - plan.low)
     link = tube(plan.link, plan.low - length / 2, plan.lug[1] + length / 2, plan.centre)
     return Assembly(

@@ -1,1 +1,1 @@
-"""A robot's URDF, its meshes, and capsules and mounts fitted to them."""
+"""Import of robots: URDF, meshes, and the capsules and mounts fitted to them."""

@@ -1,8 +1,9 @@
-"""Capsules that contain a link's surface: cut along an axis into slabs, each in a small capsule.
+"""Capsules that contain a link's surface, which is cut along an axis into slabs, each enclosed in a
+small capsule.
 
-A capsule is convex. So one that contains the corners of a triangle contains the triangle; and where
-triangles are cut by the planes between slabs, and each slab's capsule contains the corners of what
-is cut, the capsules together contain the whole surface, not its vertices alone.
+A capsule is convex, so one that contains the corners of a triangle contains the triangle. Triangles
+are cut by the planes between slabs, and each slab's capsule contains the corners of the pieces.
+Therefore the capsules together contain the whole surface and not only its vertices.
 """
 
 import itertools
@@ -17,14 +18,14 @@ from scipy.spatial import ConvexHull, QhullError
 from ...coverage.solids.capsules import Capsules
 from .lines import across, circle_centre
 
-SLABS = 8  # places along an axis between which capsules may begin and end
-WORTH = 0.05  # share of the volume that one capsule more must save
-_AXES = 4  # along which a link is cut, at most
-_GROW = 1 + 1e-7  # of a radius, for rounding
+SLABS = 8  # slabs along an axis, between which capsules begin and end
+WORTH = 0.05  # share of the volume that an additional capsule must save
+_AXES = 4  # most axes along which a link is cut
+_GROW = 1 + 1e-7  # factor on a radius, against rounding
 
 
 def _corners(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "M 3"]:
-    """The corners of the convex hull, or all points where they lie in a plane."""
+    """Return the corners of the convex hull, or all points if they lie in a plane."""
     if len(points) < 8:
         return points
     try:
@@ -37,12 +38,12 @@ def _corners(points: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "M 3"]:
 def _on_line(
     along: Float[np.ndarray, " N"], away: Float[np.ndarray, " N"], longer: float = 0.0
 ) -> tuple[float, float, float]:
-    """The least capsule on a line that contains points: where it starts and ends, m, and its
-    radius, m.
+    """Return the smallest capsule on a line that contains points: start, end and radius, m.
 
     Args:
-        along: places (N,) m of the points along the line. away: distances (N,) m from it.
-        longer: by how much the radius is larger than the largest distance, m.
+        along: positions (N,) of the points along the line, m.
+        away: distances (N,) from the line, m.
+        longer: difference of the radius and the largest distance, m.
     """
     radius = float(away.max()) + longer
     half = np.sqrt(np.maximum(radius**2 - away**2, 0.0))
@@ -57,9 +58,8 @@ def _volume(low: float, high: float, radius: float) -> float:
 def _start(
     points: Float[np.ndarray, "N 3"], axis: Float[np.ndarray, " 3"]
 ) -> tuple[float, Float[np.ndarray, " 5"]]:
-    """Volume and variables (offset across, tilt across, growth) of a capsule about ``axis`` that
-    contains the points.
-    """
+    """Return volume and variables (lateral offset, lateral tilt, growth) of a capsule about
+    ``axis`` that contains the points."""
     frame = across(axis)
     xy = points @ frame.T
     centre = circle_centre(xy)
@@ -79,16 +79,16 @@ def enclosing(
     axes: Sequence[Float[np.ndarray, " 3"]] = (),
     polish: bool = True,
 ) -> Capsules:
-    """A small capsule that contains all points.
+    """Return a small capsule that contains all points.
 
-    Over lines (a direction and a place across it) and radii, the least capsule on each line is
-    known in closed form; its volume is made small by Nelder and Mead's simplex from the best of the
-    given axes and the principal ones.
+    For a given line (a direction and a lateral offset) and radius, the smallest capsule is known in
+    closed form. Its volume is minimised over lines and radii by the Nelder-Mead simplex method,
+    from the best of the given and the principal axes.
 
     Args:
-        points: (N, 3) m, N at least 1.
-        axes: unit vectors (3,) to begin from beside the principal axes.
-        polish: whether the line is moved at all from where it begins.
+        points: points (N, 3), m, at least one.
+        axes: unit vectors (3,), starts besides the principal axes.
+        polish: whether to optimise the line.
     """
     corners = _corners(points)
     origin = corners.mean(axis=0)
@@ -113,31 +113,35 @@ def enclosing(
     if polish:
         for _, x0, axis0 in sorted(begun, key=lambda b: b[0])[:2]:
             simplex = x0 + np.vstack([np.zeros(5), 0.05 * np.eye(5)])
-            found = minimize(
+            optimum = minimize(
                 lambda x, axis: _volume(*line(x, axis)[2]),
                 x0,
                 (axis0,),
                 method="Nelder-Mead",
                 options={"initial_simplex": simplex, "maxfev": 600, "xatol": 1e-4, "fatol": 1e-5},
             )
-            if found.fun < best:
-                best, x, axis = float(found.fun), found.x, axis0
+            if optimum.fun < best:
+                best, x, axis = float(optimum.fun), optimum.x, axis0
     through, direction, (low, high, radius) = line(x, axis)
     ends = [origin + scale * (through + t * direction) for t in (low, high)]
-    found_one = Capsules(ends[0], ends[1], scale * radius * _GROW)
-    short = float(found_one.distance(corners).max())
-    return found_one if short <= 0 else Capsules(ends[0], ends[1], found_one.radius + 1.01 * short)
+    capsule = Capsules(ends[0], ends[1], scale * radius * _GROW)
+    short = float(capsule.distance(corners).max())
+    return capsule if short <= 0 else Capsules(ends[0], ends[1], capsule.radius + 1.01 * short)
 
 
 def _cells(
     triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"], count: int
 ) -> list[Float[np.ndarray, "N 3"]]:
-    """Corners (N, 3) m of what lies in each of ``count`` even slabs across an axis: the triangles'
-    own corners within, and the points where their edges meet the slab's two planes."""
+    """Return the corners (N, 3) m of the part of the surface in each of ``count`` even slabs across
+    an axis.
+
+    They are the corners of the triangles inside the slab and the points where edges cross its two
+    planes.
+    """
     along = triangles @ axis
     levels = np.linspace(along.min(), along.max(), count + 1)
     low, high = along.min(axis=1), along.max(axis=1)
-    found = []
+    cells = []
     for a, b in itertools.pairwise(levels):
         here = (high >= a) & (low <= b)
         t, at = triangles[here], along[here]
@@ -148,8 +152,8 @@ def _cells(
                 s = ((level - at[crossing, i]) / (at[crossing, j] - at[crossing, i]))[:, None]
                 parts.append(t[crossing, i] * (1 - s) + t[crossing, j] * s)
         points = np.concatenate(parts)
-        found.append(_corners(points) if len(points) else points)
-    return found
+        cells.append(_corners(points) if len(points) else points)
+    return cells
 
 
 def fit_capsules(
@@ -157,19 +161,20 @@ def fit_capsules(
     axes: Sequence[Float[np.ndarray, " 3"]] = (),
     most: int = 3,
 ) -> list[Capsules]:
-    """A few capsules that together contain a surface.
+    """Return a few capsules that together contain a surface.
 
-    Along each candidate axis the surface is cut at ``SLABS - 1`` even places; a dynamic programme
-    finds, for each number of capsules, where to cut so that the sum of volumes is least. One
-    capsule more must save ``WORTH`` of the volume. Those that win are then polished one by one.
+    Along each candidate axis the surface is cut at ``SLABS - 1`` evenly spaced planes. Dynamic
+    programming finds, for each number of capsules, the cuts with the least sum of volumes. An
+    additional capsule must save ``WORTH`` of the volume. The capsules of the best cuts are then
+    optimised one by one.
 
     Args:
-        triangles: (T, 3, 3) m, corners of the surface's triangles, T at least 1.
-        axes: unit vectors (3,) along which to cut, beside the principal axes.
-        most: capsules, at most.
+        triangles: corners (T, 3, 3) of the surface's triangles, m, at least one.
+        axes: unit vectors (3,), directions of cuts besides the principal axes.
+        most: largest number of capsules.
 
     Returns:
-        The capsules, in order along the axis that they were cut along.
+        The capsules, in order along the axis of the cuts.
     """
     points = triangles.reshape(-1, 3)
     candidates: list[Float[np.ndarray, " 3"]] = []
@@ -206,9 +211,8 @@ def fit_capsules(
 
 
 def union_volume(capsules: Sequence[Capsules], points: int = 200_000) -> float:
-    """Volume of the capsules' union, m^3, by points of a lattice in their box: good to about a
-    percent.
-    """
+    """Return the volume of the capsules' union, m^3, from points of a lattice in their bounding
+    box, accurate to about one percent."""
     reach = np.array(
         [
             [c.start - c.radius, c.end - c.radius, c.start + c.radius, c.end + c.radius]

@@ -1,4 +1,4 @@
-"""Lines and circles about points: what fitting capsules and finding tubes share."""
+"""Geometry of lines and circles for fitting capsules and finding tubes."""
 
 import numpy as np
 from jaxtyping import Float
@@ -7,15 +7,15 @@ _STEPS = 40
 
 
 def across(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "2 3"]:
-    """Two unit vectors (2, 3) across a unit vector (3,) and each other, right-handed with it."""
+    """Return two unit vectors (2, 3) that complete a unit vector (3,) to a right-handed frame."""
     u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     u = u / np.linalg.norm(u)
     return np.stack([u, np.cross(axis, u)])
 
 
 def circle_centre(xy: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, " 2"]:
-    """Nearly the centre (2,) m of the least circle around points (N, 2) m, by steps towards
-    whichever is farthest (Bădoiu and Clarkson, 2003)."""
+    """Return the approximate centre (2,) m of the smallest circle around points (N, 2) m, by steps
+    towards the farthest point (Bădoiu and Clarkson, 2003)."""
     centre: np.ndarray = (xy.min(axis=0) + xy.max(axis=0)) / 2
     for i in range(1, _STEPS):
         far = xy[np.argmax(((xy - centre) ** 2).sum(axis=1))]

@@ -1,6 +1,4 @@
-"""The surfaces of a URDF's links as triangles: meshes from files that lie where the user allowed,
-and plain shapes.
-"""
+"""Surfaces of a URDF's links as triangles: meshes from permitted folders, and primitive shapes."""
 
 import io
 from collections.abc import Sequence
@@ -18,18 +16,20 @@ from .urdf import UrdfShape, bounded_bytes, plain_xml
 from .urdf_chain import Carried
 
 FORMATS = (".stl", ".dae", ".obj")
-LARGEST = 128 * 2**20  # bytes of a mesh
+LARGEST = 128 * 2**20  # bytes, largest mesh file
 MOST_TRIANGLES = 3_000_000
-FAR = 20.0  # m from its link's frame, beyond which no part of a shape is believed
+FAR = 20.0  # m, largest distance of a shape from its link's frame
 
 
 class Meshes:
-    """Reads the meshes of one URDF.
+    """Reader of the meshes of one URDF.
+
+    A file is read only if it lies, with symbolic links resolved, in one of the ``packages`` or in
+    the URDF's folder.
 
     Args:
-        path: of the URDF. packages: folders, given by the user, that hold packages or are packages.
-            A file is read only if
-            it lies, links followed, in one of these or in the URDF's folder.
+        path: the URDF.
+        packages: folders, chosen by the user, that are packages or hold packages.
     """
 
     def __init__(self, path: Path, packages: Sequence[Path] = ()) -> None:
@@ -46,8 +46,10 @@ class Meshes:
         )
 
     def find(self, name: str, link: str) -> Path:
-        """The file that a mesh's name means; UserError where there is none, or only outside the
-        folders.
+        """Return the file of a mesh name.
+
+        Raises:
+            UserError: if it does not exist, or lies outside the permitted folders.
         """
         scheme, colon, rest = name.partition("://")
         given = ", ".join(f.name or "/" for f in self.folders)
@@ -82,7 +84,7 @@ class Meshes:
                 return real
             outside |= there or not any(real.is_relative_to(folder) for folder in self.folders)
         where = f"a file in {given}" + ", or in a folder given by --packages"
-        raise self._fail(link, name, where if not outside else where + "; this one leads outside")
+        raise self._fail(link, name, where if not outside else where + "; this one is outside")
 
     def _triangles(self, file: Path, name: str, link: str) -> Float[np.ndarray, "T 3 3"]:
         if file in self._read:
@@ -96,11 +98,11 @@ class Meshes:
         if kind == ".dae":
             plain_xml(data, f"{self.path}: link {shown(link)}: mesh {shown(name)}")
         try:
-            # Without a resolver no other file (material, texture) is opened.
-            found: Any = trimesh.load(
+            # Without a resolver, trimesh opens no other file (material, texture).
+            mesh: Any = trimesh.load(
                 io.BytesIO(data), file_type=kind[1:], resolver=None, process=False, force="mesh"
             )
-            triangles = np.array(found.triangles, np.float64).reshape(-1, 3, 3)
+            triangles = np.array(mesh.triangles, np.float64).reshape(-1, 3, 3)
         except Exception as error:  # whatever a parser of a broken file raises
             raise self._fail(
                 link, name, f"a mesh that can be read ({type(error).__name__})"
@@ -115,9 +117,8 @@ class Meshes:
         return triangles
 
     def shape(self, shape: UrdfShape, link: str) -> Float[np.ndarray, "T 3 3"]:
-        """Triangles (T, 3, 3) m of a shape in its link's frame; a round one is laid around by a
-        polyhedron of 64 sides.
-        """
+        """Return triangles (T, 3, 3) m of a shape in its link's frame; a round shape is enclosed in
+        a polyhedron with 64 sides."""
         if shape.kind == "mesh":
             with np.errstate(over="ignore"):
                 points = self._triangles(self.find(shape.file, link), shape.file, link) * np.array(
@@ -141,16 +142,15 @@ class Meshes:
             placed: np.ndarray = points @ T[:3, :3].T + T[:3, 3]
         far = float(np.nan_to_num(np.abs(placed), nan=np.inf).max())
         if far > FAR:
-            found = f"{shape.file or shape.kind}, {far:.3g} m from the link's frame"
+            where = f"{shape.file or shape.kind}, {far:.3g} m from the link's frame"
             raise self._fail(
-                link, found, f"{FAR:g} m and less (a mesh in millimetres has scale 0.001)"
+                link, where, f"at most {FAR:g} m (a mesh in millimetres has scale 0.001)"
             )
         return placed
 
     def surface(self, carried: Carried, which: Surface) -> Float[np.ndarray, "T 3 3"]:
-        """Triangles (T, 3, 3) m of a link's shapes of that kind, or else of the other, in the frame
-        that it rides on.
-        """
+        """Return triangles (T, 3, 3) m of a link's shapes in the chain's frame, of the kind
+        ``which`` or else of the other."""
         link = carried.link
         shapes = (
             (link.collision or link.visual)
@@ -159,9 +159,9 @@ class Meshes:
         )
         if not shapes:
             return np.zeros((0, 3, 3))
-        found = np.concatenate([self.shape(shape, link.name) for shape in shapes])
+        triangles = np.concatenate([self.shape(shape, link.name) for shape in shapes])
         R, origin = carried.T_frame_link[:3, :3], carried.T_frame_link[:3, 3]
-        points: np.ndarray = found @ R.T + origin
+        points: np.ndarray = triangles @ R.T + origin
         if np.ptp(points.reshape(-1, 3), axis=0).max() < 1e-6:
             raise self._fail(link.name, shapes[0].file or shapes[0].kind, "a shape with an extent")
         return points

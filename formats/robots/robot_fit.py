@@ -1,6 +1,5 @@
-"""A robot from a URDF's chain and meshes: capsules around every link, and mount axes where a ring
-can be closed.
-"""
+"""Robot from a URDF's chain and meshes: capsules around every link, and mount axes where a ring can
+be closed."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -20,42 +19,49 @@ from .meshes import Meshes
 from .tubes import find_tube
 from .urdf_chain import Picked
 
-CAPSULES = 3  # of a link, at most
+CAPSULES = 3  # most capsules of a link
 TOOL = "tool"  # the mount at the chain's tip
-_FLANGE = 0.03  # m, how far before the tip the flange is looked at
-_POSES = 20_000  # drawn to see how far the robot reaches, and how it stands well
-_ALIKE = 0.95  # cosine of two directions that are one
+_FLANGE = 0.03  # m, distance from the tip within which the surface belongs to the flange
+_POSES = 20_000  # random poses that estimate the reach and yield the default pose
+_ALIKE = 0.95  # cosine above which two directions count as equal
 
 
 @dataclass(frozen=True)
 class FittedLink:
-    """What stands for a link: triangles (T, 3, 3) m of its surface in its frame, the capsules that
-    contain them, the volume of the capsules' union and of what they contain (of its convex hull
-    where it is open), m^3."""
+    """A link and the capsules that contain it."""
 
     name: str
+    """Name of the link."""
     frame: int
+    """Index of its frame."""
     triangles: Float[np.ndarray, "T 3 3"]
+    """Surface in its frame, m."""
     capsules: tuple[Capsules, ...]
+    """Capsules that contain the surface."""
     volume: float
+    """Volume of the capsules' union, m^3."""
     contained: float
+    """Volume of the link, or of its convex hull if its surface is open, m^3."""
 
     @property
     def ratio(self) -> float:
-        """How much larger the capsules are than the link."""
+        """Volume of the capsules relative to the link's."""
         return self.volume / self.contained if self.contained > 0 else np.inf
 
 
 @dataclass(frozen=True)
 class RobotFit:
-    """A robot, and how its bodies were fitted link by link."""
+    """A robot, and the fit of its links."""
 
     robot: Robot
+    """The robot."""
     links: tuple[FittedLink, ...]
+    """Links with their capsules."""
 
 
 def _volume(triangles: Float[np.ndarray, "T 3 3"]) -> float:
-    """Volume, m^3, within closed surfaces, or of the convex hull of open ones; 0 of flat ones."""
+    """Return the volume inside closed surfaces, m^3, or that of the convex hull of open ones; 0 for
+    flat ones."""
     made = trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles), process=True)
     if made.is_watertight and made.volume > 0:
         return float(made.volume)
@@ -66,9 +72,12 @@ def _volume(triangles: Float[np.ndarray, "T 3 3"]) -> float:
 
 
 def directions(chain: Chain, frame: int) -> list[Float[np.ndarray, " 3"]]:
-    """Unit vectors (3,) in a frame of the chain along which its link may be drawn out: towards the
-    next joint, the axes of its own and the next joint, and the frame's axes."""
-    found: list[Float[np.ndarray, " 3"]] = []
+    """Return unit vectors (3,) in a frame of the chain along which its link may extend.
+
+    They are the direction of the next joint, the axes of its own and the next joint, and the
+    frame's axes.
+    """
+    units: list[Float[np.ndarray, " 3"]] = []
     options = [chain.origin[frame + 1][:3, 3]] if frame + 1 < len(chain.origin) else []
     if 0 <= frame < len(chain):
         options.append(chain.axis[frame])
@@ -76,15 +85,14 @@ def directions(chain: Chain, frame: int) -> list[Float[np.ndarray, " 3"]]:
         options.append(chain.origin[frame + 1][:3, :3] @ chain.axis[frame + 1])
     for v in [*options, *np.eye(3)]:
         length = float(np.linalg.norm(v))
-        if length > 1e-3 and all(abs(float(v @ other)) < _ALIKE * length for other in found):
-            found.append(v / length)
-    return found
+        if length > 1e-3 and all(abs(float(v @ other)) < _ALIKE * length for other in units):
+            units.append(v / length)
+    return units
 
 
 def _zero(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"]:
-    """Across the axis, as near as can be to the frame's x, or to its y where the axis is along
-    x.
-    """
+    """Return a unit vector perpendicular to ``axis``, close to the frame's x axis, or to y if
+    ``axis`` is along x."""
     x, y, _ = np.eye(3)
     v = y if abs(float(axis @ x)) > 0.9 else x
     v = v - (v @ axis) * axis
@@ -95,9 +103,9 @@ def _zero(axis: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " 3"]:
 def _mount(
     name: str, chain: Chain, frame: int, triangles: Float[np.ndarray, "T 3 3"]
 ) -> Mount | None:
-    """The mount about the tube of a link, from proximal to distal, if it has one."""
+    """Return the mount about the tube of a link, from proximal to distal; None without a tube."""
     towards = chain.origin[frame + 1][:3, 3]
-    # the next joint is at this one: then away from the one before, along this axis
+    # the next joint coincides with this one: use the direction away from the previous one
     if np.linalg.norm(towards) < 1e-6:
         before, axis = np.linalg.inv(chain.origin[frame])[:3, 3], chain.axis[frame]
         towards = -(before @ axis) * axis
@@ -114,8 +122,11 @@ def _mount(
 
 
 def _tool(chain: Chain, triangles: Float[np.ndarray, "T 3 3"]) -> Mount:
-    """The mount at the tip, outward about the last joint's axis where the tip lies along that, or
-    else about the line to the tip; its place is fixed."""
+    """Return the mount at the tip, with a fixed position.
+
+    Its axis points outwards along the last joint's axis if the tip lies along that axis, else along
+    the line to the tip.
+    """
     T, out, axis = np.linalg.inv(chain.origin[-1]), chain.origin[-1][:3, 3], chain.axis[-1]
     along, far = float(out @ axis), float(np.linalg.norm(out))
     axis = T[:3, :3] @ (
@@ -144,16 +155,18 @@ def fit_robot(
     which: Surface = "collision",
     tell: Callable[[str], None] | None = None,
 ) -> RobotFit:
-    """Fit capsules to every link's surface, and look for mount axes on its surface to be seen.
+    """Fit capsules to every link's surface, and find mount axes on its visual surface.
 
     Args:
-        picked: the chain. meshes: where its meshes are. name: the robot's. most: capsules of a
-            link.
-        which: the surface that the capsules contain.
-        tell: called with each link's name before it is fitted.
+        picked: the chain.
+        meshes: its meshes.
+        name: name of the robot.
+        most: largest number of capsules of a link.
+        which: surface that the capsules contain.
+        tell: receives each link's name before its fit.
 
     Raises:
-        UserError: for a mesh that is not there or cannot be read.
+        UserError: for a mesh that is missing or cannot be read.
     """
     chain, links = picked.chain, []
     bodies: list[Body] = []
@@ -194,9 +207,8 @@ def fit_robot(
 
 
 def _drawn(limits: Float[np.ndarray, "J 2"]) -> Float[np.ndarray, "P J"]:
-    """Poses within the limits, of which some joints are at 0, in steps of 5 degrees where the
-    limits allow.
-    """
+    """Return random poses within the limits, in steps of 5 degrees where the limits allow, with
+    some joints at 0."""
     rng, shape, step = np.random.default_rng(0), (_POSES, len(limits)), np.radians(5)
     moved = rng.uniform(size=shape) < rng.uniform(0.1, 1, (_POSES, 1))
     angle = moved * step * np.round(rng.uniform(-np.pi, np.pi, shape) / step)
@@ -205,12 +217,12 @@ def _drawn(limits: Float[np.ndarray, "J 2"]) -> Float[np.ndarray, "P J"]:
 
 
 def _rest(chain: Chain, limits: Float[np.ndarray, "J 2"]) -> tuple[float, Float[np.ndarray, " J"]]:
-    """An estimate of the reach, m, and a pose (J,) rad.
+    """Return an estimate of the reach, m, and a default pose (J,) rad.
 
-    Reach: how far from the base's axis the last joint comes in drawn poses, up to the next
-    centimetre. The pose: of the drawn ones that which best holds the tip in front of the robot, at
-    two thirds of its reach and below the elbow, the whole arm above the ground, with few joints
-    turned, and little.
+    The reach is the largest distance of the last joint from the base's axis in random poses,
+    rounded up to the next centimetre. The pose is the random one that best holds the tip in front
+    of the robot, at two thirds of its reach and below the elbow, with the whole arm above the
+    ground and with few and small joint angles.
     """
     q = _drawn(limits)
     points = np.asarray(forward(chain, q))[..., :3, 3]
@@ -225,7 +237,7 @@ def _rest(chain: Chain, limits: Float[np.ndarray, "J 2"]) -> tuple[float, Float[
 
 
 def outlines(links: Sequence[FittedLink]) -> str:
-    """One line on how tight the capsules are."""
+    """Return a line that states how tight the capsules are."""
     volume, contained = sum(link.volume for link in links), sum(link.contained for link in links)
     capsules = sum(len(link.capsules) for link in links)
     times = (

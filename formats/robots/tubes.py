@@ -1,4 +1,4 @@
-"""Tubes: stretches of a link around which a ring can be closed, found from its cross sections."""
+"""Tube-like intervals of a link, around which a ring can be closed, from its cross sections."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,27 +9,29 @@ from jaxtyping import Float, Int
 from .lines import across, circle_centre
 
 STATIONS = 100  # cross sections along an axis
-SHORTEST = 0.03  # m, of a stretch that is worth a ring
-# how much a tube's sections may differ, in their radii and by lying beside the axis
+SHORTEST = 0.03  # m, least length of a tube
+# largest ratio of the radii of a tube's sections, offset from the axis included
 _THICKER = 1.06
-_LONGER = 1.25  # of a tube, in radii, at least
-_ROUNDS = 4  # of fitting the axis to the sections
-_STRAIGHT = 1 - 1e-8  # cosine of the turn at which an axis has settled
+_LONGER = 1.25  # least length of a tube, in radii
+_ROUNDS = 4  # iterations of fitting the axis to the sections
+_STRAIGHT = 1 - 1e-8  # cosine of the rotation below which the axis has converged
 _DIRECTIONS = np.stack([f(np.linspace(0, 2 * np.pi, 64, endpoint=False)) for f in (np.cos, np.sin)])
 
 
 @dataclass(frozen=True)
 class MountTube:
-    """A stretch of a link whose sections lie about one axis: from ``start`` to ``end`` (3,) m on
-    the axis, all within ``radius`` m of it."""
+    """An interval of a link whose sections lie about one axis."""
 
     start: Float[np.ndarray, " 3"]
+    """Start on the axis, m."""
     end: Float[np.ndarray, " 3"]
+    """End on the axis, m."""
     radius: float
+    """Largest distance of the surface from the axis, m."""
 
     @property
     def length(self) -> float:
-        """m."""
+        """Length, m."""
         return float(np.linalg.norm(self.end - self.start))
 
     @property
@@ -41,33 +43,33 @@ class MountTube:
 
 @dataclass(frozen=True)
 class Sections:
-    """Outermost points (N, 3) m of a surface's cross sections, the number (N,) of each point's
-    section, and the sections' places (S,) m along the axis."""
+    """Outermost points of a surface's cross sections."""
 
     points: Float[np.ndarray, "N 3"]
+    """Points, m."""
     station: Int[np.ndarray, " N"]
+    """Number of each point's section."""
     level: Float[np.ndarray, " S"]
+    """Positions of the sections along the axis, m."""
 
     def envelope(
         self, through: Float[np.ndarray, " 3"], axis: Float[np.ndarray, " 3"]
     ) -> Float[np.ndarray, " S"]:
-        """Largest distance (S,) m of each section's points from the line ``through`` (3,) m along
-        ``axis`` (3,).
-        """
+        """Return the largest distance (S,) m of each section's points from the line through
+        ``through`` (3,) m along ``axis`` (3,)."""
         v = self.points - through
         away = np.sqrt(np.maximum((v * v).sum(axis=1) - (v @ axis) ** 2, 0.0))
-        found = np.full(len(self.level), np.inf)
+        largest = np.full(len(self.level), np.inf)
         which, first = np.unique(self.station, return_index=True)
-        found[which] = np.maximum.reduceat(away, first)
-        return found
+        largest[which] = np.maximum.reduceat(away, first)
+        return largest
 
 
 def cut_across(
     triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"], stations: int
 ) -> Sections:
-    """Cut a surface across ``axis`` at so many even places, and keep what is outermost in 64
-    directions.
-    """
+    """Cut a surface across ``axis`` at ``stations`` evenly spaced positions; keep the outermost
+    points in 64 directions."""
     along, frame = triangles @ axis, across(axis)
     low, step = float(along.min()), float(np.ptp(along)) / stations
     level = low + step * (np.arange(stations) + 0.5)
@@ -91,7 +93,7 @@ def cut_across(
 
 
 def _run(fits: np.ndarray, k: int) -> tuple[int, int]:
-    """First and last of the neighbours of ``k`` that fit without a gap."""
+    """Return the first and last index of the run of true values around ``k``."""
     no = np.flatnonzero(~fits)
     return int(max(no[no < k], default=-1)) + 1, int(min(no[no > k], default=len(fits))) - 1
 
@@ -99,7 +101,7 @@ def _run(fits: np.ndarray, k: int) -> tuple[int, int]:
 def _along(
     triangles: Float[np.ndarray, "T 3 3"], axis: Float[np.ndarray, " 3"], stations: int
 ) -> MountTube | None:
-    """The best tube roughly along a direction, if there is any."""
+    """Return the best tube roughly along a direction, if any."""
     best: MountTube | None = None
     for _ in range(_ROUNDS):
         frame = across(axis)
@@ -111,7 +113,7 @@ def _along(
             p = cut.points[cut.station == k]
             centre[k] = circle_centre(p @ frame.T) @ frame + cut.level[k] * axis
             thick[k] = np.linalg.norm(p - centre[k], axis=1).max()
-        found: tuple[float, int, int] | None = None
+        longest: tuple[float, int, int] | None = None
         for k in np.flatnonzero(np.isfinite(thick)):
             like = (cut.envelope(centre[k], axis) <= _THICKER * thick[k]) & (
                 thick * _THICKER >= thick[k]
@@ -119,11 +121,11 @@ def _along(
             a, b = _run(like, int(k))
             length = float(cut.level[b] - cut.level[a])
             long = length >= max(SHORTEST, _LONGER * float(thick[k]))
-            if long and (found is None or length / thick[k] > found[0]):
-                found = (length / float(thick[k]), a, b)
-        if found is None:
+            if long and (longest is None or length / thick[k] > longest[0]):
+                longest = (length / float(thick[k]), a, b)
+        if longest is None:
             break
-        _, a, b = found
+        _, a, b = longest
         t = cut.level[a : b + 1]
         slope = np.polynomial.polynomial.polyfit(t, centre[a : b + 1], 1)
         through, to = slope[0] + slope[1] * t[0], slope[0] + slope[1] * t[-1]
@@ -142,21 +144,21 @@ def find_tube(
     axes: Sequence[Float[np.ndarray, " 3"]],
     stations: int = STATIONS,
 ) -> MountTube | None:
-    """The stretch of a link that is most like a tube: longest for its thickness.
+    """Return the interval of a link that is most like a tube: longest relative to its thickness.
 
-    Across each direction the link is cut at even places, and a circle is laid about each section.
-    About the line through each circle's centre, a stretch is a run of sections that come hardly
-    farther from the line than that circle, and are hardly smaller. The line is then fitted to the
-    stretch's centres, and the link cut across it anew.
+    The link is cut across each direction at evenly spaced positions, and a circle is fitted around
+    each section. On the line through each circle's centre, a run of sections qualifies if they lie
+    hardly farther from the line than that circle and are hardly smaller. The line is then fitted to
+    the centres of the run, and the link is cut across it again.
 
     Args:
-        triangles: (T, 3, 3) m, corners of the surface's triangles.
-        axes: unit vectors (3,), roughly along which to look.
-        stations: sections along each.
+        triangles: corners (T, 3, 3) of the surface's triangles, m.
+        axes: unit vectors (3,), approximate directions of tubes.
+        stations: sections along each direction.
 
     Returns:
-        The tube, from low to high along the axis that it was found on; None where no stretch is
-            ``SHORTEST`` long.
+        The tube, oriented along the direction on which it was found; None if no run is ``SHORTEST``
+            long.
     """
-    found = [tube for axis in axes if (tube := _along(triangles, axis, stations)) is not None]
-    return max(found, key=lambda tube: tube.length / tube.radius, default=None)
+    tubes = [tube for axis in axes if (tube := _along(triangles, axis, stations)) is not None]
+    return max(tubes, key=lambda tube: tube.length / tube.radius, default=None)

@@ -1,8 +1,7 @@
-"""A URDF as it is written, read strictly: what is not understood is refused, never left out.
+"""Strict reader of URDF files: unsupported content is rejected, never ignored.
 
-Only the standard library's parser is used, and only after a document type is ruled out: so no
-entity can be expanded. One line of a ``UserError`` names file, element, what was found and what is
-allowed.
+Only the standard library's parser is used, and only after a document type is excluded, so that no
+entity is expanded. A ``UserError`` names file, element, the value found and the values allowed.
 """
 
 import math
@@ -17,9 +16,9 @@ from jaxtyping import Float
 from ...coverage.robots.kinematics import transform
 from ..errors import UserError, shown
 
-LARGEST = 16 * 2**20  # bytes of a URDF
+LARGEST = 16 * 2**20  # bytes, largest URDF
 MOST_LINKS = 2000
-_FAR = 1e3  # m, beyond which no place is believed
+_FAR = 1e3  # largest absolute value of a number in a file
 _MOVING = ("revolute", "continuous", "prismatic", "planar", "floating")
 JOINT_KINDS = (*_MOVING, "fixed")
 _SIZES = {
@@ -32,57 +31,76 @@ _SIZES = {
 
 @dataclass(frozen=True)
 class UrdfShape:
-    """A shape of a link. kind: box, sphere, cylinder, capsule or mesh. T_link_shape (4, 4). size:
-    m; edges of a box, radius, or radius and length along z. A mesh has the file's name as it is
-    written, and its scale as size."""
+    """A shape of a link."""
 
     kind: str
+    """One of box, sphere, cylinder, capsule and mesh."""
     T_link_shape: Float[np.ndarray, "4 4"]
+    """Pose of the shape."""
     size: tuple[float, ...]
+    """Edges of a box, radius, or radius and length along z, m; scale of a mesh."""
     file: str = ""
+    """Name of a mesh file, as written."""
 
 
 @dataclass(frozen=True)
 class UrdfLink:
-    """A link with its shapes to collide and to be seen."""
+    """A link."""
 
     name: str
+    """Name of the link."""
     collision: tuple[UrdfShape, ...] = ()
+    """Shapes for collision."""
     visual: tuple[UrdfShape, ...] = ()
+    """Shapes for display."""
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint from ``parent`` to ``child``: its kind, T_parent_joint (4, 4) at 0, unit axis (3,),
-    limits rad (or m), and the joint it mimics, if any."""
+    """A joint from ``parent`` to ``child``."""
 
     name: str
+    """Name of the joint."""
     kind: str
+    """Type of the joint."""
     parent: str
+    """Name of the parent link."""
     child: str
+    """Name of the child link."""
     T_parent_joint: Float[np.ndarray, "4 4"]
+    """Pose at angle 0."""
     axis: Float[np.ndarray, " 3"]
+    """Unit vector of the axis."""
     limits: tuple[float, float]
+    """Limits, rad (or m)."""
     mimic: str = ""
+    """Name of the joint that it mimics, if any."""
 
     @property
     def moves(self) -> bool:
+        """Whether the joint moves."""
         return self.kind != "fixed"
 
 
 @dataclass(frozen=True)
 class Urdf:
-    """All links and joints of a file, by name, as they are written."""
+    """All links and joints of a file, by name."""
 
     path: Path
+    """The file."""
     name: str
+    """Name of the robot."""
     links: dict[str, UrdfLink]
+    """Links by name."""
     joints: dict[str, Joint]
+    """Joints by name."""
 
 
 def plain_xml(text: bytes, name: str) -> ET.Element:
-    """The root of an XML text without a document type, and so without entities of its own;
-    UserError names the file.
+    """Return the root of an XML text without a document type, and thus without entities of its own.
+
+    Raises:
+        UserError: if the text is not XML or has a document type.
     """
     parser = expat.ParserCreate()
 
@@ -104,7 +122,11 @@ def plain_xml(text: bytes, name: str) -> ET.Element:
 
 
 def bounded_bytes(path: Path, most: int, name: str = "") -> bytes:
-    """What is in a file of at most so many bytes; UserError otherwise."""
+    """Return the content of a file of at most ``most`` bytes.
+
+    Raises:
+        UserError: if it cannot be read or is larger.
+    """
     name = name or str(path)
     try:
         if not path.is_file():
@@ -118,7 +140,8 @@ def bounded_bytes(path: Path, most: int, name: str = "") -> bytes:
             f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}"
         ) from error
     if len(data) > most:
-        raise UserError(f"{name}: found more than {most // 2**20} MB, allowed: less")
+        limit = most // 2**20
+        raise UserError(f"{name}: found more than {limit} MB, allowed: at most {limit} MB")
     return data
 
 
@@ -132,9 +155,9 @@ class _Reader:
     def text(self, element: ET.Element, key: str, where: str) -> str:
         value = element.get(key)
         if not value:
-            raise self.fail(f"{where}: {key}", value, "a text")
+            raise self.fail(f"{where}: {key}", value, "text")
         if len(value) > 1000:
-            raise self.fail(f"{where}: {key}", value, "no longer than 1000")
+            raise self.fail(f"{where}: {key}", value, "at most 1000 characters")
         return value
 
     def numbers(self, text: str | None, count: int, where: str) -> tuple[float, ...]:
@@ -148,11 +171,11 @@ class _Reader:
         return values
 
     def origin(self, element: ET.Element, where: str) -> Float[np.ndarray, "4 4"]:
-        found = element.find("origin")
-        if found is None:
+        origin = element.find("origin")
+        if origin is None:
             return np.eye(4)
         xyz, rpy = (
-            self.numbers(found.get(key, "0 0 0"), 3, f"{where}: origin {key}")
+            self.numbers(origin.get(key, "0 0 0"), 3, f"{where}: origin {key}")
             for key in ("xyz", "rpy")
         )
         return transform(xyz, rpy)
@@ -161,8 +184,8 @@ class _Reader:
         T, geometry = self.origin(element, where), element.find("geometry")
         kinds = [] if geometry is None else list(geometry)
         if len(kinds) != 1 or kinds[0].tag not in (*_SIZES, "mesh"):
-            found = kinds[0].tag if kinds else None
-            raise self.fail(f"{where}: geometry", found, f"one of {', '.join(_SIZES)}, mesh")
+            tag = kinds[0].tag if kinds else None
+            raise self.fail(f"{where}: geometry", tag, f"one of {', '.join(_SIZES)}, mesh")
         one = kinds[0]
         if one.tag == "mesh":
             scale = self.numbers(one.get("scale", "1 1 1"), 3, f"{where}: mesh scale")
@@ -200,28 +223,28 @@ class _Reader:
             raise self.fail(f"{where}: type", kind, ", ".join(JOINT_KINDS))
         ends = []
         for key in ("parent", "child"):
-            found = element.find(key)
-            if found is None:
+            part = element.find(key)
+            if part is None:
                 raise self.fail(f"{where}: {key}", None, "a link")
-            ends.append(self.text(found, "link", f"{where}: {key}"))
+            ends.append(self.text(part, "link", f"{where}: {key}"))
         axis, limits, mimic = (
             np.array([1.0, 0.0, 0.0]),
             (-math.inf, math.inf),
             element.find("mimic"),
         )
         if kind in ("revolute", "continuous", "prismatic", "planar"):
-            found = element.find("axis")
-            text = "1 0 0" if found is None else found.get("xyz")
+            part = element.find("axis")
+            text = "1 0 0" if part is None else part.get("xyz")
             axis = np.array(self.numbers(text, 3, f"{where}: axis"))
             if np.linalg.norm(axis) < 1e-6:
                 raise self.fail(f"{where}: axis", text, "three numbers, not all 0")
             axis = axis / np.linalg.norm(axis)
         if kind in ("revolute", "prismatic"):
-            found = element.find("limit")
-            if found is None:
+            part = element.find("limit")
+            if part is None:
                 raise self.fail(f"{where}: limit", None, "lower and upper")
             low, high = (
-                self.numbers(found.get(key, "0"), 1, f"{where}: limit {key}")[0]
+                self.numbers(part.get(key, "0"), 1, f"{where}: limit {key}")[0]
                 for key in ("lower", "upper")
             )
             if low >= high:
@@ -234,7 +257,11 @@ class _Reader:
 
 
 def read_urdf(path: Path) -> Urdf:
-    """The URDF in a file; UserError in one line if it cannot be read or is not understood."""
+    """Return the URDF in a file.
+
+    Raises:
+        UserError: if it cannot be read or is not supported.
+    """
     root = plain_xml(bounded_bytes(path, LARGEST), str(path))
     reader = _Reader(path)
     if root.tag != "robot":
@@ -245,15 +272,15 @@ def read_urdf(path: Path) -> Urdf:
         if element.tag == "link":
             link = reader.link(element)
             if link.name in links:
-                raise reader.fail("link", link.name, "each name once")
+                raise reader.fail("link", link.name, "unique names")
             links[link.name] = link
         elif element.tag == "joint":
             joint = reader.joint(element)
             if joint.name in joints:
-                raise reader.fail("joint", joint.name, "each name once")
+                raise reader.fail("joint", joint.name, "unique names")
             joints[joint.name] = joint
         elif "xacro" in element.tag:
-            raise reader.fail("root", element.tag[:100], "a URDF: expand xacro first")
+            raise reader.fail("root", element.tag[:100], "a URDF; expand xacro first")
     if not links or len(links) > MOST_LINKS:
         raise reader.fail("link", len(links), f"1 to {MOST_LINKS} links")
     for joint in joints.values():

@@ -1,6 +1,5 @@
-"""The serial chain in a URDF: from a base link to a tip, fixed joints folded, and what rides on
-each of its frames.
-"""
+"""Serial chain in a URDF: from a base link to a tip, with fixed joints folded, and the links that
+move with each frame."""
 
 from dataclasses import dataclass
 
@@ -13,31 +12,40 @@ from ..errors import UserError, shown
 from .urdf import Joint, Urdf, UrdfLink
 
 MOST_JOINTS = 20
-_SHORTEST = 1e-3  # m, of a whole chain
-_SHOWN = 8  # names in a message
+_SHORTEST = 1e-3  # m, least length of a chain
+_SHOWN = 8  # most names in a message
 
 
 @dataclass(frozen=True)
 class Carried:
-    """A link that rides on a frame of the chain (``BASE``: on none), and T_frame_link (4, 4)."""
+    """A link that moves with a frame of the chain."""
 
     link: UrdfLink
+    """The link."""
     frame: int
+    """Index of the frame; ``BASE`` if it does not move."""
     T_frame_link: Float[np.ndarray, "4 4"]
+    """Pose of the link."""
 
 
 @dataclass(frozen=True)
 class Picked:
-    """A chain taken from a URDF: its base and tip, joint limits (J, 2) rad, all links that ride on
-    it, and the names of links left out because joints beside the chain move them."""
+    """A chain from a URDF."""
 
     urdf: Urdf
+    """The file."""
     base: str
+    """Name of the base link."""
     tip: str
+    """Name of the last link."""
     chain: Chain
+    """The chain."""
     limits: Float[np.ndarray, "J 2"]
+    """Joint limits, rad."""
     carried: tuple[Carried, ...]
+    """All links that move with the chain."""
     left_out: tuple[str, ...]
+    """Names of links that are ignored because joints outside the chain move them."""
 
 
 def _some(names: list[str]) -> str:
@@ -45,14 +53,18 @@ def _some(names: list[str]) -> str:
 
 
 def _tree(urdf: Urdf) -> tuple[dict[str, Joint], list[str]]:
-    """The joint above each link, and the roots; UserError where links make no tree."""
+    """Return the parent joint of each link, and the root links.
+
+    Raises:
+        UserError: if the links do not form a tree.
+    """
     above: dict[str, Joint] = {}
     for joint in urdf.joints.values():
         if joint.child in above:
             raise UserError(
                 f"{urdf.path}: joint {shown(joint.name)}: child: found {shown(joint.child)}, which"
-                f" joint {shown(above[joint.child].name)} carries already: a loop; allowed: one"
-                " joint above each link"
+                f" joint {shown(above[joint.child].name)} carries already; allowed: one parent"
+                " joint for each link"
             )
         above[joint.child] = joint
     for name in urdf.links:
@@ -69,7 +81,11 @@ def _tree(urdf: Urdf) -> tuple[dict[str, Joint], list[str]]:
 
 
 def _path(urdf: Urdf, above: dict[str, Joint], base: str, tip: str) -> list[Joint]:
-    """The joints from base to tip; UserError where none lead there."""
+    """Return the joints from base to tip.
+
+    Raises:
+        UserError: if no joints lead there.
+    """
     path, at = [], tip
     while at != base:
         if at not in above:
@@ -83,20 +99,21 @@ def _path(urdf: Urdf, above: dict[str, Joint], base: str, tip: str) -> list[Join
 
 
 def _tip(urdf: Urdf, above: dict[str, Joint], base: str) -> str:
-    """The one leaf at the end of most joints that move, and of most joints among those."""
+    """Return the only leaf behind the largest number of moving joints and, among those, of all
+    joints."""
     parents = {j.parent for j in urdf.joints.values()}
-    found: dict[str, tuple[int, int]] = {}
+    leaves: dict[str, tuple[int, int]] = {}
     for name in urdf.links:
         at, moving, joints = name, 0, 0
         while at != base and at in above:
             moving, joints, at = moving + above[at].moves, joints + 1, above[at].parent
         if at == base and name not in parents and name != base:
-            found[name] = (moving, joints)
-    if not found:
+            leaves[name] = (moving, joints)
+    if not leaves:
         raise UserError(
-            f"{urdf.path}: --base: found {shown(base)}, allowed: a link with joints behind it"
+            f"{urdf.path}: --base: found {shown(base)}, allowed: a link with child joints"
         )
-    longest = [name for name, length in found.items() if length == max(found.values())]
+    longest = [name for name, length in leaves.items() if length == max(leaves.values())]
     if len(longest) > 1:
         raise UserError(
             f"{urdf.path}: --tip: found nothing, allowed: one of {_some(longest)}, ends of equally"
@@ -106,13 +123,12 @@ def _tip(urdf: Urdf, above: dict[str, Joint], base: str) -> str:
 
 
 def pick_chain(urdf: Urdf, base: str | None = None, tip: str | None = None) -> Picked:
-    """The chain from ``base`` (by default the root) to ``tip`` (by default the end of the longest
-    chain).
+    """Return the chain from ``base`` (by default the root) to ``tip`` (by default the end of the
+    longest chain).
 
     Raises:
-        UserError: if links make a loop, a name is unknown or ambiguous, or the chain holds a joint
-            that is neither revolute
-            nor continuous nor fixed, or mimics another, or has no length.
+        UserError: if links form a loop, a name is unknown or ambiguous, or the chain has no length
+            or a joint that is neither revolute, continuous nor fixed, or mimics another.
     """
     above, roots = _tree(urdf)
     for key, name in (("--base", base), ("--tip", tip)):
@@ -160,7 +176,7 @@ def pick_chain(urdf: Urdf, base: str | None = None, tip: str | None = None) -> P
     if sum(float(np.linalg.norm(M[:3, 3])) for M in origin) < _SHORTEST:
         raise UserError(
             f"{urdf.path}: found a chain without length from {base} to {tip}, allowed:"
-            f" {_SHORTEST:g} m and more"
+            f" at least {_SHORTEST:g} m"
         )
 
     below: dict[str, list[Joint]] = {}

@@ -1,6 +1,5 @@
-"""A robot found again in a URDF: the same joints in the same places, and the links that they
-move.
-"""
+"""Search for a known robot in a URDF: the same joints at the same places, and the links that they
+move."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -12,31 +11,31 @@ from ..errors import UserError, shown
 from .urdf import Urdf
 from .urdf_chain import Picked, pick_chain
 
-# of frames; nothing that YAML in quotes, xacro or a launch file takes for more
+# names of frames without special meaning in quoted YAML, xacro or a launch file
 ROS_NAME = re.compile(r"[A-Za-z0-9_./-]+")
-_CLOSE = 1e-5  # m, and of parts of unit vectors, by which a URDF may be off the robot's chain
+_CLOSE = 1e-5  # tolerance between URDF and chain, m, and for components of unit vectors
 
 
 def plain_names(names: Iterable[str], taken: Sequence[str] = ()) -> tuple[str, ...]:
-    """Names of ASCII letters, digits and underscores, which no program takes for more; none twice,
-    none ``taken``.
-    """
-    found: list[str] = []
+    """Return unique names of ASCII letters, digits and underscores, none of them ``taken``."""
+    unique: list[str] = []
     for name in names:
         base = re.sub(r"[^A-Za-z0-9_]", "_", name)
         plain, n = base, 2
-        while plain in found or plain in taken:
+        while plain in unique or plain in taken:
             plain, n = f"{base}_{n}", n + 1
-        found.append(plain)
-    return tuple(found)
+        unique.append(plain)
+    return tuple(unique)
 
 
 def find_robot(urdf: Urdf, robot: Robot) -> Picked:
-    """The chain of ``robot`` in ``urdf``, where joints have their names there, or these as plain
-    ones; what stands before its first joint and after its last may differ.
+    """Return the chain of ``robot`` in ``urdf``.
+
+    Joints are found by their names or by these as ``plain_names``. The parts before the first joint
+    and after the last may differ.
 
     Raises:
-        UserError: if a joint is not there, or elsewhere.
+        UserError: if a joint is missing or at another place.
     """
     joints = robot.chain.joints
     names = joints if all(name in urdf.joints for name in joints) else plain_names(joints)
@@ -48,10 +47,10 @@ def find_robot(urdf: Urdf, robot: Robot) -> Picked:
             )
     picked = pick_chain(urdf, urdf.joints[names[0]].parent, urdf.joints[names[-1]].child)
     if picked.chain.joints != tuple(names):
-        found = ", ".join(picked.chain.joints)
+        listed = ", ".join(picked.chain.joints)
         raise UserError(
-            f"{urdf.path}: joints: found {shown(found)}, allowed: {', '.join(names)}, as robot"
-            f" {robot.name} has"
+            f"{urdf.path}: joints: found {shown(listed)}, allowed: {', '.join(names)}, the joints"
+            f" of robot {robot.name}"
         )
     for j, name in enumerate(names):
         off = float(np.abs(picked.chain.axis[j] - robot.chain.axis[j]).max())
@@ -60,11 +59,11 @@ def find_robot(urdf: Urdf, robot: Robot) -> Picked:
         if off > _CLOSE:
             raise UserError(
                 f"{urdf.path}: joint {shown(name)}: found {off:.3g} off its place or axis in robot"
-                f" {robot.name}, allowed: {_CLOSE:g}"
+                f" {robot.name}, allowed: at most {_CLOSE:g}"
             )
     return picked
 
 
 def moved_links(picked: Picked) -> tuple[str, ...]:
-    """The links of a chain: its base, and the child of each of its joints."""
+    """Return the links of a chain: its base, and the child of each of its joints."""
     return picked.base, *(picked.urdf.joints[name].child for name in picked.chain.joints)

@@ -1,1 +1,1 @@
-"""The models of users' files and of what commands print for scripts."""
+"""Pydantic models of all files, and their mapping to domain objects."""

@@ -1,6 +1,5 @@
-"""What every file's model has in common: no key unknown, no value bent into shape, faults that say
-what is allowed.
-"""
+"""Base model of all files: unknown keys and type conversions are rejected, and errors state the
+allowed values."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -12,27 +11,30 @@ from ..errors import shown
 
 
 class StrictModel(BaseModel):
-    """No key unknown, no value bent into shape, nothing changed once read."""
+    """Base of all models: unknown keys are rejected, values are not converted, and instances are
+    immutable."""
 
     model_config = ConfigDict(
         extra="forbid",
         strict=True,
         frozen=True,
         allow_inf_nan=False,
-        defer_build=True,  # until it is used: a command uses few of all models
+        defer_build=True,  # a command uses few of all models
     )
 
 
 def fault(found: Any, allowed: str) -> PydanticCustomError:
-    """What was found and what is allowed, as an error of a validator."""
+    """Return an error for a validator, with the value found and the values allowed."""
     return PydanticCustomError(
         "rule", "found {found}, allowed: {allowed}", {"found": shown(found), "allowed": allowed}
     )
 
 
 def refuse(faults: Iterable[tuple[tuple[int | str, ...], Any, str]]) -> None:
-    """Raise one error with all faults (key, what was found there, what is allowed), if there are
-    any.
+    """Raise one ValidationError for all faults, if there are any.
+
+    Args:
+        faults: for each fault the key, the value found there, and the values allowed.
     """
     details = [
         InitErrorDetails(type=fault(found, allowed), loc=loc, input=None)

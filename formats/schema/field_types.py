@@ -1,4 +1,4 @@
-"""Kinds of values that the keys of files hold, with their units and limits."""
+"""Types of values in files, with their units and limits."""
 
 from typing import Annotated, Any
 
@@ -6,19 +6,23 @@ from pydantic import AfterValidator, Field
 
 from .base_model import fault
 
-MOST_DEG_S = 3600  # of a joint
-FARTHEST = 100.0  # m, that anything lies from the base
-LONGEST_NAME = 100  # characters, of an obstacle
+MOST_DEG_S = 3600  # degrees per second, largest joint speed
+FARTHEST = 100.0  # m, largest distance from the base
+LONGEST_NAME = 100  # characters in an obstacle's name
 
 Weight = Annotated[float, Field(gt=0, le=1e6, description="relative weight")]
-Metres = Annotated[float, Field(gt=0, le=100, description="metres")]
-Percent = Annotated[float, Field(ge=0, le=100, description="percent")]
-Tilt = Annotated[float, Field(gt=-90, lt=90, description="degrees, positive towards distal")]
-Position = Annotated[float, Field(ge=0, le=1, description="0 proximal to 1 distal")]
+Metres = Annotated[float, Field(gt=0, le=100, description="length, m")]
+Percent = Annotated[float, Field(ge=0, le=100, description="percentage")]
+Tilt = Annotated[
+    float, Field(gt=-90, lt=90, description="tilt in degrees, positive towards the distal end")
+]
+Position = Annotated[
+    float, Field(ge=0, le=1, description="position along the link, from 0 proximal to 1 distal")
+]
 
 
 def ascending(pair: list[Any]) -> list[Any]:
-    """A pair as it is; a fault where its first value is the higher."""
+    """Return the pair unchanged; raise a fault if its first value is the higher."""
     if pair[0] > pair[1]:
         raise fault(f"{pair}", "the lower value first")
     return pair

@@ -1,13 +1,13 @@
-"""The one mapping between a table of a file and the domain object that it describes.
+"""Mapping between a table in a file and the domain object that it describes.
 
-Each key of a ``MappedModel`` stands for the domain's field of the same name and value. Where the
+Each key of a ``MappedModel`` corresponds to the domain field of the same name and value. Where the
 name or the unit differs, the key's annotation states it once, for both directions::
 
     class MotionModel(MappedModel[Motion]):
         speed_deg_s: Annotated[float, Of("speed", DEGREES)] = 15.0
 
-A list is a tuple in the domain, a table the domain object of its own model. A key that no single
-field stands for is passed by name to ``to_domain`` and ``from_domain``.
+A list is a tuple in the domain, a table the domain object of its own model. Keys that correspond to
+no single field are passed by name to ``to_domain`` and ``from_domain``.
 """
 
 import dataclasses
@@ -27,7 +27,7 @@ _DIGITS = 9  # decimals of a value whose unit differs from the domain's
 
 @dataclasses.dataclass(frozen=True)
 class Unit:
-    """How a number of a file becomes one of the domain, and back."""
+    """Conversion of a number between file and domain."""
 
     read: Callable[[Any], Any]
     """From the file to the domain."""
@@ -40,17 +40,17 @@ def _as_it_is(value: Any) -> Any:
 
 
 def decimals(digits: int) -> Unit:
-    """The domain's own unit, written with so many decimals; -0.0 is written as 0.0."""
+    """Return the domain's own unit, written with ``digits`` decimals; -0.0 is written as 0.0."""
     return Unit(_as_it_is, lambda value: round(float(value), digits) + 0.0)
 
 
 def rounded_degrees(digits: int) -> Unit:
-    """Degrees of the domain's radians, written with so many decimals."""
+    """Return degrees for the domain's radians, written with ``digits`` decimals."""
     return Unit(math.radians, lambda angle: round(math.degrees(angle), digits) + 0.0)
 
 
 def rounded_millimetres(digits: int) -> Unit:
-    """Millimetres of the domain's metres, written with so many decimals."""
+    """Return millimetres for the domain's metres, written with ``digits`` decimals."""
     return Unit(lambda length: length / 1000, lambda length: round(1000 * length, digits))
 
 
@@ -60,7 +60,7 @@ PERCENT = Unit(lambda percent: percent / 100, lambda share: round(100 * share, _
 COVERAGE = Unit(
     lambda percent: percent / 100, lambda share: min(max(100 * float(share), 0.0), 100.0)
 )
-"""Percent of a computed share in [0, 1], which rounding errors may carry beyond."""
+"""Percentage of a computed share in [0, 1], which rounding errors may carry beyond."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -70,14 +70,14 @@ class Of:
     field: str = ""
     """Name of the domain's field; empty: the key's own."""
     unit: Unit = SAME
-    """Of each number of the value."""
+    """Unit of each number in the value."""
     array: bool = False
     """Whether the domain holds a list as a NumPy array instead of a tuple."""
     table: "type[MappedModel[Any]] | None" = None
-    """The model of the tables in the value, if they are mapped themselves; found by itself."""
+    """Model of the tables in the value, if they are mapped themselves; set automatically."""
 
     def read(self, value: Any) -> Any:
-        """Return what the value of a key means in the domain."""
+        """Return the domain's value for the value of a key."""
         match value:
             case None:
                 return None
@@ -92,7 +92,7 @@ class Of:
                 return self.unit.read(value)
 
     def write(self, value: Any) -> Any:
-        """Return what a key holds for the value of a field."""
+        """Return the value of a key for the value of a field."""
         match value:
             case None:
                 return None
@@ -109,10 +109,10 @@ class Of:
 
 
 class MappedModel(StrictModel, Generic[D]):
-    """A table of a file that describes a domain object of the dataclass ``D``."""
+    """A table in a file that describes a domain object of the dataclass ``D``."""
 
     def to_domain(self, **given: Any) -> D:
-        """Return the domain object; ``given`` are fields that no single key states."""
+        """Return the domain object; ``given`` holds fields that no single key states."""
         domain, sides = _mapping(type(self))
         fields = {field.name for field in dataclasses.fields(domain)} - set(given)
         stated = {
@@ -125,9 +125,8 @@ class MappedModel(StrictModel, Generic[D]):
 
     @classmethod
     def from_domain(cls, value: D, **given: Any) -> Self:
-        """Return the table that describes ``value``; ``given`` are keys that no single field
-        states.
-        """
+        """Return the table that describes ``value``; ``given`` holds keys that no single field
+        states."""
         stated = {
             key: side.write(getattr(value, side.field))
             for key, side in _mapping(cls)[1].items()
@@ -138,7 +137,7 @@ class MappedModel(StrictModel, Generic[D]):
 
 @cache
 def _mapping(model: type[MappedModel[Any]]) -> tuple[type, dict[str, Of]]:
-    """The dataclass that a model describes, and the domain's side of each key."""
+    """Return the dataclass that a model describes, and the domain's side of each key."""
     bases = (base for base in model.__mro__ if issubclass(base, MappedModel))
     domain = next(args[0] for base in bases if (args := base.__pydantic_generic_metadata__["args"]))
     known = {field.name for field in dataclasses.fields(domain)}
@@ -153,7 +152,7 @@ def _mapping(model: type[MappedModel[Any]]) -> tuple[type, dict[str, Of]]:
 
 
 def _table_in(annotation: Any) -> type[MappedModel[Any]] | None:
-    """The mapped model that an annotation names, alone, as an option or in a list."""
+    """Return the mapped model in an annotation: alone, as an option, or in a list."""
     if isinstance(annotation, type) and issubclass(annotation, MappedModel):
         return annotation
     return next(filter(None, map(_table_in, get_args(annotation))), None)

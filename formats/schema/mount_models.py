@@ -1,4 +1,4 @@
-"""The models of where rings may sit and how they are made."""
+"""Models of mounting limits, rules, and printing."""
 
 from typing import Annotated, Any, Literal, Self
 
@@ -16,38 +16,44 @@ _NUT = Unit(lambda name: name == "trap", lambda trapped: "trap" if trapped else 
 
 
 class PrintingModel(MappedModel[Printing]):
-    """How rings are printed."""
+    """Parameters of printed rings."""
 
     wall: float = Field(
-        default=0.003, ge=0.0008, le=0.05, description="metres, least thickness of what carries"
+        default=0.003, ge=0.0008, le=0.05, description="least thickness of load-bearing walls, m"
     )
     clearance: float = Field(
-        default=0.0003, ge=0, le=0.005, description="metres, of a board in its pocket, all around"
+        default=0.0003,
+        ge=0,
+        le=0.005,
+        description="clearance of a board in its pocket on every side, m",
     )
-    slack: float = Field(default=0.0005, ge=0, le=0.02, description="metres, between ring and link")
-    relief: float = Field(
-        default=0.002, ge=0, le=0.05, description="metres, free depth behind a board"
+    slack: float = Field(
+        default=0.0005, ge=0, le=0.02, description="clearance between ring and link, m"
     )
+    relief: float = Field(default=0.002, ge=0, le=0.05, description="free depth behind a board, m")
     bolt: Annotated[Literal["M3", "M4", "M5"], Of(unit=_BOLT)] = Field(
-        default="M3", description="of the bolts that close a ring"
+        default="M3", description="size of the bolts that close a ring"
     )
     nut: Annotated[Literal["trap", "through"], Of(unit=_NUT)] = Field(
-        default="trap", description="a hexagonal trap for each nut, or a through hole"
+        default="trap", description="hexagonal trap for each nut, or a through hole"
     )
     gap: float = Field(
         default=0.001,
         ge=0,
         le=0.01,
-        description="metres, between the halves before the bolts are drawn",
+        description="gap between the halves before the bolts are tightened, m",
     )
     channel: float = Field(
-        default=0.004, ge=0, le=0.02, description="metres, width and depth of the groove for cables"
+        default=0.004, ge=0, le=0.02, description="width and depth of the cable groove, m"
     )
     least_wall: float = Field(
-        default=0.0012, ge=0.0002, le=0.01, description="metres, thinnest that may be measured"
+        default=0.0012,
+        ge=0.0002,
+        le=0.01,
+        description="smallest acceptable measured wall thickness, m",
     )
     overhang: float = Field(
-        default=0.05, ge=0, le=1, description="largest share of the surface that may hang over"
+        default=0.05, ge=0, le=1, description="largest acceptable overhanging share of the surface"
     )
 
     @model_validator(mode="after")
@@ -58,7 +64,7 @@ class PrintingModel(MappedModel[Printing]):
                     (
                         ("wall",),
                         self.wall,
-                        f"{2 * self.least_wall:g} and more, as half of it is left at a split",
+                        f"at least {2 * self.least_wall:g}, because half of it remains at a split",
                     )
                 ]
             )
@@ -66,51 +72,69 @@ class PrintingModel(MappedModel[Printing]):
 
 
 class MountModel(MappedModel[Limits]):
-    position: Interval = [0.0, 1.0]
+    """Limits of rings on one link."""
+
+    position: Interval = Field(
+        default=[0.0, 1.0], description="interval of allowed positions, from 0 proximal to 1 distal"
+    )
     tilt_deg: Annotated[
         list[Tilt],
         Field(min_length=2, max_length=2),
         AfterValidator(ascending),
         Of("tilt", DEGREES),
-    ] = [-70.0, 70.0]
+    ] = Field(default=[-70.0, 70.0], description="lowest and highest tilt, degrees")
     keep_out: list[Interval] = Field(
-        default=[], max_length=100, description="intervals without rings"
+        default=[],
+        max_length=100,
+        description="intervals without rings, from 0 proximal to 1 distal",
     )
-    sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
+    sensor: SensorModel | None = Field(
+        default=None, description="sensor on this link; default: the scene's"
+    )
     ring_radius: Annotated[Metres | None, Of("radius")] = Field(
-        default=None, description="metres; the scene's, if none is given"
+        default=None, description="radius of rings on this link, m; default: the scene's"
     )
 
 
 class RulesModel(MappedModel[Rules]):
-    """What makes a setup buildable."""
+    """Rules that make a setup buildable."""
 
     spacing: float = Field(
-        default=0.03, ge=0, le=10, description="metres, between two rings on a link"
+        default=0.03, ge=0, le=10, description="least distance between two rings on a link, m"
     )
-    from_joints: float = Field(default=0.0, ge=0, le=10, description="metres, from a link's ends")
+    from_joints: float = Field(
+        default=0.0, ge=0, le=10, description="least distance from a link's ends, m"
+    )
     sensors_per_ring: Annotated[
         list[Annotated[int, Field(ge=1, le=1000)]],
-        Field(min_length=2, max_length=2, description="least and most"),
+        Field(min_length=2, max_length=2, description="fewest and most sensors of a ring"),
         AfterValidator(ascending),
         Of("sensors"),
     ] = [3, 24]
-    rings_per_link: int = Field(default=8, ge=1, le=200, description="rings, at most")
-    shared_tilt: bool = Field(default=False, description="all rings have one tilt, up to its sign")
+    rings_per_link: int = Field(
+        default=8, ge=1, le=200, description="largest number of rings on a link"
+    )
+    shared_tilt: bool = Field(
+        default=False, description="whether all rings have the same tilt, up to its sign"
+    )
     mount: Mounting | None = Field(
         default=None,
         description=(
-            "real: rings have bodies; free: none; real unless occlusion is ignore, if none is given"
+            "real: rings have bodies and must be mountable; free: they need not be; "
+            "default: real, or free with occlusion ignore"
         ),
     )
     standoff: float = Field(
-        default=0.012, ge=0, le=1, description="metres, from what a ring surrounds to its sensors"
+        default=0.012,
+        ge=0,
+        le=1,
+        description="distance from the surface that a ring surrounds to its sensors, m",
     )
     ring_thickness: float = Field(
-        default=0.01, ge=0, le=1, description="metres, of a ring's body across the axis"
+        default=0.01, ge=0, le=1, description="radial thickness of a ring's body, m"
     )
     ring_width: float = Field(
-        default=0.02, ge=0, le=1, description="metres, of a ring's body along the axis"
+        default=0.02, ge=0, le=1, description="width of a ring's body along the axis, m"
     )
 
     @model_validator(mode="after")
@@ -121,7 +145,7 @@ class RulesModel(MappedModel[Rules]):
                     (
                         ("ring_width",),
                         self.ring_width,
-                        f"{self.ring_thickness:g} and more, the ring_thickness",
+                        f"at least {self.ring_thickness:g}, the ring_thickness",
                     )
                 ]
             )
@@ -131,14 +155,14 @@ class RulesModel(MappedModel[Rules]):
                     (
                         ("standoff",),
                         self.standoff,
-                        f"{self.ring_thickness / 2:g} and more, half the ring_thickness",
+                        f"at least {self.ring_thickness / 2:g}, half the ring_thickness",
                     )
                 ]
             )
         return self
 
     def to_domain(self, **given: Any) -> Rules:
-        """Return the rules; ``fixed``: rings that stay."""
+        """Return the rules; pass the fixed rings as ``fixed``."""
         return super().to_domain(band=(self.ring_thickness, self.ring_width), **given)
 
     @classmethod

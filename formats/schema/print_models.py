@@ -1,4 +1,4 @@
-"""The models of ``printing.json``: printed rings and what was measured of them."""
+"""Models of ``printing.json``: printed rings and their measurements."""
 
 from pydantic import Field
 
@@ -7,39 +7,43 @@ from .versions import VersionedFile
 
 
 class PrintCheck(StrictModel):
-    """Something measured on a printed ring, what is allowed, and whether it holds."""
+    """A measurement of a printed ring with its limits."""
 
-    name: str
-    measured: float
-    least: float | None = None
-    most: float | None = None
-    unit: str = ""
-    holds: bool
+    name: str = Field(description="name of the measurement")
+    measured: float = Field(description="measured value")
+    least: float | None = Field(default=None, description="smallest allowed value")
+    most: float | None = Field(default=None, description="largest allowed value")
+    unit: str = Field(default="", description="unit of the values")
+    holds: bool = Field(description="whether the measured value is within its limits")
 
 
 class PrintedRing(StrictModel):
-    """A printed ring: its files, where it goes, what else it takes, and what was measured of it."""
+    """A printed ring: its files, position, hardware and measurements."""
 
-    ring: int = Field(ge=0, description="counted from 0")
-    link: str
+    ring: int = Field(ge=0, description="number of the ring, counted from 0")
+    link: str = Field(description="link that carries the ring")
     position_mm: float = Field(
-        description="of its lenses from the mount's proximal end, along the link"
+        description="distance of the lenses from the mount's proximal end along the link, mm"
     )
-    count: int
-    tilt_deg: float
-    radius_mm: float
-    bore_mm: float = Field(description="diameter")
-    size_mm: list[float] = Field(description="of the larger half as it is printed")
-    flipped: bool = Field(description="mounted with its bed side towards distal")
-    board: str = Field(description="where its figures are from")
-    screws: str
-    bolts: str
-    files: list[str]
-    checks: list[PrintCheck]
+    count: int = Field(description="number of sensors")
+    tilt_deg: float = Field(description="tilt, degrees")
+    radius_mm: float = Field(description="radius, mm")
+    bore_mm: float = Field(description="diameter of the bore, mm")
+    size_mm: list[float] = Field(
+        description="dimensions of the larger half in its printing orientation, mm"
+    )
+    flipped: bool = Field(
+        description="whether the side on the printing bed faces the distal end when mounted"
+    )
+    board: str = Field(description="source of the board's figures")
+    screws: str = Field(description="screws that hold the boards")
+    bolts: str = Field(description="bolts that close the ring")
+    files: list[str] = Field(description="names of the mesh files")
+    checks: list[PrintCheck] = Field(description="measurements")
 
 
 class PrintResult(VersionedFile):
-    """What ``export --to stl`` leaves in printing.json."""
+    """The file ``printing.json`` of ``export --to stl``."""
 
-    rings: list[PrintedRing]
+    rings: list[PrintedRing] = Field(description="printed rings")
     assembled: str = Field(description="picture of the first ring with boards and link")

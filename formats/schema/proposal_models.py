@@ -1,4 +1,4 @@
-"""The models of proposals, of how they were found, and of the records that stand beside them."""
+"""Models of proposals, of the searches that produced them, and of ``result.json``."""
 
 from typing import Any, Literal, Self
 
@@ -22,40 +22,40 @@ from .versions import VersionedFile
 
 
 class FoundModel(StrictModel):
-    """How a proposal was found: for which number of sensors that see a point, which loss, and which
-    errors of mounting."""
+    """The search that produced a proposal."""
 
     outcome: str = Field(description="how the search ended")
-    seed: int
-    soft_percent: float = Field(
-        description="percent, the search's own estimate of what was asked for"
+    seed: int = Field(description="random seed")
+    soft_percent: float = Field(description="the search's soft estimate of its criterion, percent")
+    exact_percent: Percent = Field(description="exact value of the criterion, percent")
+    width: float = Field(description="width of the sigmoid of soft_percent, m")
+    starts: int = Field(description="number of starts")
+    evaluations: int = Field(description="evaluations of the soft estimate")
+    seconds: float = Field(description="wall-clock time, s")
+    command: str = Field(description="command that wrote the file")
+    created: str = Field(description="time of creation, UTC")
+    versions: dict[str, str] = Field(description="versions of the relevant packages")
+    redundancy: int = Field(default=1, ge=1, description="number of sensors that must see a point")
+    losing: Literal["ring", "sensor"] | None = Field(
+        default=None, description="part whose worst loss the criterion assumes"
     )
-    exact_percent: Percent = Field(description="percent, the same counted")
-    width: float = Field(description="metres, of the sigmoid of soft_percent")
-    starts: int = Field(description="that were tried")
-    evaluations: int = Field(description="of the soft estimate")
-    seconds: float = Field(description="on the wall")
-    command: str = Field(description="that made the file")
-    created: str = Field(description="when, UTC")
-    versions: dict[str, str] = Field(description="of the packages that matter")
-    redundancy: int = Field(default=1, ge=1, description="sensors")
-    losing: Literal["ring", "sensor"] | None = Field(default=None, description="what is lost")
-    tolerant: ErrorsModel | None = Field(default=None, description="errors that were kept in mind")
+    tolerant: ErrorsModel | None = Field(
+        default=None, description="mounting errors in the criterion"
+    )
 
 
 class ProposalFile(VersionedFile):
-    """A proposal (TOML): the setup first, then the scene it is for, its verified zeta, and how it
-    was found.
-    """
+    """A proposal (TOML): the setup first, then its scene, its verified ζ, and the search that
+    produced it."""
 
-    rings: list[RingModel] = Field(min_length=1, max_length=1000)
-    scene: SceneModel = SceneModel()
-    zeta: list[VerifyResult] = Field(default=[])
-    found: FoundModel | None = None
+    rings: list[RingModel] = Field(min_length=1, max_length=1000, description="rings of the setup")
+    scene: SceneModel = Field(default=SceneModel(), description="scene of the setup")
+    zeta: list[VerifyResult] = Field(default=[], description="verified coverage of each target")
+    found: FoundModel | None = Field(default=None, description="search that produced the setup")
 
     @classmethod
     def of(cls, setup: Setup, scene: Scene, **more: Any) -> Self:
-        """Return the proposal of a setup for a scene, with ``more`` keys."""
+        """Return the proposal of a setup for a scene, with further keys in ``more``."""
         rings = ring_models(setup, scene.sensor)
         return cls(rings=rings, scene=SceneModel.from_domain(scene), **more)
 
@@ -71,31 +71,42 @@ class ProposalFile(VersionedFile):
 
 
 class ReachedModel(StrictModel):
-    sensors: int
-    exact_percent: Percent
-    reached: bool
+    """Result of the search with one sensor count."""
+
+    sensors: int = Field(description="number of sensors")
+    exact_percent: Percent = Field(description="exact value of the criterion, percent")
+    reached: bool = Field(description="whether the coverage and all floors are reached")
 
 
 class ReachModel(StrictModel):
-    """What searches for fewest sensors came to, one by one."""
+    """Results of the searches for the fewest sensors."""
 
-    wanted_percent: Percent
-    reached: bool
-    tried: list[ReachedModel]
+    wanted_percent: Percent = Field(description="target value of the criterion, percent")
+    reached: bool = Field(description="whether any sensor count reaches it")
+    tried: list[ReachedModel] = Field(description="results by sensor count")
 
 
 class SearchFile(VersionedFile):
-    """``result.json`` of a search: the proposal, and its zeta beside the paper's setups by the same
-    verifier; the same of what was asked for, where that was not zeta itself."""
+    """The file ``result.json`` of a search: the proposal, and the coverage of the paper's layouts
+    by the same verifier."""
 
-    proposal: ProposalFile
-    soft_minus_exact_percent: float
-    comparison: list[VerifyResult]
-    asked_percent: dict[str, Percent] = Field(default={})
-    files: dict[str, str]
-    short_percent: float = Field(default=0.0, ge=0, description="points by which floors are missed")
-    reach: ReachModel | None = None
-    sensors: list[SensorRecord] = Field(default=[])
+    proposal: ProposalFile = Field(description="setup, scene and search")
+    soft_minus_exact_percent: float = Field(
+        description="error of the soft estimate, percentage points"
+    )
+    comparison: list[VerifyResult] = Field(
+        description="coverage of the proposal and of the paper's layouts"
+    )
+    asked_percent: dict[str, Percent] = Field(
+        default={},
+        description="value of the criterion for each layout, percent, unless the criterion is ζ",
+    )
+    files: dict[str, str] = Field(description="written files")
+    short_percent: float = Field(
+        default=0.0, ge=0, description="sum by which floors are missed, percentage points"
+    )
+    reach: ReachModel | None = Field(default=None, description="searches for the fewest sensors")
+    sensors: list[SensorRecord] = Field(default=[], description="catalogue sensors of the setup")
 
 
 MODELS: dict[str, type[StrictModel]] = {

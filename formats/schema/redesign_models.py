@@ -1,4 +1,4 @@
-"""The models of what ``improve --json`` prints: changes to what is mounted, step by step."""
+"""Models of the output of ``improve --json``: changes to a mounted setup, step by step."""
 
 from typing import Annotated, Self
 
@@ -22,22 +22,29 @@ _TURNED = Of("turned", rounded_degrees(DIGITS_DEG))
 
 
 class ChangeModel(MappedModel[Change]):
-    """A ring touched: its number as mounted (none: it is new), what was done, and the ring before
-    and after (none where it is new, and where it is taken away). Millimetres along its link,
-    degrees that its sensors tilt and that it turns."""
+    """A change to one ring."""
 
-    ring: int | None = None
-    done: str
-    before: RingModel | None = None
-    after: RingModel | None = None
-    sensors: int
-    moved_mm: Annotated[float, _MOVED] = Field(ge=0)
-    tilted_deg: Annotated[float, _TILTED] = Field(ge=0)
-    turned_deg: Annotated[float, _TURNED] = Field(ge=0)
+    ring: int | None = Field(
+        default=None, description="number of the mounted ring, counted from 0; none for a new ring"
+    )
+    done: str = Field(description="kind of the change")
+    before: RingModel | None = Field(
+        default=None, description="ring before the change; none for a new ring"
+    )
+    after: RingModel | None = Field(
+        default=None, description="ring after the change; none for a removed ring"
+    )
+    sensors: int = Field(description="number of sensors added")
+    moved_mm: Annotated[float, _MOVED] = Field(ge=0, description="displacement along the link, mm")
+    tilted_deg: Annotated[float, _TILTED] = Field(ge=0, description="change of tilt, degrees")
+    turned_deg: Annotated[float, _TURNED] = Field(
+        ge=0, description="rotation about the link, degrees"
+    )
 
     @classmethod
     def of(cls, change: Change, mounted: int, sensor: Sensor) -> Self:
-        """Return the record of a change to one of ``mounted`` rings; ``sensor`` is the scene's."""
+        """Return the record of a change to a setup with ``mounted`` rings; ``sensor`` is the
+        scene's."""
         before, after = (
             None if ring is None else ring_models(Setup((ring,)), sensor)[0]
             for ring in (change.before, change.after)
@@ -52,48 +59,54 @@ class ChangeModel(MappedModel[Change]):
 
 
 class WorkModel(MappedModel[Work]):
-    """What changes cost: the sums over them. A ring that is carried to another link counts no
-    millimetres.
-    """
+    """Total effort of the changes. A ring that moves to another link adds no millimetres."""
 
-    rings_touched: Annotated[int, Of("rings")]
-    rings_carried: Annotated[int, Of("carried")]
-    sensors_added: Annotated[int, Of("sensors")]
-    moved_mm: Annotated[float, _MOVED] = Field(ge=0)
-    tilted_deg: Annotated[float, _TILTED] = Field(ge=0)
-    turned_deg: Annotated[float, _TURNED] = Field(ge=0)
+    rings_touched: Annotated[int, Of("rings")] = Field(description="number of rings touched")
+    rings_carried: Annotated[int, Of("carried")] = Field(
+        description="number of rings moved to another link"
+    )
+    sensors_added: Annotated[int, Of("sensors")] = Field(description="number of sensors added")
+    moved_mm: Annotated[float, _MOVED] = Field(ge=0, description="displacement along links, mm")
+    tilted_deg: Annotated[float, _TILTED] = Field(ge=0, description="change of tilt, degrees")
+    turned_deg: Annotated[float, _TURNED] = Field(
+        ge=0, description="rotation about the links, degrees"
+    )
 
 
 class StepModel(StrictModel):
-    """The best with so many changes: points gained on the weighted mean against what is mounted,
-    and points by which floors are missed; the work, the changes, and all rings with their verified
-    zeta."""
+    """The best setup for a number of changes."""
 
-    exact_percent: Percent
-    gain_percent: float
-    short_percent: float = Field(ge=0)
-    work: WorkModel
-    changes: list[ChangeModel]
-    rings: list[RingModel]
-    zeta: list[VerifyResult]
+    exact_percent: Percent = Field(
+        description="exact coverage, weighted mean over the targets, percent"
+    )
+    gain_percent: float = Field(description="gain over the mounted setup, percentage points")
+    short_percent: float = Field(
+        ge=0, description="sum by which floors are missed, percentage points"
+    )
+    work: WorkModel = Field(description="effort of the changes")
+    changes: list[ChangeModel] = Field(description="changes")
+    rings: list[RingModel] = Field(description="all rings after the changes")
+    zeta: list[VerifyResult] = Field(description="verified coverage of each target")
 
 
 class ImproveResult(VersionedFile):
-    """What ``improve --json`` prints: the setup as mounted, the scene's rules that it breaks, and
-    step by step the best with ever more changes; a number of changes that gains nothing more has no
-    step."""
+    """Output of ``improve --json``. A number of changes without a further gain has no step."""
 
-    setup: str
-    scene: SceneModel
-    most_changes: int
-    add_sensors: int
-    outcome: str
-    seed: int
-    seconds: float = Field(ge=0)
-    exact_percent: Percent
-    short_percent: float = Field(ge=0)
-    rings: list[RingModel]
-    zeta: list[VerifyResult]
-    broken: list[str]
-    steps: list[StepModel]
-    files: dict[str, str] = Field(default={})
+    setup: str = Field(description="name or file of the mounted setup")
+    scene: SceneModel = Field(description="scene of the setup")
+    most_changes: int = Field(description="largest number of changes")
+    add_sensors: int = Field(description="largest number of additional sensors")
+    outcome: str = Field(description="how the search ended")
+    seed: int = Field(description="random seed")
+    seconds: float = Field(ge=0, description="wall-clock time, s")
+    exact_percent: Percent = Field(
+        description="exact coverage as mounted, weighted mean over the targets, percent"
+    )
+    short_percent: float = Field(
+        ge=0, description="sum by which floors are missed as mounted, percentage points"
+    )
+    rings: list[RingModel] = Field(description="mounted rings")
+    zeta: list[VerifyResult] = Field(description="verified coverage of each target as mounted")
+    broken: list[str] = Field(description="rules that the mounted setup breaks")
+    steps: list[StepModel] = Field(description="best setups with a growing number of changes")
+    files: dict[str, str] = Field(default={}, description="written files")

@@ -1,4 +1,4 @@
-"""The models of what ``verify --json`` prints: counts and proofs, in percent."""
+"""Models of the output of ``verify --json``: counts and guaranteed intervals, in percent."""
 
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
@@ -18,19 +18,19 @@ from .separation_models import SeparationModel
 
 
 class ProofModel(StrictModel):
-    """How a certified interval was reached: the width asked for, in points (0: none, cells of one
-    side), whether it was reached, passes, cells of the last pass, and the side of the smallest, m.
-    Over several poses: the most, the sum, the least."""
+    """How a certified interval was computed; over several poses, the largest or total effort."""
 
-    width_percent: Percent
-    reached: bool
-    passes: int
-    cells: int
-    smallest: Metres
+    width_percent: Percent = Field(
+        description="requested width, percentage points; 0: none, cells of one size"
+    )
+    reached: bool = Field(description="whether the requested width was reached at every pose")
+    passes: int = Field(description="largest number of passes")
+    cells: int = Field(description="total number of cells in the last passes")
+    smallest: Metres = Field(description="side of the smallest cell, m")
 
     @classmethod
     def of(cls, verified: Verified) -> Self | None:
-        """Return the record of a certified interval over all poses; None by another rule."""
+        """Return the record of a certified interval over all poses; None for another rule."""
         proofs = [p.proof for p in verified.poses if p.proof is not None]
         if not proofs:
             return None
@@ -44,88 +44,109 @@ class ProofModel(StrictModel):
 
 
 class PoseZetaModel(MappedModel[PoseZeta]):
-    weight: float
-    zeta_percent: Annotated[Percent, Of("zeta", COVERAGE)]
-    low_percent: Annotated[Percent, Of("low", COVERAGE)]
-    high_percent: Annotated[Percent, Of("high", COVERAGE)]
-    target_voxels: int | None = None
-    covered_voxels: int | None = None
+    """Coverage at one pose."""
+
+    weight: float = Field(description="weight of the pose")
+    zeta_percent: Annotated[Percent, Of("zeta", COVERAGE)] = Field(description="coverage, percent")
+    low_percent: Annotated[Percent, Of("low", COVERAGE)] = Field(
+        description="lower end of the guaranteed interval, percent; without one, zeta itself"
+    )
+    high_percent: Annotated[Percent, Of("high", COVERAGE)] = Field(
+        description="upper end of the guaranteed interval, percent; without one, zeta itself"
+    )
+    target_voxels: int | None = Field(default=None, description="voxels in the target")
+    covered_voxels: int | None = Field(default=None, description="covered voxels in the target")
 
 
 class WorstModel(MappedModel[PoseZeta]):
-    """The pose with the least zeta: which (from 0), when the record was there, and its joint
-    angles.
-    """
+    """The pose with the lowest coverage."""
 
-    pose: int = Field(ge=0)
-    time_s: float | None = None
-    q_deg: list[float]
-    zeta_percent: Annotated[Percent, Of("zeta", COVERAGE)]
-    low_percent: Annotated[Percent, Of("low", COVERAGE)]
-    high_percent: Annotated[Percent, Of("high", COVERAGE)]
+    pose: int = Field(ge=0, description="number of the pose, counted from 0")
+    time_s: float | None = Field(default=None, description="time in the recorded motion, s")
+    q_deg: list[float] = Field(description="joint angles, degrees")
+    zeta_percent: Annotated[Percent, Of("zeta", COVERAGE)] = Field(description="coverage, percent")
+    low_percent: Annotated[Percent, Of("low", COVERAGE)] = Field(
+        description="lower end of the guaranteed interval, percent; without one, zeta itself"
+    )
+    high_percent: Annotated[Percent, Of("high", COVERAGE)] = Field(
+        description="upper end of the guaranteed interval, percent; without one, zeta itself"
+    )
 
 
 class UnseeingModel(MappedModel[Unseeing]):
-    """A sensor that sees less than 1 % of its cone, or nothing as it stands within something: at
-    how many poses, within what, and how deep at most."""
+    """A blocked sensor: it sees less than 1 % of its cone, or nothing because it sits inside a
+    body."""
 
-    ring: int
-    sensor: int
-    poses: int
-    within: str | None = None
-    depth_mm: Annotated[float, Of("depth", rounded_millimetres(3))] = 0.0
+    ring: int = Field(description="number of the ring, counted from 0")
+    sensor: int = Field(description="number of the sensor on its ring, counted from 0")
+    poses: int = Field(description="number of poses at which it is blocked")
+    within: str | None = Field(
+        default=None, description="name of the body or obstacle that contains it"
+    )
+    depth_mm: Annotated[float, Of("depth", rounded_millimetres(3))] = Field(
+        default=0.0, description="largest depth inside it, mm"
+    )
 
     @classmethod
     def from_domain(cls, value: Unseeing, **given: Any) -> Self:
-        """Return the record of a sensor that is blocked."""
+        """Return the record of a blocked sensor."""
         return super().from_domain(value, poses=len(value.poses), **given)
 
 
-_LOW = Field(description="percent, of the guaranteed interval; by another rule zeta itself")
-_HIGH = Field(description="percent, likewise")
+_LOW = Field(
+    description="lower end of the guaranteed interval, percent; by another rule, zeta itself"
+)
+_HIGH = Field(
+    description="upper end of the guaranteed interval, percent; by another rule, zeta itself"
+)
 
 
 class VerifyResult(MappedModel[Verified]):
-    """What ``verify --json`` prints for each target: the mean over the poses, the worst of several,
-    each, and the sensors of the catalogue that the setup has. A proposal of many poses leaves each
-    out."""
+    """Output of ``verify --json`` for each target. A proposal with many poses omits ``poses``."""
 
-    setup: str = Field(description="name or file")
-    target: str
-    radius: float | None = Field(default=None, description="metres, of V_S")
-    rule: Literal["centre", "touch", "certified"]
+    setup: str = Field(description="name or file of the setup")
+    target: str = Field(description="name of the target")
+    radius: float | None = Field(default=None, description="radius of V_S, m")
+    rule: Literal["centre", "touch", "certified"] = Field(description="rule of the count")
     voxel: Metres | None = Field(
         default=None,
-        description="metres, side of a voxel; certified: of the smallest cell asked for",
+        description="side of a voxel, m; certified: of the smallest requested cell",
     )
     zeta_percent: Annotated[Percent, Of("zeta", COVERAGE)] = Field(
-        description="percent, mean over the poses"
+        description="coverage, percent, as a mean over the poses"
     )
     low_percent: Annotated[Percent, Of("low", COVERAGE)] = _LOW
     high_percent: Annotated[Percent, Of("high", COVERAGE)] = _HIGH
-    target_voxels: int | None = Field(default=None, description="of all poses; none when certified")
-    covered_voxels: int | None = Field(default=None, description="of these, seen")
-    proof: ProofModel | None = Field(default=None, description="when certified")
-    worst: WorstModel | None = Field(default=None, description="of several poses")
-    occlusion: Occlusion = Field(
-        default="ignore", description="the model under which it was counted"
+    target_voxels: int | None = Field(
+        default=None, description="voxels in the target at all poses; none if certified"
     )
-    mounting: list[str] = Field(default=[], description="what a real mount would not allow")
+    covered_voxels: int | None = Field(
+        default=None, description="covered voxels in the target at all poses"
+    )
+    proof: ProofModel | None = Field(default=None, description="effort of a certified interval")
+    worst: WorstModel | None = Field(
+        default=None, description="pose with the lowest coverage, of several"
+    )
+    occlusion: Occlusion = Field(default="ignore", description="occlusion model of the count")
+    mounting: list[str] = Field(
+        default=[], description="reasons why real rings could not be mounted"
+    )
     by_occlusion_percent: dict[Occlusion, Percent] = Field(
-        default={}, description="zeta under each model"
+        default={}, description="coverage under each occlusion model, percent"
     )
-    unseeing: list[UnseeingModel] = Field(
-        default=[], description="sensors that see next to nothing"
+    unseeing: list[UnseeingModel] = Field(default=[], description="blocked sensors")
+    poses: list[PoseZetaModel] = Field(default=[], description="coverage at each pose")
+    sensors: list[SensorRecord] = Field(default=[], description="catalogue sensors of the setup")
+    separation: SeparationModel | None = Field(
+        default=None, description="separation distances of V_P"
     )
-    poses: list[PoseZetaModel] = Field(default=[], description="each by itself")
-    sensors: list[SensorRecord] = Field(default=[], description="of the catalogue")
-    separation: SeparationModel | None = Field(default=None, description="of V_P")
-    seconds: float = Field(ge=0, description="that the count took")
+    seconds: float = Field(ge=0, description="duration of the count, s")
 
     @classmethod
     def of(cls, name: str, verified: Verified, scene: Scene | None = None) -> Self:
-        """Return the record of a verified zeta of the setup called ``name``; the ``scene`` tells
-        more of the worst of its poses, and of the distances that V_P is made of.
+        """Return the record of a verified ζ of the setup ``name``.
+
+        With a ``scene``, the record includes the worst pose and the separation distances of V_P.
         """
         poses, target = () if scene is None else scene.poses, verified.target
         worst = verified.worst
@@ -152,9 +173,8 @@ class VerifyResult(MappedModel[Verified]):
         zetas: dict[Occlusion, float],
         blocked: Iterable[Unseeing] = (),
     ) -> Self:
-        """Return the record with the scene's model of occlusion, zeta in [0, 1] under each, and the
-        sensors that are blocked.
-        """
+        """Return the record with the scene's occlusion model, ζ in [0, 1] under each model, and the
+        blocked sensors."""
         return self.model_copy(
             update={
                 "occlusion": scene.occlusion,

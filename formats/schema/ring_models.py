@@ -1,4 +1,4 @@
-"""The models of rings, and of the rows that list their sensors."""
+"""Models of rings, and of the rows in a list of their sensors."""
 
 import math
 from typing import Annotated
@@ -18,19 +18,25 @@ _PHASE = Of("phase", Unit(math.radians, phase_deg))
 
 
 class RingModel(MappedModel[Ring]):
-    link: Annotated[str, Field(max_length=100)]
-    position: Annotated[Position, Of(unit=decimals(DIGITS_POSITION))] = 0.0
-    count: int = Field(ge=1, le=1000, description="sensors")
-    tilt_deg: Annotated[Tilt, _TILT] = 0.0
-    phase_deg: Annotated[float, _PHASE] = Field(default=0.0, ge=-360, le=360, description="degrees")
-    radius: Metres | None = Field(default=None, description="metres; the scene's, if none is given")
-    sensor: SensorModel | None = Field(default=None, description="the scene's, if none is given")
+    """A ring of sensors around a link."""
+
+    link: Annotated[str, Field(max_length=100)] = Field(description="link that carries the ring")
+    position: Annotated[Position, Of(unit=decimals(DIGITS_POSITION))] = Field(
+        default=0.0, description="position along the link, from 0 proximal to 1 distal"
+    )
+    count: int = Field(ge=1, le=1000, description="number of sensors")
+    tilt_deg: Annotated[Tilt, _TILT] = Field(
+        default=0.0, description="tilt in degrees, positive towards the distal end"
+    )
+    phase_deg: Annotated[float, _PHASE] = Field(
+        default=0.0, ge=-360, le=360, description="azimuth of the first sensor, degrees"
+    )
+    radius: Metres | None = Field(default=None, description="radius, m; default: the scene's")
+    sensor: SensorModel | None = Field(default=None, description="sensor; default: the scene's")
 
 
 def setup_of(rings: list[RingModel], sensor: Sensor, radius: float = RING_RADIUS) -> Setup:
-    """The setup that a proposal's rings make; a ring that names no sensor or radius has the
-    scene's.
-    """
+    """Return the setup of a proposal's rings; a ring without sensor or radius takes the scene's."""
     return Setup(
         tuple(
             ring.to_domain(
@@ -43,9 +49,8 @@ def setup_of(rings: list[RingModel], sensor: Sensor, radius: float = RING_RADIUS
 
 
 def ring_models(setup: Setup, sensor: Sensor) -> list[RingModel]:
-    """The rings of a setup as a proposal lists them, rounded as files are; ``sensor`` is the
-    scene's.
-    """
+    """Return the rings of a setup as a proposal lists them, rounded as in files; ``sensor`` is the
+    scene's."""
     return [
         RingModel.from_domain(ring)
         if ring.sensor != sensor
@@ -54,17 +59,17 @@ def ring_models(setup: Setup, sensor: Sensor) -> list[RingModel]:
     ]
 
 
-_Index = Annotated[int, Field(ge=0, le=999, description="counted from 0")]
-_Place = Annotated[float, Field(ge=-100, le=100, description="metres, base frame")]
+_Index = Annotated[int, Field(ge=0, le=999, description="number, counted from 0")]
+_Place = Annotated[float, Field(ge=-100, le=100, description="coordinate in the base frame, m")]
 _Part = Annotated[
-    float, Field(ge=-1.001, le=1.001, description="part of a unit vector, base frame")
+    float, Field(ge=-1.001, le=1.001, description="unit vector component in the base frame")
 ]
 
 
 class ConeRow(StrictModel):
-    """A row of ``place-rings cones``: a sensor at a pose, base frame."""
+    """A row of ``place-rings cones``: one sensor at one pose, in the base frame."""
 
-    pose: int = Field(ge=0, lt=10_000, description="counted from 0")
+    pose: int = Field(ge=0, lt=10_000, description="number of the pose, counted from 0")
     ring: _Index
     sensor: _Index
     apex_x: _Place
@@ -73,17 +78,16 @@ class ConeRow(StrictModel):
     axis_x: _Part
     axis_y: _Part
     axis_z: _Part
-    fov_deg: float = Field(gt=0, lt=180, description="degrees, the full angle")
-    range_m: Metres
+    fov_deg: float = Field(gt=0, lt=180, description="full field of view, degrees")
+    range_m: Metres = Field(description="range, m")
 
 
 class SquareConeRow(ConeRow):
-    """A row where some sensors have square beams: with the full angle along ``up``, 0 of a cone,
-    and ``up`` itself.
-    """
+    """A row in a file with square beams: also the full angle along ``up``, 0 for a round beam, and
+    ``up`` itself."""
 
     fov_up_deg: float = Field(
-        ge=0, lt=180, description="degrees, the full angle along up; 0: a cone"
+        ge=0, lt=180, description="full field of view along up, degrees; 0: a round beam"
     )
     up_x: _Part
     up_y: _Part

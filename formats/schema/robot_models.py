@@ -1,6 +1,5 @@
-"""The model of a robot's file, and of the table ``[robot]`` in a scene. Degrees in files, radians
-in code.
-"""
+"""Model of a robot file, and of the table ``[robot]`` in a scene. Files use degrees, code uses
+radians."""
 
 import math
 from typing import Annotated, Any, Self
@@ -18,109 +17,132 @@ from .mapping import MappedModel, Of, decimals, rounded_degrees
 from .versions import VersionedFile
 
 BASE_FRAME, TCP_FRAME = "base", "tcp"
-_Place = Annotated[float, Field(ge=-100, le=100, description="metres")]
-_Part = Annotated[float, Field(ge=-1.000001, le=1.000001, description="part of a unit vector")]
-_Angle = Annotated[float, Field(ge=-360, le=360, description="degrees")]
-_Turn = Annotated[float, Field(ge=-720, le=720, description="degrees")]
+_Place = Annotated[float, Field(ge=-100, le=100, description="coordinate, m")]
+_Part = Annotated[float, Field(ge=-1.000001, le=1.000001, description="unit vector component")]
+_Angle = Annotated[float, Field(ge=-360, le=360, description="angle, degrees")]
+_Turn = Annotated[float, Field(ge=-720, le=720, description="joint angle, degrees")]
 _Point = Annotated[list[_Place], Field(min_length=3, max_length=3)]
 _Unit = Annotated[list[_Part], Field(min_length=3, max_length=3)]
 _Angles = Annotated[list[_Angle], Field(min_length=3, max_length=3)]
-_Share = Annotated[float, Field(ge=0, le=1, description="0 proximal to 1 distal")]
+_Share = Annotated[
+    float, Field(ge=0, le=1, description="position along the axis, from 0 proximal to 1 distal")
+]
 _Name = Annotated[str, Field(min_length=1, max_length=100)]
-_UNIT = 1e-6  # by which the length of a unit vector may be off
-_ROUNDED = decimals(12)  # of metres and of unit vectors
+_UNIT = 1e-6  # tolerance of the length of a unit vector
+_ROUNDED = decimals(12)  # for metres and unit vectors
 _VECTOR = Of(unit=_ROUNDED, array=True)
 _ANGLES = Of(unit=rounded_degrees(11), array=True)
 _LENGTH = Of(unit=_ROUNDED)
 
 
 class JointModel(StrictModel):
-    """A revolute joint: where it is in the frame of the one before at angle 0, and its axis there
-    after that.
-    """
+    """A revolute joint. Its frame is stated in the previous joint's frame at angle 0, its axis in
+    its own frame."""
 
-    name: _Name
-    xyz: _Point = [0.0, 0.0, 0.0]
+    name: _Name = Field(description="name of the joint")
+    xyz: _Point = Field(default=[0.0, 0.0, 0.0], description="origin of the joint, m")
     rpy_deg: _Angles = Field(
-        default=[0.0, 0.0, 0.0], description="degrees, about the fixed x, then y, then z"
+        default=[0.0, 0.0, 0.0],
+        description="orientation in degrees: rotations about the fixed x, then y, then z axis",
     )
-    axis: _Unit = [0.0, 0.0, 1.0]
+    axis: _Unit = Field(default=[0.0, 0.0, 1.0], description="unit vector of the axis")
     limits_deg: Annotated[list[_Turn], Field(min_length=2, max_length=2)] | None = Field(
-        default=None, description="degrees; none: it turns freely"
+        default=None,
+        description="lowest and highest angle, degrees; omit for a joint without limits",
     )
 
 
 class TcpModel(StrictModel):
     """The TCP in the last joint's frame."""
 
-    xyz: _Point = [0.0, 0.0, 0.0]
-    rpy_deg: _Angles = [0.0, 0.0, 0.0]
+    xyz: _Point = Field(default=[0.0, 0.0, 0.0], description="origin of the TCP, m")
+    rpy_deg: _Angles = Field(
+        default=[0.0, 0.0, 0.0],
+        description="orientation in degrees: rotations about the fixed x, then y, then z axis",
+    )
 
 
 class MountAxisModel(MappedModel[Mount]):
-    """The axis of a link around which rings sit, in the frame of a joint, or of the TCP."""
+    """The axis of a link around which rings sit, in the frame of a joint or of the TCP."""
 
-    link: _Name
-    frame: _Name = Field(description="the joint that moves the link, or tcp")
-    start: Annotated[_Point, _VECTOR] = [0.0, 0.0, 0.0]
-    axis: Annotated[_Unit, _VECTOR]
-    zero: Annotated[_Unit, _VECTOR] = Field(
-        description="across the axis: a ring of phase 0 has its first sensor there"
+    link: _Name = Field(description="name of the link")
+    frame: _Name = Field(description="joint that moves the link, or tcp")
+    start: Annotated[_Point, _VECTOR] = Field(
+        default=[0.0, 0.0, 0.0], description="proximal end of the axis, m"
     )
-    length: Annotated[float, _LENGTH] = Field(ge=0, le=100, description="metres; 0: a fixed place")
+    axis: Annotated[_Unit, _VECTOR] = Field(description="unit vector towards the distal end")
+    zero: Annotated[_Unit, _VECTOR] = Field(
+        description=(
+            "unit vector perpendicular to the axis, towards the first sensor of a ring with phase 0"
+        )
+    )
+    length: Annotated[float, _LENGTH] = Field(
+        ge=0, le=100, description="length of the axis, m; 0: a fixed position"
+    )
     usable: Annotated[list[_Share], Field(min_length=2, max_length=2)] = Field(
-        default=[0.0, 1.0], description="where a real ring can be closed, 0 proximal to 1 distal"
+        default=[0.0, 1.0],
+        description="interval in which a real ring can be closed, from 0 proximal to 1 distal",
     )
     section: Annotated[float, _LENGTH] = Field(
-        default=0.0, ge=0, le=10, description="metres, radius of what a ring surrounds; 0: unknown"
+        default=0.0,
+        ge=0,
+        le=10,
+        description="radius of the body that a ring surrounds, m; 0: unknown",
     )
     aside: Annotated[float, _LENGTH] = Field(
-        default=0.0, ge=0, le=10, description="metres, how far beside the axis that lies"
+        default=0.0, ge=0, le=10, description="distance of that body's centre from the axis, m"
     )
     toward_deg: Annotated[float, Of("toward", _ANGLES.unit)] = Field(
-        default=0.0, ge=-360, le=360, description="degrees, to which side, as a ring's phase"
+        default=0.0,
+        ge=-360,
+        le=360,
+        description="direction of that centre from the axis, degrees, counted as a ring's phase",
     )
 
 
 class BodyModel(MappedModel[Body]):
-    """A capsule in the frame of a joint, or of the base."""
+    """A capsule in the frame of a joint or of the base."""
 
-    name: _Name
-    frame: _Name = Field(description="the joint that moves it, or base")
-    start: _Point
-    end: _Point
-    radius: float = Field(gt=0, le=10, description="metres")
+    name: _Name = Field(description="name of the body")
+    frame: _Name = Field(description="joint that moves the body, or base")
+    start: _Point = Field(description="start of the capsule's axis, m")
+    end: _Point = Field(description="end of the capsule's axis, m")
+    radius: float = Field(gt=0, le=10, description="radius of the capsule, m")
 
     def to_domain(self, **given: Any) -> Body:
-        """Return the body; ``frame`` is given by its index."""
+        """Return the body; pass its ``frame`` as an index."""
         ends = np.array([self.start, self.end], float)
         return super().to_domain(capsule=Capsules(ends[0], ends[1], self.radius), **given)
 
     @classmethod
     def from_domain(cls, value: Body, **given: Any) -> Self:
-        """Return the table of a body; ``frame`` is given by its name."""
+        """Return the table of a body; pass its ``frame`` by name."""
         capsule = value.capsule
         ends = {"start": _VECTOR.write(capsule.start), "end": _VECTOR.write(capsule.end)}
         return super().from_domain(value, **ends, radius=_LENGTH.write(capsule.radius), **given)
 
 
 class RobotModel(MappedModel[Robot]):
-    """A robot: a chain of revolute joints, mount axes, and the capsules that stand for its
-    links.
-    """
+    """A robot: a chain of revolute joints, mount axes, and capsules that enclose its links."""
 
-    name: _Name
-    source: str = Field(default="", max_length=1000, description="where the figures are from")
+    name: _Name = Field(description="name of the robot")
+    source: str = Field(default="", max_length=1000, description="source of the figures")
     reach: Annotated[float, _LENGTH] = Field(
-        gt=0, le=100, description="metres, radius of V_O about the base"
+        gt=0, le=100, description="radius of V_O about the base, m"
     )
     home_deg: Annotated[list[_Turn] | None, Of("home", _ANGLES.unit, array=True)] = Field(
-        default=None, description="degrees, the pose where a scene has none"
+        default=None, description="joint angles of the default pose, degrees"
     )
-    tcp: TcpModel = TcpModel()
-    joints: list[JointModel] = Field(min_length=1, max_length=20)
-    mounts: list[MountAxisModel] = Field(min_length=1, max_length=100)
-    bodies: list[BodyModel] = Field(default=[], max_length=1000)
+    tcp: TcpModel = Field(default=TcpModel(), description="tool centre point")
+    joints: list[JointModel] = Field(
+        min_length=1, max_length=20, description="joints from the base to the tool"
+    )
+    mounts: list[MountAxisModel] = Field(
+        min_length=1, max_length=100, description="axes around which rings sit"
+    )
+    bodies: list[BodyModel] = Field(
+        default=[], max_length=1000, description="capsules that enclose the links"
+    )
 
     @model_validator(mode="after")
     def _agreeing(self) -> Self:
@@ -130,14 +152,14 @@ class RobotModel(MappedModel[Robot]):
             (
                 ("joints", i, "name"),
                 name,
-                f"each name once, and neither {BASE_FRAME} nor {TCP_FRAME}",
+                f"unique names other than {BASE_FRAME} and {TCP_FRAME}",
             )
             for i, name in enumerate(names)
             if name in names[:i] or name in (BASE_FRAME, TCP_FRAME)
         ]
         links = [m.link for m in self.mounts]
         faults += [
-            (("mounts", i, "link"), link, "each link once")
+            (("mounts", i, "link"), link, "at most one mount for each link")
             for i, link in enumerate(links)
             if link in links[:i]
         ]
@@ -151,7 +173,7 @@ class RobotModel(MappedModel[Robot]):
         if all(
             sum(v * v for v in xyz) < 1e-12 for xyz in (*(j.xyz for j in self.joints), self.tcp.xyz)
         ):
-            faults.append((("joints",), "a chain without length", "one of some length"))
+            faults.append((("joints",), "a chain of length 0", "a chain with a positive length"))
         for i, mount in enumerate(self.mounts):
             if mount.frame not in (*names, TCP_FRAME):
                 faults.append((("mounts", i, "frame"), mount.frame, ", ".join((*names, TCP_FRAME))))
@@ -161,7 +183,9 @@ class RobotModel(MappedModel[Robot]):
                         (("mounts", i, key), f"{getattr(mount, key)}", "a vector of length 1")
                     )
             if abs(sum(a * b for a, b in zip(mount.axis, mount.zero, strict=True))) > _UNIT:
-                faults.append((("mounts", i, "zero"), f"{mount.zero}", "a vector across the axis"))
+                faults.append(
+                    (("mounts", i, "zero"), f"{mount.zero}", "a vector perpendicular to axis")
+                )
             if mount.usable[0] >= mount.usable[1]:
                 faults.append((("mounts", i, "usable"), f"{mount.usable}", "the lower value first"))
         faults += [
@@ -205,7 +229,7 @@ class RobotModel(MappedModel[Robot]):
 
     @classmethod
     def from_domain(cls, value: Robot, **given: Any) -> Self:
-        """Return the table of a robot, rounded as files are."""
+        """Return the table of a robot, rounded as in files."""
         chain = value.chain
         frames = dict(enumerate(chain.joints)) | {BASE: BASE_FRAME, len(chain): TCP_FRAME}
         limits = [None] * len(chain) if value.limits is None else list(value.limits)
@@ -227,9 +251,8 @@ class RobotModel(MappedModel[Robot]):
 
 
 class RobotFile(RobotModel, VersionedFile):
-    """A robot (TOML): a chain of revolute joints, mount axes, and the capsules that stand for its
-    links.
-    """
+    """A robot (TOML): a chain of revolute joints, mount axes, and capsules that enclose its
+    links."""
 
 
 def _origin(place: JointModel | TcpModel) -> Float[np.ndarray, "4 4"]:
@@ -248,12 +271,14 @@ def _limits_deg(limits: Float[np.ndarray, " 2"] | None) -> list[float] | None:
 
 
 def robot_of(key: str | RobotModel) -> Robot:
-    """The robot that a scene's ``robot`` means: a built-in one by its name (KeyError if there is
-    none), or one in-line.
+    """Return the robot of a scene's key ``robot``: a built-in one by name, or one in-line.
+
+    Raises:
+        KeyError: for an unknown name.
     """
     return ROBOTS[key] if isinstance(key, str) else key.to_domain()
 
 
 def robot_key(robot: Robot) -> str | RobotModel:
-    """A robot as a scene names it: by its name if it is built in, in-line otherwise."""
+    """Return a robot as a scene names it: by name if it is built in, else in-line."""
     return robot.name if built_in(robot) else RobotModel.from_domain(robot)

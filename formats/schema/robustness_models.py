@@ -1,4 +1,4 @@
-"""The models of errors of mounting, and of what ``robustness --json`` prints."""
+"""Models of mounting errors, and of the output of ``robustness --json``."""
 
 import math
 from typing import Annotated, Literal, Self
@@ -18,79 +18,86 @@ from .mapping import COVERAGE, DEGREES, MappedModel, Of, rounded_millimetres
 
 
 class ErrorsModel(MappedModel[MountingErrors]):
-    """Errors of mounting: limits (uniform) or twice the standard deviations (normal) of each ring's
-    place along its link and of each ring's and each sensor's direction; how many mountings were
-    drawn, by which seed."""
+    """Mounting errors: limits (uniform) or twice the standard deviations (normal)."""
 
     position_mm: Annotated[float, Of("position", rounded_millimetres(9))] = Field(
         default=1000 * MountingErrors.position,
         ge=0,
         le=1000,
-        description="millimetres along the link",
+        description="error of each ring's position along its link, mm",
     )
     direction_deg: Annotated[float, Of("direction", DEGREES)] = Field(
-        default=degrees(MountingErrors.direction), ge=0, le=45, description="degrees"
+        default=degrees(MountingErrors.direction),
+        ge=0,
+        le=45,
+        description="error of each ring's and each sensor's direction, degrees",
     )
-    law: Literal["uniform", "normal"] = "uniform"
-    draws: int = Field(default=100, ge=1, le=100_000, description="mountings")
-    seed: int = Field(default=0, ge=0)
+    law: Literal["uniform", "normal"] = Field(
+        default="uniform", description="distribution of the errors"
+    )
+    draws: int = Field(default=100, ge=1, le=100_000, description="number of random mountings")
+    seed: int = Field(default=0, ge=0, description="random seed of the mountings")
 
     @classmethod
     def of(cls, criterion: Criterion) -> Self | None:
-        """Return the errors that a search models, if any."""
+        """Return the mounting errors of a criterion, if any."""
         if criterion.errors is None:
             return None
         return cls.from_domain(criterion.errors, draws=criterion.draws, seed=criterion.seed)
 
 
 class LossModel(StrictModel):
-    """What a failure leaves: the ring (and the sensor of it, counted from 0), and zeta without
-    it.
-    """
+    """Loss of a ring or sensor, and the coverage without it."""
 
-    ring: int
-    link: str
-    sensor: int | None = None
-    zeta_percent: Percent
+    ring: int = Field(description="number of the ring, counted from 0")
+    link: str = Field(description="link of the ring")
+    sensor: int | None = Field(
+        default=None, description="number of the sensor on its ring, counted from 0"
+    )
+    zeta_percent: Percent = Field(description="coverage without it, percent")
 
 
 class RobustnessResult(StrictModel):
-    """What ``robustness --json`` prints for each target: zeta, the shares that at least 1, 2, ...
-    sensors see, zeta without the sensor and without the ring that is missed most, and zeta under
-    errors of mounting: mean, its standard error, 5th percentile, the least, and each draw. All are
-    exact counts by the rule ``centre``, but for the luck of the draws."""
+    """Output of ``robustness --json`` for each target. All values are exact counts by the rule
+    ``centre``, apart from the Monte Carlo error of the draws."""
 
-    setup: str
-    target: str
-    radius: float | None = None
-    voxel: Metres
-    zeta_percent: Percent
-    seen_percent: list[Percent]
-    worst_sensor: LossModel
-    worst_ring: LossModel
-    without_sensor_percent: list[Percent]
-    without_ring_percent: list[Percent]
-    errors: ErrorsModel
-    mean_percent: Percent
-    mean_error_percent: float | None = Field(
-        default=None, ge=0, description="none for a single draw"
+    setup: str = Field(description="name or file of the setup")
+    target: str = Field(description="name of the target")
+    radius: float | None = Field(default=None, description="radius of V_S, m")
+    voxel: Metres = Field(description="side of the voxels, m")
+    zeta_percent: Percent = Field(description="coverage, percent")
+    seen_percent: list[Percent] = Field(
+        description="shares that at least 1, 2, ... sensors see, percent"
     )
-    fifth_percentile_percent: Percent
-    worst_percent: Percent
-    drawn_percent: list[Percent]
-    seconds: float = Field(ge=0)
+    worst_sensor: LossModel = Field(description="sensor whose loss costs most")
+    worst_ring: LossModel = Field(description="ring whose loss costs most")
+    without_sensor_percent: list[Percent] = Field(
+        description="coverage without each sensor, percent"
+    )
+    without_ring_percent: list[Percent] = Field(description="coverage without each ring, percent")
+    errors: ErrorsModel = Field(description="mounting errors")
+    mean_percent: Percent = Field(description="mean coverage under mounting errors, percent")
+    mean_error_percent: float | None = Field(
+        default=None,
+        ge=0,
+        description="standard error of the mean, percentage points; none for a single draw",
+    )
+    fifth_percentile_percent: Percent = Field(description="5th percentile of the coverage, percent")
+    worst_percent: Percent = Field(description="lowest coverage of all draws, percent")
+    drawn_percent: list[Percent] = Field(description="coverage of each draw, percent")
+    seconds: float = Field(ge=0, description="duration of the counts, s")
 
     @classmethod
     def of(cls, name: str, setup: Setup, sure: Redundancy, astray: Tolerance) -> Self:
-        """Return the record of redundancy and tolerance of the setup called ``name``."""
+        """Return the record of redundancy and tolerance of the setup ``name``."""
         ring_of, first = setup.ring_of_sensor, np.cumsum([0, *(r.count for r in setup.rings)])
 
-        def loss(ring: int, found: Loss, sensor: int | None = None) -> LossModel:
+        def loss(ring: int, lost: Loss, sensor: int | None = None) -> LossModel:
             return LossModel(
                 ring=ring,
                 link=setup.rings[ring].link,
                 sensor=sensor,
-                zeta_percent=COVERAGE.write(found.zeta),
+                zeta_percent=COVERAGE.write(lost.zeta),
             )
 
         sensor, ring = sure.worst_sensor, sure.worst_ring

@@ -1,7 +1,7 @@
-"""The model of a scene. Degrees in files, radians in code.
+"""Model of a scene. Files use degrees, code uses radians.
 
-A file is judged by its model and nowhere else: each key's limits and description also make the JSON
-Schema and the text of an error.
+The model alone decides whether a file is valid. The limits and descriptions of its keys also form
+the JSON Schema and the text of errors.
 """
 
 import math
@@ -36,15 +36,22 @@ from .versions import VersionedFile
 
 
 class TargetModel(MappedModel[Goal]):
-    name: Literal["V_O", "V_T", "V_OT", "V_S", "V_P"]
+    """A target volume with its weight and floor."""
+
+    name: Literal["V_O", "V_T", "V_OT", "V_S", "V_P"] = Field(
+        description="name of the target volume"
+    )
     radius: Metres | None = Field(
-        default=None, validate_default=True, description="metres, of V_S only"
+        default=None, validate_default=True, description="distance from the arm, m, for V_S only"
     )
     weight: float = Field(
-        default=1.0, ge=0, le=1e6, description="relative weight, 0: only its floor counts"
+        default=1.0,
+        ge=0,
+        le=1e6,
+        description="relative weight in the mean; 0: only its floor counts",
     )
     at_least: Annotated[float, Of(unit=PERCENT)] = Field(
-        default=0.0, ge=0, le=100, description="percent that it shall have at least"
+        default=0.0, ge=0, le=100, description="floor of its coverage, percent"
     )
 
     @field_validator("radius")
@@ -52,35 +59,38 @@ class TargetModel(MappedModel[Goal]):
     def _where_it_belongs(cls, radius: float | None, info: ValidationInfo) -> float | None:
         name = info.data.get("name")
         if name == "V_S" and radius is None:
-            raise fault(None, "a radius in metres, as the target is V_S")
+            raise fault(None, "a radius in metres, because the target is V_S")
         if name in NAMES and name != "V_S" and radius is not None:
-            raise fault(radius, f"no radius, as the target is {name}")
+            raise fault(radius, f"no radius, because the target is {name}")
         return radius
 
     def to_domain(self, **given: Any) -> Goal:
-        """Return the target with its weight and its floor."""
+        """Return the target with its weight and floor."""
         return super().to_domain(target=Target(self.name, self.radius), **given)
 
     @classmethod
     def from_domain(cls, value: Goal, **given: Any) -> Self:
-        """Return the table of a target with its weight and its floor."""
+        """Return the table of a target with its weight and floor."""
         name, radius = value.target.name, value.target.radius
         return super().from_domain(value, name=name, radius=radius, **given)
 
 
 class CurveModel(MappedModel[Shape]):
-    """The pose curve, and the volumes about it."""
+    """The pose curve, and the radii of the volumes about it."""
 
     blend: float = Field(
-        default=Shape.blend, gt=0, le=1, description="share of a segment that its two bends take"
+        default=Shape.blend, gt=0, le=1, description="share of a segment that its two bends occupy"
     )
     points_per_bend: int = Field(
-        default=Shape.points_per_bend, ge=2, le=1000, description="interpolation points"
+        default=Shape.points_per_bend,
+        ge=2,
+        le=1000,
+        description="number of interpolation points in a bend",
     )
-    robot_radius: Annotated[Metres, Field(description="metres, of V_R, the robot's own volume")] = (
-        Shape.robot_radius
-    )
-    tcp_range: Annotated[Metres, Field(description="metres, radius of V_T")] = Shape.tcp_range
+    robot_radius: Annotated[
+        Metres, Field(description="radius of V_R, the robot's own volume, m")
+    ] = Shape.robot_radius
+    tcp_range: Annotated[Metres, Field(description="radius of V_T, m")] = Shape.tcp_range
 
 
 RobotKey = Annotated[
@@ -90,48 +100,74 @@ RobotKey = Annotated[
 
 
 class SceneModel(MappedModel[Scene]):
-    """A scene. Every key has a default: without any it is the reference scene."""
+    """A scene. Every key has a default; without any key it is the reference scene."""
 
     robot: RobotKey = Field(
-        default="ur10", description="a built-in robot, a robot's file (.toml), or a robot in-line"
+        default="ur10",
+        description="name of a built-in robot, a robot file (.toml), or a robot in-line",
     )
     occlusion: Occlusion = Field(
-        default="ignore", description="what the robot's own body does to its sensors"
+        default="ignore", description="effect of the robot's own body on its sensors"
     )
     ring_radius: Metres | None = Field(
         default=None,
-        description=f"metres; {RING_RADIUS:g} if none is given, more where a real ring needs it",
+        description=(
+            f"radius of the rings, m; default {RING_RADIUS:g}, or more where a real ring needs it"
+        ),
     )
-    sensor: SensorModel = SensorModel()
-    curve: Annotated[CurveModel, Of("shape")] = CurveModel()
-    mounts: Annotated[dict[str, MountModel], Of("limits")] = {}
+    sensor: SensorModel = Field(default=SensorModel(), description="sensor of the rings")
+    curve: Annotated[CurveModel, Of("shape")] = Field(
+        default=CurveModel(), description="pose curve and the volumes about it"
+    )
+    mounts: Annotated[dict[str, MountModel], Of("limits")] = Field(
+        default={}, description="limits of rings by link"
+    )
     poses: list[PoseModel] = Field(
-        default=[PoseModel(q_deg=list(REFERENCE_POSE_DEG))], min_length=1, max_length=10_000
+        default=[PoseModel(q_deg=list(REFERENCE_POSE_DEG))],
+        min_length=1,
+        max_length=10_000,
+        description="poses of the robot",
     )
-    trajectory: TrajectoryModel | None = Field(default=None, description="in place of poses")
-    recorded: RecordedModel | None = None
+    trajectory: TrajectoryModel | None = Field(
+        default=None, description="recorded motion, in place of poses"
+    )
+    recorded: RecordedModel | None = Field(
+        default=None, description="origin of the poses, if they come from a recorded motion"
+    )
     over_poses: Literal["mean", "worst"] = Field(
-        default="mean", description="what counts of several poses"
+        default="mean",
+        description="coverage over several poses: their weighted mean or the worst pose",
     )
     targets: Annotated[list[TargetModel], Of("goals")] = Field(
-        default=[TargetModel(name="V_S", radius=0.5)], min_length=1, max_length=100
+        default=[TargetModel(name="V_S", radius=0.5)],
+        min_length=1,
+        max_length=100,
+        description="target volumes",
     )
-    safety: SafetyModel = SafetyModel()
-    motion: MotionModel = MotionModel()
-    rules: RulesModel = RulesModel()
-    printing: PrintingModel = PrintingModel()
+    safety: SafetyModel = Field(
+        default=SafetyModel(), description="terms of the separation distance, for V_P"
+    )
+    motion: MotionModel = Field(
+        default=MotionModel(), description="limits of motion for check --move"
+    )
+    rules: RulesModel = Field(default=RulesModel(), description="rules that make a setup buildable")
+    printing: PrintingModel = Field(
+        default=PrintingModel(), description="parameters of printed rings"
+    )
     fixed: list[RingModel] = Field(
-        default=[], max_length=1000, description="rings that are there and stay"
+        default=[], max_length=1000, description="rings that are already mounted and stay"
     )
     obstacles: list[ObstacleModel] = Field(
-        default=[], max_length=1000, description="of the cell: no targets, and they shadow"
+        default=[],
+        max_length=1000,
+        description="obstacles of the cell; they occlude and belong to no target",
     )
 
     @field_validator("robot")
     @classmethod
     def _known(cls, robot: str | RobotModel) -> str | RobotModel:
         if isinstance(robot, str) and robot not in ROBOTS:
-            raise fault(robot, f"{', '.join(ROBOTS)}, or a robot's file (.toml)")
+            raise fault(robot, f"{', '.join(ROBOTS)}, or a robot file (.toml)")
         return robot
 
     @field_validator("trajectory", mode="before")
@@ -144,7 +180,7 @@ class SceneModel(MappedModel[Scene]):
         robot = robot_of(self.robot)
         if "poses" not in self.model_fields_set and self.robot not in PAPER_ROBOTS:
             rest = PoseModel(q_deg=[round(math.degrees(a), 9) for a in robot.rest])
-            self.__dict__["poses"] = [rest]  # the model is frozen once it is made
+            self.__dict__["poses"] = [rest]  # the model is frozen
         joints, links, inner = len(robot.chain), robot.links, self.curve.robot_radius
         faults: list[tuple[tuple[int | str, ...], Any, str]] = []
         for i, pose in enumerate(self.poses):
@@ -189,22 +225,26 @@ class SceneModel(MappedModel[Scene]):
         ]
         if self.occlusion != "ignore" and not robot.bodies:
             faults.append(
-                (("occlusion",), self.occlusion, f"ignore, as robot {self.robot} has no bodies")
+                (
+                    ("occlusion",),
+                    self.occlusion,
+                    f"ignore, because robot {self.robot} has no bodies",
+                )
             )
         if self.rules.mount == "real" and not robot.bodies:
             faults.append(
-                (("rules", "mount"), "real", f"free, as robot {robot.name} has no bodies")
+                (("rules", "mount"), "real", f"free, because robot {robot.name} has no bodies")
             )
         if self.trajectory is not None and "poses" in self.model_fields_set:
             faults.append(
-                (("trajectory",), self.trajectory.file, "poses or a trajectory, not both")
+                (("trajectory",), self.trajectory.file, "either poses or a trajectory, not both")
             )
         if not any(target.weight > 0 for target in self.targets):
             faults.append(
                 (
                     ("targets", 0, "weight"),
                     self.targets[0].weight,
-                    "above 0 for one target at least",
+                    "above 0 for at least one target",
                 )
             )
         faults += [
@@ -216,7 +256,7 @@ class SceneModel(MappedModel[Scene]):
         return self
 
     def to_domain(self, **given: Any) -> Scene:
-        """Return the scene, but for the obstacles and the poses that it takes from other files."""
+        """Return the scene without the obstacles and poses that other files hold."""
         sensor, radius = self.sensor.to_domain(), self.ring_radius or RING_RADIUS
         return super().to_domain(
             robot=robot_of(self.robot),

@@ -1,4 +1,4 @@
-"""The models of a sensor and of the board that carries it."""
+"""Models of a sensor and of the board that carries it."""
 
 import math
 from dataclasses import replace
@@ -16,31 +16,32 @@ from .field_types import Metres
 from .mapping import DEGREES, MappedModel, Of
 
 _USES = ("ambient", "reflectance", "target_size")
-_SAME = 1e-6  # degrees and metres, by which a stated beam may be off that of the catalogue
+_SAME = 1e-6  # degrees and metres, largest difference between a stated beam and the catalogue's
 
 
-_Small = Annotated[float, Field(gt=0, le=0.2, description="metres")]
+_Small = Annotated[float, Field(gt=0, le=0.2, description="length, m")]
 _OnBoard = Annotated[
-    list[Annotated[float, Field(ge=-0.1, le=0.1, description="metres, from the middle")]],
+    list[Annotated[float, Field(ge=-0.1, le=0.1, description="coordinate from the middle, m")]],
     Field(min_length=2, max_length=2),
 ]
 
 
 class BoardModel(MappedModel[Board]):
-    """The board that carries a sensor, seen from the front: x to the right, y up, from its
-    middle.
-    """
+    """The board that carries a sensor, seen from the front; x points right, y up, from its
+    middle."""
 
-    width: _Small
-    height: _Small
-    thickness: _Small = 0.0016
-    lens: _OnBoard = Field(default=[0.0, 0.0], description="the sensor's middle")
+    width: _Small = Field(description="width of the board, m")
+    height: _Small = Field(description="height of the board, m")
+    thickness: _Small = Field(default=0.0016, description="thickness of the board, m")
+    lens: _OnBoard = Field(default=[0.0, 0.0], description="position of the sensor's lens, m")
     lens_height: float = Field(
-        default=0.001, ge=0, le=0.1, description="metres, of the sensor's front above the board"
+        default=0.001, ge=0, le=0.1, description="height of the sensor's front above the board, m"
     )
-    holes: list[_OnBoard] = Field(default=[], max_length=16, description="of screws")
-    hole: _Small = Field(default=0.0025, description="metres, diameter of the holes")
-    source: str = Field(default="", max_length=1000)
+    holes: list[_OnBoard] = Field(
+        default=[], max_length=16, description="positions of the screw holes, m"
+    )
+    hole: _Small = Field(default=0.0025, description="diameter of the holes, m")
+    source: str = Field(default="", max_length=1000, description="source of the figures")
 
     @model_validator(mode="after")
     def _within_its_outline(self) -> Self:
@@ -57,46 +58,55 @@ class BoardModel(MappedModel[Board]):
 
 
 class SensorModel(MappedModel[Sensor]):
-    """A beam; or a model of the catalogue and what it is used for, from which the beam follows. A
-    file may state both, as those that are written do, if they agree. A square beam that neither is
-    of a model nor says how many zones it has is taken as of one: then no more is claimed than is
-    seen."""
+    """A sensor, stated by its beam or by a catalogue model with its operating conditions.
+
+    The conditions determine the beam. A file may state both if they agree; files that place-rings
+    writes do. A square beam with neither a model nor a number of zones counts as one zone, so that
+    coverage is not overstated.
+    """
 
     fov_deg: Annotated[float, Of("fov", DEGREES)] = Field(
-        default=25.0, gt=0, lt=180, description="degrees, the full angle"
+        default=25.0, gt=0, lt=180, description="full field of view, degrees"
     )
-    range_m: Metres = 1.5
+    range_m: Metres = Field(default=1.5, description="range, m")
     fov_up_deg: Annotated[float | None, Of("fov_up", DEGREES)] = Field(
         default=None,
         gt=0,
         lt=180,
-        description="degrees, of a square beam along its ring's axis; none: a round beam",
+        description=(
+            "full field of view along the ring's axis, degrees, for a square beam; omit "
+            "for a round beam"
+        ),
     )
     zones: int = Field(
         default=1,
         ge=1,
         le=1000,
-        description="in a row of a square beam, each seeing by itself; 1: blinded as a whole",
+        description=(
+            "zones in a row of a square beam, each with its own reading; 1: one reading "
+            "for the whole beam"
+        ),
     )
     model: Annotated[str, Field(max_length=100)] | None = Field(
-        default=None, description="of the catalogue"
+        default=None, description="model in the catalogue"
     )
     ambient: Annotated[str, Field(max_length=100)] | None = Field(
-        default=None, description="light, like 50kcps or 5klx"
+        default=None, description="ambient light, for example 50kcps or 5klx"
     )
     reflectance: float | None = Field(
-        default=None, gt=0, le=1, description="of the target, a share"
+        default=None, gt=0, le=1, description="reflectance of the target, as a share"
     )
     target_size: Annotated[list[Metres], Field(min_length=2, max_length=2)] | None = Field(
-        default=None, description="width and height of the target, metres"
+        default=None, description="width and height of the target, m"
     )
     board: BoardModel | None = Field(
-        default=None, description="that carries it; the catalogue's, if it has one"
+        default=None,
+        description="board that carries the sensor; default: the catalogue's, if it has one",
     )
 
     @property
     def use(self) -> Use | None:
-        """What the model is used for; None without one."""
+        """Operating conditions of the catalogue model; None without a model."""
         if self.model is None:
             return None
         size = None if self.target_size is None else (self.target_size[0], self.target_size[1])
@@ -107,44 +117,46 @@ class SensorModel(MappedModel[Sensor]):
         use, given = self.use, self.model_fields_set
         if use is None:
             refuse(
-                ((key,), getattr(self, key), "only beside a model")
+                ((key,), getattr(self, key), "only together with a model")
                 for key in _USES
                 if getattr(self, key) is not None
             )
             if self.zones > 1 and self.fov_up_deg is None:
-                refuse(
-                    [(("zones",), self.zones, "1 for a round beam; more only beside fov_up_deg")]
-                )
+                refuse([(("zones",), self.zones, "1 for a round beam; more only with fov_up_deg")])
             return self
         if use.model not in MODELS:
             refuse([(("model",), use.model, ", ".join(MODELS))])
         try:
-            found = effective(use).sensor
+            sensor = effective(use).sensor
         except ValueError as error:
             raise PydanticCustomError("rule", "{error}", {"error": str(error)}) from error
-        up = None if found.fov_up is None else math.degrees(found.fov_up)
+        up = None if sensor.fov_up is None else math.degrees(sensor.fov_up)
         beam = {
-            "fov_deg": math.degrees(found.fov),
-            "range_m": found.range_m,
+            "fov_deg": math.degrees(sensor.fov),
+            "range_m": sensor.range_m,
             "fov_up_deg": up,
-            "zones": found.zones,
+            "zones": sensor.zones,
         }
         refuse(
-            ((key,), getattr(self, key), f"{value:.9g}, as {use.model} has it here, or no such key")
+            (
+                (key,),
+                getattr(self, key),
+                f"{value:.9g}, the value of {use.model} here, or omit the key",
+            )
             for key, value in beam.items()
             if key in given
             and value is not None
             and abs((getattr(self, key) or 0.0) - value) > _SAME
         )
         refuse(
-            ((key,), getattr(self, key), f"no such key, as the beam of {use.model} is round")
+            ((key,), getattr(self, key), f"no such key, because the beam of {use.model} is round")
             for key, value in beam.items()
             if value is None and getattr(self, key) is not None
         )
         return self
 
     def to_domain(self, **given: Any) -> Sensor:
-        """Return the sensor: of the catalogue by its use, or by its beam."""
+        """Return the sensor, from the catalogue or by its beam."""
         if self.use is None:
             return super().to_domain(**given)
         sensor = effective(self.use).sensor
@@ -152,7 +164,8 @@ class SensorModel(MappedModel[Sensor]):
 
     @classmethod
     def from_domain(cls, value: Sensor, **given: Any) -> Self:
-        """Return the table of a sensor: of the catalogue both the use and the beam that follows."""
+        """Return the table of a sensor; for a catalogue sensor, both its conditions and the
+        resulting beam."""
         use, known = value.use, None
         stated: dict[str, Any] = dict.fromkeys(("model", *_USES))
         if use is not None:

@@ -1,6 +1,5 @@
-"""The model of ``sensors.json``: where every sensor is on its link, ring by ring, and in the base
-frame at a pose.
-"""
+"""Model of ``sensors.json``: poses of all sensors on their links, and in the base frame at one pose
+of the robot."""
 
 import math
 from typing import Annotated, Literal, Self
@@ -13,31 +12,33 @@ from .versions import VersionedFile
 
 _Name = Annotated[str, Field(min_length=1, max_length=100)]
 _Xyz = Annotated[
-    list[Annotated[float, Field(ge=-100, le=100, description="metres")]],
+    list[Annotated[float, Field(ge=-100, le=100, description="coordinate, m")]],
     Field(min_length=3, max_length=3),
 ]
 _Xyzw = Annotated[
     list[
         Annotated[
-            float, Field(ge=-1.001, le=1.001, description="part of a unit quaternion x, y, z, w")
+            float,
+            Field(ge=-1.001, le=1.001, description="component of the unit quaternion x, y, z, w"),
         ]
     ],
     Field(min_length=4, max_length=4),
 ]
-_Angle = Annotated[float, Field(ge=-720, le=720, description="degrees")]
-_UNIT = 1e-3  # by which the length of a quaternion may be off
+_Angle = Annotated[float, Field(ge=-720, le=720, description="joint angle, degrees")]
+_UNIT = 1e-3  # tolerance of the length of a quaternion
 
 
 class SensorPoseModel(StrictModel):
-    """A sensor in the frame of its ring's link, and, if it is stated, in the base frame at the
-    file's pose.
-    """
+    """Pose of a sensor in the frame of its ring's link and, optionally, in the base frame at the
+    file's pose."""
 
-    name: _Name
-    xyz: _Xyz
-    xyzw: _Xyzw
-    base_xyz: _Xyz | None = None
-    base_xyzw: _Xyzw | None = None
+    name: _Name = Field(description="name of the sensor")
+    xyz: _Xyz = Field(description="position in the link's frame, m")
+    xyzw: _Xyzw = Field(description="orientation in the link's frame, quaternion x, y, z, w")
+    base_xyz: _Xyz | None = Field(default=None, description="position in the base frame, m")
+    base_xyzw: _Xyzw | None = Field(
+        default=None, description="orientation in the base frame, quaternion x, y, z, w"
+    )
 
     @model_validator(mode="after")
     def _turns(self) -> Self:
@@ -51,8 +52,8 @@ class SensorPoseModel(StrictModel):
                 [
                     (
                         ("base_xyz",),
-                        None if self.base_xyz is None else "it alone",
-                        "both base_xyz and base_xyzw, or none",
+                        None if self.base_xyz is None else "base_xyz alone",
+                        "both base_xyz and base_xyzw, or neither",
                     )
                 ]
             )
@@ -60,30 +61,36 @@ class SensorPoseModel(StrictModel):
 
 
 class RingPosesModel(StrictModel):
-    """A ring: its link's mount, if it is known, the joint whose frame its sensors are in (or tcp),
-    its kind of sensor.
-    """
+    """A ring: its link, the frame in which its sensors are stated, and its sensors."""
 
-    link: _Name | None = None
-    frame: _Name = Field(description="the joint that moves the link, or tcp")
-    sensor: SensorModel = SensorModel()
-    sensors: list[SensorPoseModel] = Field(min_length=1, max_length=1000)
+    link: _Name | None = Field(default=None, description="link that carries the ring, if known")
+    frame: _Name = Field(description="joint that moves the link, or tcp")
+    sensor: SensorModel = Field(default=SensorModel(), description="sensor of the ring")
+    sensors: list[SensorPoseModel] = Field(
+        min_length=1, max_length=1000, description="poses of the sensors"
+    )
 
 
 class SensorPosesFile(VersionedFile):
-    """Poses of sensors (JSON). beam: the axis of a sensor's frame along which it looks."""
+    """Poses of sensors (JSON)."""
 
-    robot: str = Field(default="", max_length=100, description="its name, to be read by persons")
-    beam: Literal["x", "y", "z"] = "z"
-    q_deg: list[_Angle] | None = Field(
-        default=None, min_length=1, max_length=20, description="the pose of base_xyz"
+    robot: str = Field(
+        default="", max_length=100, description="name of the robot, for information only"
     )
-    rings: list[RingPosesModel] = Field(min_length=1, max_length=1000)
+    beam: Literal["x", "y", "z"] = Field(
+        default="z", description="axis of a sensor's frame along the beam"
+    )
+    q_deg: list[_Angle] | None = Field(
+        default=None, min_length=1, max_length=20, description="joint angles for base_xyz, degrees"
+    )
+    rings: list[RingPosesModel] = Field(
+        min_length=1, max_length=1000, description="rings with their sensors"
+    )
 
     @model_validator(mode="after")
     def _pose_given(self) -> Self:
         if self.q_deg is None and any(
             s.base_xyz is not None for ring in self.rings for s in ring.sensors
         ):
-            refuse([(("q_deg",), None, "the pose at which base_xyz holds, degrees")])
+            refuse([(("q_deg",), None, "the joint angles for base_xyz, degrees")])
         return self

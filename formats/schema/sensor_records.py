@@ -1,7 +1,9 @@
-"""Records of the catalogue's sensors: which ones a setup has, and how far they see."""
+"""Records of catalogue sensors: those of a setup, and their effective ranges."""
 
 import math
 from typing import Annotated, Any, Self
+
+from pydantic import Field
 
 from ...coverage.rings.ring import Setup
 from ...coverage.sensors.catalogue import model
@@ -12,36 +14,37 @@ from .mapping import MappedModel, Of
 
 
 class RuleModel(MappedModel[Step]):
-    """A rule that limits a range: what was found for it, metres left after it, and whether that was
-    measured or is a law.
-    """
+    """A rule that limits a range."""
 
-    rule: str
-    found: str
-    range_m: Metres
-    measured: bool
+    rule: str = Field(description="name of the rule")
+    found: str = Field(description="data behind the rule")
+    range_m: Metres = Field(description="range after the rule, m")
+    measured: bool = Field(description="whether the rule is a measurement; otherwise it is a law")
 
 
 class SensorRecord(MappedModel[Effective]):
-    """A sensor of the catalogue: what it is used for, how its range came about rule by rule, and
-    where its figures are from."""
+    """A catalogue sensor: operating conditions, effective range rule by rule, and source."""
 
-    model: str
-    title: str
-    ambient: str | None = None
-    reflectance: float | None = None
-    target_size: list[Metres] | None = None
-    fov_deg: float
-    range_m: Metres
-    rules: Annotated[list[RuleModel], Of("steps")]
-    least_m: float | None = None
-    rate_hz: float | None = None
-    source: str
-    note: str = ""
+    model: str = Field(description="name in the catalogue")
+    title: str = Field(description="full name")
+    ambient: str | None = Field(default=None, description="ambient light")
+    reflectance: float | None = Field(
+        default=None, description="reflectance of the target, as a share"
+    )
+    target_size: list[Metres] | None = Field(
+        default=None, description="width and height of the target, m"
+    )
+    fov_deg: float = Field(description="full field of view, degrees")
+    range_m: Metres = Field(description="effective range, m")
+    rules: Annotated[list[RuleModel], Of("steps")] = Field(description="rules that limit the range")
+    least_m: float | None = Field(default=None, description="least measurable distance, m")
+    rate_hz: float | None = Field(default=None, description="rate of readings, Hz")
+    source: str = Field(description="source of the figures")
+    note: str = Field(default="", description="remark")
 
     @classmethod
     def from_domain(cls, value: Effective, **given: Any) -> Self:
-        """Return the record of a sensor of the catalogue for a use."""
+        """Return the record of a catalogue sensor under its operating conditions."""
         model, use = value.model, value.use
         return super().from_domain(
             value,
@@ -60,9 +63,8 @@ class SensorRecord(MappedModel[Effective]):
 
 
 def used(setup: Setup) -> list[Effective]:
-    """The sensors of the catalogue that a setup's rings have, each kind and use once, in the order
-    of the rings.
-    """
+    """Return the catalogue sensors of a setup in the order of its rings, each combination of sensor
+    and conditions once."""
     return [
         effective(use)
         for use in dict.fromkeys(r.sensor.use for r in setup.rings)
@@ -71,7 +73,7 @@ def used(setup: Setup) -> list[Effective]:
 
 
 def title(sensor: Sensor) -> str:
-    """What people call a sensor: its model, or its nominal beam."""
+    """Return the name of a sensor: its model, or its nominal beam."""
     if sensor.use is not None:
         return model(sensor.use.model).title
     up = "" if sensor.fov_up is None else f" by {math.degrees(sensor.fov_up):.3g}°"
@@ -79,5 +81,5 @@ def title(sensor: Sensor) -> str:
 
 
 def sensor_records(setup: Setup) -> list[SensorRecord]:
-    """The records of ``used``."""
+    """Return the records of ``used``."""
     return [SensorRecord.from_domain(effect) for effect in used(setup)]

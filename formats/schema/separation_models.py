@@ -1,4 +1,4 @@
-"""The models of separation distances, and of what ``safety --json`` prints."""
+"""Models of separation distances, and of the output of ``safety --json``."""
 
 from typing import Annotated, Literal, Self
 
@@ -16,29 +16,33 @@ from .versions import VersionedFile
 
 
 class SeparationModel(MappedModel[Terms]):
-    """The separation distances, m, of the robot's parts over a scene's poses: the least, the mean
-    over the parts and, by weight, the poses, and the largest with its terms; the speed of the part
-    that is fastest, m/s, and whether it follows from the joints' speeds or is the one given for
-    all. No safety rating follows from them."""
+    """Separation distances of the robot's parts over a scene's poses. They confer no safety rating.
 
-    least_m: float
-    mean_m: float
-    largest_m: Annotated[float, Of("total")]
-    fastest_m_s: float
-    speeds_known: bool
-    S_h: float
-    S_r: float
-    S_s: float
-    C: float
-    Z_d: float
-    Z_r: float
-    human_speed: float
-    reaction_s: float
-    stopping_s: Annotated[float, Of("stopping")]
+    The terms are those of the largest distance.
+    """
+
+    least_m: float = Field(description="smallest distance, m")
+    mean_m: float = Field(description="mean over the parts and, by weight, the poses, m")
+    largest_m: Annotated[float, Of("total")] = Field(description="largest distance, m")
+    fastest_m_s: float = Field(description="speed of the fastest part, m/s")
+    speeds_known: bool = Field(
+        description=(
+            "whether speeds follow from joint speeds; otherwise one speed is given for all parts"
+        )
+    )
+    S_h: float = Field(description="distance that the person walks, m")
+    S_r: float = Field(description="distance that the robot moves during the reaction time, m")
+    S_s: float = Field(description="stopping distance of the robot, m")
+    C: float = Field(description="intrusion distance, m")
+    Z_d: float = Field(description="uncertainty of the person's position, m")
+    Z_r: float = Field(description="uncertainty of the robot's position, m")
+    human_speed: float = Field(description="speed of the person, m/s")
+    reaction_s: float = Field(description="reaction time, s")
+    stopping_s: Annotated[float, Of("stopping")] = Field(description="stopping time, s")
 
     @classmethod
     def of(cls, scene: Scene, target: Target) -> Self | None:
-        """Return the record of the distances that V_P is made of; None of other targets."""
+        """Return the record of the separation distances of V_P; None for another target."""
         distances = separations(scene, target)
         if distances is None:
             return None
@@ -54,47 +58,58 @@ class SeparationModel(MappedModel[Terms]):
 
 
 class ShareModel(StrictModel):
-    """A share of approaches and its interval of 95 % (Wilson)."""
+    """A share of approaches with its 95 % interval (Wilson)."""
 
-    percent: Percent
-    low_percent: Percent
-    high_percent: Percent
+    percent: Percent = Field(description="share, percent")
+    low_percent: Percent = Field(description="lower end of the interval, percent")
+    high_percent: Percent = Field(description="upper end of the interval, percent")
 
 
 class DirectionModel(ShareModel):
-    """Of the approaches from between two azimuths, degrees from +x towards +y, base frame."""
+    """The approaches between two azimuths."""
 
-    from_deg: float
-    to_deg: float
-    approaches: int
+    from_deg: float = Field(
+        description="lower azimuth in the base frame, degrees from +x towards +y"
+    )
+    to_deg: float = Field(description="upper azimuth in the base frame, degrees from +x towards +y")
+    approaches: int = Field(description="number of approaches")
 
 
 class SafetyResult(VersionedFile):
-    """What ``safety --json`` prints: the share of approaches reported in time, by direction, and if
-    the sensors saw as far as is asked; what was asked, with each term; what the sensors see, and
-    how late they say so. No safety rating follows."""
+    """Output of ``safety --json``: the share of approaches reported in time. It confers no safety
+    rating."""
 
-    setup: str
-    approaches: int
-    moments: int
-    seconds_of_motion: float | None = None
-    in_time: ShareModel
-    if_far_enough: ShareModel | None = None
-    never_reported: int
-    nearest_report_m: float | None = None
-    by_direction: list[DirectionModel]
-    separation: SeparationModel
-    separation_at_report_m: float
-    period_s: float
-    latency_s: float
-    rate_assumed: bool
-    range_m: float
-    range_needed_m: float
-    range_suffices_percent: Percent
-    occlusion: Literal["shadow", "blind", "ignore"]
-    obstacles: list[str] = []
-    floor_m: float
-    seed: int
-    sensors: list[SensorRecord]
-    disclaimer: str
-    seconds: float = Field(ge=0)
+    setup: str = Field(description="name or file of the setup")
+    approaches: int = Field(description="number of approaches")
+    moments: int = Field(description="number of moments of the motion")
+    seconds_of_motion: float | None = Field(
+        default=None, description="duration of the recorded motion, s"
+    )
+    in_time: ShareModel = Field(description="share of approaches reported in time")
+    if_far_enough: ShareModel | None = Field(
+        default=None, description="the same share with sensors whose range suffices"
+    )
+    never_reported: int = Field(description="number of approaches without a report before contact")
+    nearest_report_m: float | None = Field(
+        default=None, description="smallest distance at a first report, m"
+    )
+    by_direction: list[DirectionModel] = Field(description="shares by direction")
+    separation: SeparationModel = Field(description="separation distances")
+    separation_at_report_m: float = Field(
+        description="largest separation distance without period and latency, m"
+    )
+    period_s: float = Field(description="period of the readings, s")
+    latency_s: float = Field(description="latency of a report, s")
+    rate_assumed: bool = Field(description="whether a rate of readings is assumed")
+    range_m: float = Field(description="range of the sensors, m")
+    range_needed_m: float = Field(description="range needed, m")
+    range_suffices_percent: Percent = Field(
+        description="share of the moments at which the range suffices, percent"
+    )
+    occlusion: Literal["shadow", "blind", "ignore"] = Field(description="occlusion model")
+    obstacles: list[str] = Field(default=[], description="names of the obstacles")
+    floor_m: float = Field(description="height of the floor, m")
+    seed: int = Field(description="random seed")
+    sensors: list[SensorRecord] = Field(description="catalogue sensors of the setup")
+    disclaimer: str = Field(description="statement that the result is no safety rating")
+    seconds: float = Field(ge=0, description="wall-clock time, s")

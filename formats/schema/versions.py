@@ -1,8 +1,8 @@
-"""The version of a file: what its keys mean, and what a key means that is not there.
+"""Version of a file: the meaning of its keys and of absent keys.
 
-A file states its version; one without was written before there were versions and is of the first.
-It is read before any default applies, so that an older file keeps its meaning: ``UPGRADES`` turns
-its keys into those of the next version, step by step. A newer file is refused.
+A file states its version; a file without one predates versions and counts as version 1. The version
+is read before any default applies, so that an older file keeps its meaning: ``UPGRADES`` converts
+its keys to the next version, step by step. A newer file is rejected.
 """
 
 from collections.abc import Callable
@@ -13,19 +13,20 @@ from pydantic import Field, ValidationInfo, model_validator
 from .base_model import StrictModel, refuse
 
 FILE_VERSION = 1
-"""Of the files that are written."""
+"""Version of the files that are written."""
 _UNSTATED = 1
 FROM_FILE = {"from_file": True}
-"""Context for ``model_validate`` of what was read: keys built in code are of today's version."""
+"""Context for ``model_validate`` of data read from a file; keys built in code have the current
+version."""
 
 
 class VersionedFile(StrictModel):
-    """A file that a user keeps."""
+    """A file with a version."""
 
     version: int = Field(
         default=FILE_VERSION,
         ge=1,
-        description="of what the keys mean; 1 if none is given",
+        description="version of the meaning of the keys; 1 if absent",
         json_schema_extra={"default": _UNSTATED, "maximum": FILE_VERSION},
     )
 
@@ -37,7 +38,7 @@ class VersionedFile(StrictModel):
         stated = _UNSTATED if info.context == FROM_FILE else FILE_VERSION
         version = keys.get("version", stated)
         if type(version) is not int or version < 1:
-            return keys  # the field says what is wrong
+            return keys  # the field's own validation reports the error
         refuse_newer(keys)
         keys = dict(keys)
         for step in range(version, FILE_VERSION):
@@ -47,11 +48,11 @@ class VersionedFile(StrictModel):
 
 Upgrade = Callable[[type[VersionedFile], dict[str, Any]], dict[str, Any]]
 UPGRADES: dict[int, Upgrade] = {}
-"""By version: the keys of a kind of file in that version, as the next version has them."""
+"""For each version, the function that converts the keys of a file to the next version."""
 
 
 def refuse_newer(keys: dict[str, Any]) -> None:
-    """Raise ValidationError where ``keys`` are of a version that is not known yet."""
+    """Raise ValidationError if ``keys`` have a version that is not known yet."""
     version = keys.get("version")
     if type(version) is int and version > FILE_VERSION:
         known = "1" if FILE_VERSION == 1 else f"1 to {FILE_VERSION}"

@@ -1,1 +1,1 @@
-"""What is mounted as sensors, in lists, JSON and frames of a URDF, as rings again."""
+"""Import of mounted sensors from lists, JSON and URDF frames as rings."""

@@ -1,7 +1,6 @@
-"""Rings from sensors: the rings of a robot whose sensors have given apexes and axes, by least
-squares.
+"""Least-squares fit of rings to sensors with given apexes and axes.
 
-A ring is fitted to each link of the robot; the link that fits best has it.
+A ring is fitted to each link of the robot; the link with the best fit carries it.
 """
 
 import math
@@ -21,27 +20,28 @@ from ...objectives.scene import Scene
 from ..errors import UserError
 from ..schema.ring_models import ConeRow, SquareConeRow
 
-TOLERANCE_MM, TOLERANCE_DEG = 2.0, 1.0  # by which a sensor may be off its ring
-_UNIT = 1e-3  # by which an axis may be longer or shorter than 1
+TOLERANCE_MM, TOLERANCE_DEG = 2.0, 1.0  # largest deviation of a sensor from its ring
+_UNIT = 1e-3  # tolerance of the length of an axis
 _DIGITS = 9  # decimals of lengths
-_TURN = 1e-6  # rad, by which a phase may be short of a turn that it is read as none
-# decimals of a misfit, in tolerances: links that fit alike are told apart by the ring's radius
+_TURN = 1e-6  # rad, a phase this close to a full turn counts as 0
+# decimals of a misfit, in tolerances: between links that fit equally, the ring's radius decides
 _TIE = 3
 
 
 @dataclass(frozen=True)
 class SetupFit:
-    """A ring on a link, and by how much its sensors are off at most: apexes in mm, axes in
-    degrees.
-    """
+    """A ring on a link, and the largest deviation of its sensors."""
 
     ring: Ring
+    """The ring."""
     mm: float
+    """Largest deviation of an apex, mm."""
     deg: float
+    """Largest deviation of an axis, degrees."""
 
     @property
     def misfit(self) -> float:
-        """The larger of both in tolerances: up to 1 is good."""
+        """The larger deviation in tolerances; up to 1 is acceptable."""
         return max(self.mm / TOLERANCE_MM, self.deg / TOLERANCE_DEG)
 
 
@@ -52,17 +52,18 @@ def fitted_setup(
     scene: Scene,
     links: Mapping[int, str] | None = None,
 ) -> Setup:
-    """The setup whose sensors ``rows`` list.
+    """Return the setup whose sensors ``rows`` list.
 
     Args:
-        name: of the file that has them, for messages.
-        rows: each a sensor at a pose, base frame.
-        frames: of each pose that rows name, T_base_frame.
-        scene: whose robot, and whose ring radius where several links fit alike.
-        links: of rings by their numbers, where it is known.
+        name: name of the file, for messages.
+        rows: one sensor at one pose each, in the base frame.
+        frames: link frames at each pose that rows name, T_base_frame.
+        scene: gives the robot, and the ring radius that decides between links with equal fits.
+        links: links of rings by number, where known.
 
     Raises:
-        UserError: if sensors of a ring form none on any link of the scene's robot, or on its own.
+        UserError: if the sensors of a ring form no ring on any link of the robot, or on the known
+            link.
     """
     by_ring: dict[int, dict[int, list[ConeRow]]] = defaultdict(lambda: defaultdict(list))
     for row in rows:
@@ -70,8 +71,8 @@ def fitted_setup(
     missing = sorted(set(range(max(by_ring) + 1)) - set(by_ring))
     if missing:
         raise UserError(
-            f"{name}: ring {missing[0]}: found no sensor, allowed: rings counted from 0 without"
-            " a gap"
+            f"{name}: ring {missing[0]}: found no sensor, allowed: consecutive numbers of rings"
+            " from 0"
         )
     known = links or {}
     return Setup(
@@ -87,7 +88,7 @@ def _ring(
     scene: Scene,
     link: str | None,
 ) -> Ring:
-    """Ring ``number`` from its rows at each pose, on ``link`` if that is known."""
+    """Return ring ``number`` from its rows at each pose, on ``link`` if known."""
     some = [sorted(rows, key=lambda row: row.sensor) for rows in poses.values()]
     count = 1 + max(row.sensor for rows in some for row in rows)
     for pose, rows in zip(poses, some, strict=True):
@@ -100,7 +101,7 @@ def _ring(
                 )
     kinds = {(row.fov_deg, row.range_m, _fov_up_deg(row)) for rows in some for row in rows}
     if len(kinds) > 1:
-        allowed = "one fov_deg, range_m and fov_up_deg a ring"
+        allowed = "one fov_deg, range_m and fov_up_deg per ring"
         raise UserError(
             f"{name}: ring {number}: found {len(kinds)} kinds of sensors, allowed: {allowed}"
         )
@@ -115,14 +116,14 @@ def _ring(
         )
 
     def unit(key: str) -> Any:
-        found = part(key)
-        length = np.linalg.norm(found, axis=-1, keepdims=True)
+        vectors = part(key)
+        length = np.linalg.norm(vectors, axis=-1, keepdims=True)
         if np.any(np.abs(length - 1) > _UNIT):
             worst = f"{float(length.ravel()[np.argmax(np.abs(length - 1))]):g}"
             raise UserError(
                 f"{name}: ring {number}: found a vector {key} of length {worst}, allowed: 1"
             )
-        return found / length
+        return vectors / length
 
     T, up = np.array([frames[pose] for pose in poses]), unit("up") if up_deg > 0 else None
     mounts = scene.robot.mounts if link is None else (scene.robot.mount(link),)
@@ -133,8 +134,8 @@ def _ring(
     if not good:
         f = min(fits, key=lambda f: f.misfit)
         raise UserError(
-            f"{name}: ring {number}: its {count} sensors form no ring on a link of"
-            f" {scene.robot.name}: on {f.ring.link}, which fits best, they are up to {f.mm:.3g} mm"
+            f"{name}: ring {number}: its {count} sensors do not form a ring on any link of"
+            f" {scene.robot.name}: on {f.ring.link}, the best fit, they are up to {f.mm:.3g} mm"
             f" and {f.deg:.3g}° off; allowed: {TOLERANCE_MM:g} mm and {TOLERANCE_DEG:g}° (evenly"
             " spaced, right-handed from proximal to distal, one tilt, at the scene's pose)"
         )
@@ -150,7 +151,7 @@ def _fov_up_deg(row: ConeRow) -> float:
 def _turned(
     T: Float[np.ndarray, "P 4 4"], v: Float[np.ndarray, "P K 3"]
 ) -> Float[np.ndarray, "P K 3"]:
-    """Vectors from the base frame to the frames T_base_frame."""
+    """Rotate vectors from the base frame to the frames T_base_frame."""
     turned: np.ndarray = np.einsum("pji,pkj->pki", T[:, :3, :3], v)
     return turned
 
@@ -163,13 +164,21 @@ def _fit(
     up: Float[np.ndarray, "P K 3"] | None,
     sensor: Sensor,
 ) -> SetupFit:
-    """The ring on a mount that is nearest to K sensors seen at P poses, where the mount's frame is
-    T_base_frame.
+    """Return the least-squares ring on a mount for K sensors at P poses.
 
-    In the frame (zero, side, axis) of the mount, sensor k turned back by its share of the circle
-    lies at radius and phase, as one complex number: their mean is the least-squares fit. So are the
-    mean place along the axis, and for the tilt the mean of the axes' parts along the radius and
-    along the mount. ``up`` of square beams follows from these, up to its sign.
+    In the mount's frame (zero, side, axis), sensor k turned back by its share of the circle lies at
+    the ring's radius and phase, written as one complex number; the mean of these numbers is the
+    least-squares fit. The same holds for the mean position along the axis and, for the tilt, for
+    the mean of the axes' components along the radius and along the mount. ``up`` of square beams
+    follows from these, up to its sign.
+
+    Args:
+        mount: the mount.
+        T: frame of the mount's link at each pose, T_base_frame.
+        apex: apexes in the base frame, m.
+        axis: unit axes in the base frame.
+        up: unit vectors up of square beams; None for round ones.
+        sensor: sensor of the ring.
     """
     basis = np.stack([mount.zero, mount.side, mount.axis])
     at = (_turned(T, apex - T[:, None, :3, 3]) - mount.start) @ basis.T
@@ -194,6 +203,6 @@ def _fit(
             angle, np.arctan2(np.linalg.norm(np.cross(seen, across), axis=-1), cosine).max()
         )
     if abs(tilt) >= math.pi / 2:
-        angle = max(angle, math.pi / 2)  # looking inward is no ring
+        angle = max(angle, math.pi / 2)  # inward-looking sensors form no ring
     ring = Ring(mount.link, place, count, tilt, (phase + _TURN) % math.tau - _TURN, radius, sensor)
     return SetupFit(ring, 1000 * float(off), math.degrees(float(angle)))

@@ -1,9 +1,8 @@
-"""Named frames of sensors, each fixed in the frame that carries its ring: what exports write and
-imports read.
+"""Named sensor frames, each fixed in the link frame that carries its ring, for exports and imports.
 
-In code a sensor looks along its frame's z, and y is the ``up`` of its beam: the ring's axis, tilted
-with the sensor. Other programs look along x or y: such a frame has the same three axes, turned
-round (x to y, y to z, z to x).
+In code a sensor looks along its frame's z axis, and y is the ``up`` of its beam: the ring's axis,
+tilted with the sensor. Other programs look along x or y: such a frame has the same three axes,
+permuted cyclically (x to y, y to z, z to x).
 """
 
 from collections.abc import Sequence
@@ -23,31 +22,36 @@ from ...coverage.sensors.sensor import Sensor
 from ..schema.ring_models import ConeRow, SquareConeRow
 
 _TURNS = {"z": 0, "x": 1, "y": 2}
-_POSES = 3  # any ones: sensors of a link form a ring on that link in all of them, and on no other
+_POSES = 3  # arbitrary poses: only on its own link do a ring's sensors form a ring in all of them
 
 
 @dataclass(frozen=True)
 class SensorFrame:
-    """Sensor ``sensor`` of ring ``ring`` and its pose T_frame_sensor (4, 4) in frame ``frame`` of
-    ``forward``'s; its beam goes along z."""
+    """A sensor's pose in the frame of its link."""
 
     ring: int
+    """Number of the ring."""
     sensor: int
+    """Number of the sensor on its ring."""
     frame: int
+    """Index of the link's frame among those of ``forward``."""
     T_frame_sensor: Float[np.ndarray, "4 4"]
+    """Pose of the sensor; its beam points along z."""
     unit: Sensor
+    """The sensor."""
 
     @property
     def name(self) -> str:
-        """Like ``tof_0_3``: letters, digits and underscores, which need no escape anywhere."""
+        """Name such as ``tof_0_3``: letters, digits and underscores, which need no escaping in any
+        format."""
         return f"tof_{self.ring}_{self.sensor}"
 
 
 def sensor_frames(robot: Robot, setup: Setup) -> tuple[SensorFrame, ...]:
-    """The frames of all sensors, ring by ring.
+    """Return the frames of all sensors, ring by ring.
 
     Raises:
-        ValueError: if a ring sits on a link that the robot has not.
+        ValueError: if a ring sits on a link that the robot lacks.
     """
     here, v = ring_arrays(robot, setup.rings), ring_values(setup)
     seat = sensor_poses(here, v.position, v.tilt, v.phase)
@@ -65,29 +69,28 @@ def sensor_frames(robot: Robot, setup: Setup) -> tuple[SensorFrame, ...]:
 def looking_along(
     T: Float[np.ndarray, "*batch 4 4"], axis: Along
 ) -> Float[np.ndarray, "*batch 4 4"]:
-    """Frames whose beam goes along z, with their axes turned round so that it goes along
-    ``axis``.
-    """
+    """Permute the axes of frames whose beam points along z so that it points along ``axis``."""
     return _turned(T, _TURNS[axis])
 
 
 def looking_along_z(
     T: Float[np.ndarray, "*batch 4 4"], axis: Along
 ) -> Float[np.ndarray, "*batch 4 4"]:
-    """Frames whose beam goes along ``axis``, turned back."""
+    """Permute the axes of frames whose beam points along ``axis`` so that it points along z."""
     return _turned(T, -_TURNS[axis])
 
 
 def _turned(T: Float[np.ndarray, "*batch 4 4"], turns: int) -> Float[np.ndarray, "*batch 4 4"]:
-    found = T.copy()
-    found[..., :3, :3] = np.roll(T[..., :3, :3], turns, axis=-1)
-    return found
+    turned = T.copy()
+    turned[..., :3, :3] = np.roll(T[..., :3, :3], turns, axis=-1)
+    return turned
 
 
 def rows_of(
     found: Sequence[SensorFrame], chain: Chain
 ) -> tuple[list[ConeRow], list[Float[np.ndarray, "F 4 4"]]]:
-    """The sensors as rows of a list at a few poses of the chain, and the frames of those poses."""
+    """Return the sensors as rows at a few poses of the chain, and the link frames at those
+    poses."""
     q = np.random.default_rng(0).uniform(-2.5, 2.5, (_POSES, len(chain)))
     poses = list(np.asarray(forward(chain, q)))
     rows: list[ConeRow] = []

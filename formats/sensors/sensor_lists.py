@@ -1,7 +1,6 @@
-"""A list of sensors as CSV: written, and read back into the rings whose sensors have these apexes
-and axes.
+"""Sensor lists in CSV: writing, and fitting rings to them.
 
-The list is what ``place-rings cones`` prints, in the base frame at the scene's poses.
+The list is the output of ``place-rings cones``, in the base frame at the scene's poses.
 """
 
 import csv
@@ -25,9 +24,12 @@ _DIGITS = 9  # decimals of metres and of unit vectors
 
 
 def sensor_list(setup: Setup, scene: Scene, poses: Sequence[int] | None = None) -> str:
-    """The beams of all sensors at some poses of the scene, by default all, as CSV, base frame;
-    where some are square, with four columns more: the full angle along ``up`` (0: a cone) and
-    ``up`` itself."""
+    """Return the beams of all sensors at poses of the scene (by default all) as CSV in the base
+    frame.
+
+    If some beams are square, four columns are added: the full angle along ``up`` (0 for a cone),
+    and ``up`` itself.
+    """
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(SQUARE_COLUMNS if any_square(setup.rings) else COLUMNS)
@@ -43,11 +45,11 @@ def sensor_list(setup: Setup, scene: Scene, poses: Sequence[int] | None = None) 
 
 
 def mounted_setup(name: str, text: str, scene: Scene) -> Setup:
-    """The setup whose sensors the CSV ``text`` lists; ``name`` is its file's, for messages.
+    """Return the setup whose sensors the CSV ``text`` lists; ``name`` is its file's, for messages.
 
     Raises:
-        UserError: if the text is not such a list, or sensors of a ring form none on any link of the
-            scene's robot.
+        UserError: if the text is no such list, or the sensors of a ring form no ring on any link of
+            the robot.
     """
     rows = _rows(name, text)
     frames = [np.asarray(forward(scene.robot.chain, pose.q)) for pose in scene.poses]
@@ -61,23 +63,23 @@ def mounted_setup(name: str, text: str, scene: Scene) -> Setup:
 
 
 def _rows(name: str, text: str) -> list[tuple[int, ConeRow]]:
-    """The rows, and the line on which each ends."""
+    """Return the rows, each with the line on which it ends."""
     try:
         reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
         kinds = {tuple(sorted(kind.model_fields)): kind for kind in (ConeRow, SquareConeRow)}
         kind = kinds.get(tuple(sorted(reader.fieldnames or ())))
         if kind is None:
-            found, square = (
+            columns, square = (
                 ",".join(reader.fieldnames or ()),
                 ",".join(SQUARE_COLUMNS[len(COLUMNS) :]),
             )
             allowed = f"the columns {','.join(COLUMNS)}, and for square beams {square}"
-            raise UserError(f"{name}: line 1: found {shown(found)}, allowed: {allowed}")
+            raise UserError(f"{name}: line 1: found {shown(columns)}, allowed: {allowed}")
         rows = []
         for fields in reader:
             if None in fields or None in fields.values():
                 raise UserError(
-                    f"{name}: line {reader.line_num}: found more or fewer fields, allowed:"
+                    f"{name}: line {reader.line_num}: found the wrong number of fields, allowed:"
                     f" {len(kind.model_fields)}"
                 )
             try:
@@ -87,5 +89,5 @@ def _rows(name: str, text: str) -> list[tuple[int, ConeRow]]:
     except csv.Error as error:
         raise UserError(f"{name}: not CSV: {error}") from error
     if not rows:
-        raise UserError(f"{name}: found no sensor, allowed: a row for each")
+        raise UserError(f"{name}: found no sensor, allowed: one row for each sensor")
     return rows

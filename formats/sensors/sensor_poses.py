@@ -1,4 +1,4 @@
-"""Poses of sensors as JSON: written, and read back into rings."""
+"""Sensor poses in JSON: writing, and fitting rings to them."""
 
 import math
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ _DIGITS = 12
 
 
 def quaternion(T: Float[np.ndarray, "4 4"]) -> list[float]:
-    """The rotation of a transform as x, y, z, w, with w at least 0."""
+    """Return the rotation of a transform as x, y, z, w, with w not negative."""
     from scipy.spatial.transform import Rotation
 
     return [
@@ -34,19 +34,18 @@ def quaternion(T: Float[np.ndarray, "4 4"]) -> list[float]:
 
 
 def place(T: Float[np.ndarray, "4 4"]) -> list[float]:
-    """The translation of a transform, m, rounded as files have it."""
+    """Return the translation of a transform, m, rounded as in files."""
     return [round(float(v), _DIGITS) + 0.0 for v in T[:3, 3]]
 
 
 def poses_file(scene: Scene, setup: Setup, pose: int) -> SensorPosesFile:
-    """The file that lists a setup's sensors in the frames of their links, and in the base frame at
-    a pose of the scene.
-    """
+    """Return the file with a setup's sensors in the frames of their links, and in the base frame at
+    a pose of the scene."""
     q, names = scene.poses[pose].q, (*scene.robot.chain.joints, TCP_FRAME)
-    frames, found = np.asarray(forward(scene.robot.chain, q)), sensor_frames(scene.robot, setup)
+    frames, sensors = np.asarray(forward(scene.robot.chain, q)), sensor_frames(scene.robot, setup)
     rings = []
     for i, ring in enumerate(setup.rings):
-        some = [s for s in found if s.ring == i]
+        some = [s for s in sensors if s.ring == i]
         base = [frames[s.frame] @ s.T_frame_sensor for s in some]
         rings.append(
             RingPosesModel(
@@ -77,12 +76,11 @@ def _transform(xyz: Sequence[float], xyzw: Sequence[float]) -> Float[np.ndarray,
 
 
 def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
-    """The setup whose sensors the JSON ``text`` lists; ``name`` is its file's, for messages.
+    """Return the setup whose sensors the JSON ``text`` lists; ``name`` is its file's, for messages.
 
     Raises:
-        UserError: if the text is not such a file, names what the scene's robot has not, contradicts
-            itself, or sensors of a
-            ring form none.
+        UserError: if the text is no such file, names a joint or link that the robot lacks, or
+            contradicts itself, or if the sensors of a ring form no ring.
     """
     try:
         file = SensorPosesFile.model_validate_json(text, context=FROM_FILE)
@@ -91,12 +89,12 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
         if first["type"] == "json_invalid":
             raise UserError(f"{name}: not JSON: {first['msg']}") from error
         raise explain(name, error, SensorPosesFile) from error
-    robot, found = scene.robot, []
+    robot, sensors = scene.robot, []
     names = (*robot.chain.joints, TCP_FRAME)
     if file.q_deg is not None and len(file.q_deg) != len(robot.chain):
         raise UserError(
-            f"{name}: q_deg: found {len(file.q_deg)} angles, allowed: {len(robot.chain)}, as"
-            f" {robot.name} has"
+            f"{name}: q_deg: found {len(file.q_deg)} angles, allowed: {len(robot.chain)}, one for"
+            f" each joint of {robot.name}"
         )
     frames = (
         None if file.q_deg is None else np.asarray(forward(robot.chain, np.radians(file.q_deg)))
@@ -116,9 +114,9 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
                     frames[frame] @ T,
                     _transform(sensor.base_xyz, sensor.base_xyzw),
                 )
-            found.append(SensorFrame(i, k, frame, looking_along_z(T, file.beam), unit))
+            sensors.append(SensorFrame(i, k, frame, looking_along_z(T, file.beam), unit))
     links = {i: ring.link for i, ring in enumerate(file.rings) if ring.link is not None}
-    setup = fitted_setup(name, *rows_of(found, robot.chain), scene, links)
+    setup = fitted_setup(name, *rows_of(sensors, robot.chain), scene, links)
     return Setup(
         tuple(
             replace(r, sensor=ring.sensor.to_domain())
@@ -128,7 +126,11 @@ def setup_of_poses(name: str, text: str, scene: Scene) -> Setup:
 
 
 def _check_base(where: str, T: Float[np.ndarray, "4 4"], stated: Float[np.ndarray, "4 4"]) -> None:
-    """Is a sensor where the file says it is in the base frame?"""
+    """Check the stated pose of a sensor in the base frame.
+
+    Raises:
+        UserError: if it contradicts the pose on the link.
+    """
     from scipy.spatial.transform import Rotation
 
     mm = 1000 * float(np.linalg.norm(T[:3, 3] - stated[:3, 3]))

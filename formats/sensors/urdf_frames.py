@@ -1,4 +1,4 @@
-"""Rings from the frames of a URDF that are sensors, by a pattern of their names."""
+"""Fit of rings to the sensor frames of a URDF, which a name pattern selects."""
 
 import math
 import re
@@ -17,52 +17,59 @@ from ..robots.urdf_robot import find_robot
 from .ring_fit import TOLERANCE_DEG, TOLERANCE_MM, fitted_setup
 from .sensor_frames import SensorFrame, looking_along_z, rows_of
 
-_LONGEST = 200  # characters of a pattern
+_LONGEST = 200  # most characters of a pattern
 
 
 @dataclass(frozen=True)
 class FramePattern:
-    """Which frames of a URDF are sensors, by a regular expression for their whole names, and along
-    which of its axes each looks."""
+    """Selection of the sensor frames in a URDF."""
 
     pattern: str = SENSOR_FRAMES
+    """Regular expression for the whole name of a frame."""
     beam: Along = "x"
+    """Axis of the frame along which the sensor looks."""
 
 
 @dataclass(frozen=True)
 class Seat:
-    """Where a sensor is on a mount: T_frame_sensor (4, 4) in the mount's frame, m along its axis
-    and from it, rad around it, its tilt and by how much it looks aside, rad."""
+    """Position of a sensor on a mount."""
 
     mount: Mount
+    """The mount."""
     T: Float[np.ndarray, "4 4"]
+    """Pose in the mount's frame, T_frame_sensor."""
     along: float
+    """Position along the mount's axis, m."""
     radius: float
+    """Distance from the axis, m."""
     azimuth: float
+    """Azimuth around the axis, rad."""
     tilt: float
+    """Tilt, rad."""
     aside: float
+    """Angle between the beam and the plane through the axis, rad."""
 
     def beside(self, other: "Seat") -> bool:
-        """May both be of one ring?"""
+        """Return whether both may belong to the same ring."""
         mm = 1000 * max(abs(self.along - other.along), abs(self.radius - other.radius))
         deg = math.degrees(abs(self.tilt - other.tilt))
         return self.mount is other.mount and mm <= 2 * TOLERANCE_MM and deg <= 2 * TOLERANCE_DEG
 
 
 def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
-    """The setup whose sensors are the frames of ``urdf`` whose names match; their beams are those
-    of the scene's sensor.
+    """Return the setup whose sensors are the frames of ``urdf`` with matching names; the scene's
+    sensor determines their beams.
 
-    Frames of one link in one place, at one distance and tilt, are a ring, which the first of them
-    in the file begins.
+    Frames of one link at the same position, distance and tilt form a ring; the first of them in the
+    file is its first sensor.
 
     Raises:
-        UserError: if none match, the scene's robot is not there, or they form no rings on its
-            links.
+        UserError: if no frame matches, the URDF lacks the scene's robot, or the frames form no
+            rings on its links.
     """
     try:
         if len(asked.pattern) > _LONGEST:
-            raise re.error(f"it is longer than {_LONGEST}")
+            raise re.error(f"longer than {_LONGEST} characters")
         pattern = re.compile(asked.pattern)
     except (re.error, OverflowError, RecursionError) as error:
         raise UserError(
@@ -74,14 +81,14 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
     wanted = [link for link in urdf.links if pattern.fullmatch(link)]
     if not wanted:
         raise UserError(
-            f"{name}: found no frame called {shown(asked.pattern)}, allowed: a pattern of some"
-            " (--frames)"
+            f"{name}: no frame matches {shown(asked.pattern)}; set --frames to a pattern of the"
+            " sensor frames"
         )
     for link in wanted:
         if link not in carried:
             raise UserError(
-                f"{name}: frame {shown(link)}: found off the chain of {scene.robot.name}, allowed:"
-                " on it (--frames)"
+                f"{name}: frame {shown(link)}: found off the chain of {scene.robot.name}; set"
+                " --frames to a pattern of frames on the chain"
             )
     rings: list[list[Seat]] = []
     for link in wanted:
@@ -96,22 +103,22 @@ def setup_of_urdf(urdf: Urdf, asked: FramePattern, scene: Scene) -> Setup:
         if ring is None:
             rings.append(ring := [])
         ring.append(seat)
-    found = []
+    sensors = []
     for i, ring in enumerate(rings):
         first = ring[0].azimuth
         turns = [(seat.azimuth - first) % (2 * math.pi) for seat in ring]
         for k, j in enumerate(sorted(range(len(ring)), key=turns.__getitem__)):
             mount, T = ring[j].mount, ring[j].T
-            found.append(SensorFrame(i, k, mount.frame, T, scene.sensor_of(mount.link)))
-    setup = fitted_setup(name, *rows_of(found, scene.robot.chain), scene)
+            sensors.append(SensorFrame(i, k, mount.frame, T, scene.sensor_of(mount.link)))
+    setup = fitted_setup(name, *rows_of(sensors, scene.robot.chain), scene)
     return Setup(tuple(replace(r, sensor=scene.sensor_of(r.link)) for r in setup.rings))
 
 
 def _seat(where: str, frame: int, T: Float[np.ndarray, "4 4"], scene: Scene) -> Seat:
-    """The seat of a sensor at T_frame_sensor on the mount, of those that move with the frame, from
-    whose axis it looks most straight away."""
+    """Return the seat of a sensor at T_frame_sensor: on the mount, among those that move with the
+    frame, from whose axis it points away most directly."""
     robot = scene.robot
-    last, T_last_tcp, found = len(robot.chain) - 1, robot.chain.origin[-1], []
+    last, T_last_tcp, seats = len(robot.chain) - 1, robot.chain.origin[-1], []
     for mount in robot.mounts:
         if frame == BASE or min(mount.frame, last) != frame:
             continue
@@ -122,14 +129,14 @@ def _seat(where: str, frame: int, T: Float[np.ndarray, "4 4"], scene: Scene) -> 
         out = look[0] * math.cos(azimuth) + look[1] * math.sin(azimuth)
         around = look[1] * math.cos(azimuth) - look[0] * math.sin(azimuth)
         aside, tilt = math.asin(min(abs(around), 1.0)), math.atan2(look[2], out)
-        found.append(
+        seats.append(
             Seat(mount, here, float(at[2]), math.hypot(at[0], at[1]), azimuth, tilt, aside)
         )
-    if not found:
+    if not seats:
         links = ", ".join(robot.links)
         raise UserError(
             f"{where}: found on a part of {robot.name} that carries no ring, allowed: on {links}"
         )
     return min(
-        found, key=lambda s: (round(s.aside, 3), abs(s.radius - scene.radius_of(s.mount.link)))
+        seats, key=lambda s: (round(s.aside, 3), abs(s.radius - scene.radius_of(s.mount.link)))
     )

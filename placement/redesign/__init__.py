@@ -1,1 +1,1 @@
-"""The best changes to what is mounted: one ring, two, three."""
+"""The best changes of one, two, three rings to a mounted setup."""

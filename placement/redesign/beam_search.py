@@ -1,8 +1,9 @@
-"""Setups with a change more than others: drawn, climbed, made simple, counted.
+"""One level of the redesign: setups with one more change than before, drawn, improved, simplified,
+counted.
 
-Each ring not yet touched is drawn anew many times; the best of these climb the soft zeta with the
-values of all touched rings free and all other rings fixed; the best of those are counted exactly,
-as a file holds them.
+Each ring that is not yet touched is drawn anew many times. The best of these setups start a local
+search on the soft ζ, in which the values of all touched rings are free and all other rings are
+fixed. The best results are counted exactly, rounded as in a file.
 """
 
 from collections.abc import Callable
@@ -25,73 +26,92 @@ from .changes import Change, Touched, Work, changes, work
 from .moves import as_it_is, touched
 from .problem import Placed, RedesignProblem
 
-# of zeta: a change that gains less is not worth the work, and values that gain less stay as they
-# were
+# smallest gain of ζ for which a change is proposed, or a value is not put back
 WORTH = 5e-4
-_EACH = 2  # setups of one set of touched rings that go on
+_EACH = 2  # setups kept for each set of touched rings
 
 
 @dataclass(frozen=True)
 class BeamPlan:
-    """How hard to look for the best with a change more: setups drawn, points on which they are
-    scored and the width there, climbs that start, stages of a climb (with how many go on), and
-    setups that are simplified and counted."""
+    """Effort of the search on one level."""
 
     draws: int = 640
+    """Random setups."""
     points: int = 2048
+    """Points on which the random setups are scored."""
     width: float = 0.05
+    """Width of the sigmoid for that score, m."""
     climbs: int = 16
+    """Setups that start a local search."""
     stages: tuple[Stage, ...] = (
         Stage(0.05, 4096, 20, 10),
         Stage(0.02, 8192, 30, 6),
         Stage(0.008, 16384, 40, 5),
     )
+    """Stages of a local search."""
     counted: int = 3
+    """Setups that are simplified and counted."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """The best with so many changes: the setup, its exact zeta (weighted mean in [0, 1]), by how
-    much the goals' floors are missed, the soft value, and what was changed."""
+    """The best setup for a number of changes."""
 
     touched: Touched
+    """The changed setup."""
     exact: float
+    """Exact ζ, weighted mean in [0, 1]."""
     short: float
+    """Sum by which the goals' floors are missed."""
     soft: float
+    """Soft ζ."""
     changes: tuple[Change, ...]
+    """The changes."""
 
     @property
     def work(self) -> Work:
-        """What the changes cost."""
+        """Effort of the changes."""
         return work(list(self.changes))
 
     @property
     def setup(self) -> Setup:
-        """All rings as they are then; those that stay come first, in their order."""
+        """All rings after the changes; unchanged rings come first, in their order."""
         return self.touched.setup
 
     @property
     def key(self) -> tuple[float, float]:
-        """The smaller, the better: floors first, then zeta."""
+        """Sort key, smaller is better: missed floors first, then ζ."""
         return self.short, -self.exact
 
 
 @dataclass
 class BeamSearch:
-    """The search while it runs."""
+    """State of a running redesign."""
 
     rework: RedesignProblem
+    """The problem: mounted setup and rules."""
     plan: BeamPlan
+    """Effort on each level."""
     points: TargetPoints
+    """Points of the soft ζ."""
     objective: CoverageObjective
+    """The soft ζ."""
     verifier: Verifier
+    """The exact count."""
     threads: ThreadPoolExecutor
+    """Threads for local searches and scores."""
     brake: StopToken
+    """Stops the search."""
     tell: Callable[[Progress], None]
+    """Receives the progress, in the calling thread."""
     progress: Progress
+    """The progress."""
     climbs: int = 0
+    """Local searches started so far."""
     evaluations: int = 0
+    """Evaluations so far."""
     counted: dict[Setup, Answer] = field(default_factory=dict)
+    """All answers counted so far."""
 
     def __post_init__(self) -> None:
         terms = len(self.points.terms)
@@ -99,12 +119,12 @@ class BeamSearch:
             s: max(256, s // terms)
             for s in (self.plan.points, *(stage.points for stage in self.plan.stages))
         }
-        self.clouds = {asked: self.points.clouds(size) for asked, size in sizes.items()}
+        self.clouds = {count: self.points.clouds(size) for count, size in sizes.items()}
         self.finest = self.plan.stages[-1]
 
     def scores(self, some: list[Placed], points: int, width: float) -> np.ndarray:
-        """Soft values (S,) of setups, on all processors."""
-        found, n = np.empty(len(some)), min(processors(), len(some))
+        """Return the soft values (S,) of setups, computed on all processors."""
+        scores, n = np.empty(len(some)), min(processors(), len(some))
 
         def part(i: int) -> np.ndarray:
             values = np.stack([p.values for p in some[i::n]])
@@ -113,12 +133,12 @@ class BeamSearch:
             )
 
         for i, job in enumerate([self.threads.submit(part, i) for i in range(n)]):
-            found[i::n] = job.result()
-        return found
+            scores[i::n] = job.result()
+        return scores
 
     def drawn(self, beam: list[Touched], rng: np.random.Generator) -> list[Placed]:
-        """The starts of climbs with a change more than those of ``beam``: of many drawn ones the
-        best, few of each set of touched rings."""
+        """Return starts with one more change than those of ``beam``: the best of many random ones,
+        at most ``_EACH`` for each set of touched rings."""
         pairs = [(t, place) for t in beam for place in self.rework.may_touch(t)]
         some: list[Touched | None] = []
         for t, place in pairs:
@@ -134,7 +154,7 @@ class BeamSearch:
         return _few_of_each([placed[i] for i in order], self.plan.climbs)
 
     def climbed(self, some: list[Placed], stage: Stage) -> list[Placed]:
-        """Where setups climb to, the best first."""
+        """Improve setups by local search; return the results, the best first."""
         clouds = self.clouds[stage.points]
         jobs = [self.threads.submit(self._climb, p, stage, clouds) for p in some]
         waiting, self.progress.done, self.progress.climbs = set(jobs), 0, len(jobs)
@@ -150,24 +170,29 @@ class BeamSearch:
         return [end[0] for end in ends]
 
     def _climb(self, p: Placed, stage: Stage, clouds: Cloud) -> tuple[Placed, float, int]:
+        """Improve one setup.
+
+        Returns:
+            The improved setup, its share of points, and the number of evaluations.
+        """
         setup, box, spent = stacked([p.arrays]), (p.low, p.high), 0
         if p.loose:
-            found = climb(
+            result = climb(
                 self.objective, setup, box, p.values, stage.width, stage.steps, clouds, self.brake
             )
-            p, spent = replace(p, values=found.values), found.evaluations
+            p, spent = replace(p, values=result.values), result.evaluations
         return p, float(self.objective.zetas(setup, p.values[None], clouds)[0]), spent
 
     def ends(self, some: list[Placed]) -> list[Touched]:
-        """Where setups come to through all stages, the best first."""
+        """Run setups through all stages; return the results, the best first."""
         for stage in self.plan.stages:
             if some and not self.brake.on():
                 some = _few_of_each(self.climbed(some, stage), stage.keep)
         return [self.rework.read(p, p.values) for p in some]
 
     def simple(self, t: Touched) -> Touched:
-        """``t`` with what is mounted put back, numbers of sensors and then value by value, where
-        that costs less than ``WORTH`` all together."""
+        """Restore mounted sensor counts, then single values, as long as the total loss stays below
+        ``WORTH``."""
         bound = self._share(t) - WORTH
         for keys, some in [
             (("count",), t.free),
@@ -181,15 +206,14 @@ class BeamSearch:
         return t
 
     def _share(self, t: Touched, width: float = SHARP) -> float:
-        """Soft value of ``t``, by default the share of the points, with every ring exactly where it
-        is.
-        """
+        """Return the soft value of ``t`` with every ring exactly where it is; by default the share
+        of points."""
         p = self.rework.as_it_stands(t)
         clouds = self.clouds[self.finest.points]
         return float(self.objective.zetas(stacked([p.arrays]), p.values[None], clouds, width)[0])
 
     def count(self, t: Touched) -> Answer | None:
-        """The exact count of ``t`` as a file holds it; None where it does not keep the rules."""
+        """Count ``t`` exactly, rounded as in a file; return None if it breaks the rules."""
         t = self.rework.rounded(t)
         if not self.rework.keeps_rules(t):
             return None
@@ -202,7 +226,7 @@ class BeamSearch:
         return self.counted[t.setup]
 
     def look(self, some: list[Placed]) -> list[Touched]:
-        """Climb from all, count the best as simple as they can be; where the climbs came to."""
+        """Run local search from all setups, simplify and count the best, and return all results."""
         self.climbs += len(some)
         ends = self.ends(some)
         for t in ends[: self.plan.counted]:
@@ -210,20 +234,19 @@ class BeamSearch:
         return ends
 
     def best(self, most: int) -> Answer:
-        """The best of all that was counted with so many changes at most; of equals the one with the
-        fewest.
-        """
+        """Return the best counted answer with at most ``most`` changes; of equal ones, the one with
+        the fewest."""
         able = [a for a in self.counted.values() if len(a.changes) <= most]
         return min(able, key=lambda a: (*a.key, len(a.changes)))
 
 
 def _few_of_each(some: list[Placed], count: int) -> list[Placed]:
-    """The first ``count`` of ``some``, few of each set of touched rings."""
+    """Return the first ``count`` setups with at most ``_EACH`` for each set of touched rings."""
     seen: dict[tuple[int, ...], int] = {}
-    found: list[Placed] = []
+    kept: list[Placed] = []
     for p in some:
         free = p.touched.free
         seen[free] = seen.get(free, 0) + 1
-        if seen[free] <= _EACH and len(found) < count:
-            found.append(p)
-    return found
+        if seen[free] <= _EACH and len(kept) < count:
+            kept.append(p)
+    return kept

@@ -1,8 +1,9 @@
-"""What was changed on a mounted setup, ring by ring, and the work that it is.
+"""Changes to a mounted setup, ring by ring, and their effort.
 
-One change is one ring touched: set anew on its link (place, tilt, phase, sensors, any of them
-together), carried to another link, added, or taken away. Work is told, not weighed: rings touched,
-sensors that must be bought, millimetres along links, degrees of tilt and of turning, rings carried.
+One change touches one ring. It adjusts the ring on its link (place, tilt, phase, sensors, or any of
+them together), moves it to another link, adds it, or removes it. Effort is reported, not optimised:
+rings touched, sensors to buy, millimetres along links, degrees of tilt and rotation, rings moved to
+another link.
 """
 
 import math
@@ -12,11 +13,11 @@ from enum import Enum
 from ...coverage.rings.ring import Ring, Setup
 from ...coverage.robots.robot import Robot
 
-Rings = tuple[Ring | None, ...]  # of each place, None: no ring
+Rings = tuple[Ring | None, ...]  # the ring at each place, None: no ring
 
 
 class ChangeKind(Enum):
-    """What was done to a ring; the text is for its user."""
+    """Kind of a change; the value is the text in files."""
 
     SET = "set anew"
     CARRIED = "carried over"
@@ -26,21 +27,25 @@ class ChangeKind(Enum):
 
 @dataclass(frozen=True)
 class Change:
-    """One ring touched. place: its number on the mounted setup, or beyond, if it is new. before,
-    after: None where it is new, and where it is taken away. moved: m along its link, 0 where it is
-    carried. tilted, turned: rad, of a ring that is there before and after; a turn is the least that
-    brings its sensors to their places."""
+    """One ring touched."""
 
     place: int
+    """Number of the ring in the mounted setup; numbers beyond it are new rings."""
     before: Ring | None
+    """The ring before; None if it is new."""
     after: Ring | None
+    """The ring after; None if it is removed."""
     moved: float
+    """Displacement along its link, m; 0 if it moves to another link."""
     tilted: float
+    """Change of tilt, rad; 0 for a new or removed ring."""
     turned: float
+    """Least rotation that brings the sensors to their new places, rad; 0 for a new or
+    removed ring."""
 
     @property
     def kind(self) -> ChangeKind:
-        """What was done."""
+        """Kind of the change."""
         if self.before is None:
             return ChangeKind.ADDED
         if self.after is None:
@@ -49,53 +54,57 @@ class Change:
 
     @property
     def sensors(self) -> int:
-        """Sensors that this ring has more than before."""
+        """Number of sensors added to this ring; negative if it loses some."""
         return (self.after.count if self.after else 0) - (self.before.count if self.before else 0)
 
 
 @dataclass(frozen=True)
 class Work:
-    """The sums over changes: rings touched, rings carried to another link among them, sensors more
-    than before, m along links, rad of tilt, rad of turning."""
+    """Total effort of several changes."""
 
     rings: int
+    """Rings touched."""
     carried: int
+    """Rings moved to another link."""
     sensors: int
+    """Sensors added."""
     moved: float
+    """Displacement along links, m."""
     tilted: float
+    """Change of tilt, rad."""
     turned: float
+    """Rotation about the links, rad."""
 
 
 @dataclass(frozen=True)
 class Touched:
-    """A setup some of whose rings are touched. rings: of each place what is there now; the mounted
-    rings' places first, then those of added ones. free: the places that may differ from what is
-    mounted."""
+    """A setup in which some rings are touched."""
 
     rings: Rings
+    """The ring at each place: the places of mounted rings first, then those of added ones."""
     free: tuple[int, ...] = ()
+    """The places that may differ from the mounted setup."""
 
     @property
     def setup(self) -> Setup:
-        """The setup as it is now; the rings that stay keep their order."""
+        """The setup with its changes; unchanged rings keep their order."""
         return Setup(tuple(ring for ring in self.rings if ring is not None))
 
     @property
     def sensors(self) -> int:
-        """Number of sensors of all rings together."""
+        """Number of sensors on all rings together."""
         return self.setup.sensors
 
 
 def turn(before: Ring, after: Ring) -> float:
-    """The least turn, rad and signed, that brings the first sensor of ``before`` to a place of one
-    of ``after``.
-    """
+    """Return the least signed rotation, rad, that brings the first sensor of ``before`` to a sensor
+    place of ``after``."""
     return math.remainder(after.phase - before.phase, 2 * math.pi / after.count)
 
 
 def changes(robot: Robot, before: Rings, after: Rings) -> list[Change]:
-    """What differs between two tuples of places."""
-    found = []
+    """Return the differences between two tuples of places."""
+    differences = []
     for place, (a, b) in enumerate(zip(before, after, strict=True)):
         if a is not None and b is not None and a != b:
             moved = (
@@ -103,14 +112,14 @@ def changes(robot: Robot, before: Rings, after: Rings) -> list[Change]:
                 if a.link == b.link
                 else 0.0
             )
-            found.append(Change(place, a, b, moved, abs(b.tilt - a.tilt), abs(turn(a, b))))
+            differences.append(Change(place, a, b, moved, abs(b.tilt - a.tilt), abs(turn(a, b))))
         elif a != b:
-            found.append(Change(place, a, b, 0.0, 0.0, 0.0))
-    return found
+            differences.append(Change(place, a, b, 0.0, 0.0, 0.0))
+    return differences
 
 
 def work(some: list[Change]) -> Work:
-    """The work of all changes together."""
+    """Return the total effort of changes."""
     return Work(
         len(some),
         sum(c.kind is ChangeKind.CARRIED for c in some),

@@ -1,6 +1,4 @@
-"""How one ring more of a touched setup is drawn anew: where it sits, its tilt and phase, how many
-sensors it has.
-"""
+"""Random changes to one more ring of a setup: place, tilt, phase, number of sensors."""
 
 import math
 from dataclasses import replace
@@ -12,15 +10,18 @@ from ..search.feasible_set import Rng
 from .changes import Touched
 from .problem import RedesignProblem
 
-# odds: stays and tilts, moves and stays tilted, both, carried to another link
+# probabilities: new tilt, new place, both, another link
 _WHERE = np.array([0.2, 0.2, 0.4, 0.2])
-_COUNT = 0.5  # odds that sensors change hands where they can
-_LEAST_LENGTH = 0.1  # m, that a link without length counts as where one is chosen
+_COUNT = 0.5  # probability of moving sensors between rings where that is possible
+_LEAST_LENGTH = 0.1  # m, least length of a segment when one is drawn in proportion to length
 
 
 def touched(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched | None:
-    """``t`` with one place more touched at random; None where that cannot be. The rules on place
-    and tilt are left to ``RedesignProblem.placed``; those on numbers are kept here."""
+    """Touch one more place of ``t`` at random; return None if that is impossible.
+
+    This function applies the rules on sensor counts; ``RedesignProblem.placed`` applies those on
+    place and tilt.
+    """
     free, before = tuple(sorted((*t.free, place))), work.before[place]
     if before is None:
         return _added(work, replace(t, free=free), place, rng)
@@ -31,12 +32,12 @@ def touched(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched 
 
 
 def as_it_is(t: Touched, place: int) -> Touched:
-    """``t`` with one mounted ring more that may be moved, but is not yet."""
+    """Return ``t`` with one more mounted ring free to move, but not yet moved."""
     return replace(t, free=tuple(sorted((*t.free, place))))
 
 
 def _drawn(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rng) -> Ring:
-    """A ring somewhere else."""
+    """Return a ring at a random place."""
     how = int(rng.choice(len(_WHERE), p=_WHERE))
     links = [s.link for s in work.segments(free)]
     if how == 3 and set(links) - {ring.link}:
@@ -48,15 +49,16 @@ def _drawn(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rng) -
 
 
 def _somewhere(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rng) -> Ring:
-    """A ring with place, tilt and phase drawn anew, on its link or, where it has none, on any."""
-    found = [s for s in work.segments(free) if ring.link in ("", s.link)]
+    """Return a ring with random place, tilt and phase, on its own link or, without a link,
+    on any."""
+    segments = [s for s in work.segments(free) if ring.link in ("", s.link)]
     length = np.array(
         [
             max((s.high - s.low) * work.scene.robot.mount(s.link).length, _LEAST_LENGTH)
-            for s in found
+            for s in segments
         ]
     )
-    s = found[int(rng.choice(len(found), p=length / length.sum()))]
+    s = segments[int(rng.choice(len(segments), p=length / length.sum()))]
     place, tilt = rng.uniform(s.low, s.high), rng.uniform(*work.scene.limits_of(s.link).tilt)
     phase = rng.uniform(0, 2 * math.pi / ring.count)
     if work.clear is not None and (
@@ -67,11 +69,11 @@ def _somewhere(work: RedesignProblem, free: tuple[int, ...], ring: Ring, rng: Rn
 
 
 def _added(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched | None:
-    """A new ring of the sensors that are spare, or that another touched ring gives."""
+    """Add a new ring with spare sensors or with sensors of another touched ring."""
     least, most = work.scene.rules.sensors
     spare = work.sensors - t.sensors
     counts = {i: ring.count for i in t.free if (ring := t.rings[i]) is not None}
-    # giver, fewest, most
+    # ring that gives, fewest sensors, most sensors
     gifts = [(i, max(1, least - spare, n - most), min(n - least, most)) for i, n in counts.items()]
     gifts = [gift for gift in gifts if gift[1] <= gift[2]]
     if gifts and (spare < least or rng.uniform() < _COUNT):
@@ -90,7 +92,7 @@ def _added(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched |
 
 
 def _with_counts(t: Touched, more: dict[int, int]) -> Touched:
-    """``t`` with so many sensors more at some places; a ring left with none is taken away."""
+    """Add sensors ``more`` to the rings at some places; a ring left without sensors is removed."""
     rings = list(t.rings)
     for i, n in more.items():
         if (ring := rings[i]) is not None:
@@ -99,23 +101,23 @@ def _with_counts(t: Touched, more: dict[int, int]) -> Touched:
 
 
 def _shifted(work: RedesignProblem, t: Touched, place: int, rng: Rng) -> Touched:
-    """Sensors of the spare ones or of another touched ring to the ring at ``place``, or from it to
-    another, all of them if that can be; ``t`` where nothing can change hands."""
+    """Give the ring at ``place`` sensors that are spare or come from another touched ring, or move
+    some or all of its sensors to another; return ``t`` if none can move."""
     least, most = work.scene.rules.sensors
     counts = {i: ring.count for i in t.free if (ring := t.rings[i]) is not None}
     here, others = counts[place], [i for i in counts if i != place]
-    # giver, taker, fewest, most
+    # ring that gives (-1: the spare sensors), ring that receives, fewest sensors, most sensors
     gifts = [(-1, place, max(1, least - here), min(work.sensors - t.sensors, most - here))]
     for giver, taker in [*((i, place) for i in others), *((place, i) for i in others)]:
         a, b = counts[giver], counts[taker]
         gifts.append((giver, taker, max(1, least - b, a - most), min(a - least, most - b)))
-        # all: the giver is taken away
+        # all sensors: the ring that gives is removed
         gifts.append((giver, taker, max(a, least - b), min(a, most - b)))
     gifts = [gift for gift in gifts if gift[2] <= gift[3]]
     if not gifts:
         return t
     giver, taker, low, high = gifts[int(rng.choice(len(gifts)))]
     given = int(rng.integers(low, high + 1))
-    if giver < 0:  # what is spare is mostly best spent
+    if giver < 0:  # it is mostly best to use all spare sensors
         return _with_counts(t, {taker: high if rng.uniform() < _COUNT else given})
     return _with_counts(t, {giver: -given, taker: given})

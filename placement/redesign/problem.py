@@ -1,8 +1,8 @@
-"""The setups that a few touched rings of a mounted setup make: as arrays in a box for a climb, and
-back.
+"""Redesign problem: the setups that differ from a mounted one in a few touched rings, encoded for
+local search and decoded.
 
-The rings that stay are to the touched ones what a scene's fixed rings are to a search: they keep
-what they have, broken rules and all, and the touched rings keep every rule against them.
+The unchanged rings play the part of a scene's fixed rings in a search. They stay as they are, even
+where they break rules; the touched rings must satisfy every rule against them.
 """
 
 import math
@@ -33,29 +33,37 @@ Values = Float[np.ndarray, "3 R"]
 
 @dataclass(frozen=True)
 class Placed:
-    """A touched setup for the objective: its ``(RingArrays, Interval)``, its values (3, R) as
-    ``decode`` reads them, and their bounds, which are equal but for the touched rings."""
+    """A touched setup, encoded for the objective."""
 
     touched: Touched
+    """The setup."""
     arrays: SetupArrays
+    """Its ``(RingArrays, Interval)``."""
     low: Values
+    """Lower bounds; equal to ``high`` except for touched rings."""
     high: Values
+    """Upper bounds."""
     values: Values
+    """Values as ``decode`` reads them."""
 
     @property
     def loose(self) -> bool:
-        """Is there anything to choose?"""
+        """Whether any value is free."""
         return bool(np.any(self.high > self.low))
 
 
 class RedesignProblem:
-    """A mounted setup in a scene, so many places more for rings that are added, and so many sensors
-    more.
-    """
+    """A mounted setup in a scene, with places for added rings and a number of additional
+    sensors."""
 
     def __init__(self, scene: Scene, mounted: Setup, places: int, add_sensors: int = 0) -> None:
-        """Take ``mounted`` as a file holds it: the rings that stay are then the same before and
-        after.
+        """Round ``mounted`` as a file does, so that unchanged rings are identical before and after.
+
+        Args:
+            scene: robot, poses, goals, rules.
+            mounted: the mounted setup.
+            places: number of places for added rings.
+            add_sensors: number of additional sensors.
         """
         self.scene = scene
         self.mounted = rounded(mounted, scene.sensor)
@@ -69,13 +77,12 @@ class RedesignProblem:
 
     @property
     def start(self) -> Touched:
-        """Nothing touched."""
+        """The setup without changes."""
         return Touched(self.before)
 
     def may_touch(self, t: Touched) -> list[int]:
-        """Places beside the touched ones that may be touched: rings that are not fixed, and one for
-        a ring more.
-        """
+        """Return the places that may be touched next: mounted rings that are not fixed, and one
+        place for a new ring."""
         mounted = [
             i for i in range(len(self.mounted.rings)) if i not in self.fixed and i not in t.free
         ]
@@ -83,8 +90,8 @@ class RedesignProblem:
         return mounted + more[:1]
 
     def _radius(self, link: str) -> float:
-        """The radius of a ring that is new on ``link``, m: that of those that are there, or the
-        scene's; a real one goes around the link."""
+        """Return the radius of a new ring on ``link``, m: that of the rings there, or the scene's,
+        enlarged where a real ring must close around the link."""
         there = next((ring.radius for ring in self.mounted.rings if ring.link == link), None)
         if self.clear is None:
             return self.scene.radius_of(link) if there is None else there
@@ -93,12 +100,12 @@ class RedesignProblem:
         return self.clear.radius(link)
 
     def stays(self, free: tuple[int, ...]) -> list[Ring]:
-        """The rings that are not touched, and the scene's fixed rings, whether mounted or not."""
+        """Return the untouched rings and the scene's fixed rings, mounted or not."""
         there = [ring for i, ring in enumerate(self.before) if ring is not None and i not in free]
         return [*there, *self._missing]
 
     def segments(self, free: tuple[int, ...]) -> list[Segment]:
-        """Where the touched rings may sit."""
+        """Return the segments on which the touched rings may sit."""
         if free not in self._segments:
             rules = replace(self.scene.rules, fixed=tuple(self.stays(free)))
             clear = None
@@ -108,10 +115,9 @@ class RedesignProblem:
         return self._segments[free]
 
     def _seats(self, t: Touched) -> np.ndarray | None:
-        """The segment (R,) nearest to each touched ring that has room for it, -1: no ring; None
-        where there is no room.
-        """
-        found, which = self.segments(t.free), np.full(len(t.rings), -1)
+        """Return the nearest segment with room for each touched ring (R,), -1 for no ring; None if
+        one has no room."""
+        available, which = self.segments(t.free), np.full(len(t.rings), -1)
         links = [ring.link for ring in self.stays(t.free)]
         for i in t.free:
             ring = t.rings[i]
@@ -119,13 +125,15 @@ class RedesignProblem:
                 continue
             room = [
                 k
-                for k, s in enumerate(found)
+                for k, s in enumerate(available)
                 if s.link == ring.link and np.count_nonzero(which == k) < s.room
             ]
             if not room or links.count(ring.link) >= self.scene.rules.rings_per_link:
                 return None
             at = ring.position
-            which[i] = min(room, key=lambda k: max(found[k].low - at, at - found[k].high, 0.0))
+            which[i] = min(
+                room, key=lambda k: max(available[k].low - at, at - available[k].high, 0.0)
+            )
             links.append(ring.link)
         return which
 
@@ -138,9 +146,8 @@ class RedesignProblem:
         high: Values,
         values: Values,
     ) -> bool:
-        """Set the bounds of the touched rings' tilts; False where a shared tilt is beyond a link's
-        limits.
-        """
+        """Set the bounds of the touched rings' tilts; return False if a shared tilt exceeds a
+        link's limits."""
         old = {i: ring for i in rings if (ring := t.rings[i]) is not None}
         limits = {i: self.scene.limits_of(ring.link).tilt for i, ring in old.items()}
         if not self.scene.rules.shared_tilt:
@@ -172,8 +179,11 @@ class RedesignProblem:
         return bool(np.all(high[1] >= low[1]))
 
     def placed(self, t: Touched) -> Placed | None:
-        """A touched setup as arrays, its touched rings brought to where the rules allow them; None
-        where they have no place for one, or there are too many sensors."""
+        """Encode a touched setup, with its touched rings moved to where the rules allow them.
+
+        Returns:
+            The encoded setup; None if a ring has no room or there are too many sensors.
+        """
         which = self._seats(t)
         if which is None or t.sensors > self.sensors:
             return None
@@ -197,9 +207,7 @@ class RedesignProblem:
         return Placed(t, arrays, low, high, np.clip(values, low, high))
 
     def as_it_stands(self, t: Touched) -> Placed:
-        """A touched setup as arrays with every ring where it is, whether the rules allow it or
-        not.
-        """
+        """Encode a touched setup with every ring where it is, whether the rules allow it or not."""
         rings, values = self._rings(t), _values(self._rings(t))
         values[0] = 0.0
         where = _where([], np.full(len(rings), -1), rings, list(range(len(rings))))
@@ -211,9 +219,8 @@ class RedesignProblem:
         return [nothing if ring is None else ring for ring in t.rings]
 
     def read(self, placed: Placed, values: Values) -> Touched:
-        """The touched setup that has ``values``: the rings that stay as they are, phases turned as
-        little as may be.
-        """
+        """Decode ``values`` to a touched setup; phases differ from the mounted ones as little as
+        possible."""
         t = placed.touched
         position, tilt, phase = decode(placed.arrays[1], values)
         rings = list(t.rings)
@@ -231,8 +238,9 @@ class RedesignProblem:
         return replace(t, rings=tuple(rings))
 
     def put_back(self, t: Touched, places: tuple[int, ...], keys: tuple[str, ...]) -> Touched:
-        """``t`` with some values of the rings at ``places`` as mounted; but for its count, a
-        carried ring's are its own.
+        """Restore the mounted values ``keys`` of the rings at ``places``.
+
+        A ring on another link keeps its own values, except its count.
         """
         rings = list(t.rings)
         for i in places:
@@ -246,16 +254,16 @@ class RedesignProblem:
         return replace(t, rings=tuple(rings))
 
     def rounded(self, t: Touched) -> Touched:
-        """The touched setup as a file holds it; what became as it was counts as touched no more."""
+        """Return the setup rounded as in a file; a ring that equals the mounted one no longer
+        counts as touched."""
         rings = tuple(
             None if r is None else rounded(Setup((r,)), self.scene.sensor).rings[0] for r in t.rings
         )
         return Touched(rings, tuple(i for i in t.free if rings[i] != self.before[i]))
 
     def keeps_rules(self, t: Touched) -> bool:
-        """Do the touched rings keep every rule against all? One whose number of sensors stays may
-        have any.
-        """
+        """Return whether the touched rings satisfy every rule against all rings; one whose sensor
+        count is unchanged may keep that count."""
         places = [i for i, ring in enumerate(t.rings) if ring is not None]
         for fault in faults(self.scene, t.setup.rings, self.clear):
             concerned = {places[k] for k in fault.rings} & set(t.free)
@@ -267,9 +275,9 @@ class RedesignProblem:
 
 
 def _where(
-    found: list[Segment], which: np.ndarray, rings: list[Ring], staying: list[int]
+    available: list[Segment], which: np.ndarray, rings: list[Ring], staying: list[int]
 ) -> Interval:
-    where = stretch(found, which)
+    where = stretch(available, which)
     where.low[staying] = [rings[i].position for i in staying]
     return where
 

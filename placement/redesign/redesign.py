@@ -1,8 +1,8 @@
-"""What is mounted, bettered by few changes: for each number of changes the best that a beam search
-finds.
+"""Redesign of a mounted setup: for each number of changes, the best setup that a beam search finds.
 
-Each level goes on from the best unlike setups of the one before. At the end each touched ring of an
-answer is once put back, for the answer with a change less. The exact count decides throughout.
+Each level continues from the best diverse setups of the previous one. At the end, each touched ring
+of an answer is restored once, as a start for the answer with one change fewer. The exact count
+decides throughout.
 """
 
 import time
@@ -27,15 +27,19 @@ from .problem import RedesignProblem
 
 @dataclass(frozen=True)
 class Improved:
-    """What is mounted, as a file holds it; the rules that it breaks; answers with ever more
-    changes, each better than all before by ``WORTH`` at least, and none where no change gains; how
-    it ended and what it spent, its climbs as starts."""
+    """Result of a redesign."""
 
     mounted: Answer
+    """The mounted setup, rounded as in a file."""
     broken: tuple[Fault, ...]
+    """Rules that the mounted setup breaks."""
     steps: tuple[Answer, ...]
+    """Answers with a growing number of changes, each at least ``WORTH`` better than all before;
+    empty if no change helps."""
     outcome: Outcome
+    """How the search ended."""
     statistics: Statistics
+    """Effort; its starts are local searches."""
 
 
 def improve(
@@ -49,26 +53,26 @@ def improve(
     voxel: float = 0.01,
     tell: Callable[[Progress], None] = lambda progress: None,
 ) -> Improved:
-    """The best single change to ``mounted``, the best two, and so on: each gains, and none breaks a
-    rule of the scene.
+    """Find the best single change to ``mounted``, the best two, and so on; each improves the
+    coverage, and none breaks a rule.
 
-    A setup that breaks rules is taken as it is; the rings that are touched keep them all. The
-    scene's fixed rings stay. The same seed gives the same answer on the same machine; ``time_cap``
-    seconds or a KeyboardInterrupt only cut it short.
+    A setup that breaks rules is accepted; touched rings must satisfy all rules. The scene's fixed
+    rings stay. The same seed gives the same answer on the same machine; ``time_cap`` or a
+    KeyboardInterrupt only cuts the search short.
 
     Args:
         scene: robot, poses, goals, rules.
-        mounted: the setup as it is.
-        most: changes at most: rings touched.
-        add_sensors: sensors more than are mounted, at most.
-        seed: of the points and of what is drawn.
-        time_cap: seconds, from the call on.
-        plan: how hard to look.
+        mounted: the mounted setup.
+        most: largest number of changes (rings touched).
+        add_sensors: largest number of additional sensors.
+        seed: random seed of the points and of all draws.
+        time_cap: limit in seconds, counted from the call.
+        plan: effort on each level.
         voxel: side of the voxels of the exact count, m.
-        tell: is given the progress from time to time, in this thread.
+        tell: receives the progress from time to time, in the calling thread.
 
     Raises:
-        ValueError: for an empty target, or a ring on a link that the robot has not.
+        ValueError: for an empty target, or a ring on a link that the robot lacks.
     """
     began, plan = time.monotonic(), plan or BeamPlan()
     brake, rework = StopToken(began + time_cap), RedesignProblem(scene, mounted, most, add_sensors)
@@ -84,7 +88,7 @@ def improve(
         )
         start = search.count(rework.start)
         if start is None:
-            raise ValueError("more sensors are mounted than there may be")
+            raise ValueError("the mounted setup has more sensors than allowed")
         beam, levels = [rework.start], []
         try:
             for _ in range(most):
@@ -94,11 +98,11 @@ def improve(
                 progress.best = search.best(most).exact
                 if brake.on() or not beam:
                     break
-            # a change less: each touched ring put back once
+            # one change fewer: restore each touched ring once
             for changed in range(len(levels), 1, -1):
                 progress.stage += 1
-                found = search.best(changed).touched
-                less = [_put_back(rework, found, i) for i in found.free] if not brake.on() else []
+                best = search.best(changed).touched
+                less = [_put_back(rework, best, i) for i in best.free] if not brake.on() else []
                 search.look([p for t in less if t.free and (p := rework.placed(t)) is not None])
         except KeyboardInterrupt:
             brake.pulled.set()
@@ -122,15 +126,13 @@ def improve(
 
 
 def _put_back(rework: RedesignProblem, t: Touched, place: int) -> Touched:
-    """``t`` with one place as it was mounted; what this gives or takes in sensors, others may not
-    make up for.
-    """
+    """Return ``t`` with one place as mounted; other rings do not compensate for its sensors."""
     rings = list(t.rings)
     rings[place] = rework.before[place]
     return Touched(tuple(rings), tuple(i for i in t.free if i != place))
 
 
 def _worth(last: Answer, answer: Answer) -> bool:
-    """Is ``answer`` worth a change more than ``last``?"""
+    """Return whether ``answer`` justifies one more change than ``last``."""
     fallen = last.short - answer.short
     return fallen >= WORTH or (fallen >= 0 and answer.exact - last.exact >= WORTH)

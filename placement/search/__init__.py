@@ -1,1 +1,1 @@
-"""The search: exchange, climbs from many starts, and the choice among the finalists."""
+"""The search: coordinate exchange, multi-start local search, and the exact choice of a finalist."""

@@ -1,5 +1,8 @@
-"""Rings of different links that would meet: no segment keeps these apart, so that the last
-candidates of a search are looked at, and moved apart where all of them have such rings."""
+"""Repair of candidates in which rings of different links collide.
+
+No segment keeps such rings apart. The last candidates of a search are therefore checked, and their
+rings are moved apart where all of them collide.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,17 +15,19 @@ from .design import Candidate, Space
 from .feasible_set import InfeasibleError, Rng
 from .moves import fresh
 
-_MOVES = 100  # tries to move the rings of one candidate apart, ever further
-_NEAR, _FAR = 0.02, 1.0  # how far the first and the last go, as a share of what is free
-_DRAWS = 100  # candidates drawn anew where no move was enough
+_MOVES = 100  # attempts to move the rings of one candidate apart, by growing distances
+_NEAR, _FAR = 0.02, 1.0  # distances of the first and last attempt, as a share of the free interval
+_DRAWS = 100  # random candidates to try where no move is enough
 
 
 def apart(space: Space, some: Sequence[Candidate], rng: Rng) -> list[Candidate]:
-    """Those of ``some`` (one at least) whose rings do not meet at any pose. Where all do: each with
-    its rings moved along their links no further than it takes; or else others, drawn anew.
+    """Return the candidates of ``some`` (at least one) whose rings do not collide at any pose.
+
+    If all collide, their rings are moved along their links as little as necessary; if that fails,
+    random candidates replace them.
 
     Raises:
-        InfeasibleError: if none was found; the text names the rings that meet.
+        InfeasibleError: if every candidate collides; the message names the rings.
     """
     clear = space.clear
     if clear is None:
@@ -35,27 +40,24 @@ def apart(space: Space, some: Sequence[Candidate], rng: Rng) -> list[Candidate]:
     if not kept:
         text, allowed = (
             _meeting(clear, space, some[0])[0].text,
-            'fewer rings, other limits, or mount = "free"',
+            'use fewer rings, other limits, or mount = "free"',
         )
-        raise InfeasibleError(
-            f"{text}, and so do rings wherever they were tried; allowed: {allowed}"
-        )
+        raise InfeasibleError(f"{text}, and rings collide at every placement tried; {allowed}")
     return kept
 
 
 def _meeting(clear: MountClearance, space: Space, c: Candidate) -> list[Standing]:
-    """What meets at some pose, but for fixed rings among themselves."""
+    """Return the collisions at any pose, except those among fixed rings."""
     rings = space.setup(c).rings
     held = {i for i, ring in enumerate(rings) if ring in space.fixed}
-    return [found for found in meeting(clear, rings) if not set(found.rings) <= held]
+    return [collision for collision in meeting(clear, rings) if not set(collision.rings) <= held]
 
 
 def _moved(clear: MountClearance, space: Space, c: Candidate, rng: Rng) -> Candidate | None:
-    """The candidate with rings of the links that meet moved along them, the first that is clear of
-    ever further moves.
-    """
+    """Return the candidate with its colliding rings moved along their links; the first attempt
+    without collisions, or None."""
     rings = space.setup(c).rings
-    links = {rings[i].link for found in _meeting(clear, space, c) for i in found.rings}
+    links = {rings[i].link for collision in _meeting(clear, space, c) for i in collision.rings}
     which = [i for i in c.rings if space.segments[c.segment[i]].link in links]
     low, high = (edge[0, : space.places] for edge in space.box(c))
     for reach in np.geomspace(_NEAR, _FAR, _MOVES):

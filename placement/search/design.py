@@ -1,6 +1,4 @@
-"""Candidates of a search: rings in the places there are for them, and the setups that they stand
-for.
-"""
+"""Design vectors of a search, and the setups that they encode."""
 
 import math
 from collections.abc import Sequence
@@ -18,34 +16,37 @@ from .feasible_set import FeasibleSet
 
 @dataclass(frozen=True)
 class Candidate:
-    """R places for rings: the segment of each (-1: no ring), its sensors, its values (3, R) as
-    ``decode`` reads them, and the sign of its tilt where all share one."""
+    """A design vector with R places for rings."""
 
     segment: Int[np.ndarray, " R"]
+    """Number of each ring's segment; -1 for a place without a ring."""
     count: Int[np.ndarray, " R"]
+    """Sensors of each ring."""
     values: Float[np.ndarray, "3 R"]
+    """Place along the segment, tilt and phase, as ``decode`` reads them."""
     sign: Float[np.ndarray, " R"]
+    """Sign of each ring's tilt, where all rings share its size."""
 
     @property
     def rings(self) -> Int[np.ndarray, " N"]:
-        """The places that hold a ring."""
+        """Indices of the places that hold a ring."""
         return np.flatnonzero(self.segment >= 0)
 
 
 class Space(FeasibleSet):
-    """All setups that keep a scene's rules: with the links and counts of a layout, or with so many
-    sensors in any rings.
-    """
+    """All setups that satisfy a scene's rules, with the links and counts of a layout or with a
+    number of sensors in any rings."""
 
     def holds(self, c: Candidate) -> bool:
-        """Do the boards of all rings fit?"""
+        """Return whether the boards of all rings fit."""
         return all(
             self.tilts(self.segments[c.segment[i]].link, int(c.count[i])) is not None
             for i in c.rings
         )
 
     def box(self, c: Candidate) -> tuple[Float[np.ndarray, "3 R"], Float[np.ndarray, "3 R"]]:
-        """Bounds of all values of a candidate, equal where there is nothing to choose."""
+        """Return the lower and upper bounds of all values of a candidate; they are equal where
+        nothing is free."""
         low, high = np.zeros((2, 3, self.places + len(self.fixed)))
         for i in c.rings:
             low[:, i], high[:, i] = self.limits(c.segment[i], c.count[i])
@@ -56,7 +57,7 @@ class Space(FeasibleSet):
         return low, high
 
     def stretch(self, c: Candidate) -> Interval:
-        """Where a candidate's rings and the fixed ones may be."""
+        """Return the intervals in which a candidate's rings and the fixed ones may sit."""
         shared = (
             np.concatenate([c.sign, np.ones(len(self.fixed))])
             if self.scene.rules.shared_tilt
@@ -64,14 +65,15 @@ class Space(FeasibleSet):
         )
         which = np.concatenate([c.segment, np.full(len(self.fixed), -1)])
         where = stretch(self.segments, which, shared)
-        if self.fixed:  # they stay, and keep their own tilts
+        if self.fixed:  # fixed rings keep their positions and tilts
             n = len(c.segment)
             where.low[n:] = [ring.position for ring in self.fixed]
             where.tilt_of[n:] = np.arange(n, n + len(self.fixed))
         return where
 
     def arrays(self, c: Candidate) -> SetupArrays:
-        """A candidate for the objective; all candidates have one shape."""
+        """Return the arrays of a candidate for the objective; all candidates have the same
+        shape."""
         links = [self.segments[i].link if i >= 0 else self.scene.robot.links[0] for i in c.segment]
         rings = [self.ring(link, int(n)) for link, n in zip(links, c.count, strict=True)]
         return ring_arrays(
@@ -79,13 +81,16 @@ class Space(FeasibleSet):
         ), self.stretch(c)
 
     def values(self, c: Candidate) -> Float[np.ndarray, "3 R"]:
-        """Values of a candidate's rings and of the fixed ones."""
+        """Return the values of a candidate's rings and of the fixed ones."""
         held = np.array([(0.0, ring.tilt, ring.phase) for ring in self.fixed]).reshape(-1, 3).T
         return np.concatenate([c.values, held], axis=1)
 
     def setup(self, c: Candidate) -> Setup:
-        """The setup that a candidate stands for: each phase in [0, spacing), the rings of a link
-        from proximal to distal, the fixed ones as they are."""
+        """Return the setup that a candidate encodes.
+
+        Each phase is in [0, spacing), the rings of a link are ordered from proximal to distal, and
+        fixed rings stay as they are.
+        """
         position, tilt, phase = decode(self.stretch(c), self.values(c))
         rings = [
             replace(
@@ -102,9 +107,8 @@ class Space(FeasibleSet):
         )
 
     def candidate(self, setup: Setup) -> Candidate | None:
-        """The candidate nearest to a setup's free rings; None where the rules have no place for
-        them.
-        """
+        """Return the candidate nearest to a setup's free rings; None if the rules leave no place
+        for them."""
         segment, count, values = (
             np.full(self.places, -1),
             np.zeros(self.places, int),
@@ -136,6 +140,6 @@ def _off(s: Segment, position: float) -> float:
 
 
 def stacked(each: Sequence[SetupArrays]) -> SetupArrays:
-    """Arrays of several candidates along a new first axis."""
+    """Stack the arrays of several candidates along a new first axis."""
     together: SetupArrays = jax.tree.map(lambda *a: np.stack(a), *each)
     return together

@@ -1,4 +1,4 @@
-"""Candidates of different kinds: whose sensors sit elsewhere."""
+"""Diversity of candidates: the share of sensors that sit elsewhere."""
 
 import math
 from collections.abc import Sequence
@@ -9,13 +9,15 @@ from jaxtyping import Float
 from ...objectives.parameterization import decode
 from .design import Candidate, Space
 
-_POSITIONS, _TILTS = 7, 13  # places of the grid on which candidates are compared
+_POSITIONS, _TILTS = 7, 13  # size of the grid on which candidates are compared
 
 
 def features(space: Space, c: Candidate) -> Float[np.ndarray, " F"]:
-    """Where a candidate's sensors sit: their shares on a grid of links, positions and tilts, spread
-    over the four nearest places. Half the sum of differences of two of them is the share of sensors
-    that sit elsewhere."""
+    """Return the distribution of a candidate's sensors over a grid of links, positions and tilts.
+
+    Each ring is spread over the four nearest grid nodes. Half the sum of absolute differences of
+    two such vectors is the share of sensors that sit elsewhere.
+    """
     links = space.scene.robot.links
     grid = np.zeros((len(links), _POSITIONS + 1, _TILTS + 1))
     position, tilt, _ = decode(space.stretch(c), space.values(c))
@@ -36,9 +38,11 @@ def features(space: Space, c: Candidate) -> Float[np.ndarray, " F"]:
 def unlike_first(
     space: Space, some: Sequence[Candidate], apart: float, known: Sequence[Candidate] = ()
 ) -> list[Candidate]:
-    """The candidates in an order in which the first of each kind come first: those unlike all
-    ``known`` and all before them. Two are unlike when more than a share ``apart`` of their sensors
-    sit elsewhere."""
+    """Reorder candidates so that diverse ones come first: those that differ from all ``known`` and
+    from all before them.
+
+    Two candidates differ if more than a share ``apart`` of their sensors sit elsewhere.
+    """
     if not some:
         return []
     kinds = np.stack([features(space, c) for c in some])

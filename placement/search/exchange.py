@@ -1,10 +1,11 @@
-"""The first part of a search: coordinate exchange, ring by ring, by the points that no other ring
-sees.
+"""First stage of a search: coordinate exchange, ring by ring, on the points that no other ring
+covers.
 
-Of a ring it takes one test to know whether it sees a point (ring_visibility), and what others see,
-it need not: so to try another place for one ring costs little, nothing is compiled, and thousands
-of places are tried in the time of one gradient. The exchange goes by the share of the points in a
-cone, not by a soft one. What stands in the way it looks up on a grid of places (visibility_table).
+One test decides whether a ring covers a point (ring_visibility), and the coverage of the other
+rings need not be recomputed. Trying another place for one ring is therefore cheap, needs no
+compilation, and thousands of places fit into the time of one gradient. The exchange maximises the
+share of points inside a cone, not a soft share. It reads occlusion from a line-of-sight table on a
+grid of sensor places (visibility_table).
 """
 
 from collections.abc import Callable, Sequence
@@ -27,49 +28,54 @@ from .local_search import StopToken
 from .moves import fresh, vary
 from .ring_visibility import Around, rings_see
 
-_AT_ONCE = 1 << 16  # tests: their arrays stay in cache
+_AT_ONCE = 1 << 16  # tests in one batch, so that their arrays stay in cache
 
 
 @dataclass(frozen=True)
 class Round:
-    """One sharpening: points (of all goals and poses together); the best so many go on; sweeps over
-    the rings of each; places tried for a ring near its own, apart by about ``scale`` of its bounds,
-    and anywhere; and moves tried in each sweep: of sensors where counts are free, else of rings."""
+    """One round of the exchange."""
 
     points: int
+    """Points of all goals and poses together."""
     keep: int
+    """Number of the best candidates that enter the round."""
     sweeps: int
+    """Sweeps over the rings of each candidate."""
     near: int
+    """Places tried near a ring's own."""
     scale: float
+    """Distance of the near places, as a share of the ring's bounds."""
     anywhere: int = 0
+    """Places tried anywhere in the feasible set."""
     moves: int = 0
+    """Moves tried in each sweep: of sensors between rings where counts are free, else of rings."""
 
 
-_SPREADS = (0.3, 1.0)  # of the places near a ring, in parts of a round's scale
-_STREAM, _AHEAD = 3, 4  # of random numbers, beside those of the search
+_SPREADS = (0.3, 1.0)  # standard deviations of the places near a ring, in units of a round's scale
+_STREAM, _AHEAD = 3, 4  # random streams, besides those of the search
 
 
 class _Trials(NamedTuple):
-    """K places that are tried for one ring."""
+    """K places to try for one ring."""
 
     segment: Int[np.ndarray, " K"]
+    """Number of the segment."""
     values: Float[np.ndarray, "K 3"]
-    """As a candidate's: along the segment, tilt, phase."""
+    """Values as in a candidate: place along the segment, tilt, phase."""
     sign: Float[np.ndarray, " K"]
-    """Of the tilt, where all rings share its size."""
+    """Sign of the tilt, where all rings share its size."""
 
 
 class Exchange:
-    """A candidate whose rings are put elsewhere, one at a time, while the share of a field that
-    some ring sees grows.
-    """
+    """A candidate that improves by moving one ring at a time, while the covered share of a field
+    grows."""
 
     def __init__(self, space: Space, c: Candidate, rng: Rng) -> None:
         self._space, self._rng, self.candidate, self.value = space, rng, c, -np.inf
         self._rings, self._stretches = dict[tuple[int, int], Ring](), dict[bytes, Interval]()
 
     def look(self, field: Field) -> None:
-        """See the points of a field from here on."""
+        """Evaluate on the points of ``field`` from now on."""
         self._field = field
         self._held = np.zeros(len(field.part), bool)
         for ring in self._space.fixed:
@@ -100,7 +106,7 @@ class Exchange:
         return self._stretches[key]
 
     def _take(self, c: Candidate) -> bool:
-        """Take another candidate if it is better."""
+        """Replace the candidate by ``c`` if that is better."""
         places = np.asarray(decode(self._stretch(c), self._space.values(c)))[
             :, : self._space.places
         ]
@@ -126,15 +132,17 @@ class Exchange:
         return better
 
     def put(self, i: int, near: int, scale: float, anywhere: int) -> None:
-        """Put ring ``i`` where it adds most: of so many places near its own, and so many anywhere,
-        its own among them.
+        """Move ring ``i`` to the place where it adds most.
+
+        The places tried are its own, ``near`` places close to it, and ``anywhere`` places in the
+        feasible set.
         """
         scene, field = self._space.scene, self._field
         trials = self._drawn(i, near, scale, anywhere)
-        # Only points (M,) of all (N,) that no other ring sees can be worth more or less.
+        # The value depends only on the points (M,) of all (N,) that no other ring covers.
         others = np.delete(self._seen, i, axis=0).any(axis=0) | self._held  # (N,)
         unseen = np.flatnonzero(~others)  # (M,)
-        seen = field.part[others].sum(axis=0, dtype=float)  # (G,), of the goals, without this ring
+        seen = field.part[others].sum(axis=0, dtype=float)  # (G,), covered without this ring
         part = field.part[unseen]  # (M, G)
         best, winner = float(worth(seen + self._seen[i][unseen] @ part, scene)), None
         step = max(_AT_ONCE // max(len(unseen), 1), 1)  # places tested at once
@@ -154,12 +162,12 @@ class Exchange:
             self._take(_with(self.candidate, i, int(s), values, sign))
 
     def _drawn(self, i: int, near: int, scale: float, anywhere: int) -> _Trials:
-        """Places to try for ring ``i``: first those near its own, then those anywhere."""
+        """Draw places for ring ``i``: first those near its own, then those anywhere."""
         c, space, rng = self.candidate, self._space, self._rng
         link, count = space.segments[c.segment[i]].link if space.layout else None, int(c.count[i])
         free = space.room(np.delete(c.segment, i).tolist(), link, count)
         shared = space.scene.rules.shared_tilt
-        if shared:  # a segment whose steepest tilt the shared one exceeds is out
+        if shared:  # only segments whose limits allow the shared tilt
             free = [s for s in free if space.limits(s, count)[1][1] >= c.values[1, 0]]
         segment = np.concatenate([np.full(near, c.segment[i]), rng.choice(free, anywhere)])  # (K,)
         limits = {s: space.limits(s, count) for s in {*segment.tolist()}}
@@ -176,9 +184,8 @@ class Exchange:
     def _places_of(
         self, c: Candidate, i: int, values: Float[np.ndarray, "K 3"], sign: Float[np.ndarray, " K"]
     ) -> Float[np.ndarray, "3 K"]:
-        """Where ring ``i`` is with other values (K, 3) and signs (K,): as ``decode`` would say of
-        each.
-        """
+        """Return position, tilt and phase (3, K) of ring ``i`` for values (K, 3) and signs (K,), as
+        ``decode`` computes them."""
         where = self._stretch(c)
         beside = np.flatnonzero(np.delete(where.segment == where.segment[i], i))
         along = np.delete(self._space.values(c)[0], i)[beside]
@@ -193,9 +200,8 @@ class Exchange:
         )
 
     def move(self, near: int, scale: float, anywhere: int) -> None:
-        """Draw a ring anew, or move sensors to others; keep it if, with the rings it touched put
-        well, it is better.
-        """
+        """Vary one ring or move sensors between rings, improve the changed rings, and keep the
+        result if it is better."""
         other, c = copy(self), vary(self._space, self.candidate, self._rng)
         other.value = -np.inf
         other._take(c)
@@ -216,7 +222,7 @@ class Exchange:
             )
 
     def sweep(self, r: Round) -> None:
-        """Put every ring once, in a drawn order, and try so many moves."""
+        """Improve every ring once, in random order, and try ``r.moves`` moves."""
         for i in self._rng.permutation(self.candidate.rings):
             self.put(int(i), r.near, r.scale, r.anywhere)
         for _ in range(r.moves):
@@ -224,9 +230,8 @@ class Exchange:
 
 
 def share_of(space: Space, fields: Fields, c: Candidate) -> float:
-    """What a candidate is worth on all points: the weighted share that it sees, less for floors
-    that it misses.
-    """
+    """Return the value of a candidate on all points: its weighted covered share, reduced for missed
+    floors."""
     here = Exchange(space, c, np.random.default_rng(0))
     here.look(fields.all)
     return here.value
@@ -235,7 +240,7 @@ def share_of(space: Space, fields: Fields, c: Candidate) -> float:
 def _with(
     c: Candidate, i: int, segment: int, values: Float[np.ndarray, " 3"], sign: float
 ) -> Candidate:
-    """``c`` with other values of ring ``i``."""
+    """Return ``c`` with other values of ring ``i``."""
     each, which, signs = c.values.copy(), c.segment.copy(), c.sign.copy()
     each[:, i], which[i], signs[i] = values, segment, sign
     return replace(c, values=each, segment=which, sign=signs)
@@ -252,21 +257,23 @@ def exchange(
     rounds: Sequence[Round],
     ahead: Sequence[Round] = (),
 ) -> list[Candidate]:
-    """Candidates that came furthest, the best first.
+    """Run an exchange from known and random starts.
 
     Args:
-        space: what to choose from.
-        fields: of the scene.
-        seed: of the starts and of all that is drawn.
-        brake: ends the exchange after a sweep; Ctrl-C pulls it.
-        threads: that share the climbs.
-        tell: is given the round, how much of it is over, and the best so far from time to time, in
-            this thread.
-        known: starts beside the drawn ones.
-        rounds: how it goes.
-        ahead: rounds that the best of the first one go through by themselves, so that a good answer
-            is there soon; nothing
-            comes of it but where the exchange ends early.
+        space: the setups to choose from.
+        fields: points of the scene.
+        seed: random seed of the starts and of all draws.
+        brake: ends the exchange after a sweep; Ctrl-C sets it.
+        threads: share the candidates of a round.
+        tell: receives the round, the finished part of it, and the best candidate so far, in the
+            calling thread.
+        known: starts besides the random ones.
+        rounds: the rounds to run.
+        ahead: extra rounds for the best candidates of the first round, so that a good answer is
+            available early; they matter only if the exchange is cut short.
+
+    Returns:
+        The candidates of the last round, the best first.
     """
     drawn = [
         np.random.default_rng((seed, _STREAM, k)) for k in range(max(rounds[0].keep, len(known)))

@@ -1,6 +1,5 @@
-"""The points that an exchange goes by: about every link's mount, with what stands in the way of its
-sensors.
-"""
+"""Sample points of the exchange, in each mount's coordinates, with the line-of-sight tables of its
+sensors."""
 
 from dataclasses import dataclass
 
@@ -14,23 +13,25 @@ from .design import Space
 from .ring_visibility import Around, around
 from .visibility_table import VisibilityTable, lookout
 
-_FEWEST = 8  # points of a goal at a pose
-_LOOKED_AT = 8192  # points, where something stands in the way
-_BLINDED = 16  # poses up to which sensors are blinded, not shadowed
+_FEWEST = 8  # fewest points of a goal at a pose
+_LOOKED_AT = 8192  # most points with occluders
+_BLINDED = 16  # most poses for which the first return is modelled; beyond them, shadows
 
 
 @dataclass(frozen=True)
 class Field:
-    """Points of all goals at all poses: the part (N, G) each has in each goal's zeta, where they
-    are about each link's mount, and what stands in the way of each link's sensors."""
+    """Points of all goals at all poses."""
 
     part: Float[np.ndarray, "N G"]
+    """Share of each point in each goal's ζ."""
     around: dict[str, Around]
+    """The points in each link's mount coordinates."""
     past: dict[str, VisibilityTable]
+    """Line-of-sight table of each link's sensors."""
 
 
 class Fields:
-    """A scene's points about its mounts, of which fields take the first."""
+    """A scene's points in mount coordinates; a field takes the first points of each term."""
 
     def __init__(self, space: Space, points: TargetPoints) -> None:
         scene, each = space.scene, points.points[: len(points.points) // points.mountings]
@@ -52,18 +53,19 @@ class Fields:
         self.all = self.first(self._most * len(self._terms))
 
     def first(self, count: int) -> Field:
-        """Of all terms together about ``count`` points: the first of each."""
+        """Return a field of about ``count`` points: the first points of each pair of goal
+        and pose."""
         n = min(max(count // len(self._terms), _FEWEST), self._most)
         part = np.repeat(self._parts / n, n, axis=0).astype(np.float32)
         parts = {link: [each[link] for each in self._each] for link in self._each[0]}
-        found = {
+        joined = {
             x: Around(*(np.concatenate([a[:n] for a in c]) for c in zip(*p, strict=True)))
             for x, p in parts.items()
         }
         number = (np.arange(len(self._terms))[:, None] * self._most + np.arange(n)).ravel()
         return Field(
             part,
-            {link: points._replace(number=number) for link, points in found.items()},
+            {link: points._replace(number=number) for link, points in joined.items()},
             self._past,
         )
 
@@ -71,13 +73,13 @@ class Fields:
 def _lookouts(
     space: Space, frames: Float[np.ndarray, "P F 4 4"], points: list[np.ndarray], pose: list[int]
 ) -> dict[str, VisibilityTable]:
-    """What stands in the way of each link's sensors."""
-    scene, found = space.scene, {}
+    """Return the line-of-sight table of each link's sensors."""
+    scene, tables = space.scene, {}
     way = [occluders(scene, p.q) for p in scene.poses]
     for link in {s.link for s in space.segments} | {r.link for r in space.fixed}:
         mount, sensor = scene.robot.mount(link), space.ring(link, 1).sensor
         blinded = scene.occlusion == "blind" and not sensor.zoned and len(way) <= _BLINDED
-        found[link] = lookout(
+        tables[link] = lookout(
             mount, space.radii[link], sensor, frames[:, mount.frame], way, points, pose, blinded
         )
-    return found
+    return tables

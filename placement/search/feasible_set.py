@@ -1,6 +1,5 @@
-"""Where there is room for rings: segments of links that rules leave free, and how many sensors
-fit.
-"""
+"""Feasible set of ring places: the link segments that the rules leave free, and the sensors that
+fit."""
 
 import math
 from collections.abc import Sequence
@@ -16,31 +15,32 @@ from ...objectives.feasibility.packing import board_of, fitting_tilts
 from ...objectives.parameterization import Segment, segments
 from ...objectives.scene import Scene
 
-_ROUNDING = 1e-6  # m of a radius, as files hold it
-_MOST_RINGS = 16  # of a search for counts
+_ROUNDING = 1e-6  # m, rounding of a radius in files
+_MOST_RINGS = 16  # free rings in a search that chooses counts
 Rng = np.random.Generator
 
 
 class InfeasibleError(ValueError):
-    """Rules that no setup can keep; the text names the key of a scene's file and says why."""
+    """Raised for rules that no setup can satisfy; the message names the key of the scene file and
+    the reason."""
 
     def __init__(self, text: str, key: str = "rules") -> None:
         super().__init__(f"{key}: {text}")
 
 
 class FeasibleSet:
-    """Room for rings, by a scene's rules: for those of a layout, or for so many sensors in any
-    rings.
-    """
+    """Places for rings that a scene's rules allow, for the rings of a layout or for a number of
+    sensors in any rings."""
 
     def __init__(
         self, scene: Scene, layout: Setup | None = None, sensors: int | None = None
     ) -> None:
-        """Give one of ``layout`` and ``sensors``. The scene's fixed rings count among ``sensors``,
-        not among the layout's.
+        """Pass either ``layout`` or ``sensors``.
+
+        The scene's fixed rings count among ``sensors``, not among the layout's.
 
         Raises:
-            InfeasibleError: if no setup keeps the rules.
+            InfeasibleError: if no setup satisfies the rules.
         """
         self.scene, self.layout = scene, layout
         self.clear = MountClearance(scene) if scene.real else None
@@ -67,9 +67,8 @@ class FeasibleSet:
             _check_layout(self, layout)
 
     def _radius(self, link: str) -> float:
-        """The radius of new rings on ``link``, m: the layout's, or the scene's; raised as
-        ``MountClearance.radius`` says.
-        """
+        """Return the radius of new rings on ``link``, m: the layout's or the scene's, enlarged as
+        in ``MountClearance.radius``."""
         like = (
             next((r.radius for r in self.layout.rings if r.link == link), None)
             if self.layout
@@ -81,11 +80,11 @@ class FeasibleSet:
         return like if stated and like is not None else self.clear.radius(link, like or 0.0)
 
     def _stretches(self) -> dict[str, list[tuple[float, float]]] | None:
-        """Where real rings are clear, link by link.
+        """Return the intervals of each link where real rings are clear.
 
         Raises:
-            InfeasibleError: for a radius with which no ring goes around a link on which there may
-                be one.
+            InfeasibleError: if the radius is too small for a ring to close around a link that may
+                carry one.
         """
         if self.clear is None:
             return None
@@ -103,17 +102,16 @@ class FeasibleSet:
                     else f"mounts.{link}.ring_radius"
                 )
                 raise InfeasibleError(
-                    f"found {self.radii[link]:g}, allowed: {least:g} and more, as a real ring on"
-                    f" {link} needs"
-                    f' (standoff {self.scene.rules.standoff:g}), or mount = "free"',
+                    f"{self.radii[link]:g} m is too small: a real ring on {link} needs at least"
+                    f" {least:g} m with standoff {self.scene.rules.standoff:g}; raise the radius"
+                    ' or set mount = "free"',
                     key,
                 )
         return {link: self.clear.stretches(link, radius) for link, radius in self.radii.items()}
 
     def barred(self, link: str | None = None) -> str:
-        """Why there is no place for a real ring on ``link``, or on links that have none, as the end
-        of a sentence.
-        """
+        """Return the reason why no real ring fits on ``link``, or on the links without room, as the
+        end of a sentence."""
         if self.clear is None:
             return ""
         links = (
@@ -123,24 +121,21 @@ class FeasibleSet:
         return f" (rules.mount is real: {why})" if why else ""
 
     def tilts(self, link: str, count: int) -> tuple[float, float] | None:
-        """Lowest and highest tilt, rad, of a ring of so many sensors on ``link``; None where their
-        boards do not fit.
-        """
+        """Return the lowest and highest tilt, rad, of a ring of ``count`` sensors on ``link``; None
+        if their boards do not fit."""
         key = (link, count)
         if key not in self._tilts:
             self._tilts[key] = fitting_tilts(self.scene, self.ring(link, int(count)))
         return self._tilts[key]
 
     def most_on(self, link: str) -> int:
-        """The most sensors of a ring on ``link``, by the rules and by what fits; 0 where no ring
-        does.
-        """
+        """Return the largest sensor count of a ring on ``link`` that rules and boards allow; 0 if
+        no ring fits."""
         return next((n for n in range(self.most, 0, -1) if self.tilts(link, n) is not None), 0)
 
     def room(self, used: Sequence[int], link: str | None = None, count: int = 0) -> list[int]:
-        """Segments (of one link) that take one ring more, of ``count`` sensors, beside those at
-        ``used``.
-        """
+        """Return the segments (of ``link``, if given) with room for one more ring of ``count``
+        sensors besides the rings on the segments ``used``."""
         rings = [self.segments[i].link for i in used if i >= 0]
         most = self.scene.rules.rings_per_link
         held = [ring.link for ring in self.fixed]
@@ -154,7 +149,7 @@ class FeasibleSet:
         ]
 
     def _rooms(self) -> dict[str, int]:
-        """Rings that each link has room for beside the fixed ones."""
+        """Return the number of rings that fit on each link besides the fixed ones."""
         most, held = self.scene.rules.rings_per_link, [ring.link for ring in self.fixed]
         links = {
             s.link: sum(t.room for t in self.segments if t.link == s.link) for s in self.segments
@@ -162,7 +157,7 @@ class FeasibleSet:
         return {link: min(room, max(most - held.count(link), 0)) for link, room in links.items()}
 
     def largest(self) -> list[int]:
-        """The most sensors of each free ring that there is room for, descending."""
+        """Return the largest sensor count of each free ring that fits, in descending order."""
         sizes = [
             n
             for link, room in self._rooms().items()
@@ -173,18 +168,18 @@ class FeasibleSet:
 
     @property
     def totals(self) -> list[int]:
-        """The numbers of sensors, ascending, that free rings come to with the fixed ones."""
+        """All feasible totals of sensors, fixed rings included, in ascending order."""
         held, most = self.sensors - self.free, np.cumsum([0, *self.largest()]).tolist()
         each = (range(n * self.least, m + 1) for n, m in enumerate(most) if n or held)
         return sorted({held + n for some in each for n in some})
 
     def _shared_tilt(self) -> tuple[float, float]:
-        """Bounds of the one tilt that all rings have up to its sign, rad."""
+        """Return the bounds of the tilt that all rings share up to its sign, rad."""
         tilts = [self.scene.limits_of(s.link).tilt for s in self.segments]
         return 0.0, min((min(-low, high) for low, high in tilts), default=0.0)
 
     def pick(self, rng: Rng, free: Sequence[int]) -> int:
-        """One of some segments, the longer the likelier."""
+        """Draw one of the segments ``free`` with a probability proportional to its length."""
         size = np.array([self._length(self.segments[i]) for i in free])
         return int(rng.choice(free, p=size / size.sum()))
 
@@ -194,8 +189,11 @@ class FeasibleSet:
     def limits(
         self, segment: int | np.integer, count: int
     ) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
-        """Bounds of a ring's values: place in what is free, tilt rad, phase rad. A phase may turn
-        by one sensor's spacing either way: what lies beyond repeats."""
+        """Return the lower and upper bounds of a ring's values: place in the free interval, tilt
+        rad, phase rad.
+
+        A phase may turn by one sensor spacing either way; beyond that it repeats.
+        """
         s = self.segments[segment]
         tilt, turn = (
             self.tilts(s.link, count) or self.scene.limits_of(s.link).tilt,
@@ -207,7 +205,7 @@ class FeasibleSet:
         return np.array([0.0, tilt[0], -turn]), np.array([float(s.high > s.low), tilt[1], turn])
 
     def ring(self, link: str, count: int) -> Ring:
-        """A new ring of so many sensors on ``link``, at its start."""
+        """Return a new ring of ``count`` sensors at the start of ``link``."""
         like = next((r for r in self.layout.rings if r.link == link), None) if self.layout else None
         ring = Ring(link, 0.0, count, 0.0, 0.0, self.radii[link], self.scene.sensor_of(link))
         return ring if like is None else replace(ring, sensor=like.sensor)
@@ -217,15 +215,15 @@ def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
     least, most = space.least, space.most
     if space.free < 0:
         raise InfeasibleError(
-            f"{space.sensors} sensors are fewer than the {held} of the fixed rings"
+            f"{space.sensors} sensors are fewer than the {held} of the fixed rings; request more"
         )
     if 0 < space.free < least:
         raise InfeasibleError(f"{space.free} sensors are fewer than the least of one ring, {least}")
     if space.free > sum(each):
         if len(each) == _MOST_RINGS:
             raise InfeasibleError(
-                f"{space.free} sensors do not fit: a search takes {_MOST_RINGS} free rings at most,"
-                f" here of {each[0]} sensors at most"
+                f"{space.free} sensors do not fit: a search places at most {_MOST_RINGS} free"
+                f" rings, here of at most {each[0]} sensors"
             )
         sizes = sorted({*each, *([] if each else [most])})
         size = f"{sizes[0]}" if len(sizes) == 1 else f"{sizes[0]} to {sizes[-1]}, as boards fit"
@@ -237,7 +235,9 @@ def _check_budget(space: FeasibleSet, each: list[int], held: int) -> None:
         size = (
             f"{least} to {most}" if len(set(each)) < 2 else f"{least} to {each[0]}, as boards fit"
         )
-        raise InfeasibleError(f"{space.free} sensors are no sum of rings of {size}")
+        raise InfeasibleError(
+            f"{space.free} sensors cannot be divided into rings of {size}; request another number"
+        )
 
 
 def _check_layout(space: FeasibleSet, layout: Setup) -> None:
@@ -246,7 +246,7 @@ def _check_layout(space: FeasibleSet, layout: Setup) -> None:
         free = space.room(used, ring.link)
         if not free:
             n = sum(r.link == ring.link for r in layout.rings)
-            beside = f"beside limits, keep-outs, spacing, fixed rings{space.barred(ring.link)}"
+            beside = f"with these limits, keep-outs, spacing, fixed rings{space.barred(ring.link)}"
             raise InfeasibleError(f"no room for {n} rings on {ring.link} {beside}")
         used.append(free[0])
         if space.tilts(ring.link, ring.count) is None:

@@ -1,6 +1,4 @@
-"""Which of the climbs that came furthest is best: the exact count chooses, and counts the chosen
-one as was asked.
-"""
+"""Choice among the finalists of a search by the exact count."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -14,23 +12,26 @@ from ...objectives.scene import Scene
 from ...objectives.verify import Verified, Verifier
 from .local_search import StopToken
 
-# Of more than ``MANY`` poses the finalists are compared roughly, and the chosen one is then counted
-# as asked.
-# m, side of the voxels, and poses that stand for all (all, where the worst one counts)
+# With more than ``MANY`` poses the finalists are compared roughly, and the chosen one is then
+# counted with the requested voxels.
+# m, side of the coarse voxels; number of representative poses (all where the worst one counts)
 COARSE, ROUGH = 0.03, 64
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """Which of the finalists is best; by how much it falls short of floors, and its value, both in
-    [0, 1]; the side of the voxels counted, m; and, at many poses, zeta goal by goal where it is
-    what is aimed at."""
+    """The finalist that the exact count prefers."""
 
     index: int
+    """Index of the finalist."""
     short: float
+    """Sum by which it misses the goals' floors, in [0, 1]."""
     exact: float
+    """Exact value, in [0, 1]."""
     voxel: float
+    """Side of the voxels of the count, m."""
     verified: tuple[Verified, ...] = ()
+    """Exact ζ of each goal, where there are many poses and ζ is the criterion."""
 
 
 def choose(
@@ -41,21 +42,23 @@ def choose(
     luck: np.random.Generator,
     tell: Callable[[int, int], None] = lambda counted, to_count: None,
 ) -> Chosen:
-    """The best of the setups by the exact count; of many poses, compared on coarser voxels at some
-    of them first.
+    """Return the setup with the best exact count.
+
+    With many poses, the setups are first compared on coarser voxels, at a subset of the poses.
 
     Args:
-        verifier: counts the answer; its ``at`` is taken for the progress.
-        setups: the finalists, the best guess first.
-        aim: what is made large.
-        brake: is pulled by Ctrl-C, which cuts the count short; there is always an answer.
-        luck: draws the poses that stand for all.
-        tell: is given the targets at poses counted, and of how many, before each.
+        verifier: counts the answer; its ``at`` is replaced to report progress.
+        setups: the finalists, the most promising first.
+        aim: the criterion to maximise.
+        brake: set by Ctrl-C, which cuts the count short; there is always an answer.
+        luck: random generator that draws the representative poses.
+        tell: receives the number of pairs of target and pose counted so far and in total, before
+            each.
 
     Raises:
         ValueError: for an empty target.
     """
-    scene, asked = verifier.scene, verifier.voxel or COARSE
+    scene, voxel = verifier.scene, verifier.voxel or COARSE
     many = len(scene.poses) > MANY
     some = _some(scene, luck) if many and scene.over_poses == "mean" else scene
     total = len(scene.goals) * (len(some.poses) * len(setups) + len(scene.poses) * many)
@@ -67,25 +70,25 @@ def choose(
         counted += 1
 
     verifier.at = at
-    rough = Verifier(some, max(asked, COARSE), at=at) if many else verifier
+    rough = Verifier(some, max(voxel, COARSE), at=at) if many else verifier
     judged = _judge(rough, setups, aim, brake)
     index = min(range(len(judged)), key=lambda i: (judged[i][0], -judged[i][1]))
-    found = Chosen(index, *judged[index], rough.voxel or COARSE)
+    chosen = Chosen(index, *judged[index], rough.voxel or COARSE)
     try:
         if many and not brake.pulled.is_set() and not aim.plain:
-            found = Chosen(index, *judge(verifier, setups[index], aim), asked)
+            chosen = Chosen(index, *judge(verifier, setups[index], aim), voxel)
         elif many and not brake.pulled.is_set():
             verified = tuple(verifier.verify(setups[index], goal.target) for goal in scene.goals)
-            found = Chosen(index, *verifier.judged(verified), asked, verified)
+            chosen = Chosen(index, *verifier.judged(verified), voxel, verified)
     except KeyboardInterrupt:
         brake.pulled.set()
     finally:
         verifier.at = lambda _: None
-    return found
+    return chosen
 
 
 def _some(scene: Scene, luck: np.random.Generator) -> Scene:
-    """The scene with few poses that stand for all."""
+    """Return the scene with a representative subset of its poses."""
     weights = representative(scene.pose_weights, ROUGH, luck)
     poses = (
         replace(p, weight=float(w)) for p, w in zip(scene.poses, weights, strict=True) if w > 0
@@ -96,14 +99,12 @@ def _some(scene: Scene, luck: np.random.Generator) -> Scene:
 def _judge(
     verifier: Verifier, setups: Sequence[Setup], aim: Criterion, brake: StopToken
 ) -> list[tuple[float, float]]:
-    """The verifier's judgements of the first setups: of all, unless Ctrl-C comes; of one at
-    least.
-    """
-    found: list[tuple[float, float]] = []
+    """Judge the setups in order: all of them, or after Ctrl-C at least one."""
+    judged: list[tuple[float, float]] = []
     for setup in setups:
         try:
-            found.append(judge(verifier, setup, aim))
+            judged.append(judge(verifier, setup, aim))
         except KeyboardInterrupt:
             brake.pulled.set()
-            return found or [judge(verifier, setup, aim)]
-    return found
+            return judged or [judge(verifier, setup, aim)]
+    return judged

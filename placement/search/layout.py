@@ -1,4 +1,4 @@
-"""Layouts of rings as evenly placed as the paper's."""
+"""Evenly spaced ring layouts, as in the paper."""
 
 import numpy as np
 
@@ -8,9 +8,12 @@ from ...objectives.scene import Scene
 
 
 def ring_layout(scene: Scene, rings_per_link: int, sensors_per_ring: int) -> Setup:
-    """Rings as evenly placed as the paper's, without tilt, on every link with a length; one ring on
-    each other link. Where rings have bodies, a link on which none is clear at all poses has none,
-    as long as there is another."""
+    """Return a layout with evenly spaced rings without tilt.
+
+    Every link with a length carries ``rings_per_link`` rings, each other link one. Where rings have
+    bodies, a link on which no position is clear at all poses carries none, unless no link has a
+    clear position.
+    """
     clear, rings = MountClearance(scene) if scene.real else None, []
     radii = {
         link: clear.radius(link) if clear else scene.radius_of(link) for link in scene.robot.links

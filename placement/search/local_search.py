@@ -1,6 +1,5 @@
-"""One climb of the search: L-BFGS on the soft zeta at one width, until it is at a top, at its last
-step, or stopped.
-"""
+"""Local search: L-BFGS on the soft ζ at one width, until it converges, runs out of steps, or is
+stopped."""
 
 import threading
 import time
@@ -20,26 +19,30 @@ Values = Float[np.ndarray, "3 R"]
 
 @dataclass
 class StopToken:
-    """Asks all climbs to stop: when a clock, which counts seconds, is past the deadline, or by
-    hand.
-    """
+    """Tells every local search to stop, after a deadline or on request."""
 
     deadline: float
+    """Time of the ``clock`` after which to stop, s."""
     pulled: threading.Event = field(default_factory=threading.Event)
+    """Set to stop before the deadline."""
     clock: Callable[[], float] = time.monotonic
+    """Returns the time in seconds."""
 
     def on(self) -> bool:
-        """Shall climbs stop?"""
+        """Return whether to stop."""
         return self.pulled.is_set() or self.clock() > self.deadline
 
 
 @dataclass(frozen=True)
 class Climb:
-    """Where a climb came to: values (3, R), soft zeta, and evaluations spent."""
+    """Result of a local search."""
 
     values: Values
+    """Best values."""
     soft: float
+    """Soft ζ of the best values."""
     evaluations: int
+    """Number of evaluations."""
 
 
 def climb(
@@ -53,12 +56,21 @@ def climb(
     brake: StopToken,
     poses: Float[np.ndarray, " P"] | None = None,
 ) -> Climb:
-    """L-BFGS from ``start`` within ``box`` at one ``width`` (m), ``steps`` evaluations at most, for
-    the rings and sensors of ``setup`` (its ``RingArrays`` and ``Interval`` with a first axis of 1)
-    at poses of these weights.
+    """Maximise the soft ζ by L-BFGS from ``start``.
+
+    Args:
+        objective: the soft ζ.
+        setup: ``RingArrays`` and ``Interval`` of the rings, with a first axis of 1.
+        box: lower and upper bounds (3, R) of the values.
+        start: values (3, R).
+        width: width of the sigmoid, m.
+        steps: most evaluations.
+        clouds: points on which to evaluate.
+        brake: stops the search.
+        poses: weights (P,) of the poses; None: the scene's own.
 
     Returns:
-        The best point met, not the last; ``start`` at least, even with the brake on.
+        The best point evaluated, not the last; ``start`` if the search is stopped at once.
     """
     low, high = box
     free = (high > low).ravel()

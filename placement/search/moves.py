@@ -1,6 +1,5 @@
-"""How a search draws candidates, and varies those it has: by one ring, or by where the sensors are
-spent.
-"""
+"""Random candidates, and random variations of a candidate: one ring, or the division of sensors
+among rings."""
 
 import math
 from collections.abc import Sequence
@@ -15,14 +14,13 @@ from .layout import ring_layout
 
 PAPER_TILTS_DEG = (55.0, 25.0, 0.0)
 _TRIES = 200
-# of a ring drawn anew, and of the moves of sensors below
+# probabilities of a redrawn ring and of the moves of sensors below
 _ODDS = np.array([0.4, 0.2, 0.1, 0.1, 0.1, 0.1])
 
 
 def _numbers(rng: Rng, total: int, parts: int, least: int, most: int) -> list[int]:
-    """``total`` as a sum of ``parts`` whole numbers between ``least`` and ``most``, mostly of like
-    size.
-    """
+    """Return ``total`` as a sum of ``parts`` integers between ``least`` and ``most``, mostly of
+    similar size."""
     even = rng.uniform() < 0.5
     weights = np.ones(parts) if even else rng.dirichlet(np.full(parts, 4.0)) * parts
     numbers = np.clip(np.round(weights * total / parts).astype(int), least, most)
@@ -34,7 +32,7 @@ def _numbers(rng: Rng, total: int, parts: int, least: int, most: int) -> list[in
 
 
 def fresh(space: Space, rng: Rng) -> Candidate:
-    """A random candidate that keeps all rules and spends all sensors."""
+    """Return a random candidate that satisfies all rules and uses all sensors."""
     for _ in range(_TRIES):
         if space.layout:
             wanted = [(ring.link, ring.count) for ring in space.layout.rings]
@@ -56,9 +54,8 @@ def fresh(space: Space, rng: Rng) -> Candidate:
 
 
 def _largest_first(space: Space) -> tuple[list[int], list[int]]:
-    """Segments and counts of the fewest rings that hold all sensors, where what fits differs from
-    link to link.
-    """
+    """Return segments and counts of the fewest rings that hold all sensors, where the largest ring
+    differs from link to link."""
     segment: list[int] = []
     most: list[int] = []
     while sum(most) < space.free and len(most) < space.places and (free := space.room(segment)):
@@ -70,7 +67,7 @@ def _largest_first(space: Space) -> tuple[list[int], list[int]]:
         more = min(rest, cap - count[i])
         count[i], rest = count[i] + more, rest - more
     if rest or any(n > cap for n, cap in zip(count, most, strict=True)):
-        raise RuntimeError("no candidate was found that keeps the rules")
+        raise RuntimeError("no candidate satisfies the rules")
     return segment, count
 
 
@@ -87,10 +84,10 @@ def _filled(space: Space, segment: Sequence[int], count: Sequence[int], rng: Rng
 
 
 def papers(space: Space) -> list[Candidate]:
-    """The paper's tilts for the layout, as far as the rules have room for them."""
+    """Return the layout with each of the paper's tilts, where the rules leave room for it."""
     if space.layout is None:
         return []
-    found = []
+    candidates = []
     even = ring_layout(space.scene, 1, 1) if not space.layout.rings else space.layout
     for tilt_deg in PAPER_TILTS_DEG:
         rings = []
@@ -101,13 +98,16 @@ def papers(space: Space) -> list[Candidate]:
             )
             rings.append(replace(ring, tilt=float(toward * math.radians(tilt_deg))))
         c = space.candidate(replace(even, rings=tuple(rings)))
-        found += [c] if c is not None else []
-    return found
+        candidates += [c] if c is not None else []
+    return candidates
 
 
 def fitted(space: Space, setup: Setup) -> Candidate | None:
-    """The candidate most like a setup that has another number of sensors: the largest rings give or
-    take first. None where the rules have no place for its rings."""
+    """Return the candidate most similar to a setup with another sensor count.
+
+    The largest rings give sensors first, the smallest receive first. The result is None if the
+    rules leave no place for the rings.
+    """
     rings = [ring for ring in setup.rings if ring not in space.fixed]
     if space.layout is None:
         while rings and (len(rings) > space.places or len(rings) * space.least > space.free):
@@ -128,10 +128,10 @@ def fitted(space: Space, setup: Setup) -> Candidate | None:
 
 
 def vary(space: Space, c: Candidate, rng: Rng) -> Candidate:
-    """A candidate that differs from ``c`` in one ring, or in where a few sensors are spent.
+    """Return a candidate that differs from ``c`` in one ring, or in the division of a few sensors.
 
-    Climbs settle into few combinations of rings, and from a good one to a better one it often takes
-    one ring.
+    Local search converges to few combinations of rings, and one changed ring is often enough to get
+    from a good one to a better one.
     """
     if not len(c.rings):
         return c
@@ -141,7 +141,7 @@ def vary(space: Space, c: Candidate, rng: Rng) -> Candidate:
 
 
 def _drawn(space: Space, c: Candidate, i: int, rng: Rng) -> Candidate:
-    """``c`` with the values of ring ``i`` drawn anew."""
+    """Return ``c`` with random values of ring ``i``."""
     low, high = space.limits(int(c.segment[i]), int(c.count[i]))
     values, sign = c.values.copy(), c.sign.copy()
     values[:, i], sign[i] = rng.uniform(low, high), rng.choice([-1.0, 1.0])
@@ -151,10 +151,12 @@ def _drawn(space: Space, c: Candidate, i: int, rng: Rng) -> Candidate:
 
 
 def _ring(space: Space, c: Candidate, rng: Rng) -> Candidate:
+    """Redraw the values of one ring."""
     return _drawn(space, c, int(rng.choice(c.rings)), rng)
 
 
 def _move(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
+    """Move one ring to another segment."""
     i = int(rng.choice(c.rings))
     others = [int(s) for j, s in enumerate(c.segment) if j != i]
     free = space.room(others, count=int(c.count[i]))
@@ -166,7 +168,7 @@ def _move(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
 
 
 def _shift(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
-    """A few sensors from one ring to another."""
+    """Move a few sensors from one ring to another."""
     if len(c.rings) < 2:
         return None
     a, b = rng.choice(c.rings, 2, replace=False)
@@ -179,7 +181,7 @@ def _shift(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
 
 
 def _turned(space: Space, c: Candidate) -> Candidate:
-    """Phases and tilts brought back into the bounds of the rings' counts."""
+    """Clip phases and tilts to the bounds that hold for the rings' counts."""
     low, high = (edge[:, : space.places] for edge in space.box(c))
     values = c.values.copy()
     values[2] = np.clip(values[2], low[2], high[2])
@@ -189,6 +191,7 @@ def _turned(space: Space, c: Candidate) -> Candidate:
 
 
 def _split(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
+    """Split one ring into two."""
     spare = np.flatnonzero(c.segment < 0)
     wide = [i for i in c.rings if c.count[i] >= 2 * space.least]
     free = space.room(c.segment.tolist())
@@ -202,6 +205,7 @@ def _split(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
 
 
 def _merge(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
+    """Remove one ring and give its sensors to the others, starting with one random ring."""
     if len(c.rings) < 2:
         return None
     a, b = (int(i) for i in rng.choice(c.rings, 2, replace=False))
@@ -218,7 +222,7 @@ def _merge(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
 
 
 def _swap(space: Space, c: Candidate, rng: Rng) -> Candidate | None:
-    """Two rings exchange their sensors."""
+    """Exchange the sensor counts of two rings."""
     if len(c.rings) < 2:
         return None
     a, b = rng.choice(c.rings, 2, replace=False)

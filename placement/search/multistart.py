@@ -1,6 +1,5 @@
-"""The candidates of a search: found by exchange, drawn and varied, climbing on all processors while
-the sigmoid sharpens.
-"""
+"""The pool of candidates of a search: results of the exchange, random starts and variants, improved
+by local search on all processors while the sigmoid narrows."""
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
@@ -28,18 +27,19 @@ from .moves import fresh, vary
 from .progress import Progress
 from .schedule import FINALISTS, Schedule, Stage, exchange_sees, exchange_sees_all
 
-# share of the sensors that sit elsewhere, from which on starts and variants are unlike
+# two starts or variants differ if more than this share of their sensors sit elsewhere
 UNLIKE = 0.12
-ALIKE = 0.03  # climbs that end this close count as one
-_LEAST = 256  # points of a goal at a pose
-_EACH = 8  # drawn candidates that are compared for each that is taken
-# of the poses (P,), None: the scene's
+ALIKE = 0.03  # results of local search that differ by less count as one
+_LEAST = 256  # fewest points of a goal at a pose
+_EACH = 8  # random candidates compared for each one that is kept
+# weights of the poses (P,); None: the scene's own
 Weights = Float[np.ndarray, " P"] | None
 
 
 class Pool:
-    """The candidates that a search goes on with, the best first, and ``first``, the best of them
-    before any climbed.
+    """The candidates with which a search continues, the best first.
+
+    ``first`` holds the best candidate before any local search.
     """
 
     def __init__(
@@ -54,10 +54,10 @@ class Pool:
         tell: Callable[[Progress], None],
         known: list[Candidate],
     ) -> None:
-        """Draw the points. ``known``: the first candidates.
+        """Draw the points and start with the candidates ``known``.
 
         Raises:
-            ValueError: for an empty target, or floors of goals that the aim cannot keep.
+            ValueError: for an empty target, or floors of goals that the criterion does not support.
         """
         self.scene, self.space, self.schedule, self.seed = scene, space, schedule, seed
         self.brake, self.threads, self.tell, self.some = brake, threads, tell, known
@@ -84,9 +84,8 @@ class Pool:
 
     @property
     def width(self) -> float:
-        """Of the sigmoid of the last stage that began, m; 0 where nothing climbed and ``soft`` is a
-        share of points.
-        """
+        """Width of the sigmoid in the last stage that began, m; 0 without local search, when
+        ``soft`` is a share of points."""
         if self._quick and not self.evaluations:
             return 0.0
         return self.schedule.stages[
@@ -94,8 +93,8 @@ class Pool:
         ].width
 
     def soft(self, c: Candidate) -> float:
-        """The soft value of a candidate on all points; where nothing climbed, its share of the
-        exchange's, for which nothing is compiled."""
+        """Return the soft value of a candidate on all points; without local search its share of the
+        exchange's points, which needs no compilation."""
         if self._quick and not self.evaluations:
             return share_of(self.space, self._quick, c)
         return float(
@@ -108,8 +107,11 @@ class Pool:
         return self.points.clouds(max(self._sizes))
 
     def exchange(self) -> None:
-        """Go through the rounds of exchange: what comes out begins the pool, or replaces it where
-        that went by all that counts."""
+        """Run the rounds of the exchange.
+
+        The result replaces the pool if the exchange evaluated the whole criterion; otherwise its
+        best candidates, half the number of starts, join the known starts.
+        """
 
         def tell(number: int, over: float, c: Candidate) -> None:
             self.progress.stage, self.progress.done, self.progress.climbs = (
@@ -124,7 +126,7 @@ class Pool:
         if rounds := self.schedule.rounds:
             fields = self.fields or Fields(self.space, self.points)
             self._quick = fields if exchange_sees(self.scene, self.space, self._aim) else None
-            found = exchange(
+            exchanged = exchange(
                 self.space,
                 fields,
                 self.seed,
@@ -136,10 +138,10 @@ class Pool:
                 self.schedule.ahead,
             )
             most = self.schedule.starts
-            self.some = found[:most] if self.fields else [*found[: most // 2], *self._known]
+            self.some = exchanged[:most] if self.fields else [*exchanged[: most // 2], *self._known]
 
     def climb(self) -> None:
-        """Add drawn candidates up to the number of starts, and go through the stages of climbs."""
+        """Add random candidates up to the number of starts, then run the stages of local search."""
         if self.brake.on() or not self.schedule.stages:
             return
         most, clouds = self.schedule.starts - len(self.some), self.points.clouds(self._sizes[0])
@@ -176,8 +178,11 @@ class Pool:
     def _climb(
         self, c: Candidate, stage: Stage, clouds: Cloud, poses: Weights
     ) -> tuple[Candidate, float, int]:
-        """Where a candidate climbs to, seen at poses of these weights, its share of points, and the
-        evaluations spent.
+        """Improve one candidate by local search.
+
+        Returns:
+            The improved candidate, its share of points at poses of the weights ``poses``, and the
+                number of evaluations.
         """
         space = self.space
         setup, box, values = stacked([space.arrays(c)]), space.box(c), space.values(c)
@@ -185,7 +190,7 @@ class Pool:
             np.concatenate([edge[:, : space.places], values[:, space.places :]], axis=1)
             for edge in box
         )
-        found = climb(
+        result = climb(
             self.objective,
             setup,
             (low, high),
@@ -196,17 +201,17 @@ class Pool:
             self.brake,
             poses,
         )
-        there = replace(c, values=found.values[:, : space.places])
+        there = replace(c, values=result.values[:, : space.places])
         share = (
             self._soft([there], SHARP, clouds, poses)[0]
             if self.fields is None
             else share_of(space, self.fields, there)
         )
-        return there, float(share), found.evaluations
+        return there, float(share), result.evaluations
 
     def _watch(self, jobs: Iterable[Future[tuple[Candidate, float, int]]]) -> None:
-        """Wait for all jobs, show those that came furthest so far, tell how far all are, and turn
-        Ctrl-C into a request to stop."""
+        """Wait for all jobs, show each best result so far, report progress, and turn Ctrl-C into a
+        request to stop."""
         waiting, furthest = set(jobs), 0.0
         while waiting:
             try:
@@ -221,26 +226,26 @@ class Pool:
                 self.brake.pulled.set()
 
     def _show(self, c: Candidate) -> None:
-        """Keep a candidate as the best so far, if it is: on all points."""
+        """Keep a candidate as the best so far if its value on all points is higher."""
         (share,) = self._worth([c])
         if share > self.progress.best:
             self.progress.best, self.progress.setup = float(share), self.space.setup(c)
 
     def _worth(self, some: list[Candidate]) -> Any:
-        """Shares of all points that candidates see."""
+        """Return the share of all points that each candidate covers."""
         if self.fields:
             return [share_of(self.space, self.fields, c) for c in some]
         return self._scores(some, SHARP, self.widest, self._judging)
 
     def _looked_at(self, count: int, some: list[Candidate], clouds: Cloud) -> Any:
-        """Weights of about ``count`` poses to look at."""
+        """Return weights of a subset of about ``count`` representative poses."""
         weights = self.scene.pose_weights
         worst = count // 2 if self.scene.over_poses == "worst" and count < len(weights) else 0
-        found = representative(weights, count - worst, self.luck)
+        subset = representative(weights, count - worst, self.luck)
         if worst == 0:
-            return found
+            return subset
         return with_worst(
-            found, self.objective.by_pose(*arrays_of(self.space, some), clouds), worst
+            subset, self.objective.by_pose(*arrays_of(self.space, some), clouds), worst
         )
 
     def _soft(
@@ -251,23 +256,22 @@ class Pool:
     def _scores(
         self, some: list[Candidate], width: float, clouds: Cloud, poses: Weights
     ) -> Float[np.ndarray, " S"]:
-        """Soft values of candidates, on all processors."""
+        """Return the soft values of candidates, computed on all processors."""
         n = processors()
         jobs = [
             self.threads.submit(self._soft, some[i::n], width, clouds, poses)
             for i in range(min(n, len(some)))
         ]
-        found = np.empty(len(some))
+        scores = np.empty(len(some))
         for i, job in enumerate(jobs):
-            found[i::n] = job.result()
-        return found
+            scores[i::n] = job.result()
+        return scores
 
     def _best(
         self, some: list[Candidate], count: int, width: float, clouds: Cloud, poses: Weights
     ) -> list[Candidate]:
-        """The ``count`` best of ``some`` that are unlike each other and the pool, by their soft
-        values.
-        """
+        """Return the ``count`` candidates of highest soft value that differ from each other and
+        from the pool."""
         order = np.argsort(-self._scores(some, width, clouds, poses), kind="stable")
         return unlike_first(
             self.space, [some[i] for i in order[: _EACH * count]], UNLIKE, self.some
@@ -277,5 +281,5 @@ class Pool:
 def arrays_of(
     space: Space, some: list[Candidate]
 ) -> tuple[SetupArrays, Float[np.ndarray, "S 3 R"]]:
-    """Candidates for the objective, along a first axis."""
+    """Return the arrays and values of candidates, stacked along a first axis."""
     return stacked([space.arrays(c) for c in some]), np.stack([space.values(c) for c in some])

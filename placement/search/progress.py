@@ -1,4 +1,4 @@
-"""What a search tells: while it runs how far it is, and at its end how that came."""
+"""Progress, outcome and statistics of a search."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -7,43 +7,53 @@ from ...coverage.rings.ring import Setup
 
 
 class Outcome(Enum):
-    """How a search ended; the text is for its user."""
+    """How a search ended; the value is the text for the user."""
 
-    FINISHED = "the schedule of starts and steps ran to its end"
-    TIME = "the time cap bit: this is the best until then"
-    INTERRUPTED = "interrupted: this is the best until then"
+    FINISHED = "the search completed its schedule"
+    TIME = "time limit reached; this is the best result so far"
+    INTERRUPTED = "interrupted; this is the best result so far"
 
 
 @dataclass(frozen=True)
 class Statistics:
-    """What a search spent: starts, evaluations of value and gradient, seconds; and the width of its
-    last stage, m
-    (0: nothing climbed, and the soft value is a share of points)."""
+    """Effort of a search."""
 
     starts: int
+    """Number of starts."""
     evaluations: int
+    """Evaluations of value and gradient."""
     seconds: float
+    """Wall-clock time, s."""
     width: float
+    """Sigmoid width of the last stage, m; 0 without local search, when the soft value is a share of
+    points."""
 
 
 @dataclass
 class Progress:
-    """What a search tells while it runs: stage, of how many, climbs done, of how many, best share
-    of points so far and the setup that has it; then targets at poses counted, of how many (0: not
-    yet counting)."""
+    """Progress of a running search."""
 
     stage: int = 0
+    """Number of the current stage, from 1."""
     stages: int = 0
+    """Number of stages."""
     done: int = 0
+    """Finished local searches of the stage."""
     climbs: int = 0
+    """Local searches of the stage."""
     best: float = 0.0
+    """Best share of points so far."""
     setup: Setup | None = None
+    """The setup with the best share."""
     counted: int = 0
+    """Pairs of target and pose counted exactly."""
     to_count: int = 0
+    """Pairs of target and pose to count; 0 before the exact count."""
     sensors: int | None = None
-    """Of this search, where several with other numbers of sensors go after each other."""
+    """Sensors in this search, where several searches with different counts follow each other."""
 
     @property
     def climbed(self) -> float:
-        """Stages that are over, a part of one by its climbs; 0 before the first."""
+        """Number of finished stages, with the finished part of the current one; 0 before
+        the first."""
         return max(self.stage - 1, 0) + self.done / max(self.climbs, 1)

@@ -1,15 +1,17 @@
-"""What rings see, in cylindrical coordinates about their mount's axis: of each ring hardly more
-than one sensor decides.
+"""Coverage of a whole ring in cylindrical coordinates about the mount's axis, from little more than
+one sensor per point.
 
-Take a point at radius r and height z above the ring's plane, and a sensor at radius R, tilted by t
-out of that plane, whose azimuth differs from the point's by d. With c = cos d, the way v from the
-sensor to the point has the part
-cos t (r c - R) + z sin t along the sensor's axis and the length |v|^2 = r^2 - 2 r R c + R^2 + z^2.
-The part grows with c, as cos t is never negative, and the length falls. So whatever c a cone of a
-half angle below 90 degrees holds, it holds greater ones too, as long as its range does: what no
-cone of the ring holds with the sensor nearest in azimuth, it does not hold at all, at one test a
-point instead of one a sensor. Only where that sensor's range ends before the point may the next
-ones, which look past it at an angle, still see it.
+Consider a point at radius r and height z above the ring's plane, and a sensor at radius R, tilted
+by t out of that plane, whose azimuth differs from the point's by d. With c = cos d, the vector v
+from the sensor to the point has the component cos t (r c - R) + z sin t along the sensor's axis and
+the squared length |v|^2 = r^2 - 2 r R c + R^2 + z^2.
+
+The component grows with c, because cos t is never negative, and the length decreases. If a cone
+with a half angle below 90 degrees contains the point at some c, it contains it at every greater c
+too, as long as the range suffices. Hence a point outside the cone of the sensor nearest in azimuth
+is outside all cones of the ring, which takes one test a point instead of one a sensor. Only where
+the range of that sensor ends before the point may its neighbours, which look at the point
+obliquely, still cover it.
 """
 
 import math
@@ -24,25 +26,27 @@ from .visibility_table import VisibilityTable
 
 
 class Around(NamedTuple):
-    """Points about a mount's axis: their distance from it (N,) m, height along it from its start
-    (N,) m, azimuth (N,) rad from the mount's zero, 32 bits; and their numbers (N,)."""
+    """N points in cylindrical coordinates about a mount's axis, 32 bits."""
 
     radius: Float[np.ndarray, " N"]
+    """Distance from the axis, m."""
     height: Float[np.ndarray, " N"]
+    """Height along the axis from the mount's start, m."""
     azimuth: Float[np.ndarray, " N"]
+    """Azimuth from the mount's zero direction, rad."""
     number: Int[np.ndarray, " N"]
+    """Numbers of the points."""
 
     def some(self, index: Int[np.ndarray, " M"]) -> "Around":
-        """The points of these numbers."""
+        """Return the points with these indices."""
         return Around(*(a[index] for a in self))
 
 
 def around(
     mount: Mount, frame: Float[np.ndarray, "4 4"], points: Float[np.ndarray, "N 3"]
 ) -> Around:
-    """Points (N, 3) m of the base frame about a mount whose link's frame is ``frame``,
-    T_base_frame.
-    """
+    """Return points (N, 3), m in the base frame, in the coordinates of a mount whose link has the
+    frame ``frame``, T_base_frame."""
     there = (points - frame[:3, 3]) @ frame[:3, :3] - np.asarray(mount.start)
     x, y, z = (there @ np.asarray(a) for a in (mount.zero, mount.side, mount.axis))
     radius, height, azimuth = (a.astype(np.float32) for a in (np.hypot(x, y), z, np.arctan2(y, x)))
@@ -57,13 +61,19 @@ def rings_see(
     phase: Float[np.ndarray, " K"],
     past: VisibilityTable | None = None,
 ) -> Bool[np.ndarray, "K N"]:
-    """Which points lie in a cone of a ring, for K places of it: height m from the mount's start,
-    tilt and phase rad.
+    """Return which points lie in a cone of a ring, for K placements of it.
 
-    Sensors, count and radius are those of ``ring``; of a square beam it is the cone within it. What
-    stands in the way is what ``past`` says of the sensor nearest in azimuth: others may see around
-    it.
-    32 bits: a point within about 1e-6 m of a cone's surface may fall on either side of it.
+    A square beam counts by its inscribed cone. Occlusion is read for the sensor nearest in azimuth
+    only, although another one may see around the occluder. With 32 bits, a point within about 1e-6
+    m of a cone's surface may fall on either side.
+
+    Args:
+        ring: gives sensor, count and radius.
+        points: N points about the mount's axis.
+        height: heights (K,) from the mount's start, m.
+        tilt: tilts (K,), rad.
+        phase: phases (K,), rad.
+        past: line-of-sight table of the mount's sensors; None: no occluders.
     """
     height, tilt, phase = (np.asarray(a, np.float32)[:, None] for a in (height, tilt, phase))
     spacing, range_m = 2 * math.pi / ring.count, ring.sensor.range_m
@@ -85,9 +95,19 @@ def rings_see(
 def _in_cones(
     ring: Ring, radius: np.ndarray, above: np.ndarray, tilt: np.ndarray, turn: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of points at a radius m and so far above the ring's plane, m, and sensors whose azimuth
-    differs by ``turn`` rad: the part of the way along the sensor's axis, m, its squared length,
-    m^2, and is it in the endless cone?"""
+    """Test points against the infinite cone of a sensor.
+
+    Args:
+        ring: gives sensor and radius.
+        radius: distance of the points from the axis, m.
+        above: height of the points above the ring's plane, m.
+        tilt: tilt of the sensor, rad.
+        turn: azimuth from the sensor to the point, rad.
+
+    Returns:
+        The component of the vector from sensor to point along the sensor's axis, m; its squared
+            length, m^2; whether the point is in the infinite cone.
+    """
     half, R = ring.sensor.inscribed_half_angle, np.float32(ring.radius)
     part = np.cos(turn)
     part *= radius
@@ -109,17 +129,16 @@ def _by_others(
     k: Int[np.ndarray, " M"],
     n: Int[np.ndarray, " M"],
 ) -> tuple[np.ndarray, ...]:
-    """Which of the points ``n`` (M,) beyond the range of the nearest sensor at places ``k`` (M,)
-    the next ones see.
-    """
-    spacing, found = np.float32(2 * math.pi / ring.count), [(k[:0], n[:0])]
+    """Return which of the points ``n`` (M,) the other sensors cover, for points beyond the range of
+    the nearest sensor at the placements ``k`` (M,)."""
+    spacing, covered = np.float32(2 * math.pi / ring.count), [(k[:0], n[:0])]
     for j in range(1, ring.count):
         turn = (j + 1) // 2 * spacing + (1 if j % 2 == 0 else -1) * np.abs(turns[k, n])
         above = points.height[n] - height[k, 0]
         part, _, seen = _in_cones(ring, points.radius[n], above, tilt[k, 0], turn)
         near = seen & (part <= ring.sensor.range_m)
-        found.append((k[near], n[near]))
+        covered.append((k[near], n[near]))
         k, n = k[seen & ~near], n[seen & ~near]
         if len(k) == 0:
             break
-    return tuple(np.concatenate(each) for each in zip(*found, strict=True))
+    return tuple(np.concatenate(each) for each in zip(*covered, strict=True))

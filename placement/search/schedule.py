@@ -1,4 +1,4 @@
-"""How a search goes: the rounds of its exchange, the stages of its climbs."""
+"""Schedules of a search: the rounds of its exchange and the stages of its local search."""
 
 from dataclasses import dataclass
 
@@ -7,20 +7,23 @@ from ...objectives.scene import Scene
 from .design import Space
 from .exchange import Round
 
-FINALISTS = 3  # climbs that the exact count compares, beside the best start
+FINALISTS = 3  # results of local search that the exact count compares, besides the best start
 
 
 @dataclass(frozen=True)
 class Stage:
-    """One sharpening: sigmoid width m, points (of all goals and poses together), steps of a climb,
-    climbs that go on; and how many variants of those that came from the stage before climb beside
-    them."""
+    """One stage of local search."""
 
     width: float
+    """Width of the sigmoid, m."""
     points: int
+    """Points of all goals and poses together."""
     steps: int
+    """Most evaluations of one local search."""
     keep: int
+    """Number of the best results that continue."""
     variants: int = 0
+    """Variants of the previous stage's results that join the local search."""
 
 
 FIXED = (
@@ -43,13 +46,15 @@ AHEAD_FREE = (Round(8192, 2, 4, 16, 0.06, 8, 16),)
 
 @dataclass(frozen=True)
 class Schedule:
-    """How a search goes: so many starts, of which the ``rounds`` of an exchange give half; these
-    stages; then the exact count of the finalists. Variants are the best unlike ones among so many
-    ``draws``, starts among that many at most. A good answer is there soon: the best of the first
-    round go through rounds of their own, ``ahead`` of the others, and the best starts are sharpened
-    before anything is varied."""
+    """Schedule of a search: exchange, stages of local search, exact count of the finalists.
+
+    To give a good answer early, the best candidates of the first round run through rounds of their
+    own (``ahead``) before the others continue, and the best starts are refined before any variants
+    are drawn.
+    """
 
     starts: int = 16
+    """Number of starts, half of them from the exchange."""
     stages: tuple[Stage, ...] = (
         Stage(0.03, 2048, 24, 8),
         Stage(0.01, 8192, 25, 8),
@@ -57,9 +62,14 @@ class Schedule:
         Stage(0.02, 8192, 40, 4, variants=8),
         Stage(0.008, 32768, 80, 3),
     )
+    """Stages of local search."""
     draws: int = 512
+    """Random candidates among which the best diverse ones become variants; largest number of random
+    candidates for starts."""
     rounds: tuple[Round, ...] = ()
+    """Rounds of the exchange."""
     ahead: tuple[Round, ...] = ()
+    """Extra rounds for the best candidates of the first round."""
 
 
 _FROM_GOOD = (
@@ -81,9 +91,12 @@ _REFINE = (Stage(0.01, 8192, 25, FINALISTS), Stage(0.008, 32768, 80, FINALISTS))
 
 
 def usual(scene: Scene, space: Space, aim: Criterion) -> Schedule:
-    """How a search goes unless told: an exchange, with moves of sensors where the space leaves
-    counts free; and climbs, which only refine what it finds where it goes by all that counts, or
-    nearly so."""
+    """Return the default schedule.
+
+    It starts with an exchange, which moves sensors between rings where the space leaves counts
+    free. Local search only refines the result where the exchange evaluates the whole criterion, or
+    nearly so.
+    """
     rounds = FIXED if space.layout else FREE
     if exchange_sees(scene, space, aim):
         starts = FINALISTS if exchange_sees_all(scene, space, aim) else 2 * FINALISTS
@@ -92,21 +105,20 @@ def usual(scene: Scene, space: Space, aim: Criterion) -> Schedule:
 
 
 def short(scene: Scene, space: Space, aim: Criterion) -> Schedule:
-    """How a search goes that starts from good setups: where an exchange goes by all that counts, by
-    that alone.
-    """
+    """Return the schedule for a search that starts from good setups: the exchange alone, where it
+    evaluates the whole criterion."""
     if exchange_sees_all(scene, space, aim):
         return Schedule(FINALISTS, (), rounds=_FROM_GOOD if space.layout else _FROM_GOOD_FREE)
     return Schedule(8, _CLIMB, draws=256)
 
 
 def exchange_sees_all(scene: Scene, space: Space, aim: Criterion) -> bool:
-    """Does an exchange go by all that counts: the mean of zeta, of cones that nothing stands in the
-    way of?
-    """
+    """Return whether the exchange evaluates the whole criterion: the mean of ζ, with cones and
+    without occluders."""
     return exchange_sees(scene, space, aim) and scene.occlusion == "ignore" and not scene.obstacles
 
 
 def exchange_sees(scene: Scene, space: Space, aim: Criterion) -> bool:
-    """Does it go by that, but for what it looks up of things in the way?"""
+    """Return whether the exchange evaluates the whole criterion, except that it reads occlusion
+    from a table."""
     return aim.plain and scene.over_poses == "mean" and not space.square

@@ -1,9 +1,13 @@
-"""The search: exchange ring by ring, then climbs on the soft zeta while it sharpens, from what came
-furthest and, where the exchange does not see all that counts, from unlike starts and variants; the
-exact count chooses at the end.
+"""The search: coordinate exchange ring by ring, then local search on the soft ζ while the sigmoid
+narrows.
 
-The sigmoid is narrow from the start. A wide one counts what lies between many cones as seen, and so
-prefers other setups than the exact count does: at 0.1 m climbs leave the best ones of a far shell.
+The local search starts from the best results of the exchange. Where the exchange cannot evaluate
+the whole criterion, diverse random starts and variants join them. The exact count chooses among the
+finalists.
+
+The sigmoid is narrow from the start. A wide one counts points between many cones as covered and so
+prefers other setups than the exact count does: at 0.1 m, local search moves away from the best
+setups for a far shell.
 """
 
 import time
@@ -29,20 +33,29 @@ from .schedule import FINALISTS, Schedule, usual
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The setup, soft and exact value of its aim (weighted means in [0, 1]; over the poses the mean
-    or the worst, as the scene asks), by how much the exact ones fall short of the goals' floors,
-    how the search ended and what it spent; the side of the voxels counted, m; and, where there are
-    many poses, zeta goal by goal. Where Ctrl-C came before that, the exact value is a rough one, of
-    coarser voxels and some of the poses."""
+    """The setup that a search returns, with its values and statistics.
+
+    After Ctrl-C during the final count, ``exact`` is a rough value from coarser voxels and a subset
+    of the poses.
+    """
 
     setup: Setup
+    """The best setup."""
     soft: float
+    """Soft value of the criterion: weighted mean in [0, 1], over the poses the mean or the worst,
+    as the scene states."""
     exact: float
+    """Exact value of the criterion, defined as ``soft`` is."""
     short: float
+    """Sum by which the exact values miss the goals' floors."""
     outcome: Outcome
+    """How the search ended."""
     statistics: Statistics
+    """Effort of the search."""
     voxel: float = 0.01
+    """Side of the voxels of the exact count, m."""
     verified: tuple[Verified, ...] = ()
+    """Exact ζ of each goal, where the scene has many poses."""
 
 
 def search(
@@ -58,31 +71,35 @@ def search(
     verifier: Verifier | None = None,
     clock: Callable[[], float] = time.monotonic,
 ) -> SearchResult:
-    """Find the setup of ``space`` that covers most of the scene's goals: positions, tilts and
-    phases of its rings, and which rings there are where that is free.
+    """Find the setup of ``space`` that covers most of the scene's goals.
 
-    The same seed gives the same answer on the same machine: the search ends by its schedule.
-    ``time_cap`` seconds or a KeyboardInterrupt only cut it short, and then the best so far is
-    returned. The paper's tilts are among the starts and the best of all starts among the finalists,
-    so the answer is never worse than those. Of many poses, each stage looks at few that stand for
-    all, more as it sharpens; where the worst pose counts, half of them are the worst so far.
+    The search chooses positions, tilts and phases of the rings, and, where the space leaves them
+    free, links and sensor counts.
+
+    The same seed gives the same answer on the same machine, because the schedule ends the search.
+    ``time_cap`` or a KeyboardInterrupt only cuts it short; then the best setup so far is returned.
+    The paper's tilts are among the starts, and the best of all starts is among the finalists, so
+    the answer is never worse than those. With many poses, each stage uses a representative subset
+    of poses, which grows as the sigmoid narrows; where the worst pose counts, half of the subset
+    are the worst poses so far.
 
     Args:
         scene: robot, poses, goals, limits.
         space: the setups to choose from.
-        seed: of the starts and of the points.
-        time_cap: seconds of the ``clock``, from the call on.
+        seed: random seed of the starts and of the points.
+        time_cap: limit in seconds of the ``clock``, counted from the call.
         schedule: starts and stages.
         voxel: side of the voxels of the exact count, m.
-        tell: is given the progress from time to time, in this thread.
-        known: setups to start from beside the drawn ones, fitted to the space.
-        aim: what is made large; by default zeta itself.
-        verifier: counts the answer, and keeps the targets for who counts more; by default a new one
-            of ``voxel``. clock: by default that on the wall.
+        tell: receives the progress from time to time, in the calling thread.
+        known: setups to start from besides the random ones, fitted to the space.
+        aim: the criterion to maximise; by default ζ itself.
+        verifier: counts the answer and keeps the targets' cells for later counts; by default a new
+            one of ``voxel``.
+        clock: returns seconds; by default the monotonic clock.
 
     Raises:
-        InfeasibleError: where rings of different links meet wherever they were tried.
-        ValueError: for an empty target, or floors of goals that the aim cannot keep.
+        InfeasibleError: if rings of different links collide in every candidate that was tried.
+        ValueError: for an empty target, or floors of goals that the criterion does not support.
     """
     began, aim = time.monotonic(), aim or Criterion()
     schedule = schedule or usual(scene, space, aim)

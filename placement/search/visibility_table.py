@@ -1,10 +1,9 @@
-"""What stands in the way of a link's sensors, on a grid of their places: for a quick look, not for
-an answer.
+"""Line-of-sight table on a grid of mount positions, an approximation for the exchange.
 
-The places of sensors on a link make a cylinder about its mount. From each place of a grid on it, is
-the straight way to each point clear of all bodies and obstacles? And how far does a sensor there
-see, tilted so or so, before one of them blinds it? What a sensor sees is then looked up at the
-place nearest to its own.
+The sensor positions of a link lie on a cylinder about its mount. For each position on a grid, the
+table stores whether the line of sight to each point is clear of all bodies and obstacles, or, for
+sensors that occluders blind, the distance at which a sensor of a given tilt is blinded. A sensor is
+looked up at the nearest grid position.
 """
 
 import math
@@ -21,9 +20,9 @@ from ...coverage.robots.robot import Mount
 from ...coverage.sensors.sensor import Sensor
 from ...coverage.solids.segments import segment_to_segment
 
-# of the grid: along the mount, around it, from one end of it to the other
+# grid size: heights along the mount, azimuths around it, tilts from end to end of the mount
 _HEIGHTS, _TURNS, _TILTS = 12, 24, 9
-# m, by which bodies are thinner: an apex in the middle of a ring's board is no deeper in its link
+# m, by which bodies are shrunk: the apex of a sensor on a board lies no deeper in its link
 _SLACK = 0.002
 # start, end (B, 3) m and radius (B,) m of capsules, and normals (F, 3) and offsets (F,) m of the
 # faces of each obstacle
@@ -32,14 +31,19 @@ Bodies = tuple[tuple[jax.Array, jax.Array, jax.Array] | None, list[tuple[jax.Arr
 
 @dataclass(frozen=True)
 class VisibilityTable:
-    """Of one link's sensors at H heights and A azimuths: length m of its mount; pose (N,) of each
-    point; and one of these: clear (H * A, N): is the way to a point clear; stop (P, H * A, T) m:
-    how far a sensor sees before it is blinded, at P poses, tilted T ways."""
+    """Lines of sight of one link's sensors, on a grid of H heights and A azimuths.
+
+    Either ``clear`` or ``stop`` is set.
+    """
 
     length: float
+    """Length of the mount, m."""
     pose: Int[np.ndarray, " N"]
+    """Pose of each point."""
     clear: Bool[np.ndarray, "C N"] | None
+    """Whether the line of sight from each grid position (H * A) to each point (N) is clear."""
     stop: Float[np.ndarray, "P C T"] | None
+    """Distance at which a sensor is blinded, m, for P poses, H * A grid positions and T tilts."""
 
     def sees(
         self,
@@ -49,8 +53,15 @@ class VisibilityTable:
         tilt: Float[np.ndarray, " M"],
         square: Float[np.ndarray, " M"],
     ) -> Bool[np.ndarray, " M"]:
-        """Does a sensor at a height (M,) m and an azimuth (M,) rad, tilted so (M,) rad, see a point
-        of this number (M,) in its cone, at this squared distance (M,) m^2?"""
+        """Return whether each of M sensors has a line of sight to a point in its cone.
+
+        Args:
+            number: numbers (M,) of the points.
+            height: heights (M,) of the sensors along the mount, m.
+            azimuth: azimuths (M,) of the sensors, rad.
+            tilt: tilts (M,) of the sensors, rad.
+            square: squared distances (M,) from sensor to point, m^2.
+        """
         up = np.rint(height * ((_HEIGHTS - 1) / self.length)).astype(int) if self.length else 0
         cell = up * _TURNS + np.rint(azimuth * (_TURNS / (2 * math.pi))).astype(int) % _TURNS
         if self.clear is not None:
@@ -72,17 +83,18 @@ def lookout(
     pose: list[int],
     blinded: bool,
 ) -> VisibilityTable:
-    """The lookout of sensors on a mount, in rings of this ``radius`` m.
+    """Compute the line-of-sight table of the sensors on a mount.
 
     Args:
-        mount: of the link, whose frame at each of P poses is one of ``frames``, T_base_frame.
-        radius: of the rings, m.
-        sensor: of the rings.
-        frames: of the link at each pose.
-        occluders: at each pose.
-        points: of each term, m in the base frame, as many in each.
-        pose: of each term.
-        blinded: whether what stands in a sensor's cone blinds it, else it shadows.
+        mount: the mount.
+        radius: radius of the rings, m.
+        sensor: sensor of the rings.
+        frames: frame of the mount's link at each of P poses, T_base_frame.
+        occluders: bodies and obstacles at each pose.
+        points: points of each term, m in the base frame; each term has the same number.
+        pose: pose of each term.
+        blinded: whether an occluder in a sensor's cone blinds it (first return) instead of casting
+            a shadow.
     """
     heights = np.linspace(0, mount.length, _HEIGHTS if mount.length else 1)
     turns = np.arange(_TURNS) * (2 * math.pi / _TURNS)
@@ -124,6 +136,7 @@ def _stop(
     sensor: Sensor,
     occluders: Occluders,
 ) -> Float[np.ndarray, "C T"]:
+    """Return the distance at which each tilted sensor is blinded, m."""
     beam = Beam(
         np.repeat(apex, _TILTS, axis=0),
         look.reshape(-1, 3),
@@ -132,15 +145,15 @@ def _stop(
             for v in (sensor.inscribed_half_angle, sensor.range_m)
         ),
     )
-    found = np.full(len(beam.apex), np.inf)
+    nearest = np.full(len(beam.apex), np.inf)
     if (bodies := occluders.bodies) is not None:
         wide = Beam(*(a[:, None] for a in beam))
-        found = capsule_in_beam(
+        nearest = capsule_in_beam(
             wide, bodies.start[None], bodies.end[None], bodies.radius[None] - _SLACK
         )[0].min(axis=1)
     for body in occluders.obstacles:
-        found = np.minimum(found, polyhedron_in_beam(beam, body))
-    return found.reshape(len(apex), _TILTS)
+        nearest = np.minimum(nearest, polyhedron_in_beam(beam, body))
+    return nearest.reshape(len(apex), _TILTS)
 
 
 def _bodies(occluders: Occluders) -> Bodies:
@@ -154,7 +167,8 @@ def _bodies(occluders: Occluders) -> Bodies:
 def _clear(
     apex: Float[jax.Array, "C 3"], points: Float[jax.Array, "N 3"], bodies: Bodies
 ) -> Bool[jax.Array, "C N"]:
-    """Is the way from each apex (C, 3) to each point (N, 3) clear (C, N)?"""
+    """Return whether the line of sight from each apex (C, 3) to each point (N, 3) is clear
+    (C, N)."""
     capsules, planes = bodies
 
     def of_one(a: Float[jax.Array, " 3"]) -> Bool[jax.Array, " N"]:
