@@ -303,7 +303,7 @@ def test_robustness_prints_one_object(run):
     assert r.mean_percent == pytest.approx(np.mean(r.drawn_percent))
     code, out, _ = run(*args)
     assert f"{r.zeta_percent:.2f}" in out
-    assert "missed most" in out
+    assert "largest losses" in out
 
 
 def test_a_search_for_redundancy_says_what_it_aimed_at(run, monkeypatch, tmp_path):
@@ -472,8 +472,8 @@ def test_safety_says_that_a_sensor_does_not_reach_and_leaves_a_report(run, tmp_p
     assert found.floor_m == -0.9
     page = (tmp_path / "found" / "README.md").read_text()
     assert "confers a safety rating" in page
-    assert "too late, wherever they look" in page
-    assert f"{found.range_needed_m:.2f} m are asked" in page
+    assert "too late, whatever their direction" in page
+    assert f"The fastest part requires {found.range_needed_m:.2f} m" in page
     with (tmp_path / "found" / "approaches.csv").open() as file:
         assert len(list(csv.DictReader(file))) == 8
     assert (tmp_path / "found" / "safety.png").stat().st_size > 10_000

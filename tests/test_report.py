@@ -207,7 +207,7 @@ def test_materials_add_up():
         materials(Setup((replace(nominal, link="<b>`a`</b>*"),)), length)
     )
     assert f"at most {11 * SUPPLIES['tfmini-s'].power_w:.2f} W" in said
-    assert f"{11 * 100:,} distances and {(length(5) + length(6)) * 100:,} bytes a second" in said
+    assert f"{11 * 100:,} distances and {(length(5) + length(6)) * 100:,} bytes per second" in said
     assert (
         "| 7 | A nominal sensor of 25° | 1.50 | not known | not known | not known | not known |"
         in "\n".join(materials(Setup((nominal,)), length))
@@ -322,13 +322,13 @@ def test_the_report_says_what_is_counted(made):
     forearm = next(row for row in read.rows if row[1:2] == ["forearm"] and "mm from" in row[2])
     assert forearm[2] == f"{0.3 * 572.3:.0f} mm from elbow"
     for heading_ in (
-        "What was asked",
-        "What is seen",
+        "Scene",
+        "Coverage",
         "blind spots",
         "Redundancy",
         "Mounting",
         "materials",
-        "again",
+        "Reproduce",
         "Limits",
     ):
         assert heading_ in read.text
