@@ -323,7 +323,7 @@ def test_a_search_for_redundancy_says_what_it_aimed_at(run, monkeypatch, tmp_pat
         "found",
     )
     assert code == 0
-    assert "seen by at least 2 sensors" in out
+    assert "covered by at least 2 sensors" in out
     file = read_proposal(tmp_path / "found" / "proposal.toml")[2]
     result = SearchFile.model_validate_json((tmp_path / "found" / "result.json").read_text())
     assert file.found.redundancy == 2

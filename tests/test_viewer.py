@@ -332,12 +332,12 @@ def test_a_proposal_is_saved_in_its_folder_only_and_never_over_an_old_one_unaske
     assert file.zeta[0].zeta_percent == pytest.approx(
         100 * Verifier(scene, 0.05).verify(again, NEAR).zeta
     )
-    with pytest.raises(UserError, match="there already"):
+    with pytest.raises(UserError, match="exists; choose another name, or"):
         file_named(tmp_path, "mine", False)
     assert file_named(tmp_path, "mine", True) == path
     outside = tmp_path.parent / "outside.toml"
     (tmp_path / "link.toml").symlink_to(outside)
-    with pytest.raises(UserError, match="no file of its own"):
+    with pytest.raises(UserError, match="no regular file"):
         file_named(tmp_path, "link", True)
 
 
