@@ -173,7 +173,7 @@ NOT_ALLOWED = (
     ("Ring", "99: tool", "'99: tool'"),
     ("Cones", "", "not in tuple"),
     ("Robot's body", "x", "not in tuple"),
-    ("Position", float("nan"), "a number that is not finite"),
+    ("Position", float("nan"), "must be finite"),
     ("Save (start with --out FOLDER)", True, "--out FOLDER"),
 )
 
