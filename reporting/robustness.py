@@ -81,7 +81,13 @@ def robustness_table(results: list[RobustnessResult]) -> Table:
     """Return the same rows as a table for the terminal."""
     first = results[0]
     title = f"{first.setup} in percent, rule centre, voxels of {first.voxel:g} m"
-    table = Table(title=title, title_justify="left")
+    table = Table(
+        title=title,
+        title_justify="left",
+        caption="worst: the sensor or ring whose loss costs most; mountings: random errors of"
+        " position and direction",
+        caption_justify="left",
+    )
     table.add_column("")
     for r in results:
         table.add_column(target_label(r), justify="right")

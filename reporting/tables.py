@@ -14,7 +14,13 @@ _WIDE = 3  # at most this many targets: the worst pose gets columns of its own
 
 def ring_table(setup: Setup, robot: Robot) -> Table:
     """Return a table of rings: link, position, sensors, tilt, phase."""
-    table = Table(title=f"{len(setup.rings)} rings, {setup.sensors} sensors", title_justify="left")
+    table = Table(
+        title=f"{len(setup.rings)} rings, {setup.sensors} sensors",
+        title_justify="left",
+        caption="position: 0 at the link's proximal end, 1 at its distal end; tilt: positive"
+        " towards distal; phase: angle of the first sensor about the link's axis",
+        caption_justify="left",
+    )
     for name in (
         "ring",
         "link",

@@ -52,7 +52,13 @@ def occlusion_table(results: Sequence[VerifyResult]) -> Table | None:
     shown = [r for r in results if r.by_occlusion_percent]
     if not shown:
         return None
-    table = Table(title="ζ in percent under each occlusion model", title_justify="left")
+    table = Table(
+        title="ζ in percent under each occlusion model",
+        title_justify="left",
+        caption="ignore: beams pass through the robot; shadow: points behind its body are not"
+        " covered; blind: a sensor that sees the body covers nothing beyond it",
+        caption_justify="left",
+    )
     table.add_column("setup")
     labels = list(dict.fromkeys(target_label(r) for r in shown))
     for label in labels:

@@ -61,11 +61,12 @@ def _proposal(row: RobotRow) -> str:
 def _page(rows: Sequence[RobotRow], command: str) -> Iterator[str]:
     yield "# What ignoring the robot's body costs\n"
     yield (
-        f"`{command}` searches for the placement of {SENSORS} sensors in any rings with the best ζ of"
-        f" {TARGET}, on six robots, each in its default pose, under each model of occlusion. A"
-        f" search may use the processor time that {PROCESSORS} processors have in {SECONDS:g} s. The tables give ζ under all three models,"
-        f" counted exactly (rule `centre`, voxels of {100 * VOXEL:g} cm). The numbers are in"
-        " `robots.csv`; each searched setup is a proposal in this folder.\n"
+        f"`{command}` searches for the placement of {SENSORS} sensors in any rings with the best"
+        f" ζ of {TARGET}, on six robots, each in its default pose, under each model of occlusion."
+        f" A search may use the processor time that {PROCESSORS} processors have in {SECONDS:g} s."
+        " The tables give ζ under all three models, counted exactly (rule `centre`, voxels of"
+        f" {100 * VOXEL:g} cm). The numbers are in `robots.csv`; each searched setup is a proposal"
+        " in this folder.\n"
     )
     yield (
         "![Six arms with the rings found under shadow, and the coverage of each layout under the"
