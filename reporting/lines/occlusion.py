@@ -87,10 +87,7 @@ def unseeing_lines(found: Sequence[UnseeingModel]) -> list[str]:
             lines.append(f"{who}: less than 1 % of the cone is unobstructed.")
         else:
             deep = max(u.depth_mm for u in each)
-            lines.append(
-                f"{who}: up to {deep:.0f} mm inside {within}; these sensors cover nothing"
-                " beyond it."
-            )
+            lines.append(f"{who}: up to {deep:.0f} mm inside {within}; no coverage beyond it.")
     return lines
 
 
