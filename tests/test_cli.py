@@ -323,7 +323,7 @@ def test_a_search_for_redundancy_says_what_it_aimed_at(run, monkeypatch, tmp_pat
         "found",
     )
     assert code == 0
-    assert "covered by at least 2 sensors" in out
+    assert "seen by at least 2 sensors" in out
     file = read_proposal(tmp_path / "found" / "proposal.toml")[2]
     result = SearchFile.model_validate_json((tmp_path / "found" / "result.json").read_text())
     assert file.found.redundancy == 2
@@ -493,7 +493,7 @@ def test_v_p_names_a_nominal_sensor_that_does_not_reach_as_far(run, tmp_path):
         "verify", "n1_8_0", "--scene", "slow.toml", "--target", "V_P", "--voxel", "0.1"
     )
     assert code == 0
-    assert "A nominal sensor of 25° sees 1.50 m, less than the" in out
+    assert "A nominal sensor of 25° reaches 1.50 m, less than the" in out
 
 
 def test_safety_refuses_a_motion_beyond_the_joints_limits(run, tmp_path):

@@ -310,8 +310,8 @@ def test_the_report_says_what_is_counted(made):
     read, file = made
     setup, scene = resolve(str(file), None)
     counted = Verifier(scene, 0.1).verify(setup, scene.goals[0].target)
-    assert f"3 sensors on 2 rings see {100 * counted.zeta:.2f} % of V_S(0.4)" in read.text
-    assert f"missed by {99 - 100 * counted.zeta:.2f} points of V_S(0.4)" in read.text
+    assert f"3 sensors on 2 rings cover {100 * counted.zeta:.2f} % of V_S(0.4)" in read.text
+    assert f"missed by {99 - 100 * counted.zeta:.2f} points for V_S(0.4)" in read.text
     unseen = [(p.target_voxels - p.covered_voxels) * 1000 * 0.1**3 for p in counted.poses]
     for pose, litres in enumerate(unseen):
         assert f"pose {pose}: {litres:,.1f} litres" in read.text
@@ -324,7 +324,7 @@ def test_the_report_says_what_is_counted(made):
     for heading_ in (
         "Scene",
         "Coverage",
-        "blind spots",
+        "Blind spots",
         "Redundancy",
         "Mounting",
         "materials",

@@ -337,7 +337,7 @@ def _limits(f: Facts) -> Iterator[str]:
         f"- Blind spots are made of voxels of {f.voxel:g} m: a covered sheet thinner than that"
         " does not separate them."
     )
-    mountings = f"{f.robust[0].errors.draws} drawn mountings"
+    mountings = counted(f.robust[0].errors.draws, "drawn mounting")
     yield (
         f"- The figures under mounting errors have the Monte Carlo error of {mountings}; all"
         " others are exact counts.\n"
