@@ -85,13 +85,13 @@ def _what_is_bounded(rows: list[BoundRow]) -> list[str]:
     counts = ", ".join(map(str, COUNTS))
     return [
         (
-            f"- **Grid**: {rows[0].rings} rings at {GRID['positions']} positions on each link (one on"
-            f" the tool), {GRID['tilts']} tilts, {counts} sensors and {GRID['phases']} phases. The"
-            " rules allow one ring at each position."
+            f"- **Grid**: {rows[0].rings} rings at {GRID['positions']} positions on each link (one"
+            f" on the tool), {GRID['tilts']} tilts, {counts} sensors and {GRID['phases']} phases."
+            " The rules allow one ring at each position."
         ),
         (
-            f"- **Points**: {POINTS} random points in the target. Points that are covered by the same"
-            " rings share one row of the programme."
+            f"- **Points**: {POINTS} random points in the target. Points that are covered by the"
+            " same rings share one row of the programme."
         ),
         (
             "- **Search**: any positions, tilts, phases and counts that the rules allow, with the"

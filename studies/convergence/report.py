@@ -100,9 +100,10 @@ def page(rows: list[ConvergenceRow], command: str) -> str:
     ]
     lines += [
         (
-            "The error is roughly proportional to voxel^p; the table gives p, fitted to voxels of at most"
-            " 10 cm. For `certified` the error is the width of the interval. An error of `centre`"
-            " below 0.05 points is below the width of the reference, so its p is a lower bound."
+            "The error is roughly proportional to voxel^p; the table gives p, fitted to voxels of"
+            " at most 10 cm. For `certified` the error is the width of the interval. An error of"
+            " `centre` below 0.05 points is below the width of the reference, so its p is a lower"
+            " bound."
         ),
         "",
     ]
