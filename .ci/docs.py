@@ -5,8 +5,8 @@ Blocks run in order, each page in an empty folder of its own. A TOML block whose
 comment with a file name (``# cell.toml``) is written to that file. A ``text`` block right after a
 block quotes its output: every line must appear, in order. There … stands for anything, and numbers
 may differ by one percent, as a search may end slightly elsewhere on another processor. To leave out
-a block that needs hardware or many minutes, put a comment in the line above it: <!-- no-run: REASON
--->
+a block that needs a rig or many minutes, put a comment in the line above it:
+<!-- no-run: REASON -->
 
 Usage: python .ci/docs.py [PAGE ...]; without pages: the README, all pages of docs/, and the build.
 """

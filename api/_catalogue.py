@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 
-from ._errors import InputError, input_errors
+from ._errors import InputError
 from .coverage.robots.built_in import ROBOTS
 from .coverage.robots.robot import Robot
 from .coverage.sensors.catalogue import MODELS
@@ -60,9 +60,11 @@ class SensorCatalogue(Mapping[str, Sensor]):
             1.61
         """
         if name not in MODELS:
-            raise InputError(f"unknown sensor {name!r}; known: {', '.join(MODELS)}", "sensor")
-        with input_errors("sensor"):
+            raise InputError(f"found {name}, allowed: {', '.join(MODELS)}", "sensor")
+        try:
             return effective(Use(name, ambient, reflectance, target_size)).sensor
+        except ValueError as error:
+            raise InputError(str(error), "sensor", name) from error
 
 
 class RobotCatalogue(Mapping[str, Robot]):

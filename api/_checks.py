@@ -3,7 +3,7 @@ means.
 """
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -15,7 +15,7 @@ from .coverage.rings.ring import Ring, Setup
 from .formats.errors import explain
 from .formats.loader import resolve
 from .formats.schema.ring_models import RingModel, ring_models
-from .formats.schema.scene_models import SceneFile, SceneModel
+from .formats.schema.scene_models import SceneModel
 from .objectives.occlusion import check_bodies, check_mounting
 from .objectives.scene import Scene as CoreScene
 from .objectives.separation_summary import separations
@@ -30,7 +30,19 @@ class Placed(Protocol):
     scene: Scene
 
 
-SetupLike = Setup | str | Path | Placed
+@dataclass(frozen=True)
+class ResolvedSetup:
+    """A setup that is read already, as commands have it.
+
+    name: a name like ``n2_16_25``, or the file's. scene: where it is looked at.
+    """
+
+    name: str
+    setup: Setup
+    scene: CoreScene
+
+
+SetupLike = Setup | str | Path | Placed | ResolvedSetup
 
 _NAME = re.compile(r"n\d+_[^/\\.]*(\.\d+)?")
 _STEP, _STEPS = 0.005, 15  # m, by which a ring of the paper is widened, and how often at most
@@ -42,12 +54,12 @@ def check_scene(scene: CoreScene, voxel: float) -> None:
     try:
         SceneModel.from_domain(scene)
     except ValidationError as error:
-        raise InputError(str(explain("the scene", error, SceneFile))) from error
+        raise InputError(str(explain("the scene", error, SceneModel))) from error
     for goal in scene.goals:
         try:
             separations(scene, goal.target)
         except ValueError as error:
-            raise InputError(f"{goal.target}: {error}", "target") from error
+            raise InputError(str(error), "target", goal.target) from error
         with input_errors("voxel"):
             solid = scene.solid(goal.target, 0)
             check_voxel(solid, voxel)
@@ -113,6 +125,8 @@ def resolve_setup(setup: Any, scene: Scene | CoreScene | None) -> tuple[str, Set
         InputError: if it is none of them, or the scene's robot lacks a link of it.
     """
     core = None if scene is None else core_scene(scene)
+    if isinstance(setup, ResolvedSetup):
+        return setup.name, setup.setup, core or setup.scene
     if isinstance(setup, str | Path):
         with input_errors():
             placed, core = resolve(str(setup), core)

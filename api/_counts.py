@@ -1,5 +1,6 @@
 """Exact and certified coverage of a setup."""
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,6 +18,8 @@ from .formats.schema.sensor_records import sensor_records
 from .objectives.occlusion import unseeing
 from .objectives.scene import Scene as CoreScene
 from .objectives.verify import VOXEL, Verified, Verifier, by_occlusion
+
+_LEAST_MEMORY = 0.01  # GB
 
 
 @dataclass(frozen=True, repr=False)
@@ -144,8 +147,7 @@ def verify(
     """
     if rule not in ("centre", "touch"):
         raise InputError(f"found {rule}, allowed: centre, touch; or use certify", "rule")
-    if memory_gb is not None and not memory_gb >= 0.01:
-        raise InputError(f"found {memory_gb:g}, allowed: 0.01 and more", "memory_gb")
+    check_counting(voxel=voxel, memory_gb=memory_gb)
     memory = None if memory_gb is None else memory_gb * 1e9
     return _count(setup, scene, voxel, rule, 0.0, memory, progress, None)
 
@@ -178,13 +180,24 @@ def certify(
         >>> proof.low <= 0.1596 <= proof.high, proof.high - proof.low <= 0.01
         (True, True)
     """
-    if width is not None and not 0 < width <= 100:
-        raise InputError(
-            f"found {width:g}, allowed: percentage points, above 0 and at most 100", "width"
-        )
+    check_counting(voxel=voxel, width=width)
     if width is None:
         width = 0.1 if voxel is None else 0.0
     return _count(setup, scene, voxel, "certified", width / 100, None, None, progress)
+
+
+def check_counting(
+    *, voxel: float | None = None, width: float | None = None, memory_gb: float | None = None
+) -> None:
+    """Refuse what ``verify`` and ``certify`` cannot count by: InputError."""
+    if memory_gb is not None and not memory_gb >= _LEAST_MEMORY:
+        raise InputError(
+            f"found {memory_gb:g}, allowed: GB, {_LEAST_MEMORY:g} and more", "memory_gb"
+        )
+    if voxel is not None and not (math.isfinite(voxel) and voxel > 0):
+        raise InputError(f"found {voxel:g}, allowed: a positive number of metres", "voxel")
+    if width is not None and not 0 < width <= 100:
+        raise InputError(f"found {width:g}, allowed: points, above 0 and at most 100", "width")
 
 
 def _count(

@@ -1,9 +1,11 @@
 """The one error for what a caller gave and cannot be used."""
 
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from .formats.errors import UserError
+from .formats.escaping import printable
 
 
 class InputError(UserError, ValueError):
@@ -20,18 +22,35 @@ class InputError(UserError, ValueError):
         robot: unknown robot 'ur9'
     """
 
-    def __init__(self, line: str, argument: str = "") -> None:
-        super().__init__(f"{argument}: {line}" if argument else line)
+    def __init__(
+        self, line: str, argument: str = "", value: object = "", others: tuple[str, ...] = ()
+    ) -> None:
         self.argument = argument
         """Name of the argument, empty where a file is to blame; a command writes it ``--name``."""
         self.line = line
         """The text without that name."""
+        self._value, self._others = value, others
+        super().__init__(self.written(lambda name: name))
+
+    def written(self, write: Callable[[str], str]) -> str:
+        """The text with the names of arguments as ``write`` gives them.
+
+        ``argument`` stands first, with the part of its value that is to blame, if one was given;
+        ``others`` stand in the line as whole words.
+        """
+        line = self.line
+        for other in self._others:
+            line = re.sub(rf"\b{other}\b", write(other), line)
+        if not self.argument:
+            return printable(line)
+        part = f" {self._value}" if self._value else ""
+        return printable(f"{write(self.argument)}{part}: {line}")
 
 
 @contextmanager
-def input_errors(argument: str = "") -> Iterator[None]:
+def input_errors(argument: str = "", *, but: tuple[type[ValueError], ...] = ()) -> Iterator[None]:
     """Raise InputError for the errors of files and of values; ``argument`` is blamed for the
-    latter.
+    latter. Errors in ``but`` stay what they are.
     """
     try:
         yield
@@ -40,4 +59,6 @@ def input_errors(argument: str = "") -> Iterator[None]:
     except UserError as error:
         raise InputError(str(error)) from error
     except ValueError as error:
+        if isinstance(error, but):
+            raise
         raise InputError(str(error), argument) from error

@@ -11,6 +11,17 @@ from .formats.writing import output_folder, write_bytes
 from .objectives.scene import Scene as CoreScene
 
 
+def formats_of(to: str | Sequence[str]) -> tuple[str, ...]:
+    """The formats that are meant, each once; InputError for none, or one that is not known."""
+    from .reporting.export_formats import FORMATS
+
+    kinds = (to,) if isinstance(to, str) else tuple(dict.fromkeys(to))
+    unknown = next((kind for kind in kinds if kind not in FORMATS), None)
+    if unknown is not None or not kinds:
+        raise InputError(f"found {shown(unknown)}, allowed: {', '.join(FORMATS)}", "to")
+    return kinds
+
+
 def export(
     setup: SetupLike,
     scene: Scene | CoreScene | None = None,
@@ -52,10 +63,7 @@ def export(
     from .formats.robots.urdf import read_urdf
     from .reporting.export_formats import FORMATS
 
-    kinds = (to,) if isinstance(to, str) else tuple(dict.fromkeys(to))
-    unknown = next((kind for kind in kinds if kind not in FORMATS), None)
-    if unknown is not None or not kinds:
-        raise InputError(f"found {shown(unknown)}, allowed: {', '.join(FORMATS)}", "to")
+    kinds = formats_of(to)
     _, placed, core = resolve_setup(setup, scene)
     if not 0 <= pose < len(core.poses):
         raise InputError(

@@ -3,6 +3,7 @@ found.
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cached_property
@@ -111,27 +112,36 @@ class Proposal(Placement):
         known = {(self.name, v.target): v for v in self.each}
         return tuple(counted(self._verifier, {self.name: self.setup}, goals, goals, known))
 
-    def compare(self, progress: Callable[[int], None] | None = None) -> list[VerifyResult]:
+    def compare(self, progress: Callable[[int, int], None] | None = None) -> list[VerifyResult]:
         """ζ of the proposal and of the paper's layouts for all targets, by the same verifier.
 
         Ctrl-C ends the comparison; what is counted until then is returned.
 
         Args:
-            progress: is given the number of records counted.
+            progress: is given the number of poses counted, from 0, and of all.
         """
         from .reporting.comparison import compared, counted, papers
 
-        core, verifier = self.scene.core, self._verifier
-        goals = [goal.target for goal in core.goals]
+        core, verifier = self.scene.core, copy(self._verifier)
+        goals, targets = [goal.target for goal in core.goals], compared(core)
         setups = {self.name: self.setup} | papers(core)
         counts = () if self.search is None else self.search.verified
         known = {(self.name, v.target): v for v in counts}
         found: list[VerifyResult] = []
+        done, total = 0, len(targets) * len(setups) * len(core.poses)
+
+        def tell(poses: int) -> None:
+            nonlocal done
+            done = poses
+            if progress is not None:
+                progress(done, total)
+
+        verifier.at = lambda _: tell(min(done + 1, total))
         try:
-            for one in counted(verifier, setups, compared(core), goals, known):
+            tell(0)
+            for one in counted(verifier, setups, targets, goals, known):
                 found.append(one)
-                if progress is not None:
-                    progress(len(found))
+                tell(len(found) * len(core.poses))
         except KeyboardInterrupt:
             pass
         return found
@@ -178,8 +188,7 @@ class Proposal(Placement):
         """
         if self.search is None:
             raise ValueError("found a proposal that was read, allowed: one from search")
-        goals = {(g.target.name, g.target.radius) for g in self.scene.core.goals}
-        own = [r for r in comparison if r.setup == self.name and (r.target, r.radius) in goals]
+        own = self.own_records(comparison)
         return SearchFile(
             proposal=self.file(own),
             soft_minus_exact_percent=100 * (self.search.soft - self.search.exact),
@@ -190,6 +199,11 @@ class Proposal(Placement):
             short_percent=100 * self.search.short,
             sensors=sensor_records(self.setup),
         )
+
+    def own_records(self, comparison: Sequence[VerifyResult]) -> list[VerifyResult]:
+        """Those of a comparison that are of the proposal and of a target of its scene."""
+        goals = {(g.target.name, g.target.radius) for g in self.scene.core.goals}
+        return [r for r in comparison if r.setup == self.name and (r.target, r.radius) in goals]
 
     def reach_record(self) -> ReachModel | None:
         """The searches for the fewest sensors, in percent; None where none were asked for."""
@@ -210,7 +224,7 @@ class Proposal(Placement):
             InputError: if the file cannot be written.
         """
         with input_errors():
-            write_text(Path(path), to_toml(self.file(), _HEADING))
+            write_proposal(Path(path), self.file())
         return Path(path)
 
     def captions(self) -> list[str]:
@@ -233,20 +247,30 @@ class Proposal(Placement):
     def _found(self) -> FoundModel | None:
         if self.search is None:
             return None
-        spent, aim = self.search.statistics, self.criterion
-        return FoundModel(
-            outcome=self.search.outcome.value,
-            seed=self.seed,
-            soft_percent=100 * self.search.soft,
-            exact_percent=100 * self.search.exact,
-            width=spent.width,
-            starts=spent.starts,
-            evaluations=spent.evaluations,
-            seconds=round(spent.seconds, 1),
-            command=self.command,
-            created=datetime.now(UTC).isoformat(timespec="seconds"),
-            versions=versions(),
-            redundancy=aim.seen,
-            losing=aim.losing,
-            tolerant=ErrorsModel.of(aim),
-        )
+        return found_model(self.search, self.seed, self.criterion, self.command)
+
+
+def found_model(result: SearchResult, seed: int, criterion: Criterion, command: str) -> FoundModel:
+    """How a search found its setup, with these versions."""
+    spent = result.statistics
+    return FoundModel(
+        outcome=result.outcome.value,
+        seed=seed,
+        soft_percent=100 * result.soft,
+        exact_percent=100 * result.exact,
+        width=spent.width,
+        starts=spent.starts,
+        evaluations=spent.evaluations,
+        seconds=round(spent.seconds, 1),
+        command=command,
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        versions=versions(),
+        redundancy=criterion.seen,
+        losing=criterion.losing,
+        tolerant=ErrorsModel.of(criterion),
+    )
+
+
+def write_proposal(path: Path, file: ProposalFile) -> None:
+    """Write a proposal's file under its heading; UserError if it cannot be written."""
+    write_text(path, to_toml(file, _HEADING))

@@ -1,18 +1,24 @@
 """The report of a setup: one page to read, print and build from."""
 
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
-from ._checks import SetupLike, check_scene, check_sight, resolve_setup
+from ._checks import ResolvedSetup, SetupLike, check_scene, check_sight, resolve_setup
 from ._errors import InputError, input_errors
 from ._scene import Scene
 from ._versions import versions
 from .formats.loader import how_found
 from .formats.ring_frame import frame_length
+from .formats.schema.proposal_models import FoundModel
 from .formats.writing import output_folder, write_text
 from .objectives.scene import Scene as CoreScene
 from .reporting.terminal import Terminal
+
+if TYPE_CHECKING:
+    from .reporting.setup_report.facts import Facts
 
 FILE = "report.html"
 
@@ -25,8 +31,6 @@ def report(
     voxel: float = 0.01,
     draws: int = 100,
     seed: int = 0,
-    arguments: tuple[str, ...] = (),
-    console: Terminal | None = None,
 ) -> Path:
     """Write a report that needs nothing else: what a setup covers, where it is blind, how to mount
     it, what it takes.
@@ -37,8 +41,6 @@ def report(
         voxel: side of the voxels that are counted, m.
         draws: mountings drawn for the tolerance, 1 to 100,000.
         seed: of the draws.
-        arguments: of the command that the report repeats under "make it again".
-        console: shows progress; none by default.
 
     Returns:
         The path of report.html.
@@ -53,12 +55,35 @@ def report(
         ...     print(page.name, page.stat().st_size > 10_000)
         report.html True
     """
+    return write_report(setup, scene, Path(folder), voxel, draws, seed)[0]
+
+
+def write_report(
+    setup: SetupLike,
+    scene: Scene | CoreScene | None,
+    folder: Path,
+    voxel: float,
+    draws: int,
+    seed: int,
+    arguments: Sequence[str] = (),
+    console: Terminal | None = None,
+) -> "tuple[Path, Facts]":
+    """Write the report as ``report`` does.
+
+    Args:
+        setup, scene, folder, voxel, draws, seed: as for ``report``.
+        arguments: of the command that the report repeats under "make it again".
+        console: shows progress; none by default.
+
+    Returns:
+        The path of report.html, and what was counted for it.
+
+    Raises:
+        InputError: as ``report`` does.
+    """
     from .reporting.pages import html
-    from .reporting.placement_picture import placement_picture
-    from .reporting.setup_report.blind_spot_picture import blind_picture
     from .reporting.setup_report.facts import gather
-    from .reporting.setup_report.report_page import PICTURE, blind_name, listed_spots, page
-    from .reporting.tables import target_label
+    from .reporting.setup_report.report_page import page
 
     if not 1 <= draws <= 100_000:
         raise InputError(f"found {draws}, allowed: 1 to 100000", "draws")
@@ -67,16 +92,11 @@ def report(
     check_sight(core, placed)
     log = Terminal(stderr=True, quiet=True) if console is None else console
     with input_errors():
-        made = output_folder(Path(folder))
-        origin = getattr(setup, "found", None)
-        origin = how_found(str(setup)) if isinstance(setup, str | Path) else origin
+        origin = _origin(setup)
+        made = output_folder(folder)
         facts = gather(name, placed, core, voxel, draws, seed, origin, log)
         with log.status("drawing"), TemporaryDirectory() as pictures:
-            captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in facts.own]
-            placement_picture(Path(pictures) / PICTURE, core, placed, captions)
-            for n, blind in enumerate(facts.blind):
-                if shown := listed_spots(blind):
-                    blind_picture(Path(pictures) / blind_name(n), core, placed, blind, shown)
+            _draw(facts, Path(pictures))
             created = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
             words = arguments or ("report", name)
             text = html(
@@ -85,4 +105,28 @@ def report(
                 f"Placement report: {Path(name).name}",
             )
         write_text(made / FILE, text)
-    return made / FILE
+    return made / FILE, facts
+
+
+def _origin(setup: SetupLike) -> FoundModel | None:
+    """How a setup was found, as far as it or its file says."""
+    if isinstance(setup, ResolvedSetup):
+        return how_found(setup.name)
+    if isinstance(setup, str | Path):
+        return how_found(str(setup))
+    return getattr(setup, "found", None)
+
+
+def _draw(facts: "Facts", folder: Path) -> None:
+    """Draw the pictures of the page: the setup, and the blind spots of each target."""
+    from .reporting.placement_picture import placement_picture
+    from .reporting.setup_report.blind_spot_picture import blind_picture
+    from .reporting.setup_report.report_page import PICTURE, blind_name, listed_spots
+    from .reporting.tables import target_label
+
+    scene, setup = facts.scene, facts.setup
+    captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in facts.own]
+    placement_picture(folder / PICTURE, scene, setup, captions)
+    for n, blind in enumerate(facts.blind):
+        if shown := listed_spots(blind):
+            blind_picture(folder / blind_name(n), scene, setup, blind, shown)

@@ -65,6 +65,12 @@ def mounting_errors(
     return MountingErrors(position_error_mm / 1000, math.radians(direction_error_deg), law)
 
 
+def check_drawing(k: int, draws: int) -> None:
+    """Refuse what ``robustness`` cannot tell apart or draw: InputError."""
+    _within("k", k, 1, _MOST_SEEN)
+    _within("draws", draws, 1, _MOST_DRAWS)
+
+
 def robustness(
     setup: SetupLike,
     scene: Scene | CoreScene | None = None,
@@ -91,7 +97,7 @@ def robustness(
             deviations.
         seed: of the draws; setups share random draws for a given seed.
         voxel: side of a voxel, m.
-        progress: is given the number of counts done, and of all.
+        progress: is given the number of counts done, from 0, and of all.
 
     Raises:
         InputError: as for ``verify``, or for a value out of range.
@@ -102,13 +108,12 @@ def robustness(
         >>> report.redundancy[0].worst_ring.zeta < report.redundancy[0].zeta
         True
     """
-    _within("k", k, 1, _MOST_SEEN)
-    _within("draws", draws, 1, _MOST_DRAWS)
     errors = mounting_errors(position_error_mm, direction_error_deg, law)
+    check_drawing(k, draws)
     name, placed, core = resolve_setup(setup, scene)
     check_scene(core, voxel)
     check_sight(core, placed)
-    verifier, done, total = Verifier(core, voxel), 0, draws * len(core.poses) * len(core.goals)
+    verifier, done, total = Verifier(core, voxel), -1, draws * len(core.poses) * len(core.goals)
 
     def tell() -> None:
         nonlocal done
@@ -116,6 +121,7 @@ def robustness(
         if progress is not None:
             progress(done, total)
 
+    tell()
     sure, off = list[Redundancy](), list[Tolerance]()
     with input_errors():
         for goal in core.goals:

@@ -46,7 +46,7 @@ class Rings:
             InfeasibleError: where the scene's rules leave none.
             InputError: for numbers that contradict each other or a rule of the scene.
         """
-        self._check()
+        self.check()
         if self.reach_percent is not None:
             return None
         if self.sensors is not None:
@@ -61,7 +61,8 @@ class Rings:
             )
         return Space(scene, ring_layout(scene, self.rings_per_link or _RINGS_PER_LINK, count))
 
-    def _check(self) -> None:
+    def check(self) -> None:
+        """Refuse numbers that are out of range or contradict each other: InputError."""
         reach, sensors = self.reach_percent, self.sensors
         if reach is not None and not 0 < reach < 100:
             raise InputError(
@@ -69,8 +70,9 @@ class Rings:
             )
         if reach is not None and sensors is not None:
             raise InputError(
-                f"found {reach:g} with sensors={sensors}, allowed: only one of them",
+                f"found {reach:g} with sensors {sensors}, allowed: only one of them",
                 "reach_percent",
+                others=("sensors",),
             )
         for name, value, most in (
             ("sensors", sensors, 2000),
@@ -81,13 +83,20 @@ class Rings:
                 raise InputError(f"found {value}, allowed: 1 to {most}", name)
             if name == "sensors" or value is None or (sensors is None and reach is None):
                 continue
-            beside = "reach_percent" if reach is not None else f"sensors={sensors}"
-            rule = "rings_per_link" if name == "rings_per_link" else "sensors_per_ring"
+            beside = "reach_percent" if reach is not None else f"sensors {sensors}"
             raise InputError(
                 f"found {value} with {beside}, allowed: one of the two; rings are free there,"
-                f" within rules.{rule} of a scene",
+                f" within rules.{name} of a scene",
                 name,
+                others=("reach_percent", "sensors"),
             )
+
+
+def cap_of(time_cap: float | None) -> float:
+    """The cap on a search in s, infinite for None; InputError for what is no positive number."""
+    if time_cap is not None and not 0 < time_cap < math.inf:
+        raise InputError(f"found {time_cap:g}, allowed: a positive number of seconds", "time_cap")
+    return math.inf if time_cap is None else time_cap
 
 
 def criterion(
@@ -98,12 +107,16 @@ def criterion(
     if not 1 <= redundancy <= _MOST_COVERING:
         raise InputError(f"found {redundancy}, allowed: 1 to {_MOST_COVERING}", "redundancy")
     if losing is not None and (tolerant or redundancy > 1):
-        raise InputError(f"found {losing}, allowed: only without redundancy and tolerant", "losing")
+        raise InputError(
+            f"found {losing}, allowed: only without redundancy and tolerant",
+            "losing",
+            others=("redundancy", "tolerant"),
+        )
     if scene.over_poses == "worst" and (losing is not None or tolerant or redundancy > 1):
         raise InputError(
-            "found worst with another criterion, allowed: only without redundancy, losing and"
-            " tolerant",
+            "found with another aim, allowed: only without redundancy, losing and tolerant",
             "over_poses",
+            others=("redundancy", "losing", "tolerant"),
         )
     with input_errors("losing"):
         check_criterion(scene, Criterion(losing=losing))
@@ -148,7 +161,8 @@ def search(
         time_cap: s; the search otherwise ends by its own schedule.
         voxel: side of the voxels of the exact count, m.
         start: setups to start from, beside the drawn ones.
-        progress: is given the progress from time to time, in this thread.
+        progress: is given the progress from time to time, in this thread; first before points are
+            drawn.
 
     Raises:
         InfeasibleError: where the rules leave no setup.
@@ -161,19 +175,19 @@ def search(
         8
     """
     core = core_scene(CoreScene() if scene is None else scene)
-    if time_cap is not None and not 0 < time_cap < math.inf:
-        raise InputError(f"found {time_cap:g}, allowed: a positive number of seconds", "time_cap")
+    cap = cap_of(time_cap)
     if seed < 0:
         raise InputError(f"found {seed}, allowed: 0 and more", "seed")
-    cap = math.inf if time_cap is None else time_cap
+    rings = Rings(sensors, rings_per_link, sensors_per_ring, reach_percent)
+    rings.check()
     errors = mounting_errors(position_error_mm, direction_error_deg) if tolerant else None
     aim = criterion(core, redundancy, losing, errors)
-    rings = Rings(sensors, rings_per_link, sensors_per_ring, reach_percent)
     space = rings.space(core)
     check_scene(core, voxel)
     check_scene_sight(core)
     verifier, tell = Verifier(core, voxel), progress or (lambda _: None)
-    with input_errors():
+    tell(Progress())
+    with input_errors(but=(InfeasibleError,)):
         if space is not None:
             known = tuple(start)
             found = searching.search(

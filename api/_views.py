@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ._checks import SetupLike, check_scene, check_sight, resolve_setup
-from ._errors import input_errors
+from ._errors import InputError, input_errors
 from ._scene import Scene
 from .coverage.soft.sampling import EmptySolidError
 from .formats.writing import output_folder
@@ -120,7 +120,7 @@ def view(
             for target in session.targets:
                 session.glance.zeta(placed, target, core.occlusion)
         except EmptySolidError as error:
-            raise ValueError(f"target: {error}") from error
+            raise InputError(str(error), "target") from error
         page = View(Server(session, host, port))
     if browser:
         webbrowser.open(page.url)

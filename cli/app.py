@@ -10,11 +10,13 @@ from pkgutil import iter_modules
 
 from cyclopts import App, CycloptsError
 
+from .._errors import InputError
 from ..formats.errors import UserError
 from ..reporting.terminal import Terminal, say
 from . import commands
 from .commands.place import place
 from .compilation_cache import keep_compiled
+from .options.arguments import option_of
 
 
 def _version() -> str:
@@ -53,5 +55,6 @@ def main() -> None:
     try:
         app(words, exit_on_error=False, print_error=False)
     except (UserError, CycloptsError, ValueError) as error:
-        say(f"place-rings: {' '.join(str(error).split())}", error=True)
+        text = error.written(option_of) if isinstance(error, InputError) else str(error)
+        say(f"place-rings: {' '.join(text.split())}", error=True)
         sys.exit(2)

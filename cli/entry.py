@@ -15,6 +15,8 @@ _SOON = 0.02  # s, until Ctrl-C is raised again: by then the callback that it wa
 def main() -> None:
     """Run the command line."""
     sys.unraisablehook = never_lost
+    # XLA reports a slow compilation as an error, which says nothing to the user
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     heeded = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     try:
         if heeded:

@@ -91,7 +91,7 @@ def html(markdown: str, folder: Path, title: str) -> str:
     head = (
         '<meta charset="utf-8"><meta http-equiv="Content-Security-Policy"'
         f' content="{_POLICY}"><meta name="viewport"'
-        f' content="width=device-width"><title>{escape(printable(title))}</title>'
+        f' content="width=device-width"><title>{escape(printable(" ".join(title.split())))}</title>'
     )
     body = _IMAGE.sub(embedded, parser.render(printable_lines(markdown)))
     return (

@@ -36,6 +36,11 @@ class Progress(RichProgress):
         """Add a task; ``best`` is shown next to its bar."""
         return super().add_task(description, *more, best=best, **fields)
 
+    @property
+    def started(self) -> bool:
+        """Whether progress is shown."""
+        return self._thread is not None if self._plain else self.live.is_started
+
     def start(self) -> None:
         """Show the bar, or start to report lines."""
         if not self._plain:

@@ -1,17 +1,17 @@
-"""The real robot and its rings: check what is mounted.
+"""Check the rings that are mounted on a real robot.
 
-The folders, the lowest first:
+The subpackages, lowest first:
 
-recording: records of what comes, the times it came, and the file that keeps them
-rings: the frames that rings send, their decoders, and the serial ports they come by
-robot: the robot's state, vetted, by RTDE; and its slow moves
-session: robot and rings at once, gathered and recorded, and the stop conditions of a motion
-sensing: readings, how they err, and what mounted sensors should read
-poses: where a robot can stand clear, and the routes between
-mount: how the rings are truly mounted, and which sensor is which
-rod: trials with a test rod, and what they say of the coverage
+recording: records of received data, time stamps, and the file that stores them
+rings: the frames of the ring protocol, decoders, and serial ports
+robot: the robot's state over RTDE, validated, and slow motions
+session: robot and rings together, collected and recorded, and the stop conditions of a motion
+sensing: readings, their noise model, and the expected readings of mounted sensors
+poses: collision-free poses of a robot, and the routes between them
+mount: estimates of how each ring is mounted and which sensor is which
+rod: trials with a test rod, and the coverage estimated from them
 simulated: a robot and its rings in a process of their own
-simulated_cell: the same in the cell of a proposal, with errors of mounting and faults by a seed
-check: plans, who acts, the procedure, its records, the assessment and its findings
-firmware: of a ring
+simulated_cell: the same in the cell of a proposal, with mounting errors and faults drawn by a seed
+check: plans, actors, procedure, records, assessment and findings
+firmware: the firmware of a ring
 """

@@ -5,6 +5,7 @@ tests start, find it by the environment."""
 import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import ModuleType
 
@@ -61,12 +62,23 @@ settings.register_profile("thorough", settings.get_profile("laws"), max_examples
 settings.load_profile("laws")
 
 
+_CORE = {"coverage", "objectives", "placement", "simulation", "formats"}
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out files above the core where only the core is asked for: what they import may be
+    absent.
+    """
+    only_core = str(config.getoption("markexpr")).startswith("core")
+    test = collection_path.name.startswith("test_") and collection_path.suffix == ".py"
+    return True if only_core and test and imported_rooms(collection_path) - _CORE else None
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark tests of the core: those whose file imports nothing above formats/, and no command."""
-    core = {"coverage", "objectives", "placement", "simulation", "formats"}
     for item in items:
-        above = imported_rooms(item.path) - core
-        if not above and "run" not in getattr(item, "fixturenames", ()):
+        command = "run" in getattr(item, "fixturenames", ())
+        if not command and not imported_rooms(item.path) - _CORE:
             item.add_marker("core")
 
 

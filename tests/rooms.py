@@ -54,15 +54,24 @@ def shaped_modules(root: Path = ROOT) -> list[str]:
 
 @cache
 def imported_rooms(path: Path) -> frozenset[str]:
-    """The rooms that a test's file imports from, itself or through other files of the tests."""
+    """The rooms that a test's file imports from, itself or through other files of the tests. The
+    package itself is ``api``; the benchmarks count as a room.
+    """
     found: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text())):
-        if not isinstance(node, ast.ImportFrom):
+        if isinstance(node, ast.Import):
+            modules, level = [name.name for name in node.names], 0
+        elif isinstance(node, ast.ImportFrom):
+            modules, level = [node.module or ""], node.level
+        else:
             continue
-        if node.level == 0 and (node.module or "").startswith("place_rings."):
-            found.add(str(node.module).split(".")[1])
-        elif node.level == 1:
-            names = [node.module] if node.module else [name.name for name in node.names]
-            for file in (path.parent / f"{name}.py" for name in names):
-                found |= imported_rooms(file) if file.exists() else frozenset()
+        for parts in (module.split(".") for module in modules):
+            if level == 1:
+                names = parts if parts != [""] else [name.name for name in node.names]
+                for file in (path.parent / f"{name}.py" for name in names):
+                    found |= imported_rooms(file) if file.exists() else frozenset()
+            elif parts[0] == "place_rings":
+                found.add(parts[1] if len(parts) > 1 else FRONT)
+            elif (ROOT / "benchmarks" / f"{parts[0]}.py").exists():
+                found.add("benchmarks")
     return frozenset(found)

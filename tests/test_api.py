@@ -142,7 +142,7 @@ def test_robustness_gives_what_the_command_prints(run):
         one.pop("seconds")
     assert code == 0
     assert said == ours
-    assert seen == [(1, 3), (2, 3), (3, 3)]
+    assert seen == [(0, 3), (1, 3), (2, 3), (3, 3)]
     assert "ζ without the worst ring" in repr(report)
 
 
@@ -295,7 +295,7 @@ REFUSED = [
     ('pr.Scene().replace(robots="ur3")', "replace: found robots"),
     ("pr.Shell(-1)", "not a positive number"),
     ("pr.Shell(0.5, weight=-1)", "weight: found -1"),
-    ('pr.Ring("forearm", 2, 8)', "position: found 2, allowed: 0"),
+    ('pr.verify(pr.Setup([pr.Ring("forearm", 2, 8)]))', "position: found 2"),
     ('pr.Ring("forearm", 0, 8, tilt=90)', "tilt: found 90, allowed: rad"),
     ("pr.Sensor(fov=25)", "fov: found 25, allowed: rad"),
     ('pr.Sensor(range_m=float("nan"))', "range_m: found nan"),
@@ -447,3 +447,22 @@ def test_the_width_is_a_constant_and_other_shapes_are_refused():
             pr.coverage_fraction(setup, NEAR, points, width, values=values)
     with pytest.raises(pr.InputError, match="points"):
         pr.coverage_fraction(setup, NEAR, np.zeros((4, 2)), 0.05)
+
+
+def test_a_command_names_options_where_the_api_names_arguments(run):
+    with pytest.raises(pr.InputError) as refused:
+        pr.search(sensors=20, rings_per_link=2)
+    line = "found 2 with {}sensors 20, allowed: one of the two; rings are free there"
+    assert refused.value.argument == "rings_per_link"
+    assert str(refused.value).startswith(f"rings_per_link: {line.format('')}")
+    code, _, err = run("--sensors", 20, "--rings-per-link", 2)
+    assert code == 2
+    assert f"--rings-per-link: {line.format('--')}" in err
+
+
+def test_rules_that_leave_no_setup_are_told_apart_from_bad_arguments():
+    crowded = NEAR.replace(rules=pr.Rules(spacing=3.0))
+    with pytest.raises(pr.InfeasibleError):
+        pr.search(crowded, rings_per_link=3)
+    with pytest.raises(pr.InfeasibleError):
+        pr.search(crowded, sensors=2000)

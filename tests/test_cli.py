@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from place_rings._search import Rings
 from place_rings.cli.entry import never_lost
 from place_rings.cli.options.scenes import with_motion
-from place_rings.cli.options.search import resolve_space
 from place_rings.coverage.rings.ring import named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import UR10
@@ -217,9 +217,12 @@ def test_what_a_scene_has_no_room_for_is_refused_and_leaves_nothing(
 
 def test_rings_of_a_layout_keep_to_the_sensors_that_a_scene_allows():
     few, usual = Scene(rules=Rules(sensors=(4, 8))), Scene()
-    assert {ring.count for ring in resolve_space(few, 2, None, None).layout.rings} == {8}
-    assert {ring.count for ring in resolve_space(usual, 2, None, None).layout.rings} == {16}
-    assert {ring.count for ring in resolve_space(usual, 2, 40, None).layout.rings} == {40}
+    assert {ring.count for ring in Rings(rings_per_link=2).space(few).layout.rings} == {8}
+    assert {ring.count for ring in Rings(rings_per_link=2).space(usual).layout.rings} == {16}
+    assert {
+        ring.count
+        for ring in Rings(rings_per_link=2, sensors_per_ring=40).space(usual).layout.rings
+    } == {40}
 
 
 def test_verify_prints_one_object(run):

@@ -47,12 +47,13 @@ def imported(path):
 def test_all_that_is_imported_is_declared_and_what_is_rare_is_an_extra():
     homes = packages_distributions() | {f"rtde_{part}": ["ur-rtde"] for part in RTDE}
     by_room = {}
-    for name, path in modules():
+    for _, path in modules():
         tops = set(imported(path)) - sys.stdlib_module_names - {"place_rings", "pydantic_core"}
         dists = {
             re.sub(r"[-_.]+", "-", dist).lower() for top in tops for dist in homes.get(top, [top])
         }
-        by_room.setdefault(name.split(".")[1], set()).update(dists)
+        room = path.relative_to(ROOT).parts[0]
+        by_room.setdefault(room, set()).update(dists)
     used = set().union(*by_room.values())
     assert used <= CORE | CLUSTER | RIG
     assert {room for room, dists in by_room.items() if dists & CLUSTER} == {"studies"}

@@ -12,7 +12,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -28,6 +28,7 @@ from place_rings.coverage.solids.spheres import sphere
 from place_rings.coverage.voxels.octree import voxels
 from place_rings.formats.escaping import printable
 from place_rings.formats.loader import how_found, resolve
+from place_rings.formats.ring_frame import frame_length
 from place_rings.objectives.blind_spots import Beside
 from place_rings.objectives.scene import Pose, Scene
 from place_rings.objectives.verify import Verifier
@@ -39,7 +40,6 @@ from place_rings.reporting.setup_report.blind_spot_picture import coarse
 from place_rings.reporting.setup_report.directions import bearing, beside, heading
 from place_rings.reporting.setup_report.facts import looked_at, standing_for
 from place_rings.reporting.setup_report.mounting_guide import seat_list
-from place_rings.rig.rings.protocol import length
 
 HOSTILE = (
     "<img src=x onerror=alert(1)> ![p](http://192.0.2.1/a.png) [l](javascript:alert(1)) `c` |"
@@ -80,6 +80,7 @@ def led_out(read):
     ]
 
 
+@example("0\xa0")  # a space that is no printable character
 @given(st.text(st.characters(exclude_categories=("Cs", "Cc")), max_size=60))
 def test_what_a_user_wrote_is_shown_as_it_is(tmp_path_factory, text):
     """In a paragraph, in a cell and in a block: no markup of it is heeded, none of it is lost."""
@@ -202,15 +203,18 @@ def test_a_dollar_in_a_name_is_a_dollar_in_a_picture(tmp_path):
 def test_materials_add_up():
     known, nominal = effective(Use("tfmini-s")).sensor, Ring("forearm", 0.5, 7)
     setup = Setup((Ring("forearm", 0.2, 5, sensor=known), Ring("tool", 0.0, 6, sensor=known)))
-    said = "\n".join(materials(setup, length))
+    said = "\n".join(materials(setup, frame_length))
     assert escaped("<b>`a`</b>*") in "\n".join(
-        materials(Setup((replace(nominal, link="<b>`a`</b>*"),)), length)
+        materials(Setup((replace(nominal, link="<b>`a`</b>*"),)), frame_length)
     )
     assert f"at most {11 * SUPPLIES['tfmini-s'].power_w:.2f} W" in said
-    assert f"{11 * 100:,} distances and {(length(5) + length(6)) * 100:,} bytes per second" in said
+    assert (
+        f"{11 * 100:,} distances and {(frame_length(5) + frame_length(6)) * 100:,} bytes per second"
+        in said
+    )
     assert (
         "| 7 | A nominal sensor of 25° | 1.50 | not known | not known | not known | not known |"
-        in "\n".join(materials(Setup((nominal,)), length))
+        in "\n".join(materials(Setup((nominal,)), frame_length))
     )
 
 

@@ -198,8 +198,8 @@ def test_a_check_that_was_cut_off_is_unfinished_and_what_was_done_is_judged(tape
     assert "ended early: it was cut off" in r.reasons
     assert r.self_check is not None
     assert r.coverage == []
-    assert any("coverage check: no trial was done" in reason for reason in r.reasons)
-    assert any("is not whole" in warning for warning in r.warnings)
+    assert any("coverage check: no trial was completed" in reason for reason in r.reasons)
+    assert any("is damaged" in warning for warning in r.warnings)
     (tmp_path / "early").write_bytes(data[:20_000])
     r = assessed(tmp_path / "early", checked).result
     assert (r.verdict, r.self_check, r.mount) == ("unfinished", None, None)
@@ -319,7 +319,7 @@ PROPOSAL = to_toml(ProposalFile.of(SETUP, SCENE))
             ["--rig", "sim", "--target", "V_S", "--radius", "0.1"],
             "--radius: found 0.1, allowed: above 0.15",
         ),
-        (["--replay", "small.toml"], "found no recording of a rig"),
+        (["--replay", "small.toml"], "not a recording of a rig"),
     ],
 )
 def test_bad_input_is_one_line(tmp_path, monkeypatch, words, text):
@@ -456,10 +456,12 @@ def test_the_limits_of_a_real_rig_never_relax_and_those_of_a_simulated_one_do_to
 
 
 def test_what_is_missing_is_said_before_anything_is_done(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "small.toml").write_text(PROPOSAL)
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr("place_rings.formats.extras.find_spec", lambda name: None)
     with pytest.raises(UserError, match=r"pip install 'place-rings\[rig\]'"):
         call(["check", str(tmp_path / "small.toml"), "--rig", "sim"])
+    assert [file.name for file in tmp_path.iterdir()] == ["small.toml"]
 
 
 def test_a_process_that_is_gone_does_not_end_the_check_with_it(tmp_path, monkeypatch):
@@ -508,7 +510,7 @@ def test_a_robot_that_ur_rtde_does_not_know_is_refused(tmp_path):
         "--out",
         str(tmp_path / "out"),
     ]
-    with pytest.raises(UserError, match="allowed: one of 6 joints"):
+    with pytest.raises(UserError, match="iiwa14 has 7 joints; ur-rtde supports only robots with 6"):
         call(words)
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from place_rings.rig.rings.protocol import Decoder, Status, encode, length
+from place_rings.formats.ring_frame import frame_length
+from place_rings.rig.rings.protocol import Decoder, Status, encode
 
 FIRMWARE = Path(__file__).parent.parent / "rig" / "firmware" / "place_rings_ring"
 COMPILER = next(
@@ -53,7 +54,7 @@ def test_the_firmware_sends_what_the_decoder_reads(tmp_path):
         [tmp_path / "main"], input=told.encode(), capture_output=True, check=True
     ).stdout
     for sequence, micros, mm, status in frames:
-        size = length(len(mm))
+        size = frame_length(len(mm))
         (found,) = Decoder(len(mm)).feed(sent[:size], 0.0)
         assert found.sequence == sequence
         assert found.clock == pytest.approx(micros / 1e6)

@@ -101,7 +101,7 @@ def test_a_torn_tail_costs_the_last_record_alone(tmp_path):
 )
 def test_what_is_no_recording_is_refused(tmp_path, data):
     (tmp_path / "file").write_bytes(data)
-    with pytest.raises(UserError, match="found no recording"):
+    with pytest.raises(UserError, match="not a recording"):
         RecordingReader(tmp_path / "file")
     with pytest.raises(UserError, match="cannot be read"):
         RecordingReader(tmp_path / "nothing")

@@ -86,7 +86,7 @@ def test_strata_weigh_the_whole_and_trials_are_drawn_from_them(plan, where):
     assert len(np.unique(plan.point, axis=0)) == 30
     again = plan_rod(SCENE, SETUP, TARGET, 30, where=where)
     np.testing.assert_array_equal(again.point, plan.point)
-    with pytest.raises(ValueError, match="0 trials"):
+    with pytest.raises(ValueError, match="trials must be at least 1, got 0"):
         plan_rod(SCENE, SETUP, TARGET, 0)
 
 
@@ -173,7 +173,7 @@ def test_medians_at_stops_are_those_of_the_valid_readings_there():
         assert stops.valid[p, k] == len(d)
         wanted = np.median(d) if 2 * len(d) >= 9 else np.nan
         np.testing.assert_equal(stops.distance[p, k], wanted)
-    with pytest.raises(ValueError, match="ring 1: found a reading of sensor 6, allowed: 0 to 5"):
+    with pytest.raises(ValueError, match="ring 1: a reading is of sensor 6; the ring has 0 to 5"):
         at_stops(
             replace(readings.only(np.array([0])), ring=np.array([1]), sensor=np.array([6])),
             SETUP,

@@ -64,7 +64,7 @@ def test_what_is_not_clear_is_said():
     assert clearance.fault(folded) is not None
     assert "joint 0" in clearance.fault(HOME + np.radians([1000, 0, 0, 0, 0, 0]))
     wide = Clearance(replace(SCENE, motion=Motion(near=1.0)), SETUP)
-    assert "a sensor nearer to the cell than 1050 mm" in wide.fault(HOME)
+    assert "a sensor closer to the cell than 1050 mm" in wide.fault(HOME)
     some = np.random.default_rng(0).uniform(-2, 2, (40, 6))
     assert [clearance.fault(q, SLACK) is None for q in some] == clearance.of(some).tolist()
     assert all(clearance.fault(q) is None for q in some[clearance.of(some)])
@@ -161,6 +161,18 @@ def test_bodies_near_each_other_at_the_scenes_own_pose_may_come_no_nearer_but_fo
     assert clear(folded, nearer).tolist() == [True, False]
     assert Clearance(folded, SETUP).fault(nearer[0]) is None
     assert re.search(r" mm from .*, allowed: \d+ mm", Clearance(folded, SETUP).fault(nearer[1]))
+    sunk_at = int(np.argmax(apart < -0.05))  # capsules overlap already at the scene's own pose
+    folded = replace(folded, poses=(Pose(folding[sunk_at]),))
+    said = Clearance(folded, SETUP).fault(folding[sunk_at + 20])
+    assert re.search(r"\d mm into .*, allowed: at most \d+ mm, as at the scene's poses", said)
+
+
+def test_limits_beyond_half_a_turn_of_zero_are_drawn_from():
+    limits = np.array(SCENE.robot.limits)
+    limits[5] = [3.5, 6.2]
+    robot = replace(SCENE.robot, limits=limits, home=None)
+    free = neighbours(replace(SCENE, robot=robot, poses=(Pose(robot.rest),)))
+    assert free.tolist() == neighbours(SCENE).tolist()
 
 
 @pytest.mark.parametrize("patience", [1.0, 100.0])
@@ -245,3 +257,24 @@ def test_limits_of_motion_stand_in_a_scene():
     scene = replace(SCENE, motion=Motion(0.5, 1.0, 0.2, 0.05, 0.3, 0.7, 0.4, 12, True, True))
     back = SceneModel.from_domain(scene).to_domain().motion
     np.testing.assert_allclose(list(vars(back).values()), list(vars(scene.motion).values()))
+
+
+@pytest.mark.parametrize("position", [0.0, 1.0])
+def test_near_stops_of_a_ring_at_an_end_allow_for_its_slip_beyond_it(position):
+    at_the_end = Setup((replace(SETUP.rings[0], position=position),))
+    stops = near_stops(SCENE, at_the_end, HOME[None])
+    assert np.all(np.isfinite(stops.least))
+
+
+@given(st.randoms(use_true_random=False))
+def test_near_stops_in_any_order_of_wires_are_the_lowest_of_each_ring(random):
+    stops = near_stops(SCENE, SETUP, HOME + np.radians([[0.0] * 6, [0, -20, 40, 0, 0, 0]]))
+    anyhow = stops.wired_anyhow(SETUP)
+    first = 0
+    for ring in SETUP.rings:
+        seats = [*range(first, first + ring.count)]
+        random.shuffle(seats)
+        own = slice(first, first + ring.count)
+        assert np.all(anyhow.least[:, own] <= stops.least[:, seats])
+        np.testing.assert_array_equal(anyhow.least[:, first], stops.least[:, own].min(axis=1))
+        first += ring.count

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given
-from place_rings.coverage.rings.ring import named_setup
+from hypothesis import strategies as st
+from place_rings.coverage.rings.ring import Ring, named_setup
 from place_rings.coverage.rings.ring_kinematics import sensor_cones
 from place_rings.coverage.robots.built_in import ROBOTS, UR10
 from place_rings.coverage.robots.kinematics import forward
@@ -82,3 +83,24 @@ def test_sensors_stand_evenly_on_their_ring(seed):
         if ring.count > 2:
             assert np.all(np.cross(out, np.roll(out, -1, axis=0)) @ axis > 0)  # right-handed
         first += ring.count
+
+
+@given(st.floats(-9, 9), st.floats(-math.pi, math.pi))
+def test_a_ring_as_it_was_measured_may_sit_beyond_an_end_and_tilt_by_any_angle(position, tilt):
+    ring = Ring("forearm", position, 8, tilt)
+    assert (ring.position, ring.tilt) == (position, tilt)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"position": math.nan},
+        {"position": math.inf},
+        {"tilt": 90.0},
+        {"radius": -1.0},
+        {"count": -1},
+    ],
+)
+def test_a_ring_that_cannot_be_is_refused(wrong):
+    with pytest.raises(ValueError, match=f"Ring: {next(iter(wrong))}: found"):
+        Ring(**({"link": "forearm", "position": 0.5, "count": 8} | wrong))

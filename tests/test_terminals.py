@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from place_rings.reporting import progress
+from place_rings.reporting.tables import count_error_line
 from place_rings.reporting.terminal import Terminal
 
 VERIFY = ["verify", "n1_8_0", "--target", "V_S", "--radius", "0.5", "--voxel", "0.05"]
@@ -89,3 +90,9 @@ def test_a_finished_task_is_not_reported(description, completed, total):
     bar.update(task, completed=completed)
     finished = total is not None and completed >= total
     assert (bar.line() is None) == finished
+
+
+@pytest.mark.parametrize(("voxel", "points"), [(0.005, "0.05"), (0.01, "0.1"), (0.1, "1")])
+def test_a_count_states_its_error(voxel, points):
+    assert f" {points} points;" in count_error_line(voxel)
+    assert count_error_line(0.3) is None

@@ -174,9 +174,6 @@ def test_a_bad_pattern_is_refused(run, exported, tmp_path, pattern):
     assert "--frames: found" in err
 
 
-_TAKING = ("improve.improve", "robustness.robustness", "report.report")
-
-
 def test_what_is_mounted_is_verified_and_bettered_as_a_name_is(
     run, exported, tmp_path, monkeypatch
 ):
@@ -186,13 +183,14 @@ def test_what_is_mounted_is_verified_and_bettered_as_a_name_is(
     for file, text in exported.items():
         (tmp_path / file).write_text(text)
     zeta, given = [], []
-    for command in _TAKING:
-        monkeypatch.setattr(
-            f"place_rings.cli.runs.{command}", lambda name, setup, *_: given.append((name, setup))
-        )
     monkeypatch.setattr(
-        "place_rings.cli.runs.view.view", lambda _, setups, *__: given.extend(setups.items())
+        "place_rings.cli.runs.improve.improve", lambda name, setup, *_: given.append((name, setup))
     )
+    for command in ("robustness", "report", "view"):
+        monkeypatch.setattr(
+            f"place_rings.cli.runs.{command}.{command}",
+            lambda one, *_: given.append((one.name, one.setup)),
+        )
     for subject in ("n1_4_25", *exported):
         code, out, _ = run(
             "verify", subject, "--target", "V_S", "--radius", "0.5", "--voxel", "0.05", "--json"

@@ -6,7 +6,6 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from ...formats.errors import UserError, shown
 from ..options.common import RobotOption, SceneFileOption, Subject
 from ..options.groups import NO_FRAMES, FrameOptions
 
@@ -52,37 +51,24 @@ def export(
 
     Example: place-rings export mounted.urdf --frames "tof_.*" --beam z --to json
     """
-    from ...formats.export.placed import PlacedSetup
+    from ..._checks import ResolvedSetup
+    from ..._export import export as write
+    from ..._export import formats_of
     from ...formats.loader import resolve
-    from ...formats.robots.urdf import read_urdf
-    from ...formats.writing import output_folder, write_bytes
-    from ...reporting.export_formats import FORMATS
     from ...reporting.terminal import say
     from ..options.scenes import resolve_scene, urdf_of
 
-    unknown = next((name for name in to if name not in FORMATS), None)
-    if unknown is not None or not to:
-        raise UserError(f"--to: found {shown(unknown)}, allowed: {', '.join(FORMATS)}")
-    setup, found = resolve(subject, resolve_scene(scene, robot), frames=mounted.resolve())
-    if not 0 <= pose < len(found.poses):
-        raise UserError(
-            f"--pose: found {pose}, allowed: 0 to {len(found.poses) - 1}, the scene's poses"
-        )
-    urdf = urdf or urdf_of(robot)
-    placed = PlacedSetup(
-        found, setup, pose, out, None if urdf is None else read_urdf(urdf), packages, points
+    formats_of(to)
+    placed = resolve(subject, resolve_scene(scene, robot), frames=mounted.resolve())
+    files = write(
+        ResolvedSetup(subject, *placed),
+        to=to,
+        folder=out,
+        pose=pose,
+        urdf=urdf or urdf_of(robot),
+        packages=packages,
+        points=points,
+        keep=[path for path in (subject, scene, robot) if path is not None],
     )
-    files = {
-        name: data for kind in dict.fromkeys(to) for name, data in FORMATS[kind](placed).items()
-    }
-    read = [Path(path).resolve() for path in (subject, scene, robot, urdf) if path is not None]
-    for name in files:
-        if (out / name).resolve() in read:
-            raise UserError(
-                f"--out: found {shown(str(out / name))}, which is read here, allowed: another"
-                " folder"
-            )
-    folder = output_folder(out)
-    for name, data in files.items():
-        write_bytes(folder / name, data)
-        say(str(folder / name))
+    for file in files:
+        say(str(file))

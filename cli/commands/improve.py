@@ -50,11 +50,11 @@ def improve(
 
     Example: place-rings improve mounted.urdf --frames "tof_.*" --target V_S --radius 1.5
     """
-    from ..options.search import resolve_time
+    from ..._search import cap_of
     from ..options.targets import with_floors
     from ..runs.improve import improve as run
 
-    cap = resolve_time(time)
+    cap = cap_of(time)
     setup, asked = SubjectOptions(place, mounted=mounted).resolve(subject)
     run(
         subject,

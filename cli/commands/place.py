@@ -1,5 +1,6 @@
 """What runs without a command: the search."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -88,24 +89,36 @@ def place(
     sensors_per_ring
         Sensors on each ring; 16, or what a scene's rules allow next to it.
     """
+    from ..._search import InfeasibleError, cap_of, search
     from ...formats.loader import with_sensor
     from ...objectives.scene import Scene
-    from ...placement.search.feasible_set import InfeasibleError
-    from ..options.criterion import resolve_aim
-    from ..options.search import resolve_reach, resolve_space, resolve_time
+    from ..options.criterion import resolve_errors
     from ..options.targets import with_floors
     from ..runs.place import place as run
 
-    cap = resolve_time(time)
+    cap_of(time)
     asked = where.applied(where.given() or Scene())
     asked = with_sensor(asked, sensing.asked(asked.sensor))
     asked = motion.applied(with_floors(asked, at_least), worst)
-    share = resolve_reach(reach, sensors)
-    aim = resolve_aim(asked, redundancy, losing, tolerant, position_error_mm, direction_error_deg)
+    errors = resolve_errors(
+        tolerant, position_error_mm=position_error_mm, direction_error_deg=direction_error_deg
+    )
+    find = partial(
+        search,
+        asked,
+        sensors=sensors,
+        rings_per_link=rings_per_link,
+        sensors_per_ring=sensors_per_ring,
+        reach_percent=reach,
+        redundancy=redundancy,
+        losing=losing,
+        tolerant=tolerant,
+        seed=seed,
+        time_cap=time,
+        voxel=voxel,
+        **errors,
+    )
     try:
-        space = resolve_space(
-            asked, rings_per_link, sensors_per_ring, sensors, free=share is not None
-        )
-        run(asked, space, share, seed, cap, voxel, out, as_json, aim)
+        run(find, asked, voxel, out, as_json)
     except InfeasibleError as error:
         raise UserError(f"{where.scene}: {error}" if where.scene else str(error)) from error

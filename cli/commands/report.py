@@ -30,5 +30,4 @@ def report(
     """
     from ..runs.report import report as run
 
-    setup, asked = given.resolve(subject)
-    run(subject, setup, asked, voxel, draws, seed, out)
+    run(given.resolved(subject), voxel, draws, seed, out)

@@ -49,10 +49,11 @@ def robustness(
 
     Example: place-rings robustness n2_16_25 --target V_S --radius 0.5
     """
-    from ..options.criterion import mounting_errors, resolve_robustness
+    from ..._robustness import check_drawing, mounting_errors
     from ..runs.robustness import robustness as run
 
-    asked = resolve_robustness(
-        k, voxel, draws, seed, mounting_errors(position_error_mm, direction_error_deg, law)
-    )
-    run(subject, *SubjectOptions(place, mounted=mounted).resolve(subject), asked, as_json)
+    mounting_errors(position_error_mm, direction_error_deg, law)
+    check_drawing(k, draws)
+    given = SubjectOptions(place, mounted=mounted).resolved(subject)
+    errors = (position_error_mm, direction_error_deg, law)
+    run(given, k, draws, *errors, seed, voxel, as_json)

@@ -42,8 +42,6 @@ def verify(
 
     Example: place-rings verify n3_16_55 --sensor vl53l1x --ambient 50kcps --target-size 0.1x0.4
     """
-    from ..options.counting import resolve_counting
     from ..runs.verify import verify as run
 
-    counting = resolve_counting(rule, voxel, width, memory)
-    run(subject, *given.resolve(subject), counting, as_json)
+    run(given, subject, rule, voxel, width, memory, as_json)

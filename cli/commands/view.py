@@ -44,13 +44,14 @@ def view(
 
     Example: place-rings view place-rings-out/proposal.toml --compare n3_16_55 --out mine
     """
+    from ..._checks import ResolvedSetup
     from ...formats.loader import resolve
     from ..options.scenes import urdf_of
     from ..runs.view import view as run
 
-    setup, asked = given.resolve(subject)
-    setups = {subject: setup}
+    shown = given.resolved(subject)
+    beside = None
     if compare is not None:
-        setups[compare if compare != subject else f"{compare} (again)"] = resolve(compare, asked)[0]
+        beside = ResolvedSetup(compare, *resolve(compare, shown.scene))
     urdf = urdf or urdf_of(given.place.robot)
-    run(asked, setups, urdf, packages, out, host, port, browser)
+    run(shown, beside, urdf, packages, out, host, port, browser)

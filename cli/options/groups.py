@@ -13,6 +13,7 @@ from ...coverage.occlusion.model import Occlusion
 from .common import Radius, RobotOption, SceneFileOption, Targets
 
 if TYPE_CHECKING:  # what the options stand for is imported when they are resolved
+    from ..._checks import ResolvedSetup
     from ...coverage.rings.ring import Setup
     from ...coverage.sensors.sensor import Sensor
     from ...formats.sensors.urdf_frames import FramePattern
@@ -153,6 +154,12 @@ class SubjectOptions:
         """
         setup, scene = self.sensing.resolve(subject, self.place.given(), self.mounted.resolve())
         return setup, self.motion.applied(self.place.applied(scene))
+
+    def resolved(self, subject: str) -> "ResolvedSetup":
+        """The same with its name, as the API takes it."""
+        from ..._checks import ResolvedSetup
+
+        return ResolvedSetup(subject, *self.resolve(subject))
 
 
 AS_IT_IS = SubjectOptions()

@@ -1,9 +1,7 @@
 """Sensors on the command line: a model of the catalogue, its light and its target."""
 
-from dataclasses import replace
-
-from ...coverage.sensors.catalogue import MODELS
-from ...coverage.sensors.effective_range import effective, size_of
+from ..._catalogue import sensors
+from ...coverage.sensors.effective_range import size_of
 from ...coverage.sensors.sensor import Sensor, Use
 from ...formats.errors import UserError
 
@@ -28,16 +26,14 @@ def resolve_sensor(
             f"{option}: found {value}, allowed: only with --sensor, or a scene whose sensor names"
             " its model"
         )
-    if name is not None and name not in MODELS:
-        raise UserError(f"--sensor: found {name}, allowed: {', '.join(MODELS)}")
     use = base or Use(str(name))
     try:
-        use = replace(
-            use,
-            ambient=use.ambient if ambient is None else ambient,
-            reflectance=use.reflectance if reflectance is None else reflectance,
-            size=use.size if size is None else size_of(size),
-        )
-        return effective(use).sensor
+        target_size = use.size if size is None else size_of(size)
     except ValueError as error:
         raise UserError(f"--sensor {use.model}: {error}") from error
+    return sensors.under(
+        use.model,
+        ambient=use.ambient if ambient is None else ambient,
+        reflectance=use.reflectance if reflectance is None else reflectance,
+        target_size=target_size,
+    )

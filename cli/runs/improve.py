@@ -3,21 +3,24 @@ found.
 """
 
 import math
+import shlex
+import sys
 from contextlib import nullcontext
 from pathlib import Path
 
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from ..._checks import check_scene, check_sight
+from ..._proposal import found_model
 from ...coverage.rings.ring import Setup
 from ...coverage.robots.robot import Robot
-from ...formats.scene_checks import check_scene, check_sight
 from ...formats.schema.proposal_models import ProposalFile
 from ...formats.schema.redesign_models import ChangeModel, ImproveResult, StepModel, WorkModel
 from ...formats.schema.result_models import VerifyResult
 from ...formats.schema.ring_models import ring_models
 from ...formats.schema.scene_models import SceneModel
 from ...formats.writing import made_folder, to_toml, write_text
+from ...objectives.criterion import Criterion
 from ...objectives.scene import Scene
 from ...objectives.verify import Verifier
 from ...placement.redesign import redesign as improving
@@ -27,10 +30,10 @@ from ...placement.search.progress import Outcome
 from ...placement.search.progress import Progress as Told
 from ...placement.search.search import SearchResult
 from ...reporting.placement_picture import comparison_picture
+from ...reporting.progress import Progress
 from ...reporting.tables import target_label
 from ...reporting.terminal import Terminal, say_json
 from ...reporting.text import counted
-from .place import found_model
 
 _MOST_TOLD = 5  # broken rules
 
@@ -46,13 +49,7 @@ def find(
     console: Terminal,
 ) -> improving.Improved:
     """Run the search with a progress bar on ``console``."""
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TextColumn("{task.fields[best]}", markup=False),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as bar:
+    with Progress(console) as bar:
         task = bar.add_task("drawing points", total=None, best="")
 
         def tell(p: Told) -> None:
@@ -210,6 +207,7 @@ def _written(
     }
     files |= {"picture": folder / "improve.png"} if found.steps else {}
     record = record.model_copy(update={"files": {k: str(path) for k, path in files.items()}})
+    command = shlex.join(["place-rings", *sys.argv[1:]])
     for answer, step in zip(found.steps, record.steps, strict=True):
         result = SearchResult(
             answer.setup, answer.soft, answer.exact, answer.short, found.outcome, found.statistics
@@ -218,7 +216,7 @@ def _written(
             rings=step.rings,
             scene=record.scene,
             zeta=step.zeta,
-            found=found_model(result, record.seed),
+            found=found_model(result, record.seed, Criterion(), command),
         )
         n = len(step.changes)
         lines = [told(c, len(record.rings), scene.robot) for c in answer.changes]

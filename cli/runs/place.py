@@ -2,217 +2,123 @@
 
 import shlex
 import sys
-from datetime import UTC, datetime
-from importlib.metadata import version
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-from ...coverage.rings.ring import Setup
-from ...formats.scene_checks import check_scene, check_scene_sight
-from ...formats.schema.proposal_models import (
-    FoundModel,
-    ProposalFile,
-    ReachedModel,
-    ReachModel,
-    SearchFile,
-)
+from ..._proposal import Proposal, write_proposal
+from ...formats.schema.proposal_models import ReachModel, SearchFile
 from ...formats.schema.result_models import VerifyResult
-from ...formats.schema.robustness_models import ErrorsModel
-from ...formats.schema.sensor_records import sensor_records
-from ...formats.writing import made_folder, to_toml, write_text
-from ...objectives.criterion import Criterion, judge
-from ...objectives.pose_subset import MANY
+from ...formats.writing import made_folder, write_text
 from ...objectives.scene import Scene
-from ...objectives.verify import Verified, Verifier
-from ...placement.search import search as searching
-from ...placement.search.design import Space
-from ...placement.search.fewest_sensors import fewest_sensors
-from ...placement.search.progress import Progress as Told
-from ...reporting.comparison import PAPER_TARGETS, compared, counted, papers
+from ...placement.search.progress import Progress
+from ...placement.search.search import SearchResult
+from ...reporting.comparison import PAPER_TARGETS, papers
 from ...reporting.lines.motion import record_line, worst_line
 from ...reporting.lines.occlusion import mounting_lines, print_sight, without_lines
 from ...reporting.lines.protective_volume import protective_lines
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.placement_picture import placement_picture
+from ...reporting.progress import Progress as Bar
 from ...reporting.tables import ring_table, target_label, zeta_table
 from ...reporting.terminal import Terminal, say_json
+from .late_progress import late_progress
 
-PACKAGES = ("place-rings", "jax", "nlopt", "numpy", "scipy")
-
-
-def find(
-    scene: Scene,
-    space: Space,
-    seed: int,
-    time_cap: float,
-    verifier: Verifier,
-    console: Terminal,
-    aim: Criterion,
-) -> searching.SearchResult:
-    """Run the search with a progress bar on ``console``; ``verifier`` counts its answer."""
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TextColumn("{task.fields[best]}", markup=False),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("drawing points", total=None, best="")
-
-        def tell(p: Told) -> None:
-            total, done = p.stages, p.climbed
-            what = f"stage {p.stage} of {p.stages}"
-            if p.to_count:
-                what, total, done = "counting the finalists", p.to_count, p.counted
-            bar.update(
-                task,
-                description=what,
-                total=total,
-                completed=done,
-                best=f"best so far {100 * p.best:.1f} %",
-            )
-
-        return searching.search(scene, space, seed, time_cap, tell=tell, aim=aim, verifier=verifier)
-
-
-def find_fewest(
-    scene: Scene,
-    wanted: float,
-    seed: int,
-    time_cap: float,
-    voxel: float,
-    console: Terminal,
-    aim: Criterion,
-) -> tuple[searching.SearchResult, ReachModel]:
-    """Run the searches for fewest sensors with a progress bar on ``console``."""
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TextColumn("{task.fields[best]}", markup=False),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("drawing points", total=None, best="")
-
-        def tell(sensors: int, p: Told) -> None:
-            bar.update(
-                task,
-                description=f"{sensors} sensors",
-                total=p.stages,
-                completed=p.climbed,
-                best=f"best so far {100 * p.best:.1f} %",
-            )
-
-        found = fewest_sensors(scene, wanted, seed, time_cap, voxel=voxel, tell=tell, aim=aim)
-    tried = [
-        ReachedModel(sensors=n, exact_percent=100 * v, reached=ok)
-        for n, (v, ok) in found.tried.items()
-    ]
-    return found.result, ReachModel(wanted_percent=100 * wanted, reached=found.reached, tried=tried)
-
-
-def compare(
-    scene: Scene, setup: Setup, known: tuple[Verified, ...], verifier: Verifier, console: Terminal
-) -> list[VerifyResult]:
-    """Zeta of the proposal and of the paper's setups for all targets, by one verifier; ``known``:
-    what is counted already of the proposal."""
-    setups = {"proposal": setup} | papers(scene)
-    goals, targets = [g.target for g in scene.goals], compared(scene)
-    results: list[VerifyResult] = []
-    with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
-        task = bar.add_task("verifying", total=len(targets) * len(setups) * len(scene.poses))
-        verifier.at = lambda _: bar.advance(task)
-        try:
-            for result in counted(
-                verifier, setups, targets, goals, {("proposal", v.target): v for v in known}
-            ):
-                results.append(result)
-                bar.update(task, completed=len(results) * len(scene.poses))
-        except KeyboardInterrupt:
-            console.print("interrupted: the comparison ends here, the proposal is kept")
-    return results
-
-
-def asked_values(
-    scene: Scene, setup: Setup, value: float, voxel: float, console: Terminal, aim: Criterion
-) -> dict[str, float]:
-    """What was asked for, in percent, of the proposal and of the paper's setups, where it is not
-    zeta itself.
-    """
-    if aim.plain:
-        return {}
-    verifier, found = Verifier(scene, voxel), {"proposal": 100 * value}
-    try:
-        with console.status("counting what was asked for"):
-            for name, one in papers(scene).items():
-                found[name] = 100 * judge(verifier, one, aim)[1]
-    except KeyboardInterrupt:
-        console.print("interrupted: the comparison ends here, the proposal is kept")
-    return found
+_FILES = {"proposal": "proposal.toml", "picture": "placement.png", "result": "result.json"}
+_INTERRUPTED = "interrupted: the comparison ends here, the proposal is kept"
 
 
 def place(
-    scene: Scene,
-    space: Space | None,
-    reach: float | None,
-    seed: int,
-    time_cap: float,
-    voxel: float,
-    out: Path,
-    as_json: bool,
-    aim: Criterion,
+    find: Callable[..., Proposal], scene: Scene, voxel: float, out: Path, as_json: bool
 ) -> None:
-    """Search a placement for ``scene`` that is good by ``aim``, verify it beside the paper's
-    setups, and write proposal, picture and result; InfeasibleError where the rules leave none."""
+    """Search by ``find``, compare what it found with the paper's setups, and write proposal,
+    picture and result; InfeasibleError where the rules leave no setup.
+    """
     console, log = Terminal(), Terminal(stderr=True)
-    check_scene(scene, voxel)
-    check_scene_sight(scene)
-    verifier, reached = Verifier(scene, voxel), None
     with made_folder(out) as folder:
-        if space is not None:
-            result = find(scene, space, seed, time_cap, verifier, log, aim)
-        else:
-            result, reached = find_fewest(scene, reach or 0.0, seed, time_cap, voxel, log, aim)
-        comparison = compare(scene, result.setup, result.verified, verifier, log)
-        asked = asked_values(scene, result.setup, result.exact, voxel, log, aim)
-        goals = {(g.target.name, g.target.radius) for g in scene.goals}
-        mine = [r for r in comparison if r.setup == "proposal" and (r.target, r.radius) in goals]
+        proposal = replace(_searched(find, log), command=shlex.join(["place-rings", *sys.argv[1:]]))
+        comparison, criterion = _compared(proposal, log), _compared_criterion(proposal, log)
+        mine = proposal.own_records(comparison)
         files = {key: folder / name for key, name in _FILES.items()}
-        proposal = ProposalFile.of(
-            result.setup,
-            scene,
-            zeta=(
-                mine
-                if len(scene.poses) <= MANY
-                else [r.model_copy(update={"poses": []}) for r in mine]
-            ),
-            found=found_model(result, seed, aim),
-        )
         captions = [f"{target_label(r)}: {r.zeta_percent:.1f} % covered" for r in mine]
         placement_picture(
             files["picture"],
             scene,
-            result.setup,
+            proposal.setup,
             captions or ["interrupted before it was verified"],
         )
-        record = SearchFile(
-            proposal=proposal,
-            soft_minus_exact_percent=100 * (result.soft - result.exact),
-            comparison=comparison,
-            asked_percent=asked,
-            files={key: str(path) for key, path in files.items()},
-            reach=reached,
-            short_percent=100 * result.short,
-            sensors=sensor_records(result.setup),
-        )
+        paths = {key: str(path) for key, path in files.items()}
+        record = proposal.search_file(comparison, criterion, paths)
         write_text(files["result"], record.model_dump_json(indent=2) + "\n")
-        write_text(files["proposal"], to_toml(proposal, _HEADING))
+        write_proposal(files["proposal"], record.proposal)
     if as_json:
         say_json(record.model_dump_json(indent=2))
         return
-    console.print(ring_table(result.setup, scene.robot))
-    sensors = {"proposal": result.setup.sensors} | {
+    _show(proposal, record, mine, voxel, console)
+    for path in paths.values():
+        console.print(f"  {path}", highlight=False, soft_wrap=True)
+    report = shlex.join(["place-rings", "report", paths["proposal"], "--out", str(folder)])
+    console.print(f"For a report to read and to print: {report}", highlight=False, soft_wrap=True)
+
+
+def _searched(find: Callable[..., Proposal], console: Terminal) -> Proposal:
+    """What the search gives, with its progress on ``console``."""
+    with late_progress(console) as bar:
+        task = bar.add_task("drawing points", total=None, best="")
+
+        def tell(p: Progress) -> None:
+            bar.start()
+            if p == Progress():
+                return
+            total, done = p.stages, p.climbed
+            what = f"stage {p.stage} of {p.stages}"
+            if p.sensors is not None:
+                what = f"{p.sensors} sensors"
+            elif p.to_count:
+                what, total, done = "counting the finalists", p.to_count, p.counted
+            best = f"best so far {100 * p.best:.1f} %"
+            bar.update(task, description=what, total=total, completed=done, best=best)
+
+        return find(progress=tell)
+
+
+def _compared(proposal: Proposal, console: Terminal) -> list[VerifyResult]:
+    """Zeta of the proposal and of the paper's setups for all targets."""
+    with Bar(console) as bar:
+        task = bar.add_task("verifying", total=None)
+        results = proposal.compare(
+            lambda done, total: bar.update(task, completed=done, total=total)
+        )
+        total = bar.tasks[0].total
+        if total is None or len(results) * len(proposal.scene.poses) < total:
+            console.print(_INTERRUPTED)
+    return results
+
+
+def _compared_criterion(proposal: Proposal, console: Terminal) -> dict[str, float]:
+    """What was asked for, in percent, of the proposal and of the paper's setups, where it is not
+    zeta itself.
+    """
+    if proposal.criterion.plain:
+        return {}
+    with console.status("counting what was asked for"):
+        values = proposal.compare_criterion()
+        if len(values) < 1 + len(papers(proposal.scene.core)):
+            console.print(_INTERRUPTED)
+    return values
+
+
+def _show(
+    proposal: Proposal,
+    record: SearchFile,
+    mine: list[VerifyResult],
+    voxel: float,
+    console: Terminal,
+) -> None:
+    """Print the rings, zeta beside the paper's setups, and how the search went."""
+    scene, setup, comparison = proposal.scene.core, proposal.setup, record.comparison
+    console.print(ring_table(setup, scene.robot))
+    sensors = {"proposal": setup.sensors} | {
         name: one.sensors for name, one in papers(scene).items()
     }
     where = f"robot {scene.robot.name}, occlusion {scene.occlusion}, {len(scene.poses)} pose(s)"
@@ -224,21 +130,30 @@ def place(
         )
     )
     own = mine[0].unseeing if mine else []
-    mount = [f"No real mount: {line}." for line in mounting_lines(scene, result.setup)]
-    print_sight(console, comparison, own, scene, [*without_lines(scene, result.setup), *mount])
-    if asked:
-        each = ", ".join(f"{name} {value:.2f}" for name, value in asked.items())
-        console.print(f"Asked for, {aim}, in percent: {each}.", highlight=False)
-    spent = result.statistics
+    mount = [f"No real mount: {line}." for line in mounting_lines(scene, setup)]
+    print_sight(console, comparison, own, scene, [*without_lines(scene, setup), *mount])
+    if record.asked_percent:
+        each = ", ".join(f"{name} {value:.2f}" for name, value in record.asked_percent.items())
+        console.print(f"Asked for, {proposal.criterion}, in percent: {each}.", highlight=False)
     lines = (
         *(worst_line(r) for r in mine),
         record_line(scene),
-        *protective_lines(mine, result.setup),
+        *protective_lines(mine, setup),
         *sensor_lines(record.sensors),
     )
     for line in lines:
         if line:
             console.print(line, highlight=False, soft_wrap=True)
+    if proposal.search is not None:
+        _show_search(proposal.search, scene, voxel, console)
+    if record.reach:
+        console.print(_told(record.reach))
+    if record.short_percent:
+        console.print(f"The floors are missed by {record.short_percent:.2f} points.")
+
+
+def _show_search(result: SearchResult, scene: Scene, voxel: float, console: Terminal) -> None:
+    spent = result.statistics
     sought = " in the worst pose" if scene.over_poses == "worst" and len(scene.poses) > 1 else ""
     sought += f" (voxels of {result.voxel:g} m)" if result.voxel != voxel else ""
     console.print(
@@ -247,14 +162,6 @@ def place(
         f" {spent.starts} starts, {spent.evaluations} evaluations, {spent.seconds:.0f} s;"
         f" {result.outcome.value}."
     )
-    if reached:
-        console.print(_told(reached))
-    if result.short:
-        console.print(f"The floors are missed by {100 * result.short:.2f} points.")
-    for path in files.values():
-        console.print(f"  {path}", highlight=False, soft_wrap=True)
-    report = shlex.join(["place-rings", "report", str(files["proposal"]), "--out", str(folder)])
-    console.print(f"For a report to read and to print: {report}", highlight=False, soft_wrap=True)
 
 
 def _told(reached: ReachModel) -> str:
@@ -267,35 +174,4 @@ def _told(reached: ReachModel) -> str:
     return (
         f"Fewest sensors found for {reached.wanted_percent:g} %; each search, sensors and ζ in"
         f" percent: {tried}."
-    )
-
-
-_FILES = {"proposal": "proposal.toml", "picture": "placement.png", "result": "result.json"}
-_HEADING = """A placement of sensor rings, found by place-rings. Edit it freely, then check it \
-again:
-  place-rings verify proposal.toml
-Positions run from 0 (proximal) to 1 (distal) along a link's mount axis; a tilt is positive \
-towards distal."""
-
-
-def found_model(
-    result: searching.SearchResult, seed: int, aim: Criterion | None = None
-) -> FoundModel:
-    """How a proposal was found, with this command and these versions."""
-    spent, aim = result.statistics, aim or Criterion()
-    return FoundModel(
-        outcome=result.outcome.value,
-        seed=seed,
-        soft_percent=100 * result.soft,
-        exact_percent=100 * result.exact,
-        width=spent.width,
-        starts=spent.starts,
-        evaluations=spent.evaluations,
-        seconds=round(spent.seconds, 1),
-        command=shlex.join(["place-rings", *sys.argv[1:]]),
-        created=datetime.now(UTC).isoformat(timespec="seconds"),
-        versions={name: version(name) for name in PACKAGES} | {"python": sys.version.split()[0]},
-        redundancy=aim.seen,
-        losing=aim.losing,
-        tolerant=ErrorsModel.of(aim),
     )

@@ -1,20 +1,50 @@
-"""The command that asks how robust a setup is: against blind sensors and rings, and against errors
-of its mounting.
+"""How robust a setup is against blind sensors and rings, and against errors of its mounting: print
+it.
 """
 
-from ...coverage.rings.ring import Setup
-from ...formats.scene_checks import check_scene, check_sight
-from ...objectives.scene import Scene
-from ...reporting.robustness import Robustness, assess, lines, robustness_table
+from ..._checks import ResolvedSetup
+from ..._robustness import robustness as assess
+from ...coverage.choices import Law
+from ...reporting.robustness import lines, robustness_table
 from ...reporting.tables import target_label
 from ...reporting.terminal import Terminal, say_json
+from .late_progress import late_progress
 
 
-def robustness(name: str, setup: Setup, scene: Scene, asked: Robustness, as_json: bool) -> None:
-    """Print redundancy and tolerance of ``setup`` for the scene's goals."""
-    check_scene(scene, asked.voxel)
-    check_sight(scene, setup)
-    results = assess(name, setup, scene, asked, Terminal(stderr=True))
+def robustness(
+    subject: ResolvedSetup,
+    k: int,
+    draws: int,
+    position_error_mm: float,
+    direction_error_deg: float,
+    law: Law,
+    seed: int,
+    voxel: float,
+    as_json: bool,
+) -> None:
+    """Print redundancy and tolerance of a setup for its scene's goals."""
+    goals, each = subject.scene.goals, draws * len(subject.scene.poses)
+    with late_progress(Terminal(stderr=True)) as bar:
+
+        def tell(done: int, _: int) -> None:
+            bar.start()
+            if done:
+                bar.advance(bar.task_ids[-1])
+            if done % each == 0 and len(bar.task_ids) < len(goals):
+                bar.add_task(str(goals[len(bar.task_ids)].target), total=each)
+
+        report = assess(
+            subject,
+            k=k,
+            draws=draws,
+            position_error_mm=position_error_mm,
+            direction_error_deg=direction_error_deg,
+            law=law,
+            seed=seed,
+            voxel=voxel,
+            progress=tell,
+        )
+    results = list(report.records)
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
         say_json(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")

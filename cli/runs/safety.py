@@ -10,7 +10,6 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from rich.progress import Progress
 
 from ...coverage.occlusion.model import Occlusion
 from ...coverage.rings.ring import Setup, sensor_optics
@@ -32,6 +31,7 @@ from ...reporting.detection_figure import picture
 from ...reporting.lines.protective_volume import formula
 from ...reporting.lines.sensors import sensor_lines
 from ...reporting.pages import csv_text
+from ...reporting.progress import Progress
 from ...reporting.terminal import Terminal, say_json
 from ...simulation.detection import (
     Approaches,
@@ -112,9 +112,7 @@ def safety(
     stands, floor = tuple(o.body for o in scene.obstacles), floor_of(scene)
     setups = [setup] if range_m >= needed else [setup, farther]
     found: list[Approaches] = []
-    with Progress(
-        *Progress.get_default_columns(), console=Terminal(stderr=True), transient=True
-    ) as bar:
+    with Progress(Terminal(stderr=True)) as bar:
         task = bar.add_task("walking in", total=len(setups) * asked.approaches)
         for one in setups:
             done = len(found) * asked.approaches

@@ -8,14 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-)
+from rich.progress import TaskID
 
 from ...coverage.targets import Target
 from ...formats.schema.scene_models import SceneModel
@@ -24,6 +17,7 @@ from ...objectives.scene import Scene
 from ...placement.search.design import Space
 from ...placement.search.feasible_set import InfeasibleError
 from ...reporting.pages import csv_text
+from ...reporting.progress import Progress
 from ...reporting.terminal import Terminal, say
 from ...studies.bound import report as bound_report
 from ...studies.bound import study as bound
@@ -67,15 +61,9 @@ def _measuring(folder: Path, workers: int, scheduler: str | None) -> Iterator[Me
     """Measures cells under a progress bar with a heading; what the folder holds already is not
     measured again.
     """
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
     with (
         Store(folder / "cells.sqlite", programs(TASKS)) as store,
-        Progress(*columns, console=Terminal(stderr=True), transient=True) as bar,
+        Progress(Terminal(stderr=True)) as bar,
     ):
         try:
             with _runner(workers, scheduler) as run_cells:

@@ -1,61 +1,56 @@
-"""The exact coverage of a setup: count it and print it."""
+"""The exact coverage of a setup: print it."""
 
-from ...coverage.rings.ring import Setup
+from ..._checks import ResolvedSetup
+from ..._counts import Coverage, certify, check_counting
+from ..._counts import verify as count
+from ...coverage.choices import Rule
 from ...coverage.voxels.certified_bounds import Bracket
-from ...formats.scene_checks import check_scene, check_sight
-from ...formats.schema.result_models import VerifyResult
-from ...formats.schema.sensor_records import sensor_records
-from ...objectives.occlusion import unseeing
+from ...formats.errors import UserError
 from ...objectives.scene import Scene
-from ...objectives.verify import Verifier, by_occlusion
+from ...objectives.verify import VOXEL
 from ...reporting.lines.motion import record_line, worst_line
-from ...reporting.lines.occlusion import mounting_lines, print_sight
+from ...reporting.lines.occlusion import print_sight
 from ...reporting.lines.protective_volume import protective_lines
 from ...reporting.lines.sensors import sensor_lines
-from ...reporting.tables import percent, proof_line, target_label, zeta_table
+from ...reporting.tables import count_error_line, percent, proof_line, target_label, zeta_table
 from ...reporting.terminal import Terminal, say_json
-from ..options.counting import Counting
+from ..options.groups import SubjectOptions
 
 _SHOWN = 16  # poses up to which each is shown
 
 
-def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: bool) -> None:
-    """Print the exact zeta of ``setup`` for the scene's goals."""
-    check_sight(scene, setup)
-    if counting.rule != "certified" and counting.voxel is not None:
-        check_scene(scene, counting.voxel)
-    with Terminal(stderr=True).status("counting") as status:
-
-        def tell(b: Bracket) -> None:
-            status.update(
-                f"pass {b.passes}: {100 * b.low:.3f} … {100 * b.high:.3f} %, {b.cells:,} cells"
-            )
-
-        def at(pose: int) -> None:
-            if len(scene.poses) > 1:
-                status.update(f"counting pose {pose + 1} of {len(scene.poses)}")
-
-        verifier = Verifier(
-            scene, counting.voxel, counting.rule, counting.width, tell, counting.memory, at
-        )
-        counted = [verifier.verify(setup, goal.target) for goal in scene.goals]
-        blocked = unseeing(scene, setup)
-        results = [
-            VerifyResult.of(name, one, scene).with_occlusion(
-                scene, by_occlusion(verifier, setup, one), blocked
-            )
-            for one in counted
-        ]
-    extra = {"sensors": sensor_records(setup), "mounting": mounting_lines(scene, setup)}
-    results = [r.model_copy(update=extra) for r in results]
+def verify(
+    given: SubjectOptions,
+    name: str,
+    rule: Rule,
+    voxel: float | None,
+    width: float | None,
+    memory: float | None,
+    as_json: bool,
+) -> None:
+    """Print the exact zeta of a setup for its scene's goals."""
+    certified = rule == "certified"
+    check_counting(voxel=voxel, width=width if certified else None, memory_gb=memory)
+    if not certified:
+        if width is not None:
+            raise UserError(f"--width: found {width:g}, allowed: only with --rule certified")
+        voxel = VOXEL if voxel is None else voxel
+    subject = given.resolved(name)
+    scene, setup = subject.scene, subject.setup
+    coverage = _counted(subject, rule, voxel, width, memory)
+    results = list(coverage.records)
     if as_json:
         records = [r.model_dump_json(indent=2) for r in results]
         say_json(records[0] if len(records) == 1 else "[" + ",\n".join(records) + "]")
         return
     console = Terminal()
     console.print(
-        zeta_table(results, {name: setup.sensors}, f"ζ in percent, {how(counting)}, {place(scene)}")
+        zeta_table(
+            results, {name: setup.sensors}, f"ζ in percent, {_how(rule, voxel)}, {_place(scene)}"
+        )
     )
+    if rule == "centre" and (line := count_error_line(voxel or VOXEL)) is not None:
+        console.print(line, highlight=False, soft_wrap=True)
     print_sight(console, results, results[0].unseeing, scene)
     for told in results[0].mounting:
         console.print(f"No real mount: {told}.", highlight=False, soft_wrap=True)
@@ -67,18 +62,48 @@ def verify(name: str, setup: Setup, scene: Scene, counting: Counting, as_json: b
             console.print(f"{target_label(r)}: pose by pose {each}")
         if line := worst_line(r):
             console.print(line, highlight=False, soft_wrap=True)
-    sensors = sensor_records(setup)
-    for line in (record_line(scene), *protective_lines(results, setup), *sensor_lines(sensors)):
+    sensors = sensor_lines(results[0].sensors)
+    for line in (record_line(scene), *protective_lines(results, setup), *sensors):
         if line:
             console.print(line, highlight=False, soft_wrap=True)
 
 
-def place(scene: Scene) -> str:
+def _counted(
+    subject: ResolvedSetup,
+    rule: Rule,
+    voxel: float | None,
+    width: float | None,
+    memory: float | None,
+) -> Coverage:
+    """The coverage and its records, with what is counted beside a spinner on stderr."""
+    poses = len(subject.scene.poses)
+    with Terminal(stderr=True).status("counting") as status:
+
+        def tell(b: Bracket) -> None:
+            status.update(
+                f"pass {b.passes}: {100 * b.low:.3f} … {100 * b.high:.3f} %, {b.cells:,} cells"
+            )
+
+        def at(pose: int) -> None:
+            if poses > 1:
+                status.update(f"counting pose {pose + 1} of {poses}")
+
+        if rule == "certified":
+            coverage = certify(subject, width=width, voxel=voxel, progress=tell)
+        else:
+            coverage = count(
+                subject, voxel=voxel or VOXEL, rule=rule, memory_gb=memory, progress=at
+            )
+        coverage.records  # noqa: B018  (counts under the other models of occlusion)
+    return coverage
+
+
+def _place(scene: Scene) -> str:
     """Robot and model of occlusion in words."""
     return f"robot {scene.robot.name}, occlusion {scene.occlusion}"
 
 
-def how(counting: Counting) -> str:
+def _how(rule: Rule, voxel: float | None) -> str:
     """Rule and size of voxels in words."""
-    size = "" if counting.voxel is None else f", voxels of {counting.voxel:g} m"
-    return f"rule {counting.rule}{size}"
+    size = "" if voxel is None else f", voxels of {voxel:g} m"
+    return f"rule {rule}{size}"

@@ -33,10 +33,11 @@ class Ring:
 
     def __post_init__(self) -> None:
         """Refuse what no ring has: ValueError."""
+        # a ring as it was measured may sit beyond an end of a short link, and tilt by any angle
         for name, value, allowed, holds in (
-            ("position", self.position, "0 (proximal) to 1 (distal)", 0 <= self.position <= 1),
+            ("position", self.position, "a finite number", math.isfinite(self.position)),
             ("count", self.count, "a number of sensors", self.count >= 0),
-            ("tilt", self.tilt, "rad, between -pi/2 and pi/2", abs(self.tilt) < math.pi / 2),
+            ("tilt", self.tilt, "rad, between -pi and pi", abs(self.tilt) <= math.pi),
             ("phase", self.phase, "rad, a finite number", math.isfinite(self.phase)),
             ("radius", self.radius, "m, 0 and more", 0 <= self.radius < math.inf),
         ):

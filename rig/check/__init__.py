@@ -1,1 +1,1 @@
-"""A check of a rig: its plans, who acts, what is done, and what that says of the rig."""
+"""Check a rig: plans, actors, procedure, and the assessment of the rig."""

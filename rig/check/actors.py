@@ -1,5 +1,5 @@
-"""Who does what a check asks for: a robot that is moved, or a person; a rod that is simulated, or
-put by a person.
+"""The actors of a check: a robot that moves itself or is moved by a person, and a rod that is
+simulated or placed by a person.
 """
 
 import time
@@ -26,26 +26,28 @@ from ..simulated.process import SimulatedRig, SimulationError
 from .plans import Part
 from .procedure import EndedError
 
-_LOOK, _SETTLE = 0.1, 0.3  # s; an arm that has arrived still swings
+_LOOK, _SETTLE = 0.1, 0.3  # s; an arm still swings after arrival
 _STILL = 0.01  # rad/s
-_LATE = 0.05  # m, that what a simulated ring saw may have come nearer since
+_LATE = 0.05  # m; a target may have come closer since a simulated ring saw it
 _LEAVE = "; step out of the robot's reach: it may move next"
-_PASSAGE = 0.15  # s, of a simulated hand before a sensor
+_PASSAGE = 0.15  # s that a simulated hand stays in front of a sensor
 
-Ask = Callable[[str], bool]  # a person is told what to do: done, or left out; EndedError: no more
+Ask = Callable[
+    [str], bool
+]  # show an instruction: True if done, False if skipped; raises EndedError
 Show = Callable[[Part, int, int], None]
 
 
 class MovedRobot:
-    """A robot that is moved along an itinerary, and stopped by what the stop conditions say.
+    """Moves the robot along an itinerary; the stop conditions stop it.
 
     Args:
-        host: of the robot.
-        scene: with its limits.
+        host: name or address of the robot.
+        scene: with the limits of motions.
         session: robot and rings.
-        itinerary: with the ways.
-        route: the near stops along the whole of it.
-        alarm: is told at once where the robot is not seen to stand still.
+        itinerary: the paths to take.
+        route: near stops along the whole itinerary.
+        alarm: called at once if the robot is not seen to stand still.
     """
 
     def __init__(
@@ -64,14 +66,15 @@ class MovedRobot:
             else limits
         )
         self._itinerary, self._session, self._counts = itinerary, session, session.rings.sizes
-        self._within = STEP + motion.speed * SILENT * session.patience  # a reading may be that old
-        # A simulated ring shows what it saw a while ago, maybe on another way: there the near stops
-        # of the whole route hold. Else those of each way do, from where the robot really is.
+        self._within = STEP + motion.speed * SILENT * session.patience  # a reading may be this old
+        # Readings of a simulated ring may be old and from another path, and two of its sensors may
+        # be swapped. So the near stops of the whole route apply, in any order of a ring's wires.
+        # On a real rig those of the current path apply, from the robot's actual position.
         self._by_way = session.patience <= 1
         self._stops = (
             itinerary.near_stops_to(itinerary.at, session.link.latest().q)
             if self._by_way
-            else route.lowered(_LATE)
+            else route.wired_anyhow(itinerary.clearance.setup).lowered(_LATE)
         )
         self._mover = Mover(
             host,
@@ -99,29 +102,27 @@ class MovedRobot:
         return True
 
     def _move(self, node: int) -> None:
-        """Move to a node, with the near stops of the way there."""
+        """Move to a node, with the near stops of the path to it."""
         goal = self._itinerary.map.nodes[node]
         if not self._by_way:
             self._mover.move(goal)
             return
         way = self._itinerary.near_stops_to(node, self._session.link.latest().q)
-        self._stops = joined(self._stops, way)  # a reading may still be of the way before
+        self._stops = joined(self._stops, way)  # a reading may still be from the previous path
         self._mover.move(goal)
         self._stops = way
 
     def _near(self, q: Float[np.ndarray, " J"]) -> list[Float[np.ndarray, " n"]]:
-        """The near stops that hold at ``q`` (J,) rad, ring by ring."""
+        """Return the near stops (n,) m of each ring at ``q`` (J,) rad."""
         return np.split(self._stops.near(q, self._within), np.cumsum(self._counts)[:-1])
 
     def close(self) -> None:
-        """Stop, and let go of it."""
+        """Stop the robot and release it."""
         self._mover.close()
 
 
 class GuidedRobot:
-    """A robot that a person brings where it is to stand, by its own pendant: nothing is sent to
-    it.
-    """
+    """A robot that a person brings to each pose with the pendant; nothing is sent to it."""
 
     def __init__(self, session: Session, ask: Ask) -> None:
         self._session, self._ask = session, ask
@@ -151,11 +152,11 @@ class GuidedRobot:
             raise EndedError(str(fault)) from fault
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: nothing is held."""
 
 
 class SimulatedHelper:
-    """Who puts a rod, and passes a hand over the sensors, of a simulated rig."""
+    """Places the rod and waves the hand of a simulated rig."""
 
     def __init__(self, rig: SimulatedRig, setup: Setup, rod: Rod) -> None:
         self._rig, self._setup, self._rod = rig, setup, rod
@@ -179,8 +180,13 @@ class SimulatedHelper:
 
 
 class Helper:
-    """A person who puts the rod where it is to be, and passes a hand over the sensors of a ring;
-    names: of the rings. moves: may the robot move by itself, once this person is done?"""
+    """A person who places the rod and passes a hand over the sensors of a ring.
+
+    Args:
+        ask: shows an instruction and waits.
+        names: of the rings.
+        moves: whether the robot may move by itself once this person is done.
+    """
 
     def __init__(self, ask: Ask, names: Sequence[str], moves: bool) -> None:
         self._ask, self._names, self._leave = ask, names, _LEAVE if moves else ""
@@ -190,14 +196,14 @@ class Helper:
 
     def wave(self, ring: int) -> bool:
         return self._ask(
-            f"ring {self._names[ring]}: pass a hand 10 to 20 cm before its sensors, one by one,"
-            " half a second each, from the first on in the order of phase (right-handed about the"
-            " link, toward its distal end), and take it away" + self._leave
+            f"ring {self._names[ring]}: pass a hand 10 to 20 cm in front of its sensors, one by"
+            " one, half a second each, starting at the first in the order of phase (right-handed"
+            " about the link, toward its distal end); then take the hand away" + self._leave
         )
 
 
 class RobotAndHelper:
-    """Robot, helper and who is shown how far it is, as one ``Operator``."""
+    """Combines robot, helper and progress display into one ``Operator``."""
 
     def __init__(
         self, robot: MovedRobot | GuidedRobot, helper: SimulatedHelper | Helper, show: Show
@@ -212,8 +218,8 @@ class RobotAndHelper:
 
 
 def hurried(scene: Scene) -> Scene:
-    """``scene`` with the fastest motion that is allowed: nobody can be hurt by a simulated
-    robot.
+    """Return ``scene`` with the fastest motion allowed, for a simulated robot, which can hurt
+    nobody.
     """
     return replace(
         scene, motion=replace(scene.motion, speed=np.radians(60.0), acceleration=np.radians(120.0))

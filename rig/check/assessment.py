@@ -1,5 +1,5 @@
-"""The assessment of a check: its parts measured, what differs from the proposal, and the verdict;
-the same while it is fresh and from a recording.
+"""Assessment of a check: results of its parts, differences from the proposal, and the verdict. Live
+data and recordings use the same code.
 """
 
 import time
@@ -26,24 +26,24 @@ from .records import (
 
 @dataclass(frozen=True)
 class Assessment:
-    """What a check says of the rig."""
+    """Assessment of a rig."""
 
     result: CheckResult
-    """The verdict with all that a report needs."""
+    """The verdict and all data of the report."""
     parts: PartResults
-    """What it is made of."""
+    """Results of the parts that the verdict is based on."""
     verifier: Verifier
-    """Of the scene, at the check's voxel."""
+    """Verifier of the scene at the check's voxel size."""
 
 
 def assess(check: PlannedCheck, gathered: Gathered, wall: float, damage: str = "") -> Assessment:
-    """Assess what was gathered.
+    """Assess the collected data.
 
     Args:
-        check: what was to be done.
-        gathered: what came.
-        wall: s since 1970, when it was recorded.
-        damage: of the recording, if it was read from one that is not whole.
+        check: the planned check.
+        gathered: data received.
+        wall: start of the recording, s since 1970.
+        damage: damage of the recording that the data was read from; empty if it is intact.
     """
     done, about, rings = part_results(check, gathered), check.about, len(check.setup.rings)
     verifier = Verifier(check.scene, about.voxel)
@@ -77,6 +77,6 @@ def assess(check: PlannedCheck, gathered: Gathered, wall: float, damage: str = "
 
 
 def _ended(gathered: Gathered) -> str:
-    """Why the check ended early; empty where it did not."""
+    """Return why the check ended early; empty if it did not."""
     ends = (str(said.get("why")) for _, said in gathered.said if said.get("what") == "ended")
     return next(ends, "it was cut off")

@@ -1,4 +1,4 @@
-"""What speaks against a rig's being as proposed, and what is missing to say so, in words."""
+"""Text of the findings: differences from the proposal, and missing data."""
 
 from collections.abc import Sequence
 
@@ -13,18 +13,19 @@ from .plans import Plans
 def differences(
     done: PartResults, mount: MountCheckModel | None, coverage: Sequence[CoverageModel]
 ) -> list[str]:
-    """In what the rig is other than proposed."""
+    """List the differences between rig and proposal."""
     lines, looks, built = list[str](), done.self_check, done.built
     if looks is not None:
         if len(looks.silent):
             lines.append(f"sensors that never answer: {', '.join(looks.named(looks.silent))}")
         if len(looks.noisy):
             lines.append(
-                f"sensors that scatter more than thought: {', '.join(looks.named(looks.noisy))}"
+                f"sensors that scatter more than expected: {', '.join(looks.named(looks.noisy))}"
             )
         if len(looks.surprising) and mount is None:
             lines.append(
-                f"sensors that read other than expected: {', '.join(looks.named(looks.surprising))}"
+                "sensors that differ from the expected reading:"
+                f" {', '.join(looks.named(looks.surprising))}"
             )
     lines += [
         f"ring {ring}, by a hand: {fault}"
@@ -32,12 +33,13 @@ def differences(
         for fault in waving.faults()
     ]
     if mount is not None and built is not None:
-        lines += [f"ring {r.ring} ({r.link}) {fault}" for r in mount.rings for fault in r.faults]
+        lines += [f"ring {r.ring} ({r.link}): {fault}" for r in mount.rings for fault in r.faults]
         for i, fit in enumerate(built.fits):
             limit = LIMITS[[NAMES.index(name) for name in fit.names]]
             beyond = np.abs(fit.values) > limit + fit.margins()
             lines += [
-                f"ring {i} ({fit.nominal.link}) is off by more than a careful mount: {fit.names[k]}"
+                f"ring {i} ({fit.nominal.link}): is off by more than careful mounting allows:"
+                f" {fit.names[k]}"
                 for k in np.flatnonzero(beyond)
             ]
     for one in coverage:
@@ -57,21 +59,31 @@ def missing(
     mount: MountCheckModel | None,
     coverage: Sequence[CoverageModel],
 ) -> tuple[list[str], bool]:
-    """What was planned and could not be assessed, or only in part, of a setup of so many ``rings``;
-    and whether that is too much for a verdict."""
+    """List the planned parts that could not be assessed, or only partly.
+
+    Args:
+        plans: the planned parts.
+        rings: number of rings of the setup.
+        done: results of the parts.
+        mount: result of the mount check.
+        coverage: result of the coverage check, target by target.
+
+    Returns:
+        The findings, and whether too much is missing for a verdict.
+    """
     lines, waves, stops = list[str](), done.waves, len(done.stops)
     if plans.wave and len(waves) < rings:
         lines.append(f"a hand was passed over {len(waves)} of {rings} rings")
     lines += [
-        f"ring {ring}, by a hand: none was seen by {', '.join(map(str, w.missed))}"
+        f"ring {ring}, by a hand: no hand was seen by {', '.join(map(str, w.missed))}"
         for ring, w in waves.items()
         if w.missed
     ]
     planned = 0 if plans.mount is None else len(plans.mount.joints)
     if stops < planned:
-        lines.append(f"mount check: {stops} of {planned} stops were read")
+        lines.append(f"mount check: {stops} of {planned} stops have readings")
     lines += [
-        f"coverage check: {one.trials} of {one.planned} trials in {one.named} were done"
+        f"coverage check: {one.trials} of {one.planned} trials in {one.named} were completed"
         for one in coverage
         if one.trials < one.planned
     ]

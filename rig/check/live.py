@@ -1,4 +1,4 @@
-"""A check on a rig, real or simulated: the rig is reached, moved or guided, and recorded."""
+"""A check on a real or simulated rig: connect, move or guide the robot, and record."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
@@ -37,67 +37,76 @@ from .plans import CheckOptions, Part, Plans
 from .preconditions import require_known_cell, require_near_stop
 from .procedure import run
 
-# patience: a real rig's limits of time hold, a simulated one shares its machine
+# factor on time limits: a simulated rig shares the machine with the check
 _REAL, _SIMULATED = 1.0, 100.0
-_FIRST = 3.0  # s, for the rings to be heard
+_FIRST = 3.0  # s for the first frames of all rings
 
 
 class LiveView(AbstractContextManager["LiveView"], Protocol):
     """Shows a session while it runs, and asks the person at the rig."""
 
     def show(self, part: Part, done: int, of: int) -> None:
-        """So many steps of a part are done."""
+        """Show that ``done`` of ``of`` steps of a part are complete."""
         ...
 
     def ask(self, words: str) -> bool:
-        """Have a person do something, and wait: done, or left out; EndedError: no more."""
+        """Show an instruction and wait for the person.
+
+        Returns:
+            True if the person did it, False if they skipped it.
+
+        Raises:
+            EndedError: if the person ended the check.
+        """
         ...
 
 
 class Attendant(Protocol):
-    """The person at a check, as the check reaches them."""
+    """Interface to the person who runs a check."""
 
     def working(self, what: str) -> AbstractContextManager[object]:
-        """Say what is being done meanwhile."""
+        """Show what the program is doing meanwhile."""
         ...
 
     def view(self, session: Session, setup: Setup) -> LiveView:
-        """The live view of a session."""
+        """Return the live view of a session."""
         ...
 
     def show_near_stops(self, stops: NearStops, setup: Setup, scene: Scene) -> None:
-        """Show what each ring keeps of the near stop along the route."""
+        """Show how much of the near stop each ring keeps along the route."""
         ...
 
     def confirm(self, scene: Scene, plans: Plans, itinerary: Itinerary) -> None:
-        """Ask whether a real robot may move; UserError unless the answer is yes."""
+        """Ask whether a real robot may move; raise UserError unless the answer is yes."""
         ...
 
     def alarm(self, text: str) -> None:
-        """Warn at once: the robot is not seen to stand still."""
+        """Warn at once that the robot was not seen to stand still."""
         ...
 
 
 @dataclass(frozen=True)
 class LiveRecord:
-    """A check that was done, or ended early."""
+    """A check that is complete or ended early."""
 
     check: PlannedCheck
+    """The planned check."""
     gathered: Gathered
+    """Data received."""
     file: Path
-    """The recording."""
+    """Path of the recording."""
 
 
 @dataclass(frozen=True)
 class _Rig:
-    """A rig that can be reached."""
+    """Addresses of a rig."""
 
     address: str
-    """Of the robot's controller."""
+    """Address of the robot's controller."""
     ports: Sequence[PortModel]
-    """Of the rings."""
+    """Ports of the rings."""
     simulated: SimulatedRig | None
-    """None: a real one."""
+    """The simulated rig; None for a real one."""
 
 
 @dataclass(frozen=True)
@@ -105,27 +114,31 @@ class LiveCheck:
     """A check of a setup on a rig."""
 
     name: str
-    """Of the setup, for people."""
+    """Name of the setup, for display."""
     setup: Setup
-    """Rounded as its file holds it."""
+    """The rings, rounded as in the proposal's file."""
     scene: Scene
-    """With the cell of a simulated rig."""
+    """The scene; for a simulated rig with its cell."""
     options: CheckOptions
+    """What to do."""
     host: str | None
-    """Name or address of the robot's controller; None: a simulated rig is started."""
+    """Name or address of the robot's controller; None starts a simulated rig."""
 
     @staticmethod
     def of(
         name: str, setup: Setup, scene: Scene, options: CheckOptions, host: str | None
     ) -> "LiveCheck":
-        """The check, once it may be done: UserError for a robot that cannot be spoken to, or that
-        is to be moved in a cell that is not known.
+        """Create a check and verify that it may run.
+
+        Raises:
+            UserError: if ur-rtde does not support the robot, or the robot shall move in a cell that
+                is not completely described.
         """
         scene = with_cell(scene) if host is None else scene
         if len(scene.robot.chain) != JOINTS:
             raise UserError(
-                f"check: found robot {scene.robot.name}, allowed: one of {JOINTS} joints, as"
-                " ur-rtde knows no other"
+                f"check: robot {scene.robot.name} has {len(scene.robot.chain)} joints; ur-rtde"
+                f" supports only robots with {JOINTS}"
             )
         if options.move and {"mount", "coverage"} & set(options.parts):
             require_known_cell(scene)
@@ -139,8 +152,16 @@ class LiveCheck:
     def record(
         self, plans: Plans, ports: Sequence[PortModel], folder: Path, attendant: Attendant
     ) -> LiveRecord:
-        """Do what is planned on the rings at ``ports``, or at a simulated rig's own, and record it
-        in ``folder``; UserError where it cannot begin.
+        """Run the plans and record them.
+
+        Args:
+            plans: what to do.
+            ports: of the rings; a simulated rig uses its own instead.
+            folder: for the recording.
+            attendant: the person at the rig.
+
+        Raises:
+            UserError: if the check cannot start.
         """
         with self._rig(ports, folder, attendant) as rig:
             about = self._about(plans, rig)
@@ -196,7 +217,7 @@ class LiveCheck:
     def _follow(
         self, session: Session, check: PlannedCheck, rig: _Rig, attendant: Attendant
     ) -> None:
-        """Do what is planned; UserError where it cannot begin."""
+        """Run the plans; raise UserError if they cannot start."""
         setup, plans = check.setup, check.plans
         try:
             start = session.link.wait((START + 1) * session.patience).q
@@ -227,16 +248,16 @@ class LiveCheck:
         start: Float[np.ndarray, " J"],
         attendant: Attendant,
     ) -> MovedRobot:
-        """The robot, ready to be moved, once a person has said yes; UserError where it may not
-        be.
+        """Return the robot, ready to move, once a person has confirmed; raise UserError if it may
+        not move.
         """
         setup, scene = check.setup, check.scene
         if rig.simulated is not None:
             scene = hurried(scene)
         if wrong := Clearance(scene, setup).fault(start, SLACK):
             raise UserError(
-                f"--move: the robot stands where nothing may begin: {wrong}; bring it to a clear"
-                " pose"
+                f"--move: the robot cannot start from its present pose: {wrong}; move it to a"
+                " clear pose with the pendant"
             )
         with attendant.working("planning the route"):
             itinerary = Itinerary(scene, setup, start, check.plans.poses, check.about.seed)
@@ -262,7 +283,7 @@ def _started(scene: Scene, setup: Setup, seed: int, folder: Path) -> SimulatedRi
 
 
 def _free(folder: Path) -> Path:
-    """The first name of a recording that is free."""
+    """Return the first unused name of a recording."""
     return next(
         p for p in (folder / f"recording-{i}.rig" for i in range(1, 100_000)) if not p.exists()
     )

@@ -1,4 +1,4 @@
-"""The models of a check: what its recording is about, and what it found (``check.json``, ``check
+"""Models of a check: the header of its recording, and its result (``check.json``, ``check
 --json``).
 """
 
@@ -14,8 +14,8 @@ from .plan_files import MountPlanFile, RodPlanFile
 
 DISCLAIMER = (
     "place-rings is an engineering aid. A check is no safety function and confers no safety rating:"
-    " whoever is near the robot is protected by the robot's own safety functions and by nothing"
-    " here."
+    " the robot's own safety functions protect people near the robot; nothing in the check"
+    " does."
 )
 _Text = Annotated[str, Field(max_length=1000)]
 
@@ -33,9 +33,11 @@ class PortModel(StrictModel):
 
 
 class AboutFile(StrictModel):
-    """What a recording is of: all that a report needs beside the readings. stale_s: after which a
-    state of the robot was none. injected: was the rig simulated, with what the seed injects?
-    trials: of each target."""
+    """Header of a recording: everything that a report needs beside the readings.
+
+    ``stale_s`` is the maximum age of a robot's state, in seconds. ``injected`` says whether the rig
+    was simulated, with the faults that the seed injects. ``trials`` has one plan for each target.
+    """
 
     setup: _Text
     proposal: ProposalFile
@@ -83,8 +85,8 @@ class AboutFile(StrictModel):
 
 
 class LinkModel(StrictModel):
-    """Of the robot: states that came, over how long; its clock against the host's, and why the link
-    ended, if it did.
+    """Link to the robot: number of states and their duration, the robot's clock relative to the
+    host's, and why the link ended, if it did.
     """
 
     states: int
@@ -95,7 +97,7 @@ class LinkModel(StrictModel):
 
 
 class LineModel(StrictModel):
-    """Of a ring's line: frames that were used, and what spoiled others; its clock against the
+    """Line of a ring: frames used and frames spoiled by kind; the ring's clock relative to the
     host's.
     """
 
@@ -113,7 +115,7 @@ class LineModel(StrictModel):
 
 
 class EventModel(StrictModel):
-    """What happened to a ring's line, so many seconds after the recording's begin."""
+    """Event of a ring's line; ``seconds`` counts from the start of the recording."""
 
     seconds: float
     ring: int
@@ -122,7 +124,7 @@ class EventModel(StrictModel):
 
 
 class LookModel(StrictModel):
-    """A ring in the self check; sensors are named ring:sensor."""
+    """Result of a ring in the self check; sensors are named ring:sensor."""
 
     ring: int
     frames: int
@@ -133,8 +135,8 @@ class LookModel(StrictModel):
 
 
 class WavingModel(StrictModel):
-    """A ring over which a hand was passed: of each place in its frames the seat, null where it saw
-    no hand.
+    """Result of passing a hand over a ring: the seat of each place in its frames, null where the
+    sensor saw no hand.
     """
 
     ring: int
@@ -154,8 +156,8 @@ class SelfModel(StrictModel):
 
 
 class ErrorModel(StrictModel):
-    """An error of mounting: found, within a margin of 95 %; and what was injected, of a simulated
-    rig.
+    """Mounting error of a ring: the estimate, its 95 % margin, and for a simulated rig the injected
+    error.
     """
 
     name: Literal["slip", "tilt", "phase", "offset"]
@@ -200,9 +202,12 @@ class MountCheckModel(StrictModel):
 
 
 class CoverageModel(StrictModel):
-    """Trials with the rod: by what was predicted (seen, unseen) and by what was (seen, unseen); the
-    share of the target, and what was predicted of it as proposed and, after a mount check, as
-    built."""
+    """Trials with the rod in a target.
+
+    ``table`` counts trials: rows predicted seen and unseen, columns observed seen and unseen. The
+    percentages are of the target: measured, predicted for the proposal and, after a mount check,
+    for the setup as built.
+    """
 
     target: str
     radius: float | None = None
@@ -226,8 +231,11 @@ class CoverageModel(StrictModel):
 
 
 class CheckResult(StrictModel):
-    """What ``check --json`` prints. verdict: ``as proposed``, ``differs``, or ``unfinished``;
-    warnings: what speaks against believing it."""
+    """Result of a check, as ``check --json`` prints it.
+
+    ``verdict`` is ``as proposed``, ``differs`` or ``unfinished``. ``warnings`` lists reasons to
+    distrust it.
+    """
 
     setup: str
     simulated: bool

@@ -1,4 +1,4 @@
-"""What the parts of a check measured, from the readings of their steps."""
+"""Results of the parts of a check, from the readings of their steps."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -22,21 +22,22 @@ _Result = TypeVar("_Result")
 
 @dataclass
 class PartResults:
-    """The parts that were done."""
+    """Results of the parts that ran."""
 
     self_check: SelfCheck | None = None
+    """Result of the self check; None if it did not run."""
     waves: dict[int, Waving] = field(default_factory=dict)
-    """By the number of the ring over which a hand was passed."""
+    """Result of waving for each ring number that a hand passed over."""
     stops: Sequence[int] = ()
-    """Numbers of the stops that were read."""
+    """Numbers of the stops with readings."""
     read: Stops | None = None
-    """What was read there."""
+    """Readings at these stops."""
     built: AsBuilt | None = None
-    """How the rings are mounted by that."""
+    """The rings as built, estimated from these readings."""
     rods: Sequence[RodCheck] = ()
-    """Of each target."""
+    """Result of the rod trials in each target."""
     failures: list[str] = field(default_factory=list)
-    """Why a part gave nothing, as lines."""
+    """Why a part has no result, one line each."""
 
 
 def part_results(check: PlannedCheck, gathered: Gathered) -> PartResults:
@@ -66,7 +67,7 @@ def part_results(check: PlannedCheck, gathered: Gathered) -> PartResults:
 
 
 class _Parts:
-    """The parts, each from the readings of its steps."""
+    """Evaluates each part from the readings of its steps."""
 
     def __init__(self, check: PlannedCheck, gathered: Gathered) -> None:
         self._check = check
@@ -77,11 +78,11 @@ class _Parts:
         self.waved = self._numbers("wave", len(check.setup.rings) if check.plans.wave else 0)
 
     def _numbers(self, what: str, count: int) -> list[int]:
-        """The numbers below ``count`` of the steps that were done."""
+        """Return the numbers below ``count`` of the completed steps ``what``."""
         return sorted({s.number for s in self._steps if s.what == what and 0 <= s.number < count})
 
     def _of(self, what: str, number: int | None = None) -> Readings:
-        """The readings of steps; of the last one where it was done again."""
+        """Return the readings of steps; for a repeated step, those of the last run."""
         last: dict[int, Span] = {
             s.number: s for s in self._steps if s.what == what and number in (None, s.number)
         }
@@ -105,14 +106,14 @@ class _Parts:
 
     def built(self, read: Stops | None) -> AsBuilt:
         if read is None:
-            raise ValueError("no stop was read")
+            raise ValueError("no stop has readings")
         fits = fit_mount(self._check.scene, self._check.setup, read)
         return AsBuilt(self._check.scene, self._check.setup, fits)
 
     def rods(self) -> list[RodCheck]:
         done, first, checks = {s.number for s in self._steps if s.what == "trial"}, 0, []
         if not done:
-            raise ValueError("no trial was done")
+            raise ValueError("no trial was completed")
         for plan in self._check.plans.rods:
             numbers = range(first, first := first + len(plan.stratum))
             trials = [self._of("trial", i) if i in done else None for i in numbers]

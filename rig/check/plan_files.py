@@ -1,4 +1,6 @@
-"""The files of plans: stops of a mount check, trials of a coverage check. Metres and degrees."""
+"""Files of plans: stops of a mount check, trials of a coverage check. Lengths in metres, angles in
+degrees.
+"""
 
 import math
 from pathlib import Path
@@ -33,9 +35,11 @@ class StopModel(StrictModel):
 
 
 class MountPlanFile(VersionedFile):
-    """Where the robot stops for a mount check, how many frames are read there, and what is to be
-    learned of each ring: the information about slip, tilt, phase and offset, in units of 20 mm, 5°,
-    5° and 20 mm."""
+    """Stops of the robot for a mount check, and the number of frames read at each.
+
+    ``information`` holds for each ring the information matrix of slip, tilt, phase and offset, in
+    units of 20 mm, 5°, 5° and 20 mm.
+    """
 
     frames: _Count
     stops: list[StopModel] = Field(min_length=1, max_length=10_000)
@@ -91,7 +95,7 @@ class TrialModel(StrictModel):
 
 
 class RodPlanFile(VersionedFile):
-    """Where a test rod is put at each pose, upright, its middle at each point."""
+    """Points at which a test rod is placed at each pose: upright, with its centre at the point."""
 
     target: Literal["V_O", "V_T", "V_OT", "V_S", "V_P"]
     target_radius: Metres | None = None
@@ -131,31 +135,31 @@ def _joints(stops: list[StopModel]) -> np.ndarray:
 
 
 def mount_plan_model(plan: MountPlan) -> MountPlanFile:
-    """A plan of stops as a file holds it."""
+    """Convert a plan of stops to its file model."""
     return MountPlanFile(
         frames=plan.frames, stops=_stops(plan.joints), information=plan.information.tolist()
     )
 
 
 def mount_plan_of(file: MountPlanFile) -> MountPlan:
-    """The plan of stops that a file holds."""
+    """Convert a file model to a plan of stops."""
     return MountPlan(
         _joints(file.stops), file.frames, np.array(file.information, float).reshape(-1, 4, 4)
     )
 
 
 def write_mount_plan(path: Path, plan: MountPlan) -> None:
-    """Write a plan of stops as TOML; UserError if it cannot be written."""
+    """Write a plan of stops as TOML; raise UserError if that fails."""
     write_text(path, to_toml(mount_plan_model(plan)))
 
 
 def read_mount_plan(path: Path) -> MountPlan:
-    """A plan of stops from its file; UserError if it cannot be read or breaks a rule."""
+    """Read a plan of stops from its file; raise UserError if it is unreadable or invalid."""
     return mount_plan_of(read_model(path, MountPlanFile))
 
 
 def rod_plan_model(plan: RodPlan) -> RodPlanFile:
-    """A plan of trials as a file holds it."""
+    """Convert a plan of trials to its file model."""
     name: Any = plan.target.name
     return RodPlanFile(
         target=name,
@@ -181,17 +185,17 @@ def rod_plan_model(plan: RodPlan) -> RodPlanFile:
 
 
 def write_rod_plan(path: Path, plan: RodPlan) -> None:
-    """Write a plan of trials as TOML; UserError if it cannot be written."""
+    """Write a plan of trials as TOML; raise UserError if that fails."""
     write_text(path, to_toml(rod_plan_model(plan)))
 
 
 def read_rod_plan(path: Path) -> RodPlan:
-    """A plan of trials from its file; UserError if it cannot be read or breaks a rule."""
+    """Read a plan of trials from its file; raise UserError if it is unreadable or invalid."""
     return rod_plan_of(read_model(path, RodPlanFile))
 
 
 def rod_plan_of(file: RodPlanFile) -> RodPlan:
-    """The plan of trials that a file holds."""
+    """Convert a file model to a plan of trials."""
     d = file.detection
     return RodPlan(
         Target(file.target, file.target_radius),

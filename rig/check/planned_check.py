@@ -1,4 +1,4 @@
-"""A check as it was planned: setup, scene and plans, as its recording holds them."""
+"""A planned check: setup, scene and plans, as its recording stores them."""
 
 from dataclasses import dataclass
 
@@ -18,20 +18,20 @@ from .plans import Plans
 
 @dataclass(frozen=True)
 class PlannedCheck:
-    """A setup in a scene, and what was planned."""
+    """A setup in a scene, and the plans of its check."""
 
     about: AboutFile
-    """As the recording holds it."""
+    """Header of the recording."""
     scene: Scene
     """Robot, cell and targets."""
     setup: Setup
     """The rings as proposed."""
     plans: Plans
-    """What was to be done."""
+    """The planned parts."""
 
     @staticmethod
     def of(about: AboutFile) -> "PlannedCheck":
-        """The check that a model describes."""
+        """Create the check that a header describes."""
         scene = about.proposal.scene.to_domain()
         stops = mount_plan_of(about.stops) if about.stops else None
         plans = Plans(about.seconds, stops, tuple(rod_plan_of(t) for t in about.trials), about.wave)
@@ -41,7 +41,9 @@ class PlannedCheck:
 
     @staticmethod
     def read(name: str, content: object) -> "PlannedCheck":
-        """The check of a recording's table; UserError, which names ``name``, if it is none."""
+        """Read the check from the table of a recording; raise UserError that names ``name`` if it
+        is invalid.
+        """
         try:
             return PlannedCheck.of(AboutFile.model_validate(content, context=FROM_FILE))
         except ValidationError as error:
@@ -49,19 +51,17 @@ class PlannedCheck:
 
     @property
     def ports(self) -> list[Port]:
-        """Where the rings were."""
+        """Ports of the rings."""
         return [Port(p.name, p.count, p.decoder, p.baud, p.patience) for p in self.about.ports]
 
     @property
     def injected(self) -> Injected | None:
-        """The errors and faults of a simulated rig; None for a real one."""
+        """Errors and faults of a simulated rig; None for a real one."""
         return injected(self.scene, self.setup, self.about.seed) if self.about.injected else None
 
 
 def ring_names(setup: Setup) -> list[str]:
-    """What each ring is called: by its link, and by its number among that link's where there are
-    several.
-    """
+    """Name each ring by its link, with its number among that link's rings if there are several."""
     links = [r.link for r in setup.rings]
     return [
         link if links.count(link) == 1 else f"{link}.{links[:i].count(link)}"

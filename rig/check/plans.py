@@ -1,5 +1,5 @@
-"""What a check is to do: its parts, the stops of the mount check, the trials of the coverage check;
-drawn up for a setup, and written for a person to read and print.
+"""Plans of a check: its parts, the stops of the mount check, and the trials of the coverage check,
+also written to files for a person to read and print.
 """
 
 from dataclasses import dataclass
@@ -25,34 +25,34 @@ PARTS: tuple[Part, ...] = ("self", "mount", "coverage")
 
 @dataclass(frozen=True)
 class CheckOptions:
-    """What a check is to do, before anything is planned."""
+    """Options of a check, before planning."""
 
     parts: tuple[Part, ...]
-    """The parts to do."""
+    """Parts to run."""
     seconds: float
     """Duration of the self check, s."""
     wave: bool
-    """Whether a hand is passed over the sensors, ring by ring."""
+    """Whether a hand passes over the sensors, ring by ring."""
     stops: int
-    """Stops of the mount check."""
+    """Number of stops of the mount check."""
     trials: int
-    """Trials of the coverage check, over all targets."""
+    """Number of trials of the coverage check, over all targets."""
     rod: Rod
     """The test rod."""
     move: bool
-    """Whether a real robot may be moved."""
+    """Whether the check may move a real robot."""
     reduced_near_stop: bool
-    """Whether it may be moved where too few sensors keep the near stop."""
+    """Whether it may move the robot although too few sensors keep the full near stop."""
     voxel: float
     """Side of a voxel, m."""
     seed: int
-    """Of everything drawn."""
+    """Seed of all random draws."""
 
 
 @dataclass(frozen=True)
 class Plans:
-    """What is to be done. The rods' plans have the same poses, and their trials are numbered one
-    after another.
+    """The planned parts. All plans of the rod have the same poses, and their trials are numbered
+    consecutively.
     """
 
     seconds: float | None
@@ -62,13 +62,11 @@ class Plans:
     rods: tuple[RodPlan, ...] = ()
     """Trials of the coverage check in each target; none: no coverage check."""
     wave: bool = False
-    """Whether a hand is passed over the sensors, ring by ring."""
+    """Whether a hand passes over the sensors, ring by ring."""
 
     @property
     def poses(self) -> list[Float[np.ndarray, "P J"]]:
-        """The poses at which the robot is to stand, (P, J) rad, for each part that has some, in
-        order.
-        """
+        """Poses (P, J) rad at which the robot stands, for each part that has some, in order."""
         return [plan.joints for plan in (self.mount, *self.rods[:1]) if plan is not None]
 
 
@@ -79,7 +77,7 @@ def plan_check(setup: Setup, scene: Scene, options: CheckOptions, moved: bool) -
         setup: the rings to check.
         scene: robot, cell and targets.
         options: what to plan.
-        moved: whether the robot is moved by the check, and so needs clear poses.
+        moved: whether the check moves the robot, which requires collision-free poses.
 
     Raises:
         UserError: if no plan is possible.
@@ -102,7 +100,7 @@ def plan_check(setup: Setup, scene: Scene, options: CheckOptions, moved: bool) -
 
 
 def write_plans(scene: Scene, plans: Plans, folder: Path) -> list[str]:
-    """Write the plans into a folder; return the files' names."""
+    """Write the plans into a folder; return the names of the files."""
     files = []
     if plans.mount is not None:
         write_mount_plan(folder / "stops.toml", plans.mount)

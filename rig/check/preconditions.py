@@ -1,4 +1,6 @@
-"""What must hold before a check moves a real robot: a known cell, and sensors that stop it."""
+"""Preconditions for moving a real robot: a completely described cell, and sensors that can stop the
+robot.
+"""
 
 from ...formats.errors import UserError
 from ...objectives.scene import Scene
@@ -7,16 +9,16 @@ from ..poses.near_stops import NearStops
 
 
 def require_known_cell(scene: Scene) -> None:
-    """UserError that says what to add, where a scene does not say all that a moving robot could
-    hit.
+    """Raise UserError that says what to add if the scene does not describe everything a moving
+    robot could hit.
     """
     lacks = []
     if not any("floor" in o.keys for o in scene.obstacles):
         lacks.append("[[obstacles]] floor = HEIGHT_OF_YOUR_FLOOR (m, in the base frame)")
     if not scene.robot.bodies:
         lacks.append(
-            "a robot with bodies (`place-rings robot` fits them), as nothing else keeps it off the"
-            " cell and itself"
+            "a robot with bodies (`place-rings robot` fits them); without them nothing keeps it"
+            " from hitting the cell or itself"
         )
     if not scene.motion.cell_complete:
         lacks.append(
@@ -28,22 +30,22 @@ def require_known_cell(scene: Scene) -> None:
     if inside := sunk(scene):
         more = f" (and {len(inside) - 1} more)" if len(inside) > 1 else ""
         raise UserError(
-            f"--move: {inside[0]}{more}; allowed: poses at which nothing stands in an obstacle"
+            f"--move: {inside[0]}{more}; correct the scene so that no body is inside an obstacle"
         )
 
 
 def require_near_stop(stops: NearStops, scene: Scene, waived: bool) -> None:
-    """UserError where too few sensors keep the near stop, unless that is waived."""
+    """Raise UserError if too few sensors keep the full near stop, unless ``waived``."""
     least = scene.motion.near_share
     if stops.share >= least or waived:
         return
     hint = (
         ""
         if scene.motion.rings_as_proposed
-        else "; rings_as_proposed = true, if every ring is the right way round, helps"
+        else "; if every ring is the right way round, set rings_as_proposed = true to raise it"
     )
     raise UserError(
-        f"--move: along the route {100 * stops.share:.0f} % of the sensors keep the whole near"
-        f" stop, allowed: {100 * least:.0f} % and more (near_share under [motion]){hint};"
-        " --allow-reduced-near-stop moves all the same"
+        f"--move: along the route {100 * stops.share:.0f} % of the sensors keep the full near"
+        f" stop; at least {100 * least:.0f} % are required (near_share under [motion]){hint};"
+        " --allow-reduced-near-stop moves anyway"
     )

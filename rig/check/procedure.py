@@ -1,8 +1,7 @@
-"""The steps of a check on a rig that is listened to: where to stand, what to put where, and from
-when to when to read.
+"""The steps of a check: where the robot stands, where the rod is placed, and when readings count.
 
-Readings are gathered all the time; what is said beside them tells which belong to which step, in
-the recording too.
+Readings are collected all the time. Notes in the session, and so in the recording, tell which
+readings belong to which step.
 """
 
 import time
@@ -17,57 +16,79 @@ from ..rod.trial_plan import RodPlan
 from ..session.session import Session
 from .plans import Part, Plans
 
-_SLOWEST = 5.0  # frames a second of a ring that is waited for
-_PATIENCE = 1.0  # s, besides
+_SLOWEST = 5.0  # frames a second, the slowest ring that is waited for
+_PATIENCE = 1.0  # s, in addition
 _LOOK = 0.02  # s
 
 
 class EndedError(Exception):
-    """The check cannot go on, or was ended; the text says why. What was gathered is judged."""
+    """The check cannot continue, or was ended; the text says why. The data collected so far is
+    still assessed.
+    """
 
 
 class Operator(Protocol):
-    """Who brings the robot where it is to stand, and the rod where it is to be."""
+    """Brings the robot to its poses and the rod to its points."""
 
     def order(self, joints: Float[np.ndarray, "P J"]) -> Sequence[int]:
-        """Which of P poses to go to, in this order; those that cannot be reached are left out."""
+        """Return the indices of the reachable poses among P, in the order to visit them."""
         ...
 
     def stand(self, q: Float[np.ndarray, " J"], words: str) -> bool:
-        """Bring the robot to ``q`` (J,) rad and let it stand still; False: this is left out.
-        EndedError: no more.
+        """Bring the robot to ``q`` (J,) rad and let it stand still.
+
+        Returns:
+            False if this pose is skipped.
+
+        Raises:
+            EndedError: if the check must end.
         """
         ...
 
     def put(self, point: Float[np.ndarray, " 3"] | None, words: str) -> bool:
-        """Put the rod's middle at ``point`` (3,) m, or away; False: this is left out. EndedError:
-        no more.
+        """Put the rod's centre at ``point`` (3,) m, or take the rod away if it is None.
+
+        Returns:
+            False if this point is skipped.
+
+        Raises:
+            EndedError: if the check must end.
         """
         ...
 
     def wave(self, ring: int) -> bool:
-        """Pass a hand over the sensors of a ring, one by one; False: this is left out. EndedError:
-        no more.
+        """Pass a hand over the sensors of a ring, one by one.
+
+        Returns:
+            False if this ring is skipped.
+
+        Raises:
+            EndedError: if the check must end.
         """
         ...
 
     def show(self, part: Part, done: int, of: int) -> None:
-        """So many steps of a part are done."""
+        """Show that ``done`` of ``of`` steps of a part are complete."""
         ...
 
 
 class Span(NamedTuple):
-    """From when to when, s of the host's monotonic clock, what was read: ``self``, ``wave`` at a
-    ring, ``mount`` at a stop, ``before`` at a pose without the rod, ``trial`` with it."""
+    """Period of one step."""
 
     what: str
+    """``self``, ``wave`` (at a ring), ``mount`` (at a stop), ``before`` (at a pose without the rod)
+    or ``trial`` (with it).
+    """
     number: int
+    """Number of the ring, stop, pose or trial."""
     begin: float
+    """Start, s of the host's monotonic clock."""
     end: float
+    """End, s of the host's monotonic clock."""
 
 
 def spans(said: Iterable[tuple[float, dict[str, Any]]]) -> list[Span]:
-    """The steps that were done, from what was said; one that was not ended is none."""
+    """Return the completed steps from the notes of a session; steps without an end are omitted."""
     done, begun = list[Span](), None
     for at, words in said:
         match words:
@@ -80,8 +101,11 @@ def spans(said: Iterable[tuple[float, dict[str, Any]]]) -> list[Span]:
 
 
 def run(session: Session, plans: Plans, operator: Operator) -> str:
-    """Do all that is planned; why it ended early, empty where it did not. Ctrl-C ends it like
-    anything else, and so does another signal that is raised as a KeyboardInterrupt, by its text."""
+    """Run all plans; return why they ended early, or an empty string.
+
+    Ctrl-C ends the check like any other reason; so does a signal that is raised as a
+    KeyboardInterrupt, whose text is the reason.
+    """
     why = ""
     try:
         if plans.seconds is not None:
@@ -142,7 +166,7 @@ def _rod(session: Session, plans: Sequence[RodPlan], operator: Operator) -> None
                     operator.show("coverage", done, total)
                     x, y, z = 1000 * plan.point[trial]
                     words = (
-                        f"trial {start + trial}: rod upright, its middle at ({x:.0f}, {y:.0f},"
+                        f"trial {start + trial}: rod upright, its centre at ({x:.0f}, {y:.0f},"
                         f" {z:.0f}) mm"
                     )
                     if operator.put(plan.point[trial], words):
@@ -154,7 +178,7 @@ def _rod(session: Session, plans: Sequence[RodPlan], operator: Operator) -> None
 
 
 def _read(session: Session, frames: int, step: str, number: int) -> None:
-    """Wait for so many frames of every ring that is heard, the first begun after now left out."""
+    """Wait for ``frames`` frames of every ring, not counting the one that was already under way."""
     session.say("begin", step=step, number=int(number))
     first, most = [c.frames for c in session.rings.counts], (frames + 1) / _SLOWEST + _PATIENCE
     until = time.monotonic() + most * session.patience

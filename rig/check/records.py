@@ -1,4 +1,4 @@
-"""What was gathered and measured, as the models of a check hold it."""
+"""Convert collected data and results to the models of a check."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
@@ -39,18 +39,18 @@ _SHOWN: dict[str, tuple[float, Literal["mm", "°"]]] = {
     "phase": (180 / np.pi, "°"),
     "offset": (1000.0, "mm"),
 }
-_WORTH = (Happened.BACK,)  # events that warn of nothing
+_WORTH = (Happened.BACK,)  # events that are no warning
 _DIGITS = 6
 
 
 def seconds_of(gathered: Gathered) -> float:
-    """From the robot's first state to its last."""
+    """Return the time from the robot's first state to its last, s."""
     times = [s.time for s in gathered.states] or [0.0]
     return round(times[-1] - times[0], 3)
 
 
 def _clock(alignment: Alignment | None) -> tuple[float | None, float | None]:
-    """Drift, ppm, and jitter, ms."""
+    """Return drift in ppm and jitter in ms."""
     return (
         (None, None)
         if alignment is None
@@ -59,7 +59,7 @@ def _clock(alignment: Alignment | None) -> tuple[float | None, float | None]:
 
 
 def link_of(gathered: Gathered) -> LinkModel:
-    """Of the robot's link."""
+    """Describe the robot's link."""
     endings = [said for _, said in gathered.said if said.get("what") == "link ended"]
     ended = None
     if endings:
@@ -73,7 +73,7 @@ def link_of(gathered: Gathered) -> LinkModel:
 
 
 def lines_of(setup: Setup, ports: Sequence[Port], gathered: Gathered) -> list[LineModel]:
-    """Of every ring's line."""
+    """Describe every ring's line."""
     rows, clocks = [], gathered.clocks(len(ports))
     for i, (ring, port, c, clock) in enumerate(
         zip(setup.rings, ports, gathered.counts, clocks, strict=True)
@@ -88,7 +88,7 @@ def lines_of(setup: Setup, ports: Sequence[Port], gathered: Gathered) -> list[Li
 
 
 def events_of(gathered: Gathered) -> list[EventModel]:
-    """What happened to rings' lines, in order."""
+    """List the events of the rings' lines, in order of time."""
     start = min([s.time for s in gathered.states] + [e.time for e in gathered.events], default=0.0)
     events = sorted(gathered.events, key=lambda e: (e.time, e.ring, e.what.name))
     return [
@@ -100,7 +100,7 @@ def events_of(gathered: Gathered) -> list[EventModel]:
 
 
 def warnings_of(gathered: Gathered, damage: str) -> list[str]:
-    """What speaks against believing the rest."""
+    """List reasons to distrust the result."""
     happened = [
         f"ring {e.ring}: {e.what}{': ' + e.detail if e.detail else ''}" for e in events_of(gathered)
     ]
@@ -118,18 +118,18 @@ def warnings_of(gathered: Gathered, damage: str) -> list[str]:
     shares = [said["share"] for said in waived if isinstance(said.get("share"), float)]
     return [
         *(
-            f"moved with {100 * share:.0f} % of the sensors keeping the whole near stop, as was"
-            " allowed"
+            f"the robot moved while {100 * share:.0f} % of the sensors kept the full near stop"
+            " (--allow-reduced-near-stop)"
             for share in shares
         ),
         *([f"the robot's link ended: {link}"] if link else []),
-        *([f"the recording is not whole: {damage}"] if damage else []),
+        *([f"the recording is damaged: {damage}"] if damage else []),
         *dict.fromkeys(happened),
     ]
 
 
 def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfModel | None:
-    """Of the self check."""
+    """Describe the self check."""
     if done is None:
         return None
     first, rings = np.cumsum([0, *(r.count for r in done.setup.rings)]), []
@@ -162,7 +162,7 @@ def self_check_of(done: SelfCheck | None, waved: Mapping[int, Waving]) -> SelfMo
 
 
 def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
-    """Of a ring as it was found to be mounted, beside what was injected."""
+    """Describe the estimated mounting of a ring, beside the injected errors."""
     truth = None if done is None else truth_of(fit, done.errors[number])
     errors = []
     for k, (name, value, margin) in enumerate(
@@ -187,7 +187,7 @@ def fit_of(number: int, fit: RingFit, done: Injected | None) -> RingFitModel:
 def mount_of(
     check: PlannedCheck, stops: int, built: AsBuilt | None, verifier: Verifier
 ) -> MountCheckModel | None:
-    """Of a mount check of which so many ``stops`` were read."""
+    """Describe a mount check with readings at ``stops`` stops."""
     plan, was = check.plans.mount, check.injected
     if plan is None or built is None:
         return None
@@ -209,7 +209,7 @@ def mount_of(
 
 
 def coverage_of(check: PlannedCheck, rod: RodCheck, built: AsBuilt | None) -> CoverageModel:
-    """Of the trials in a target."""
+    """Describe the trials in a target."""
     plan, was, true, guess = rod.plan, check.injected, None, None
     if was is not None or built is not None:
         where: Places = places(check.scene, plan.target, plan.rod)

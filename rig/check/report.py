@@ -1,4 +1,4 @@
-"""The files of a check: page, JSON, CSV, and the setup as built."""
+"""Files of a check: page, JSON, CSV, and the setup as built."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,7 +17,7 @@ from .planned_check import PlannedCheck
 
 
 def write_files(check: PlannedCheck, assessment: Assessment, folder: Path) -> list[str]:
-    """Write the report of a check; return the files' names."""
+    """Write the report of a check; return the names of the files."""
     result, done = assessment.result, assessment.parts
     texts = {"check.html": html(page(result), folder, f"Check of {result.setup}")}
     texts["check.json"] = result.model_dump_json(indent=2) + "\n"
@@ -38,7 +38,9 @@ def _number(value: float, digits: int = 4) -> Any:
 
 
 def _stops(check: PlannedCheck, numbers: Sequence[int], read: Stops) -> list[Mapping[str, Any]]:
-    """Each sensor, as wired, at each stop: what should have been read as proposed, and what was."""
+    """One row for each sensor, as wired, at each stop: expected reading as proposed, and actual
+    reading.
+    """
     setup = check.setup
     wanted = expected(check.scene, setup, read.joints)
     first = np.cumsum([0, *(r.count for r in setup.rings)])
@@ -60,7 +62,7 @@ def _stops(check: PlannedCheck, numbers: Sequence[int], read: Stops) -> list[Map
 
 
 def _trials(rods: Sequence[RodCheck]) -> list[Mapping[str, Any]]:
-    """The trials in each target, numbered one after another."""
+    """One row for each trial, numbered consecutively over the targets."""
     rows = list[Mapping[str, Any]]()
     for rod in rods:
         plan = rod.plan
@@ -83,7 +85,7 @@ def _trials(rods: Sequence[RodCheck]) -> list[Mapping[str, Any]]:
 
 
 def page(r: CheckResult) -> str:
-    """The report as Markdown."""
+    """Return the report as Markdown."""
     lines = [f"# Check of {escaped(r.setup)}: {r.verdict}", "", f"> {r.disclaimer}", ""]
     kind = f"a simulated rig, seed {r.seed}" if r.simulated else "a real rig"
     lines += [
@@ -113,10 +115,10 @@ def _self(r: CheckResult) -> list[str]:
     heads = ("ring", "frames", "a second", "gaps", "sensors that answer", "scatter, mm")
     named = (
         ("Never answer", r.self_check.silent),
-        ("Scatter more than thought", r.self_check.noisy),
-        ("Often miss what they see", r.self_check.lossy),
-        ("Return the robot itself", r.self_check.on_robot),
-        ("Read other than expected", r.self_check.surprising),
+        ("Scatter more than expected", r.self_check.noisy),
+        ("Often miss their target", r.self_check.lossy),
+        ("See the robot itself", r.self_check.on_robot),
+        ("Differ from the expected reading", r.self_check.surprising),
     )
     return [
         *("## Self check", "", table(heads, rows)),
@@ -127,8 +129,8 @@ def _self(r: CheckResult) -> list[str]:
 
 
 def _wired(wave: WavingModel) -> str:
-    """Which sensor each wire has, by a hand."""
-    missed = [f"none was seen by {', '.join(map(str, wave.missed))}"] * bool(wave.missed)
+    """Describe the wiring found by waving a hand."""
+    missed = [f"no hand was seen by {', '.join(map(str, wave.missed))}"] * bool(wave.missed)
     return "; ".join(wave.faults + missed) or "wired in order"
 
 
@@ -142,7 +144,7 @@ def _mount(r: CheckResult) -> list[str]:
     lines = [
         "## Mount check",
         "",
-        f"{r.mount.stops} of {r.mount.planned} stops; margins of 95 %.",
+        f"{r.mount.stops} of {r.mount.planned} stops; margins are 95 %.",
         "",
     ]
     heads = [
@@ -157,11 +159,11 @@ def _mount(r: CheckResult) -> list[str]:
     ]
     lines += [table(heads, [_ring(one) for one in r.mount.rings])]
     lines += [
-        f"- ring {one.ring} ({escaped(one.link)}) {escaped(fault)}"
+        f"- ring {one.ring} ({escaped(one.link)}): {escaped(fault)}"
         for one in r.mount.rings
         for fault in one.faults
     ]
-    lines += [f"- not told by these readings: {escaped(', '.join(r.mount.open))}"] * bool(
+    lines += [f"- not determined by these readings: {escaped(', '.join(r.mount.open))}"] * bool(
         r.mount.open
     )
     if r.mount.injected_found is not None:
@@ -173,8 +175,8 @@ def _mount(r: CheckResult) -> list[str]:
         lines += [
             "",
             (
-                f"Of what was injected: {said}; what was injected lies in the region of 95 % of"
-                f" {sum(map(bool, held))} of {len(held)} rings (after a slash: injected)."
+                f"Injected faults: {said}. The injected errors lie in the 95 % region of"
+                f" {sum(map(bool, held))} of {len(held)} rings (injected value after the slash)."
             ),
         ]
     rows = [
@@ -187,7 +189,7 @@ def _mount(r: CheckResult) -> list[str]:
     return [
         *lines,
         "",
-        table(("ζ, %", "as proposed", "as built", "as built, by sensors that answer"), rows),
+        table(("ζ, %", "as proposed", "as built", "as built, answering sensors only"), rows),
     ]
 
 
@@ -221,9 +223,9 @@ def _coverage(r: CheckResult) -> list[str]:
             ),
         ]
         if c.built_percent is not None:
-            lines.append(f"Predicted of the setup as built: {c.built_percent:.1f} %.")
+            lines.append(f"Predicted for the setup as built: {c.built_percent:.1f} %.")
         if c.true_percent is not None:
-            lines.append(f"True of the simulated rig, counted: {c.true_percent:.1f} %.")
+            lines.append(f"True value of the simulated rig, counted: {c.true_percent:.1f} %.")
         lines.append("")
     return lines
 
@@ -256,13 +258,10 @@ def _health(r: CheckResult) -> list[str]:
         "clock, ppm",
         "jitter, ms",
     )
-    robot = (
-        f"The robot told of itself {r.robot.states} times in {r.robot.seconds:.1f} s; its clock"
-        " goes"
-    )
+    robot = f"The robot sent {r.robot.states} states in {r.robot.seconds:.1f} s; its clock is"
     clock = (
-        f"{robot} {_shown(r.robot.drift_ppm)} ppm fast, states come within"
-        f" {_shown(r.robot.jitter_ms, 2)} ms."
+        f"{robot} {_shown(r.robot.drift_ppm)} ppm faster than the host's; states arrive with"
+        f" a jitter of {_shown(r.robot.jitter_ms, 2)} ms."
     )
     lines = ["## Links", "", table(heads, rows), clock, ""]
     if r.events:

@@ -1,5 +1,5 @@
-"""The first look at a rig that stands still: does every sensor answer, how often, how noisily, and
-which see the robot?
+"""Self check of a rig that stands still: which sensors answer, how often, with which noise, and
+which see the robot.
 """
 
 from dataclasses import dataclass
@@ -13,41 +13,47 @@ from ..sensing.expected import ROBOT, expected
 from ..sensing.noise import Noise
 from ..sensing.readings import Readings, at_stops
 
-_BODY = 0.05  # m, by which a robot's body may lie off the capsules that stand for it
-_SURE = 5.0  # deviations
-_NOISY = 3.0  # times the noise that was thought
-_LOST = 0.2  # share of readings without a target where there should be one
+_BODY = 0.05  # m between a robot's body and the capsules that model it
+_SURE = 5.0  # standard deviations
+_NOISY = 3.0  # times the noise model
+_LOST = 0.2  # share of readings that miss an existing target
 _GAP = 1.5  # periods
 
 
 @dataclass(frozen=True)
 class RingHealth:
-    """Of a ring: frames read, frames a second, and how often the time between two was more than one
-    and a half of the usual period."""
+    """Frames of one ring."""
 
     frames: int
+    """Number of frames."""
     rate: float
+    """Frames per second."""
     gaps: int
+    """How often two frames were more than 1.5 times the median period apart."""
 
 
 @dataclass(frozen=True)
 class SelfCheck:
-    """What K sensors, as wired and ring by ring, read at one pose.
-
-    answers (K,): share of readings that were answers at all. valid (K,): share with a target.
-    distance, spread (K,) m: median, and deviation by the median. expected (K,) m: what was to be
-    read, infinite where nothing; what (K,): of what, as in ``Expected``.
-    """
+    """Readings of K sensors at one pose, as wired, ring by ring."""
 
     setup: Setup
+    """The rings as proposed."""
     rings: tuple[RingHealth, ...]
+    """Frames of each ring."""
     answers: Float[np.ndarray, " K"]
+    """Share of readings that are not failures."""
     valid: Float[np.ndarray, " K"]
+    """Share of readings with a target."""
     distance: Float[np.ndarray, " K"]
+    """Median distance, m."""
     spread: Float[np.ndarray, " K"]
+    """Standard deviation estimated from the median, m."""
     expected: Float[np.ndarray, " K"]
+    """Expected distance, m; infinite where no target is expected."""
     what: Int[np.ndarray, " K"]
+    """The expected target, coded as in ``Expected``."""
     noise: Noise
+    """Noise model of the sensors."""
 
     @property
     def silent(self) -> Int[np.ndarray, " s"]:
@@ -56,7 +62,7 @@ class SelfCheck:
 
     @property
     def on_robot(self) -> Int[np.ndarray, " s"]:
-        """Sensors that should return the robot itself here, and return something about there."""
+        """Sensors that are expected to see the robot itself here, and read about that distance."""
         here = self.what == ROBOT
         with np.errstate(invalid="ignore"):
             return np.flatnonzero(
@@ -65,7 +71,7 @@ class SelfCheck:
 
     @property
     def noisy(self) -> Int[np.ndarray, " s"]:
-        """Sensors that scatter more than thought."""
+        """Sensors whose readings scatter more than expected."""
         with np.errstate(invalid="ignore"):
             return np.flatnonzero(
                 self.spread > _NOISY * self.noise.at(np.nan_to_num(self.distance))
@@ -73,13 +79,14 @@ class SelfCheck:
 
     @property
     def lossy(self) -> Int[np.ndarray, " s"]:
-        """Sensors that answer, see something, and often miss it."""
+        """Sensors that answer and see a target, but often miss it."""
         return np.flatnonzero((self.answers > 0) & (self.valid > 0) & (self.valid < 1 - _LOST))
 
     @property
     def surprising(self) -> Int[np.ndarray, " s"]:
-        """Sensors that read something other than expected: a ring that is mounted otherwise, or a
-        thing that is not in the scene."""
+        """Sensors that differ from the expected reading: a ring is mounted differently, or an
+        object is missing from the scene.
+        """
         with np.errstate(invalid="ignore"):
             off = np.abs(self.distance - self.expected) > self._tolerance()
         return np.flatnonzero(
@@ -90,7 +97,7 @@ class SelfCheck:
         return _BODY + _SURE * self.noise.at(np.nan_to_num(self.distance))
 
     def text(self) -> list[str]:
-        """Ring by ring, then what is not as it should be, in lines."""
+        """Describe each ring, then list the irregular sensors, as lines."""
         first, lines = np.cumsum([0, *(r.count for r in self.setup.rings)]), []
         for i, (ring, health) in enumerate(zip(self.setup.rings, self.rings, strict=True)):
             k = slice(int(first[i]), int(first[i + 1]))
@@ -105,17 +112,17 @@ class SelfCheck:
             )
         for words, which in (
             ("never answer", self.silent),
-            ("scatter more than thought", self.noisy),
-            ("often miss what they see", self.lossy),
-            ("return the robot itself", self.on_robot),
-            ("read other than expected", self.surprising),
+            ("scatter more than expected", self.noisy),
+            ("often miss their target", self.lossy),
+            ("see the robot itself", self.on_robot),
+            ("differ from the expected reading", self.surprising),
         ):
             if len(which):
                 lines.append(f"{words}: {', '.join(self.named(which))}")
         return lines
 
     def named(self, which: Int[np.ndarray, " s"]) -> list[str]:
-        """Sensors as ring:sensor, both counted from 0."""
+        """Name sensors as ring:sensor, both counted from 0."""
         ring, first = (
             self.setup.ring_of_sensor,
             np.cumsum([0, *(r.count for r in self.setup.rings)]),
@@ -126,13 +133,13 @@ class SelfCheck:
 def self_check(
     scene: Scene, setup: Setup, readings: Readings, noise: Noise | None = None
 ) -> SelfCheck:
-    """Judge readings that were taken while the robot stood still.
+    """Evaluate readings taken while the robot stood still.
 
     Raises:
-        ValueError: if there is none, or one is of no sensor of the setup.
+        ValueError: if there is no reading, or one of a sensor that the setup does not have.
     """
     if not len(readings):
-        raise ValueError("found no reading, allowed: some seconds of every ring")
+        raise ValueError("no reading of any ring; read every ring for some seconds")
     q = np.median(readings.joints, axis=0)[None]
     stops, wanted = at_stops(readings, setup, q), expected(scene, setup, q)
     total = np.maximum(stops.total[0], 1)

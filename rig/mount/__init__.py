@@ -1,3 +1,1 @@
-"""The mount check: where to stand, which sensor is which, how the rings are mounted, and the setup
-as built.
-"""
+"""Mount check: its stops, the wiring, the mounting errors of the rings, and the setup as built."""

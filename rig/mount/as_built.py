@@ -1,5 +1,5 @@
-"""The setup as it was found to be mounted: beside what was proposed, its ζ verified anew, and as a
-proposal of its own.
+"""The setup as built: compared with the proposal, with ζ verified again, and as a proposal of its
+own.
 """
 
 import math
@@ -36,28 +36,33 @@ _SHOWN = {
 
 @dataclass(frozen=True)
 class Zeta:
-    """ζ in [0, 1] of a target: of the setup proposed, as built, and as built without the sensors
-    that are dead.
-    """
+    """ζ of a target, in [0, 1]."""
 
     target: Target
+    """The target."""
     proposed: float
+    """ζ of the proposed setup."""
     built: float
+    """ζ of the setup as built."""
     alive: float
+    """ζ of the setup as built, without dead sensors."""
 
 
 @dataclass(frozen=True)
 class AsBuilt:
-    """scene, what was proposed, and how each ring was found."""
+    """The setup as built."""
 
     scene: Scene
+    """The scene."""
     proposed: Setup
+    """The proposed setup."""
     fits: tuple[RingFit, ...]
+    """Estimated mounting of each ring."""
 
     @property
     def setup(self) -> Setup:
-        """The rings as built, as a proposal's file holds them: a ring that slipped beyond a link's
-        end sits at the end.
+        """The rings as built, as a proposal's file stores them: a ring that slipped beyond a link's
+        end is placed at the end.
         """
         rings = (replace(f.ring, position=min(max(f.ring.position, 0.0), 1.0)) for f in self.fits)
         return rounded(Setup(tuple(rings)), self.scene.sensor)
@@ -71,14 +76,14 @@ class AsBuilt:
         return np.concatenate(alive)
 
     def zeta(self, target: Target, verifier: Verifier | None = None) -> Zeta:
-        """ζ by an exact count; ``verifier``: of the same scene."""
+        """Count ζ exactly; ``verifier`` must be of the same scene."""
         verifier = verifier or Verifier(self.scene)
         proposed, built = (verifier.verify(s, target).zeta for s in (self.proposed, self.setup))
         alive = built if self.alive.all() else float(exact_zetas(verifier, target, self._living)[0])
         return Zeta(target, proposed, built, alive)
 
     def _living(self, pose: int) -> Sequence[Parts]:
-        """What the sensors that answer see at a pose."""
+        """Return the regions that answering sensors cover at a pose."""
         q = self.scene.poses[pose].q
         return [
             sight(
@@ -91,7 +96,9 @@ class AsBuilt:
         ]
 
     def proposal(self, name: str, verifier: Verifier | None = None) -> ProposalFile:
-        """The setup as built as a proposal's file, with ζ of the scene's targets, verified anew."""
+        """Return the setup as built as a proposal's file, with ζ of the scene's targets verified
+        again.
+        """
         verifier = verifier or Verifier(self.scene)
         found = [
             VerifyResult.of(name, verifier.verify(self.setup, g.target), self.scene)
@@ -106,21 +113,21 @@ class AsBuilt:
         )
 
     def toml(self, name: str, verifier: Verifier | None = None) -> str:
-        """The same as text, with what was found as comments."""
+        """Return the same as text, with the findings as comments."""
         return to_toml(
             self.proposal(name, verifier),
             "\n".join(["As built, from a mount check:", *self.text()]),
         )
 
     def text(self, confidence: float = 0.95) -> list[str]:
-        """Each ring beside its proposal, then what is wrong with it, in lines."""
+        """Compare each ring with its proposal and list its faults, as lines."""
         lines = []
         for i, fit in enumerate(self.fits):
             margins = fit.margins(confidence)
             found = [_shown(*each) for each in zip(fit.names, fit.values, margins, strict=True)]
             sure = (
-                f"{100 * confidence:.0f} % sure, {fit.used} readings, residuals {fit.scale:.2f} of"
-                " the noise thought"
+                f"{100 * confidence:.0f} % confidence, {fit.used} readings, residuals"
+                f" {fit.scale:.2f} of the noise model"
             )
             lines.append(f"ring {i} ({fit.nominal.link}): {', '.join(found)} ({sure})")
             lines += [f"ring {i} ({fit.nominal.link}): {fault}" for fault in faults(fit)]
@@ -133,17 +140,17 @@ def _shown(name: str, value: float, margin: float) -> str:
 
 
 def faults(fit: RingFit) -> list[str]:
-    """What is wrong with a ring beside where it sits, in words."""
+    """List the faults of a ring beside its mounting errors."""
     found = told(fit.order, fit.mixed)
     if fit.dead:
-        found.append(f"dead: sensor {', '.join(map(str, fit.dead))} of its frames")
+        found.append(f"has dead sensors, by place in its frames: {', '.join(map(str, fit.dead))}")
     if fit.open:
-        found.append(f"not told by these readings: {', '.join(fit.open)}")
+        found.append(f"not determined by these readings: {', '.join(fit.open)}")
     if fit.ring.position < 0 or fit.ring.position > 1:
         found.append(f"sits beyond its link's end, at {fit.ring.position:.3f}")
     return found
 
 
 def truth_of(fit: RingFit, errors: Float[np.ndarray, " 4"]) -> Float[np.ndarray, " p"]:
-    """Of errors by ``NAMES`` those that a fit estimated."""
+    """Select from errors by ``NAMES`` those that a fit estimated."""
     return np.array([errors[NAMES.index(name)] for name in fit.names])

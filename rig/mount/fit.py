@@ -1,8 +1,9 @@
-"""How rings are truly mounted: the errors that bring what is expected nearest to what was read,
-with their uncertainty.
+"""Estimate how rings are mounted: the errors that best explain the readings, with their
+uncertainty.
 
-Ring by ring, as no ring's readings depend on another's: first the order of its wires, then by turns
-its errors (least squares over the readings that the known cell returns) and who sits where.
+Rings are independent, because no ring's readings depend on another's. For each ring, first the
+order of its wires is found. Then two steps alternate: least squares for the errors, over the
+readings of the known cell, and the assignment of wires to seats.
 """
 
 import math
@@ -22,35 +23,40 @@ from .solve import MountError, Read, Solved, solve
 from .wiring import Order, best_order, costs, mixed, reseated
 
 CONFIDENCE = 0.95
-_COARSE = 0.04  # m, by which a ring that is mounted a little wrong may read other than expected
-_FINE = 0.003  # m, by which a fitted one may
-_SEATINGS = 3  # rounds of fitting and asking who sits where
-_STILL = 6.0  # deviations, within which a sensor that always tells the same varies
-_OFTEN = 3  # stops at which a sensor that reads nothing at all should have read something
-_ASTRAY = 4.0  # mean cost of a stop, above which that is not what its seat should tell
+_COARSE = 0.04  # m; tolerance for the readings of a ring with small mounting errors
+_FINE = 0.003  # m; the same for a fitted ring
+_SEATINGS = 3  # rounds of fitting errors and assigning seats
+_STILL = 6.0  # standard deviations; a sensor that varies less always reads the same
+_OFTEN = 3  # stops with an expected target, after which a sensor without readings is dead
+_ASTRAY = 4.0  # mean cost of a stop, above which the readings do not fit the seat
 
 
 @dataclass(frozen=True)
 class RingFit:
-    """A ring as it was found to be mounted.
-
-    nominal, ring: as proposed, and as built. names: of the p errors that were estimated, ``values``
-    (p,) m and rad with their ``covariance`` (p, p), from ``used`` readings with residuals of
-    ``scale`` deviations. order, seat (n,): of each wire the seat. mixed: wires that sit elsewhere
-    than the order says. dead: wires that tell nothing, or always the same.
-    """
+    """Estimated mounting of a ring with p free errors and n wires."""
 
     nominal: Ring
+    """The ring as proposed."""
     ring: Ring
+    """The ring as built."""
     names: tuple[str, ...]
+    """The estimated errors."""
     values: Float[np.ndarray, " p"]
+    """Estimates, m and rad."""
     covariance: Float[np.ndarray, "p p"]
+    """Covariance of the estimates."""
     used: int
+    """Number of readings used."""
     scale: float
+    """Scale of the residuals, in standard deviations of the noise model."""
     order: Order
+    """Order of the wires."""
     seat: Int[np.ndarray, " n"]
+    """Seat of each wire."""
     mixed: tuple[tuple[int, ...], ...]
+    """Wires whose seat differs from the order."""
     dead: tuple[int, ...]
+    """Wires that report nothing, or always the same."""
 
     @property
     def freedom(self) -> int:
@@ -58,22 +64,22 @@ class RingFit:
         return self.used - len(self.names)
 
     def margins(self, confidence: float = CONFIDENCE) -> Float[np.ndarray, " p"]:
-        """By how much each value may be off by itself, m and rad, by Student's t."""
+        """Return the margin of each value on its own, m and rad, by Student's t."""
         margin: np.ndarray = stats.t.ppf((1 + confidence) / 2, self.freedom) * np.sqrt(
             np.diag(self.covariance)
         )
         return margin
 
     def statistic(self, truth: Float[np.ndarray, " p"]) -> float:
-        """How far ``truth`` (p,) is from the values, squared, in deviations, for each of them: of
-        the F distribution.
+        """Return the squared Mahalanobis distance of ``truth`` (p,) from the values, divided by p;
+        it follows the F distribution.
         """
         off = truth - self.values
         return float(off @ np.linalg.solve(self.covariance, off)) / len(off)
 
     def holds(self, truth: Float[np.ndarray, " p"], confidence: float = CONFIDENCE) -> bool:
-        """Does the joint region of all values hold ``truth`` (p,)? An ellipsoid, by the F
-        distribution.
+        """Whether the joint confidence region of all values, an ellipsoid by the F distribution,
+        contains ``truth`` (p,).
         """
         return bool(
             self.statistic(truth) <= stats.f.ppf(confidence, len(self.values), self.freedom)
@@ -81,7 +87,7 @@ class RingFit:
 
     @property
     def open(self) -> tuple[str, ...]:
-        """Errors that the readings do not tell: not known within what a careful mount keeps."""
+        """Errors that the readings do not determine to within what careful mounting keeps."""
         return tuple(
             name
             for name, m in zip(self.names, self.margins(), strict=True)
@@ -92,16 +98,17 @@ class RingFit:
 def fit_mount(
     scene: Scene, setup: Setup, stops: Stops, noise: Noise | None = None
 ) -> tuple[RingFit, ...]:
-    """How each ring of ``setup`` is mounted, from what was read at the stops of a mount check.
+    """Estimate how each ring of ``setup`` is mounted, from the readings at the stops of a mount
+    check.
 
     Args:
         scene: with the known cell.
         setup: as proposed.
         stops: readings, wire by wire.
-        noise: of the sensors, as far as it is known: only how it grows with distance matters.
+        noise: of the sensors; only its growth with distance matters.
 
     Raises:
-        MountError: naming a ring of which too little was read.
+        MountError: if a ring has too few readings; the message names it.
     """
     noise, first = noise or Noise(), np.cumsum([0, *(r.count for r in setup.rings)])
     fits = []
@@ -128,7 +135,7 @@ def _fit(
     mute: Bool[np.ndarray, " n"],
     noise: Noise,
 ) -> RingFit:
-    """The fit of a ring of n sensors; ``mute`` ones never answered."""
+    """Fit a ring of n sensors; ``mute`` sensors never answered."""
     sigma = (
         noise.at(np.nan_to_num(measured)) * math.sqrt(math.pi / 2) / np.sqrt(np.maximum(valid, 1))
     )
@@ -175,20 +182,21 @@ def _seated(
     silent: Int[np.ndarray, " s"],
     noise: Noise,
 ) -> tuple[Solved, Int[np.ndarray, " n"], Float[np.ndarray, "P n"], Float[np.ndarray, "n n"]]:
-    """The errors of a ring, and the seat of each wire, in turn until the seats stay.
+    """Alternate between the errors of a ring and the seats of its wires until the seats stay the
+    same.
 
     Args:
         scene: with the known cell.
         start: the ring without errors.
         read: its readings, by wire.
-        readings: of a median.
-        seat: (n,) of each wire to begin with.
-        silent: wires (s,) that tell nothing.
+        readings: number of readings of a median.
+        seat: (n,) initial seat of each wire.
+        silent: wires (s,) without information.
         noise: of the sensors.
 
     Returns:
-        the errors; the seat (n,) of each wire; the distances (P, n) m that each seat should read;
-        the cost (n, n) of each wire in each seat.
+        The errors; the seat (n,) of each wire; the expected distances (P, n) m of each seat; the
+        cost (n, n) of each wire in each seat.
     """
     values, wires = np.zeros(4), np.arange(start.count)
     by_wire = np.where(np.isin(wires, silent), np.nan, read.distance)
@@ -213,14 +221,16 @@ def _seated(
 
 
 def _count(valid: np.ndarray) -> float:
-    """Readings of a median, as a rule."""
+    """Return the typical number of readings of a median."""
     return float(np.median(valid[valid > 0])) if (valid > 0).any() else 0.0
 
 
 def _still(
     measured: Float[np.ndarray, "P n"], sigma: Float[np.ndarray, "P n"]
 ) -> Bool[np.ndarray, " n"]:
-    """Which wires told the same at all stops; so does a sensor that sees its own link."""
+    """Return which wires read the same at all stops; a sensor that sees its own link does
+    so too.
+    """
     read = np.isfinite(measured)
     low, high = (
         f(np.where(read, measured, fill), axis=0)

@@ -1,5 +1,5 @@
-"""The errors of a ring's mounting that a check estimates, and how the distances to the cell depend
-on them.
+"""Mounting errors of a ring, and the derivatives of the distances to the cell with
+respect to them.
 """
 
 from dataclasses import replace
@@ -11,23 +11,23 @@ from ...coverage.rings.ring import Ring, Setup
 from ...objectives.scene import Scene
 from ..sensing.expected import beams_at, only, to_body
 
-# m along the link towards distal, rad, rad, m that its sensors tell too much
+# m along the link towards distal, rad, rad, m that its sensors read too much
 NAMES = ("slip", "tilt", "phase", "offset")
-# what a careful mount and a good sensor keep within
+# errors of careful mounting and good sensors
 LIMITS = np.array([0.02, np.radians(5.0), np.radians(5.0), 0.02])
-_STEP = 1e-6  # m and rad, of differences
-_STEEP = 6.0  # m a m or rad
+_STEP = 1e-6  # m and rad, of finite differences
+_STEEP = 6.0  # m per m or rad
 
 
 def free(scene: Scene, ring: Ring) -> Int[np.ndarray, " p"]:
-    """Which of ``NAMES`` a ring can err by: where its place along the axis is fixed it does not
-    slip.
+    """Return the indices of ``NAMES`` that apply to a ring: a ring with a fixed position along the
+    axis cannot slip.
     """
     return np.arange(4) if scene.robot.mount(ring.link).length > 0 else np.arange(1, 4)
 
 
 def moved(scene: Scene, ring: Ring, values: Float[np.ndarray, " 4"]) -> Ring:
-    """The ring with errors ``values`` (4,) of ``NAMES``; the offset does not move it."""
+    """Return the ring with errors ``values`` (4,) of ``NAMES``; the offset does not move it."""
     length = scene.robot.mount(ring.link).length
     slip = values[0] / length if length > 0 else 0.0
     return replace(
@@ -41,12 +41,13 @@ def moved(scene: Scene, ring: Ring, values: Float[np.ndarray, " 4"]) -> Ring:
 def slopes(
     scene: Scene, ring: Ring, joints: Float[np.ndarray, "P J"], which: Bool[np.ndarray, "P n"]
 ) -> tuple[Float[np.ndarray, " M"], Float[np.ndarray, "M 4"]]:
-    """Distances (M,) m of the cell's nearest surface in the beams of a ring of n sensors, for the M
-    pairs of joint vector and sensor of ``which``, and their derivatives (M, 4) by ``NAMES``.
+    """Return the distances (M,) m of the nearest surface of the cell in the beams of a ring of n
+    sensors, and their derivatives (M, 4) by ``NAMES``, for the M pairs of joint vector and sensor
+    in ``which``.
 
-    Where there is no surface the distance is the sensor's range. Where a distance jumps a
-    derivative is very large. A little to the side the nearest body is the same one: no other is
-    looked at there.
+    Without a surface, the distance is the sensor's range. Where a distance jumps, a derivative is
+    very large. The derivatives assume that the nearest body stays the same one under a small
+    displacement.
     """
     rings = [ring, *(moved(scene, ring, _STEP * one) for one in np.eye(4)[:3])]
     beams, bodies = beams_at(scene, Setup(tuple(rings)), joints), [o.body for o in scene.obstacles]
@@ -64,7 +65,8 @@ def slopes(
 
 
 def grazing(by: Float[np.ndarray, "M 4"]) -> Bool[np.ndarray, " M"]:
-    """Which distances change by more than six times what moves: where a beam's side grazes a
-    surface, or an edge. Such a reading would outweigh all others, and over what it tells it is not
-    even nearly linear."""
+    """Return which distances change by more than six times the displacement: where the side of a
+    beam grazes a surface or an edge. Such a reading would outweigh all others, and it is not even
+    nearly linear.
+    """
     return ~np.asarray((np.abs(by[:, :3]) <= _STEEP).all(axis=1))

@@ -1,12 +1,12 @@
-"""The errors of a ring that bring what is expected nearest to what was read, by least squares, and
-their covariance.
+"""Estimate the errors of a ring by least squares between expected and actual readings, with their
+covariance.
 
-Distances jump where a beam grazes an edge, so that a robust loss leads to the neighbourhood of the
-answer; there what is off by more than five deviations is left out, as is what grazes, and steps of
-plain least squares (Gauss and Newton's) have the last word. What counts is asked anew at each of
-them, and none must lower the sum of squares: a search that insists on that stops short of the
-answer, before a reading that jumps on the way. Uncertainty follows from the slopes and is scaled by
-the residuals themselves: noise larger than thought, or a cell that is not quite as told, widens it.
+Distances jump where a beam grazes an edge. So a robust loss first leads to the neighbourhood of the
+solution. There, readings more than five standard deviations off and grazing readings are excluded,
+and Gauss–Newton steps finish the fit. The selection is repeated at each step, and a step need not
+lower the sum of squares: a search that insists on a decrease stops short of the solution, in front
+of a reading that jumps on the way. The uncertainty follows from the derivatives and is scaled by
+the residuals: noise above the model, or an inaccurate cell, widens it.
 """
 
 import math
@@ -22,44 +22,49 @@ from ...objectives.scene import Scene
 from ..sensing.expected import CELL, expected
 from .model import LIMITS, free, grazing, moved, slopes
 
-_WIDEST = 4.0  # times ``LIMITS``: no error is sought beyond
-_OUT = 5.0  # deviations
-# times a stage's width: what a jump may cost at most, so that no step is barred by one
+_WIDEST = 4.0  # times ``LIMITS``, bound on every error
+_OUT = 5.0  # standard deviations
+# times a stage's width: cap on the cost of a jump, so that a jump cannot block a step
 _FARTHEST = 8.0
-_WIDTHS = (10.0, 3.0, 3.0)  # deviations, beyond which the robust loss is linear, stage by stage
-_STEPS = 20  # of plain least squares, at most
-_SETTLED = 1e-3  # of ``LIMITS``, by which the last of them moves, at most
+_WIDTHS = (10.0, 3.0, 3.0)  # standard deviations, beyond which the robust loss is linear, by stage
+_STEPS = 20  # maximum Gauss–Newton steps
+_SETTLED = 1e-3  # of ``LIMITS``, maximum change in the last step
 
 
 class MountError(ValueError):
-    """Readings that say nothing of how a ring is mounted."""
+    """The readings do not determine how a ring is mounted."""
 
 
 @dataclass(frozen=True)
 class Read:
-    """What a ring's n seats read at P stops, m, nan where nothing, and the deviation of each."""
+    """Readings of a ring's n seats at P stops."""
 
     joints: Float[np.ndarray, "P J"]
+    """Joint angles, rad."""
     distance: Float[np.ndarray, "P n"]
+    """m; nan without a target."""
     sigma: Float[np.ndarray, "P n"]
+    """Standard deviation of each reading, m."""
 
 
 class Solved(NamedTuple):
-    """Errors (4,) by ``NAMES``, covariance of those that are free, readings used, and the scale of
-    their residuals.
-    """
+    """Estimated errors of a ring."""
 
     values: Float[np.ndarray, " 4"]
+    """Errors by ``NAMES``."""
     covariance: Float[np.ndarray, "p p"]
+    """Covariance of the free errors."""
     used: int
+    """Number of readings used."""
     scale: float
+    """Scale of the residuals."""
 
 
 def solve(scene: Scene, ring: Ring, read: Read, values: Float[np.ndarray, " 4"]) -> Solved:
-    """The errors of ``ring``, sought from ``values`` (4,) on.
+    """Estimate the errors of ``ring``, starting at ``values`` (4,).
 
     Raises:
-        MountError: if too few readings of the cell count.
+        MountError: if too few readings of the cell are usable.
     """
     some, values = free(scene, ring), values.copy()
     for width in _WIDTHS:
@@ -85,9 +90,10 @@ def solve(scene: Scene, ring: Ring, read: Read, values: Float[np.ndarray, " 4"])
 def _counting(
     scene: Scene, ring: Ring, read: Read, values: Float[np.ndarray, " 4"], most: float = math.inf
 ) -> tuple[Bool[np.ndarray, "P n"], Float[np.ndarray, " M"], Float[np.ndarray, "M p"]]:
-    """Which readings count for a ring with errors ``values``: of the cell, within ``most``
-    deviations as they are, and not grazing; how far what is expected lies beyond each, in
-    deviations, and the slopes of that by the errors that are free."""
+    """Select the usable readings of a ring with errors ``values``: of the cell, within ``most``
+    standard deviations, and not grazing. Return the selection, the residuals in standard
+    deviations, and their derivatives by the free errors.
+    """
     built, some = moved(scene, ring, values), free(scene, ring)
     seen = expected(scene, Setup((built,)), read.joints)
     with np.errstate(invalid="ignore"):
@@ -100,13 +106,13 @@ def _counting(
     which[which] = ~steep
     if which.sum() < 3 * len(some):
         raise MountError(
-            f"found {int(which.sum())} readings of the cell, allowed: {3 * len(some)} and more"
+            f"{int(which.sum())} usable readings of the cell; at least {3 * len(some)} are needed"
         )
     return which, off[which], by[~steep][:, some] / read.sigma[which][:, None]
 
 
 def _inverse(information: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
-    """The inverse, very large along what nothing is known of."""
+    """Return the inverse, with very large values along directions without information."""
     unit = LIMITS[-len(information) :]
     value, vector = np.linalg.eigh(information * unit[:, None] * unit)
     inverse: np.ndarray = (vector / np.maximum(value, 1e-9)) @ vector.T * unit[:, None] * unit
@@ -114,13 +120,13 @@ def _inverse(information: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
 
 
 def _deviation(values: np.ndarray) -> float:
-    """Standard deviation, by the median."""
+    """Estimate the standard deviation from the median."""
     return 1.4826 * float(np.median(np.abs(values))) if len(values) else 0.0
 
 
 class _Problem:
-    """Residuals and slopes, in deviations, of the readings ``which`` by errors in ``LIMITS``; the
-    last answer is kept.
+    """Residuals and derivatives, in standard deviations, of the readings ``which`` by errors in
+    ``LIMITS``; the last evaluation is cached.
     """
 
     def __init__(

@@ -1,12 +1,12 @@
-"""Where a robot should stand so that its rings' readings tell how they are mounted.
+"""Choose poses of the robot at which the rings' readings reveal how the rings are mounted.
 
-A sensor returns the nearest point in its beam: of a wall met square that point is the foot of the
-perpendicular, wherever the beam points, and its distance tells nothing of a tilt within half the
-beam. Oblique surfaces and edges do tell. So poses are chosen by what they tell: of many clear ones,
-one by one, that which adds most to the information about the rings' errors, the sum of their log
-determinants (D-optimal; Fedorov, Theory of Optimal Experiments, 1972), over the setup as proposed
-and a few drawn mountings of it, as the real one is not known yet. That a mount is careful is
-counted in.
+A sensor returns the nearest point in its beam. On a wall at normal incidence that point is the foot
+of the perpendicular, wherever the beam points, so the distance does not constrain a tilt within
+half the beam. Oblique surfaces and edges do. Poses are therefore chosen greedily among many clear
+ones: each adds most to the information about the rings' errors, the sum of their log determinants
+(D-optimal; Fedorov, Theory of Optimal Experiments, 1972). The information is averaged over the
+proposed setup and a few random mountings, because the actual one is unknown, and it includes the
+prior that mounting is careful.
 """
 
 from dataclasses import dataclass
@@ -23,31 +23,35 @@ from .model import LIMITS, NAMES, free, grazing, moved, slopes
 
 POSES, FRAMES = 24, 10
 _CANDIDATES, _DRAWS = 240, 2
-_MEDIAN = np.pi / 2  # variance of a median of normal numbers over that of their mean
-# of what a careful mount keeps within: an error known no better counts as not observable
+_MEDIAN = np.pi / 2  # variance of the median of normal numbers over that of their mean
+# of ``LIMITS``: an error known no better counts as not observable
 OPEN = 0.5
 
 
 @dataclass(frozen=True)
 class MountPlan:
-    """P stops, joints (P, J) rad in the order to be driven, with so many ``frames`` each;
-    information (R, 4, 4): of each ring's ``NAMES``, in units of ``LIMITS`` to the power of minus 2,
-    what is known beforehand left out."""
+    """Stops of a mount check of R rings."""
 
     joints: Float[np.ndarray, "P J"]
+    """Stops in the order of travel, rad."""
     frames: int
+    """Frames read at each stop."""
     information: Float[np.ndarray, "R 4 4"]
+    """Information about each ring's ``NAMES``, in units of ``LIMITS`` to the power of minus 2,
+    without the prior.
+    """
 
     def deviations(self) -> Float[np.ndarray, "R 4"]:
-        """Standard deviations (R, 4) of ``NAMES`` that are to be expected, m and rad, by what these
-        poses tell alone; infinite where they tell nothing."""
+        """Return the expected standard deviations (R, 4) of ``NAMES``, m and rad, from these poses
+        alone; infinite without information.
+        """
         value, vector = np.linalg.eigh(self.information)
         variance = (vector**2 / np.maximum(value, 1e-12)[:, None]).sum(axis=2)
         deviation: np.ndarray = np.where(variance < 1e9, np.sqrt(variance), np.inf) * LIMITS
         return deviation
 
     def unobservable(self, scene: Scene, setup: Setup) -> list[tuple[int, str]]:
-        """Rings and those of their errors which these poses leave open."""
+        """Return pairs of ring and error that these poses do not determine."""
         sd = self.deviations()
         return [
             (i, NAMES[k])
@@ -57,14 +61,14 @@ class MountPlan:
         ]
 
     def text(self, scene: Scene, setup: Setup) -> list[str]:
-        """What is to be expected, and what stays open, in lines."""
+        """Describe the expected accuracy and the undetermined errors, as lines."""
         scale = np.array([1000, *np.degrees([1, 1]), 1000])
         unit, lines = ("mm", "°", "°", "mm"), []
         for i, (ring, sd) in enumerate(zip(setup.rings, self.deviations() * scale, strict=True)):
             known = ", ".join(
                 f"{NAMES[k]} ± {1.96 * sd[k]:.2g} {unit[k]}" for k in free(scene, ring)
             )
-            lines.append(f"ring {i} ({ring.link}): to be known within {known}")
+            lines.append(f"ring {i} ({ring.link}): expected accuracy: {known}")
         for i, name in self.unobservable(scene, setup):
             lines.append(
                 f"ring {i} ({setup.rings[i].link}): {name} is not observable in this cell from"
@@ -83,20 +87,20 @@ def planned(
     candidates: int = _CANDIDATES,
     good: Good | None = None,
 ) -> MountPlan:
-    """The stops of a mount check.
+    """Choose the stops of a mount check.
 
     Args:
         scene: with the known cell: floor, table, boxes.
         setup: as proposed.
-        poses: how many stops.
-        frames: read at each.
+        poses: number of stops.
+        frames: read at each stop.
         noise: of the sensors.
-        seed: of drawn poses and mountings.
-        candidates: clear poses to choose from. good: which poses are clear, where another rule is
-            given.
+        seed: of random poses and mountings.
+        candidates: number of clear poses to choose from.
+        good: decides which poses are clear, instead of the default.
 
     Raises:
-        ValueError: if the cell holds nothing to be seen, or leaves no clear poses.
+        ValueError: if the scene has no obstacles, or leaves no clear poses.
     """
     if not scene.obstacles:
         raise ValueError(
@@ -127,7 +131,9 @@ def _information(
     noise: Noise,
     frames: int,
 ) -> Float[np.ndarray, "C R 4 4"]:
-    """What each pose tells of each ring mounted with these errors, in units of ``LIMITS``."""
+    """Return the information of each pose about each ring mounted with these errors, in units of
+    ``LIMITS``.
+    """
     rings = tuple(moved(scene, r, e) for r, e in zip(setup.rings, errors, strict=True))
     seen, first = expected(scene, Setup(rings), joints), np.cumsum([0, *(r.count for r in rings)])
     found = np.zeros((len(joints), len(rings), 4, 4))
@@ -146,7 +152,7 @@ def _information(
 
 
 def _short_way(joints: Float[np.ndarray, "P J"], start: Float[np.ndarray, " J"]) -> list[int]:
-    """An order in which each pose is the nearest of those left, by the joint that turns
+    """Order the poses so that each is the nearest of those left, measured by the joint that turns
     farthest.
     """
     left, at, order = list(range(len(joints))), start, []

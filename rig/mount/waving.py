@@ -1,5 +1,5 @@
-"""Which sensor is which, by a hand that passes one sensor after another, from the first on in the
-order of phase.
+"""Find which sensor is which from a hand that passes one sensor after another, starting at the
+first in the order of phase.
 """
 
 from dataclasses import dataclass
@@ -12,29 +12,32 @@ from ..sensing.noise import Noise
 from ..sensing.readings import FAILED, VALID, Readings
 from .wiring import Order, mixed, told
 
-_SURE = 6.0  # deviations, by which a hand is nearer than what is behind it
-_LEAST = 0.03  # m, the same
+_SURE = 6.0  # standard deviations by which a hand is closer than the background
+_LEAST = 0.03  # m, minimum of the same
 _UNSEEN = -1
 
 
 @dataclass(frozen=True)
 class Waving:
-    """seat (n,): of each wire the seat, by the order of waving; -1 where no hand was seen. time
-    (n,) s: of its passage, nan likewise. order: of all wires, that explains most of the seats;
-    mixed: wires that sit elsewhere. missed: wires that answer, and saw no hand."""
+    """Wiring of a ring of n wires, from a hand."""
 
     seat: Int[np.ndarray, " n"]
+    """Seat of each wire, by the order of waving; -1 where no hand was seen."""
     time: Float[np.ndarray, " n"]
+    """Passage of the hand, s; nan where no hand was seen."""
     order: Order
+    """The order of all wires that explains most of the seats."""
     mixed: tuple[tuple[int, ...], ...]
+    """Wires whose seat differs from the order."""
     missed: tuple[int, ...]
+    """Wires that answer and saw no hand."""
 
     def faults(self) -> list[str]:
-        """What this says against the wiring, in words."""
+        """List the faults of the wiring."""
         return told(self.order, self.mixed)
 
     def text(self) -> str:
-        """The same, and what was not told, in a line."""
+        """Describe the faults, and the sensors that saw no hand, in one line."""
         missed = [f"no hand was seen by {', '.join(map(str, self.missed))}: wave again"] * bool(
             self.missed
         )
@@ -42,14 +45,14 @@ class Waving:
 
 
 def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = None) -> Waving:
-    """The wiring of a ring, from readings while the robot stood still and a hand passed its sensors
-    one by one.
+    """Determine the wiring of a ring from readings while the robot stood still and a hand passed
+    its sensors one by one.
 
-    Each sensor's usual distance is the median of the whole time, so that the hand may be before it
-    for less than half of it. The hand passes when it is nearest, as the sensors beside see it, too,
-    from the side. Of wires that saw none the seat is not known: the others' are those that an order
-    of all wires leaves to them, by the order that explains most. Where that wire comes first or
-    last, two orders explain as much: the less turned one is taken.
+    The usual distance of each sensor is its median over the whole time, so the hand may be in front
+    of it for less than half of it. The hand passes a sensor when it is nearest, because
+    neighbouring sensors see it from the side too. Wires that saw no hand have no seat: the others
+    get the seats that the best order of all wires leaves to them. If the missing wire is the first
+    or the last, two orders explain equally many seats; the one with the smaller shift is chosen.
 
     Raises:
         ValueError: if there is no reading of the ring.
@@ -58,7 +61,7 @@ def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = Non
     mine = readings.only(readings.ring == ring)
     if not len(mine):
         raise ValueError(
-            f"found no reading of ring {ring} ({setup.rings[ring].link}), allowed: a hand's passage"
+            f"no reading of ring {ring} ({setup.rings[ring].link}) while a hand passed it"
         )
     time = np.array([_passage(mine.only(mine.sensor == k), noise) for k in range(count)])
     answers = np.array([(mine.status[mine.sensor == k] != FAILED).any() for k in range(count)])
@@ -82,7 +85,7 @@ def waved(readings: Readings, setup: Setup, ring: int, noise: Noise | None = Non
 
 
 def _passage(readings: Readings, noise: Noise) -> float:
-    """When the hand was nearest to one sensor, s; nan where none was seen."""
+    """Return when the hand was nearest to one sensor, s; nan if no hand was seen."""
     good = (readings.status == VALID) & np.isfinite(readings.distance)
     usual = np.median(readings.distance[good]) if 2 * good.sum() > len(good) else np.inf
     least = (

@@ -1,9 +1,9 @@
-"""Which sensor is which: the places in a ring's frames against the seats on the ring, by what each
-should see.
+"""Find which sensor is which: assign the places in a ring's frames to the seats on the ring, from
+the readings that each seat should have.
 
-All hypotheses are judged by one table, the cost of each wire in each seat: what was read at all
-stops against what that seat should read, squares of standard deviations, none above a cap, as jumps
-and lost readings are no more than that unlikely.
+All hypotheses use one table, the cost of each wire in each seat: the squared difference between
+actual and expected readings at all stops, in standard deviations. Each term is capped, because
+jumps and lost readings are not less likely than that.
 """
 
 from collections.abc import Sequence
@@ -14,22 +14,24 @@ from jaxtyping import Float, Int
 from scipy.optimize import linear_sum_assignment
 
 CAP = 25.0  # squares of standard deviations, of one reading
-_MISSED = 9.0  # of a reading where there should be none, and the other way round
-_SURE = 40.0  # by which another seating must be better: twice the logarithm of a likelihood ratio
-_TIE = 0.02  # of the best cost: the order that was meant wins such a tie
+_MISSED = 9.0  # cost of a reading where none is expected, and of a missing one
+_SURE = 40.0  # required advantage of another assignment: twice a log likelihood ratio
+_TIE = 0.02  # of the best cost: within this, the proposed order wins
 
 
 @dataclass(frozen=True)
 class Order:
-    """All wires in a row: wire s on seat (shift + direction s) mod n. flipped: the ring is mounted
-    the other way round, so that its sensors tilt the other way."""
+    """Order of all wires: wire s is on seat (shift + direction s) mod n."""
 
     direction: int = 1
+    """1, or -1 for a ring that is wired in reverse."""
     shift: int = 0
+    """Seat of wire 0."""
     flipped: bool = False
+    """Whether the ring is mounted the other way round, so that its sensors tilt the other way."""
 
     def seat(self, count: int) -> Int[np.ndarray, " n"]:
-        """Of each wire the seat."""
+        """Return the seat of each wire."""
         return (self.shift + self.direction * np.arange(count)) % count
 
 
@@ -38,11 +40,11 @@ def costs(
     wanted: Float[np.ndarray, "P n"],
     sigma: Float[np.ndarray, "P n"] | float,
 ) -> Float[np.ndarray, "n n"]:
-    """The cost of each wire (row) in each seat (column).
+    """Return the cost of each wire (row) in each seat (column).
 
     Args:
-        measured: of wires at P stops, m; nan where there was no target.
-        wanted: of seats, m; infinite where there should be none.
+        measured: readings of the wires at P stops, m; nan without a target.
+        wanted: expected readings of the seats, m; infinite without a target.
         sigma: standard deviations of the seats' readings, m.
     """
     sigma = np.broadcast_to(sigma, wanted.shape)
@@ -59,8 +61,9 @@ def costs(
 def best_order(
     tables: dict[bool, Float[np.ndarray, "n n"]], silent: Int[np.ndarray, " s"]
 ) -> Order:
-    """The likeliest order of all wires, by tables of costs for a ring mounted as meant (False) and
-    the other way round (True); ``silent`` wires tell nothing."""
+    """Return the most likely order of all wires. ``tables`` has the costs for a ring mounted as
+    proposed (False) and the other way round (True); ``silent`` wires are ignored.
+    """
     found: dict[Order, float] = {}
     for flipped, table in tables.items():
         n = len(table)
@@ -76,9 +79,10 @@ def best_order(
 def reseated(
     table: Float[np.ndarray, "n n"], seat: Int[np.ndarray, " n"], silent: Int[np.ndarray, " s"]
 ) -> Int[np.ndarray, " n"]:
-    """The seat of each wire, other than ``seat`` where exchanges among some wires are surely
-    likelier; ``silent`` wires fit anywhere. The best assignment differs from ``seat`` by cycles,
-    each of which must be worth it by itself."""
+    """Return the seat of each wire, which differs from ``seat`` only where exchanging some wires is
+    clearly more likely; ``silent`` wires fit anywhere. The best assignment differs from ``seat`` by
+    cycles, and each cycle must be worthwhile on its own.
+    """
     table = table.copy()
     table[silent] = 0.0
     wire, best = linear_sum_assignment(
@@ -94,7 +98,7 @@ def reseated(
 
 
 def _cycles(step: Int[np.ndarray, " n"]) -> list[list[int]]:
-    """The cycles of a permutation that move anything."""
+    """Return the cycles of a permutation longer than one."""
     left, found = set(range(len(step))), []
     while left:
         cycle = [left.pop()]
@@ -107,15 +111,15 @@ def _cycles(step: Int[np.ndarray, " n"]) -> list[list[int]]:
 
 
 def mixed(order: Order, seat: Int[np.ndarray, " n"]) -> list[tuple[int, ...]]:
-    """The wires that sit elsewhere than ``order`` says, exchange by exchange: pairs are swapped,
-    more go round.
+    """Return the wires whose seat differs from ``order``, cycle by cycle: two swapped wires, or
+    more that are permuted.
     """
     holder = np.argsort(order.seat(len(seat)))
     return sorted(tuple(sorted(cycle)) for cycle in _cycles(holder[seat]))
 
 
 def told(order: Order, mixed_up: Sequence[tuple[int, ...]]) -> list[str]:
-    """What is wrong with a ring's wiring, in words."""
+    """Describe the faults of a ring's wiring."""
     found = []
     if order.flipped:
         found.append("is mounted the other way round")
@@ -123,7 +127,8 @@ def told(order: Order, mixed_up: Sequence[tuple[int, ...]]) -> list[str]:
         found.append("is wired in reverse")
     if order.shift:
         found.append(
-            f"begins with sensor {order.shift}: turned, or wired, by {order.shift} sensors"
+            f"starts at sensor {order.shift}: rotated, or wired with a shift, by {order.shift}"
+            " sensors"
         )
     return found + [
         f"sensors {' and '.join(map(str, cycle))} are"

@@ -1,1 +1,1 @@
-"""Where a robot can stand clear of itself and of the cell, and the routes between."""
+"""Poses of a robot that are clear of itself and of the cell, and the routes between them."""

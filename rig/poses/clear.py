@@ -1,4 +1,4 @@
-"""Poses that a robot can be sent to: within its joints' limits, clear of itself and of the cell."""
+"""Reachable poses: within the joint limits, clear of the robot itself and of the cell."""
 
 import itertools
 from collections.abc import Callable
@@ -13,26 +13,27 @@ from ...coverage.solids.capsules import Capsules
 from ...coverage.solids.segments import segment_to_segment
 from ...objectives.scene import Scene
 
-CELL, OWN = 0.1, 0.04  # m, clearance of the robot's bodies: rings stand out of them
-_ALONG = 9  # points of a body's axis against the cell
-_TURN = np.pi  # rad either way of 0 that poses are drawn from, where limits leave more
+CELL, OWN = 0.1, 0.04  # m, clearance of the robot's bodies, from which rings protrude
+_ALONG = 9  # points on a body's axis, tested against the cell
+_TURN = np.pi  # rad; random poses lie within ± this angle if the limits allow more
 _TRIES = 100
 _ROUNDING = 1e-6  # m
 _SOME, _MANY = 32, 256  # poses
-_APART = 0.1  # m; bodies that can be farther apart are no neighbours
+_APART = 0.1  # m; bodies that can be farther apart are not neighbours
 
 
 def gaps(
     scene: Scene, joints: Float[np.ndarray, "P J"]
 ) -> tuple[Float[np.ndarray, "P A"], Float[np.ndarray, "P B"]]:
-    """Of the robot's bodies at P poses, m: distances (P, A) of each two, and (P, B) of each from
-    each obstacle; see ``from_cell``."""
+    """Return the distances at P poses, m: (P, A) between each pair of the robot's bodies, and (P,
+    B) between each body and each obstacle; see ``from_cell``.
+    """
     bodies = robot_capsules(scene.robot, forward(scene.robot.chain, np.asarray(joints, float)))
     return _from_each_other(bodies), from_cell(scene, bodies)
 
 
 def _from_each_other(bodies: Capsules) -> Float[np.ndarray, "P A"]:
-    """Distances (P, A) m of each two of the robot's bodies."""
+    """Return the distances (P, A) m between each pair of the robot's bodies."""
     start, end, radius = bodies.arrays()
     pairs = np.array(list(itertools.combinations(range(len(radius)), 2))).reshape(-1, 2)
     a, b = pairs.T
@@ -41,8 +42,10 @@ def _from_each_other(bodies: Capsules) -> Float[np.ndarray, "P A"]:
 
 
 def from_cell(scene: Scene, bodies: Capsules) -> Float[np.ndarray, "P B"]:
-    """Distances (P, N * O) m of N capsules from O obstacles, by points of their axes: at most 1/64
-    of an axis too large, as an obstacle's function is convex along it."""
+    """Return the distances (P, N * O) m of N capsules from O obstacles, from points on the
+    capsules' axes. They are at most 1/64 of an axis too large, because an obstacle's function is
+    convex along it.
+    """
     start, end, radius = (np.asarray(a) for a in bodies.arrays())
     each = [_from_body(o.body, start, end) - radius for o in scene.obstacles]
     return (
@@ -55,8 +58,9 @@ def from_cell(scene: Scene, bodies: Capsules) -> Float[np.ndarray, "P B"]:
 def _from_body(
     body: Any, start: Float[np.ndarray, "P N 3"], end: Float[np.ndarray, "P N 3"]
 ) -> Float[np.ndarray, "P N"]:
-    """The least of a convex function on the segments between points (P, N, 3) m: on points of each,
-    then on more of them about the lowest."""
+    """Minimise a convex function along segments between points (P, N, 3) m: sample each segment,
+    then sample more finely around the minimum.
+    """
     low, width, found = (
         np.zeros(start.shape[:2]),
         np.ones(start.shape[:2]),
@@ -78,7 +82,7 @@ def clear(
     own: float = OWN,
     slack: float = 0.0,
 ) -> Bool[np.ndarray, " P"]:
-    """Which poses keep the joints' limits, and the distances of ``least_gaps``."""
+    """Return which poses keep the joint limits and the distances of ``least_gaps``."""
     limits = scene.robot.limits
     good: np.ndarray = np.ones(len(joints), bool)
     if limits is not None:
@@ -93,13 +97,14 @@ def clear(
 def least_gaps(
     scene: Scene, own: float, cell: float, slack: float = 0.0
 ) -> tuple[Float[np.ndarray, " A"], Float[np.ndarray, " B"]]:
-    """What the pairs of ``gaps`` must keep, m: ``own`` and ``cell``, and ``slack`` more.
+    """Return the distances that the pairs of ``gaps`` must keep, m: ``own`` and ``cell``, plus
+    ``slack``.
 
-    Two of the robot's bodies that are nearer than ``own`` at one of the scene's own poses need keep
-    nothing if they are neighbours. Else they may come as near as they are there and no nearer. A
-    body that is nearer than ``cell`` to an obstacle at one of them may come as near as it is there,
-    but never into it. A body that no joint moves nearer to an obstacle, as a base to its floor,
-    needs keep nothing.
+    Two of the robot's bodies that are closer than ``own`` at one of the scene's own poses need no
+    distance if they are neighbours. Otherwise they may come as close as they are there and no
+    closer. A body that is closer than ``cell`` to an obstacle at one of these poses may come as
+    close as it is there, but never into it. A body that no joint moves relative to an obstacle,
+    such as a base on its floor, needs no distance.
     """
     bodies, obstacles = (
         known.min(axis=0) for known in gaps(scene, np.array([p.q for p in scene.poses]))
@@ -113,8 +118,10 @@ def least_gaps(
 
 
 def neighbours(scene: Scene) -> Bool[np.ndarray, " A"]:
-    """Which pairs of the robot's bodies (A,), in the order of ``gaps``, are never far apart, as
-    those on both sides of a joint: in no pose of many that are drawn within the joints' limits."""
+    """Return which pairs of the robot's bodies (A,), in the order of ``gaps``, are never far apart,
+    such as those on both sides of a joint. They are close in all of many random poses within the
+    joint limits.
+    """
     low, high = _bounds(scene)
     joints = np.random.default_rng(0).uniform(low, high, (_MANY, len(low)))
     bodies = robot_capsules(scene.robot, forward(scene.robot.chain, joints))
@@ -122,29 +129,34 @@ def neighbours(scene: Scene) -> Bool[np.ndarray, " A"]:
 
 
 def fixed(scene: Scene) -> Bool[np.ndarray, " B"]:
-    """Which distances of bodies from obstacles (B,), in the order of ``gaps``, no joint changes."""
+    """Return which distances between bodies and obstacles (B,), in the order of ``gaps``, no joint
+    changes.
+    """
     joints = np.random.default_rng(0).uniform(-_TURN, _TURN, (_SOME, len(scene.robot.chain)))
     still: np.ndarray = np.ptp(gaps(scene, joints)[1], axis=0) < _ROUNDING
     return still
 
 
 def _bounds(scene: Scene) -> tuple[Float[np.ndarray, " J"], Float[np.ndarray, " J"]]:
-    """Lowest and highest angles (J,) rad of the joints that poses are drawn from."""
+    """Return the lowest and highest angles (J,) rad for random poses."""
     limits = (
         np.tile([-np.inf, np.inf], (len(scene.robot.chain), 1))
         if scene.robot.limits is None
         else scene.robot.limits
     )
-    return np.maximum(limits[:, 0], -_TURN), np.minimum(limits[:, 1], _TURN)
+    low, high = np.maximum(limits[:, 0], -_TURN), np.minimum(limits[:, 1], _TURN)
+    beyond = low > high  # limits that leave no angle within half a turn of 0
+    return np.where(beyond, limits[:, 0], low), np.where(beyond, limits[:, 1], high)
 
 
 def sunk(scene: Scene) -> list[str]:
-    """Which bodies stand in an obstacle at which of the scene's own poses, as lines; those that no
-    joint moves are left out."""
+    """List which bodies are inside an obstacle at which of the scene's own poses, one line each;
+    bodies that no joint moves are omitted.
+    """
     found = gaps(scene, np.array([p.q for p in scene.poses]))[1]  # (P, B)
     names = [(b.name, o.name) for b in scene.robot.bodies for o in scene.obstacles]
     return [
-        f"poses[{p}]: {names[b][0]} stands {-1000 * found[p, b]:.0f} mm in {names[b][1]}"
+        f"poses[{p}]: {names[b][0]} is {-1000 * found[p, b]:.0f} mm inside {names[b][1]}"
         for p, b in np.argwhere((found < -_ROUNDING) & ~fixed(scene))
     ]
 
@@ -155,8 +167,8 @@ Good = Callable[[Float[np.ndarray, "P J"]], Bool[np.ndarray, " P"]]
 def drawn(
     scene: Scene, count: int, seed: int, good: Good | None = None
 ) -> Float[np.ndarray, "count J"]:
-    """So many poses, drawn evenly within the joints' limits, that are clear, or ``good`` where
-    another rule is given.
+    """Draw ``count`` poses uniformly within the joint limits that are clear, or that fulfil
+    ``good`` if given.
 
     Raises:
         ValueError: if hardly any pose is clear.

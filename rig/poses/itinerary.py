@@ -1,4 +1,4 @@
-"""An itinerary: the ways between where a robot is and the poses of a check."""
+"""Itinerary: the paths between the robot's present pose and the poses of a check."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -12,17 +12,18 @@ from .clear import drawn
 from .near_stops import STEP, NearStops, near_stops
 from .routes import Clearance, Roadmap, straight
 
-_BETWEEN = 60  # poses between, over which ways may go
+_BETWEEN = 60  # intermediate poses for paths
 
 
 class Itinerary:
-    """The ways between where a robot is and the poses of a check.
+    """The paths between the robot's present pose and the poses of a check.
 
     Args:
-        scene, setup: robot, cell, limits, and the rings as proposed.
-        start: (J,) rad, where the robot is.
-        parts: of the check, in order: the poses (P, J) rad at which the robot is to stand.
-        seed: of the poses between.
+        scene: robot, cell and limits.
+        setup: the rings as proposed.
+        start: (J,) rad, present pose of the robot.
+        parts: for each part of the check, in order, its poses (P, J) rad.
+        seed: of the random intermediate poses.
     """
 
     def __init__(
@@ -30,7 +31,7 @@ class Itinerary:
         scene: Scene,
         setup: Setup,
         start: Float[np.ndarray, " J"],
-        parts: Sequence[Float[np.ndarray, "P J"]],
+        parts: Sequence[Float[np.ndarray, "_ J"]],
         seed: int,
     ) -> None:
         self.clearance, self._scene, self._setup = Clearance(scene, setup), scene, setup
@@ -45,23 +46,25 @@ class Itinerary:
         self.at = 0
 
     def node(self, q: Float[np.ndarray, " J"]) -> int:
-        """The node at a pose."""
+        """Return the node at a pose."""
         return int(np.abs(self.map.nodes - q).max(axis=1).argmin())
 
     def order(self, joints: Float[np.ndarray, "P J"]) -> list[int]:
-        """Which of P poses can be reached, each the nearest of those left."""
+        """Return the reachable poses among P, each the nearest of those left."""
         nodes = {self.node(q): i for i, q in enumerate(joints)}
         return [nodes[n] for n in self.map.order(self.at, list(nodes))]
 
     def next(self, q: Float[np.ndarray, " J"]) -> list[int]:
-        """Nodes on the way there."""
+        """Return the nodes on the path to a pose."""
         return self.map.way(self.at, self.node(q)) or []
 
     def near_stops(self) -> NearStops:
-        """The near stops along the whole route."""
+        """Return the near stops along the whole route."""
         ways = [straight(self.map.nodes[a], self.map.nodes[b], STEP) for a, b in self.legs]
         return near_stops(self._scene, self._setup, np.concatenate([self.map.nodes[:1], *ways]))
 
     def near_stops_to(self, node: int, q: Float[np.ndarray, " J"]) -> NearStops:
-        """The near stops along the way to a node from where the robot really is, ``q`` (J,) rad."""
+        """Return the near stops along the path to a node from the robot's actual pose ``q`` (J,)
+        rad.
+        """
         return near_stops(self._scene, self._setup, straight(q, self.map.nodes[node], STEP))

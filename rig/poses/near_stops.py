@@ -1,9 +1,9 @@
-"""Near stops: how near each sensor may read before the robot is stopped, pose by pose of a way.
+"""Near stops: the distance below which a reading of each sensor stops the robot, for each pose of a
+path.
 
-A sensor that may see the robot's own body would stop it without need. There, and only there, its
-near stop
-is lowered to below the distance of that body; where the body may touch the sensor there is no near
-stop.
+A sensor that may see the robot's own body would stop the robot needlessly. Only where that can
+happen, its near stop is lowered to below the distance of that body. Where the body may touch the
+sensor there is no near stop.
 """
 
 from collections.abc import Sequence
@@ -21,47 +21,59 @@ from ...coverage.solids.capsules import Capsules
 from ...objectives.scene import Scene
 from ..sensing.expected import beams_at, to_capsules
 
-STEP = np.radians(4.0)  # between the poses of a way
-MARGIN = 0.05  # m, that a sensor may read too little: 20 mm of offset, and scatter
-_SLIP = 0.02  # m, by which a ring may sit elsewhere along its link
-_ASTRAY = np.radians(8.0)  # by which a sensor may look elsewhere than proposed
+STEP = np.radians(4.0)  # rad between the poses of a path
+MARGIN = 0.05  # m that a sensor may read too little: 20 mm of offset, and scatter
+_SLIP = 0.02  # m; a ring may sit this far elsewhere along its link
+_ASTRAY = np.radians(8.0)  # rad; a sensor may point this far elsewhere than proposed
 _WIDEST = np.radians(170.0)
 NOBODY = -1
 
 
 @dataclass(frozen=True)
 class NearStops:
-    """The near stops of K sensors, as wired, at P poses of ways."""
+    """Near stops of K sensors, as wired, at P poses of paths."""
 
     full: float
-    """m, that the scene asks for."""
+    """Full distance that the scene requests, m."""
     joints: Float[np.ndarray, "P J"]
-    """rad."""
+    """Poses, rad."""
     least: Float[np.ndarray, "P K"]
-    """m; a nearer reading stops the robot. 0: none does."""
+    """A reading below this distance stops the robot, m; at 0 no reading does."""
     body: Int[np.ndarray, "P K"]
-    """Number of the robot's body that lowers it; ``NOBODY`` where it is not lowered."""
+    """Number of the robot's body that lowers the near stop; ``NOBODY`` where it is not lowered."""
 
     @property
     def share(self) -> float:
-        """Share of the sensors that keep the full distance, over all poses."""
+        """Share of the sensors that keep the full distance, averaged over all poses."""
         return float((self.least >= self.full).mean()) if self.least.size else 1.0
 
     def lowered(self, by: float) -> "NearStops":
-        """The same, each ``by`` m shorter."""
+        """Return the near stops, each shortened by ``by`` m."""
         return replace(self, least=np.maximum(self.least - by, 0.0))
 
+    def wired_anyhow(self, setup: Setup) -> "NearStops":
+        """Near stops that hold in whatever order each ring's sensors are wired: for all sensors of
+        a ring those of the lowest.
+        """
+        least, body = self.least.copy(), self.body.copy()
+        first = np.cumsum([0, *(r.count for r in setup.rings)])
+        for a, b in pairwise(first):
+            lowest = self.least[:, a:b].argmin(axis=1)[:, None]  # (P, 1)
+            for whole, own in ((least, self.least), (body, self.body)):
+                whole[:, a:b] = np.take_along_axis(own[:, a:b], lowest, axis=1)
+        return replace(self, least=least, body=body)
+
     def near(self, q: Float[np.ndarray, " J"], within: float) -> Float[np.ndarray, " K"]:
-        """The near stops (K,) m that hold about ``q`` (J,) rad: the lowest of the poses that lie
-        ``within``
-        rad of it in every joint; the full distance where there are none."""
+        """Return the near stops (K,) m at ``q`` (J,) rad: the lowest of the poses within ``within``
+        rad in every joint, or the full distance if there are none.
+        """
         here = np.abs(self.joints - q).max(axis=1) <= within  # (P,)
         least: np.ndarray = self.least[here].min(axis=0, initial=self.full)
         return least
 
 
 def joined(*stops: NearStops) -> NearStops:
-    """The near stops along several ways of the same sensors."""
+    """Combine the near stops of the same sensors along several paths."""
     parts = (
         np.concatenate([getattr(s, key) for s in stops]) for key in ("joints", "least", "body")
     )
@@ -69,12 +81,11 @@ def joined(*stops: NearStops) -> NearStops:
 
 
 def near_stops(scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> NearStops:
-    """The near stops of all sensors at P poses (P, J) rad.
+    """Return the near stops of all sensors at P poses (P, J) rad.
 
-    Each ring may sit up to 2 cm farther along its link either way, and each sensor may look up to
-    8° elsewhere than proposed and read up to 5 cm too little. Unless the scene says
-    that the rings are as proposed, each may be wired in reverse or mounted the other way round,
-    too.
+    Each ring may sit up to 2 cm elsewhere along its link. Each sensor may point up to 8° elsewhere
+    than proposed, and read up to 5 cm too little. Unless the scene says that the rings are as
+    proposed, each ring may also be wired in reverse or mounted the other way round.
     """
     full, shape = scene.motion.near, (len(joints), setup.sensors)
     if not scene.robot.bodies or not len(joints):
@@ -95,8 +106,9 @@ def near_stops(scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"]) -> 
 def _to_robot(
     scene: Scene, setup: Setup, joints: Float[np.ndarray, "P J"], most: float
 ) -> tuple[Float[np.ndarray, "P K"], Int[np.ndarray, "P K"]]:
-    """Distance (P, K) m of the nearest of the robot's bodies in each beam, and that body's number;
-    one that is ``most`` m away or farther may be left out."""
+    """Return the distance (P, K) m of the nearest of the robot's bodies in each beam, and that
+    body's number; bodies ``most`` m away or farther may be omitted.
+    """
     # (P, B, 3), (B,)
     start, end, radius = robot_capsules(scene.robot, forward(scene.robot.chain, joints)).arrays()
     beams, of = beams_at(scene, setup, joints), np.repeat(np.arange(len(joints)), setup.sensors)
@@ -112,19 +124,21 @@ def _to_robot(
 def _nearer(
     distance: np.ndarray, body: np.ndarray, other: np.ndarray, its: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The nearer of two distances, with its body."""
+    """Return the smaller of two distances, with its body."""
     less = other < distance
     return np.where(less, other, distance), np.where(less, its, body)
 
 
 def _in_reverse(setup: Setup) -> Int[np.ndarray, " K"]:
-    """The sensor (K,) that stands in the place of each one where the rings are wired in reverse."""
+    """Return for each sensor the sensor (K,) that takes its place if the rings are wired in
+    reverse.
+    """
     first = np.cumsum([0, *(r.count for r in setup.rings)])
     return np.concatenate([a + -np.arange(b - a) % (b - a) for a, b in pairwise(first)])
 
 
 def _slipped(scene: Scene, ring: Ring, by: float) -> Ring:
-    """A ring ``by`` m farther along its link, where that has a length."""
+    """Return the ring moved by ``by`` m along its link, if the link has a length."""
     length = scene.robot.mount(ring.link).length
     return replace(ring, position=ring.position + by / length) if length > 0 else ring
 
@@ -135,25 +149,24 @@ def _wider(sensor: Sensor) -> Sensor:
 
 @dataclass(frozen=True)
 class RingNearStops:
-    """What a ring keeps of the near stop along a whole route."""
+    """Near stops of one ring along a whole route."""
 
     sensors: int
+    """Number of sensors."""
     always_full: int
-    """Sensors that keep the full distance at every pose."""
+    """Sensors with the full distance at every pose."""
     sometimes_less: int
-    """Sensors that keep a shorter one at some pose, and some at every pose."""
+    """Sensors with a shorter distance at some pose, and with some distance at every pose."""
     sometimes_none: int
-    """Sensors that have none at some pose."""
+    """Sensors without a near stop at some pose."""
     share: float
-    """Share of sensors with the full distance, over the route."""
+    """Share of sensors with the full distance, averaged over the route."""
     why: tuple[tuple[str, int], ...]
-    """The robot's bodies that lower it, and for how many sensors each is the one that lowers it
-    most.
-    """
+    """The robot's bodies that lower near stops, and for how many sensors each lowers it most."""
 
 
 def by_ring(stops: NearStops, setup: Setup, bodies: Sequence[str]) -> list[RingNearStops]:
-    """The near stops of each ring; ``bodies``: names of the robot's."""
+    """Summarise the near stops of each ring; ``bodies`` names the robot's bodies."""
     found, first = [], np.cumsum([0, *(r.count for r in setup.rings)])
     for a, b in pairwise(first):
         least, lowest = stops.least[:, a:b], stops.least[:, a:b].min(axis=0)  # (P, n), (n,)

@@ -1,9 +1,8 @@
-"""Ways from pose to pose on which a robot stays clear: straight ones between known poses, joined by
-the shortest path.
+"""Collision-free paths between poses: straight paths between known poses, joined into shortest
+paths.
 
 A roadmap (Kavraki et al. 1996, Probabilistic roadmaps for path planning): its nodes are clear
-poses, its edges the straight ways between them, all joints at once, on which every pose is clear
-too.
+poses, its edges are straight paths in joint space on which every pose is clear too.
 """
 
 import itertools
@@ -20,23 +19,26 @@ from ..sensing.expected import beams_at
 from .clear import Good, clear, gaps, least_gaps
 from .near_stops import MARGIN
 
-STEP = np.radians(2.0)  # of a way, that is looked at
-SLACK = 0.01  # m, that is planned with beyond what must be
-_NEIGHBOURS = 10  # of a node, to which straight ways are looked at
+STEP = np.radians(2.0)  # rad between tested poses of a path
+SLACK = 0.01  # m, additional distance for planning
+_NEIGHBOURS = 10  # of a node, tested for straight paths
 _AT_ONCE = 2000  # poses
 
 
 @dataclass(frozen=True)
 class Clearance:
-    """What is clear: bodies keep their distances from each other and the cell, sensors read nothing
-    of the cell nearer than what stops the robot. ``of`` is for plans, and asks for ``SLACK`` more.
+    """Tests whether poses are clear: the bodies keep their distances from each other and from the
+    cell, and no sensor reads the cell closer than the distance that stops the robot. ``of`` is for
+    planning and requires ``SLACK`` more.
     """
 
     scene: Scene
+    """Robot, cell and limits."""
     setup: Setup
+    """The rings as proposed."""
 
     def of(self, joints: Float[np.ndarray, "P J"]) -> Bool[np.ndarray, " P"]:
-        """Which poses are clear."""
+        """Return which poses are clear."""
         parts = [
             self._some(joints[i : i + _AT_ONCE], SLACK) for i in range(0, len(joints), _AT_ONCE)
         ]
@@ -51,16 +53,14 @@ class Clearance:
         return good
 
     def _sensors(self, joints: Float[np.ndarray, "P J"]) -> Float[np.ndarray, " P"]:
-        """Distance (P,) m of the nearest sensor from the cell."""
+        """Return the distance (P,) m of the nearest sensor from the cell."""
         apex = np.asarray(beams_at(self.scene, self.setup, joints).apex)
         each = [np.asarray(o.body(apex)) for o in self.scene.obstacles]
         least: np.ndarray = np.min(each, axis=0).reshape(len(joints), -1).min(axis=1)
         return least
 
     def fault(self, q: Float[np.ndarray, " J"], slack: float = 0.0) -> str | None:
-        """What keeps a pose from being clear, with ``slack`` m more, in words; None where nothing
-        does.
-        """
+        """Return why a pose is not clear with ``slack`` m more, or None."""
         if self._some(q[None], slack)[0]:
             return None
         names, obstacles, motion = (
@@ -69,7 +69,7 @@ class Clearance:
             self.scene.motion,
         )
         if self.scene.robot.beyond(q) is not None:
-            return f"joint {self.scene.robot.beyond(q)} beyond its limits"
+            return f"joint {self.scene.robot.beyond(q)} is beyond its limits"
         own, cell = gaps(self.scene, q[None])
         own_least, cell_least = least_gaps(self.scene, motion.own, motion.cell, slack)
         pairs = list(itertools.combinations(names, 2))
@@ -79,18 +79,23 @@ class Clearance:
             if len(short) and short.max() > 0:
                 worst = int(short.argmax())
                 there, here = words[worst]
+                if least[worst] < 0:  # capsules that overlap at a pose of the scene, too
+                    return (
+                        f"{here} {-1000 * gap[worst]:.0f} mm into {there}, allowed: at most"
+                        f" {-1000 * least[worst]:.0f} mm, as at the scene's poses"
+                    )
                 return (
                     f"{here} {1000 * max(gap[worst], 0.0):.0f} mm from {there}, allowed:"
                     f" {1000 * least[worst]:.0f} mm"
                 )
-        return f"a sensor nearer to the cell than {1000 * (motion.near + MARGIN + slack):.0f} mm"
+        return f"a sensor closer to the cell than {1000 * (motion.near + MARGIN + slack):.0f} mm"
 
 
 def straight(
     a: Float[np.ndarray, " J"], b: Float[np.ndarray, " J"], step: float = STEP
 ) -> Float[np.ndarray, "P J"]:
-    """Poses from ``a`` to ``b`` (J,) rad, both counted in, no joint farther than ``step`` rad from
-    one to the next.
+    """Return poses from ``a`` to ``b`` (J,) rad, both included, with steps of at most ``step`` rad
+    in every joint.
     """
     poses: np.ndarray = a + np.linspace(0, 1, 2 + int(np.abs(b - a).max() / step))[:, None] * (
         b - a
@@ -99,7 +104,7 @@ def straight(
 
 
 class Roadmap:
-    """Nodes (N, J) rad and the straight ways between neighbours that are clear by ``good``."""
+    """Nodes (N, J) rad and the straight paths between neighbours that ``good`` accepts."""
 
     def __init__(self, nodes: Float[np.ndarray, "N J"], good: Good) -> None:
         self.nodes = nodes
@@ -118,7 +123,7 @@ class Roadmap:
         self._far, self._before = shortest_path(edges, directed=False, return_predecessors=True)
 
     def way(self, start: int, goal: int) -> list[int] | None:
-        """Nodes after ``start`` up to ``goal``; None where there is no way."""
+        """Return the nodes after ``start`` up to ``goal``; None if there is no path."""
         if not np.isfinite(self._far[start, goal]):
             return None
         found = [goal] * (start != goal)
@@ -127,7 +132,7 @@ class Roadmap:
         return found
 
     def order(self, start: int, wanted: Sequence[int]) -> list[int]:
-        """Those of ``wanted`` that can be reached, each the nearest of those left."""
+        """Return the reachable nodes of ``wanted``, each the nearest of those left."""
         left, found = [n for n in wanted if np.isfinite(self._far[start, n])], list[int]()
         while left:
             found.append(min(left, key=lambda n: self._far[found[-1] if found else start, n]))

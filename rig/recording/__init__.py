@@ -1,1 +1,1 @@
-"""What came, as records with the times it came, and the file that keeps them."""
+"""Records of received data with their arrival times, and the file that stores them."""

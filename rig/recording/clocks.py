@@ -1,6 +1,4 @@
-"""Clocks: how late something came by its sender's clock, and how a sender's clock and the host's go
-together.
-"""
+"""Clocks: delays by the sender's clock, and the alignment of a sender's clock with the host's."""
 
 from dataclasses import dataclass
 
@@ -8,22 +6,22 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import theilslopes
 
-_DRIFT = 2e-4  # the most that two clocks of quartz drift apart
-_BLOCKS = 300  # whose quickest arrivals a line goes through
+_DRIFT = 2e-4  # maximum relative drift of two quartz clocks
+_BLOCKS = 300  # the line passes through the quickest arrival of each
 _FEWEST = 10
 
 
 class Lag:
-    """How much later than the quickest something came. The sender's clock starts anywhere and
-    drifts.
+    """Measures how much later than the quickest arrival something arrived. The sender's clock
+    starts at any value and drifts.
     """
 
     def __init__(self) -> None:
         self._least, self._time = np.inf, 0.0
 
     def delay(self, time: float, clock: float) -> float:
-        """Seconds by which what was sent at ``clock`` s and came at ``time`` s is later than the
-        quickest before it.
+        """Return the delay in s of data sent at ``clock`` s that arrived at ``time`` s, relative to
+        the quickest arrival before it.
 
         Negative if it was quicker, 0 for the first.
         """
@@ -34,31 +32,38 @@ class Lag:
 
 @dataclass(frozen=True)
 class Alignment:
-    """A sender's clock against the host's: host time = offset + (1 + drift) · (clock - origin), s.
+    """A sender's clock relative to the host's: host time = offset + (1 + drift) · (clock - origin),
+    s.
 
-    low, high: 95 % interval of the drift. jitter: s, 95 % of arrivals come no later than so long
-    after the line. The line goes through the quickest arrivals: what even these take is part of the
-    offset, and cannot be told from it.
+    The line passes through the quickest arrivals. The delay that even these have is part of the
+    offset and cannot be separated from it.
     """
 
     origin: float
+    """Sender's clock at the origin, s."""
     offset: float
+    """Host's clock at the origin, s."""
     drift: float
+    """Relative drift of the clocks."""
     low: float
+    """Lower end of the 95 % interval of the drift."""
     high: float
+    """Upper end of the 95 % interval of the drift."""
     jitter: float
+    """95 % of arrivals are at most this late relative to the line, s."""
 
     def host(self, clock: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """The host's times of a sender's."""
+        """Convert the sender's times to the host's."""
         return self.offset + (1 + self.drift) * (np.asarray(clock) - self.origin)
 
 
 def align(time: Float[np.ndarray, " n"], clock: Float[np.ndarray, " n"]) -> Alignment | None:
-    """The alignment of arrivals at ``time`` (n,) s on the host of what was sent at ``clock`` (n,)
-    s; None of fewer than ten.
+    """Align arrivals at ``time`` (n,) s on the host with data sent at ``clock`` (n,) s; None for
+    fewer than ten.
 
-    Theil and Sen's line (the median of the slopes of all pairs; 29 % of the points may be anywhere)
-    through the quickest arrival of each of up to 300 blocks, as delays only ever add.
+    The line is the Theil–Sen estimate (the median of the slopes of all pairs; up to 29 % of the
+    points may be arbitrary) through the quickest arrival of each of up to 300 blocks, because
+    delays are never negative.
     """
     if len(time) < _FEWEST:
         return None

@@ -1,5 +1,5 @@
-"""The recording of a check: everything that came, with the times it came, in a file that a kill
-leaves readable.
+"""Recording of a check: all received data with arrival times, in a file that stays readable if the
+process is killed.
 """
 
 import errno
@@ -17,27 +17,26 @@ from ...formats.errors import UserError
 from .records import DamagedError, Kind, Record, RecordReader
 
 FORMAT = "place-rings rig 1"
-# s, between times at which the disk is waited for: what a loss of power may cost; a kill costs
-# nothing
+# s between flushes to the disk: a loss of power may cost this much, a killed process nothing
 _SYNC = 1.0
 _CHUNK = 1 << 20
-_LAST = 1e11  # s since 1970, that a time can be
+_LAST = 1e11  # s since 1970, latest plausible time
 
 
 class Recording:
-    """Appends records to a new file; each is with the operating system when ``put`` returns.
+    """Appends records to a new file; when ``put`` returns, the operating system has the record.
 
-    A disk that is full, or anything else that keeps it from writing, ends the recording at the last
-    whole record: ``failure`` says why, ``on_failure`` is called once with that line, and what comes
-    then is not kept.
+    If the disk is full, or writing fails for another reason, the recording ends at the last
+    complete record. ``failure`` then gives the reason, ``on_failure`` is called once with it, and
+    later records are discarded.
 
     Args:
         path: of the file, which must not exist.
-        about: what is recorded, as JSON holds it.
-        on_failure: is given the line, from whatever thread wrote.
+        about: description of the recorded check, as JSON.
+        on_failure: receives the reason, in the thread that wrote.
 
     Raises:
-        UserError: if the file exists or cannot be made.
+        UserError: if the file exists or cannot be created.
     """
 
     def __init__(
@@ -58,7 +57,7 @@ class Recording:
         self._thread.start()
 
     def put(self, record: Record) -> None:
-        """Keep a record."""
+        """Store a record."""
         data = record.pack()
         with self._lock:
             if self.failure or self._file < 0:
@@ -74,13 +73,13 @@ class Recording:
         self._on_failure(self.failure)
 
     def event(self, what: str, **more: Any) -> None:
-        """Keep what happened, now."""
+        """Store an event with the present time."""
         self.put(
             Record(Kind.EVENT, 0, time.monotonic(), json.dumps({"what": what, **more}).encode())
         )
 
     def close(self) -> None:
-        """Write an end, so that a reader knows that nothing is missing."""
+        """Write an end mark, which tells a reader that nothing is missing."""
         self.put(Record(Kind.END, 0, time.monotonic()))
         self._ended.set()
         self._thread.join()
@@ -101,7 +100,7 @@ class Recording:
         self.close()
 
     def _fail(self, error: OSError) -> None:
-        """Leave whole records alone, where the file can be cut at all: a reader passes over the
+        """Cut the file after its last complete record, if possible; a reader skips the
         rest anyway.
         """
         self.failure = f"{self.path}: the recording ended: {error.strerror}"
@@ -109,7 +108,7 @@ class Recording:
             os.ftruncate(self._file, self._size)
 
     def _sync(self) -> None:
-        """Wait for the disk now and then, in a thread of its own: whoever puts records is not to
+        """Flush to the disk now and then, in a thread of its own, so that callers of ``put`` never
         wait.
         """
         while True:
@@ -117,7 +116,7 @@ class Recording:
             try:
                 os.fsync(self._file)
             except OSError as error:
-                # a pipe or a device, which has nothing to wait for
+                # a pipe or a device cannot be flushed
                 if error.errno not in (errno.EINVAL, errno.ENOTSUP):
                     with self._lock:
                         known = self.failure
@@ -130,8 +129,11 @@ class Recording:
 
 
 class RecordingReader:
-    """A recording as it is read. about: what was recorded. ended: whether its end was found.
-    damage: why it was read no further, empty where all was read."""
+    """Reads a recording.
+
+    ``about`` describes the recorded check. ``ended`` says whether the end mark was read. ``damage``
+    gives the reason if the file could not be read to its end, and is empty otherwise.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path, self.ended, self.damage = path, False, ""
@@ -144,22 +146,21 @@ class RecordingReader:
             self.about = {}
         if not isinstance(self.about, dict) or self.about.get("format") != FORMAT:
             raise UserError(
-                f"{path}: found no recording of a rig, allowed: a file that `place-rings check`"
-                " recorded"
+                f"{path}: not a recording of a rig; give a file that `place-rings check` recorded"
             )
         self.ended, self.damage = False, ""
 
     @property
     def wall(self) -> float:
-        """When it was recorded, s since 1970; 0 where it does not say."""
+        """Start of the recording, s since 1970; 0 if unknown."""
         wall = self.about.get("wall")
         return wall if isinstance(wall, float) and 0 <= wall < _LAST else 0.0
 
     def records(self) -> Iterator[Record]:
-        """Its records, up to the end or to the first damage.
+        """Iterate over the records, up to the end or the first damage.
 
         Raises:
-            UserError: if it cannot be read.
+            UserError: if the file cannot be read.
         """
         reader = RecordReader()
         try:
@@ -178,4 +179,4 @@ class RecordingReader:
         except OSError as error:
             raise UserError(f"{self._path}: cannot be read: {error.strerror}") from error
         if reader.left:
-            self.damage = f"the last {reader.left} bytes are no whole record"
+            self.damage = f"the last {reader.left} bytes are an incomplete record"

@@ -1,5 +1,5 @@
-"""Records: what a recording is made of, and what the processes of the rig tell each other. No
-pickle: bytes and a check.
+"""Records: the units of a recording, and the messages between the processes of the rig. They are
+bytes with a checksum, not pickles.
 """
 
 import struct
@@ -14,18 +14,18 @@ _CHECK = struct.Struct("<I")
 
 
 class Kind(IntEnum):
-    """What a record holds."""
+    """Content of a record."""
 
-    ABOUT = 1  # JSON: what is recorded
+    ABOUT = 1  # JSON: description of the recorded check
     STATE = 2  # of the robot: ``state.State``
-    BYTES = 3  # of a ring's line, as they came
-    EVENT = 4  # JSON: a fault, a step of the check, what a person said
+    BYTES = 3  # of a ring's line, as received
+    EVENT = 4  # JSON: a fault, a step of the check, an answer of a person
     NOTE = 5  # a line of text
     MOVE = 6  # struct of doubles: joints, speed, acceleration
     STOP = 7
     DONE = 8
-    CLOSED = 9  # the robot's side
-    OPENED = 10  # a ring's port
+    CLOSED = 9  # the robot closed the connection
+    OPENED = 10  # a ring's port was opened
     HAPPENED = 11  # JSON: ``health.Event``
     END = 12  # of a recording
     ALIVE = 13  # a sign of life
@@ -33,23 +33,25 @@ class Kind(IntEnum):
 
 
 class DamagedError(Exception):
-    """What follows is no record."""
+    """The following bytes are not a record."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """kind: of data. source: number of the ring, 0 where there is one alone. time: s, of the host's
-    monotonic clock.
-    """
+    """One record."""
 
     kind: Kind
+    """Content of the data."""
     source: int
+    """Number of the ring; 0 if there is only one source."""
     time: float
+    """s of the host's monotonic clock."""
     data: bytes = b""
+    """Payload."""
 
     def pack(self) -> bytes:
-        """The record as bytes: a head with its length, its data, and a CRC-32 (as zlib has it) of
-        both.
+        """Encode the record: a header with its length, its data, and a CRC-32 (as in
+        zlib) of both.
         """
         if len(self.data) > MOST_BYTES:
             raise ValueError(f"a record of {len(self.data)} bytes, allowed: {MOST_BYTES}")
@@ -58,7 +60,9 @@ class Record:
 
 
 class RecordReader:
-    """Makes records of bytes as they come. ``left``: bytes that are not yet a record."""
+    """Decodes records from a stream of bytes. ``left`` is the number of bytes not yet part of a
+    record.
+    """
 
     def __init__(self) -> None:
         self._buffer = bytearray()
@@ -68,11 +72,11 @@ class RecordReader:
         return len(self._buffer)
 
     def feed(self, data: bytes) -> list[Record]:
-        """The records that ``data`` completes. Of damage it is told once the records before it are
-        out: by the next call.
+        """Return the records that ``data`` completes. Damage is raised by the next call, after the
+        records before it have been returned.
 
         Raises:
-            DamagedError: if what comes next cannot be a record.
+            DamagedError: if the next bytes cannot be a record.
         """
         self._buffer += data
         found, at = list[Record](), 0

@@ -1,3 +1,1 @@
-"""The rings: the frames they send, their decoders, their serial ports, and what happens to their
-lines.
-"""
+"""The rings: their frames, decoders, serial ports, and the events of their lines."""

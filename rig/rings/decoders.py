@@ -1,4 +1,4 @@
-"""Decoders of rings' firmwares, by name: the toolkit's own protocol, packed binary frames, lines of
+"""Decoders of ring firmwares, by name: the protocol of this toolkit, packed binary frames, lines of
 text.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from .protocol import MOST_MM, Arrivals, Counts, Decoder, Frame, SequenceTracker, Status, measured
 
-NO_TARGET_MM = (0, 8190, 8191, 9999, MOST_MM)  # what firmwares write for a sensor that sees nothing
+NO_TARGET_MM = (0, 8190, 8191, 9999, MOST_MM)  # codes of firmwares for no target
 _NONE = np.isin(np.arange(MOST_MM + 1), NO_TARGET_MM)
 _FAILURES = (b"nan", b"-1", b"-")
 _LONGEST = 4096  # bytes of a line
@@ -21,30 +21,32 @@ _SEPARATORS = re.compile(rb"[\s,;]+")
 
 
 class FrameDecoder(Protocol):
-    """What makes frames of a line's bytes."""
+    """Decodes frames from the bytes of a line."""
 
     counts: Counts
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
-        """The frames that ``data``, which came at ``time`` s, completes. Raises nothing."""
+        """Return the frames that ``data``, which arrived at ``time`` s, completes. Raises
+        nothing.
+        """
         ...
 
 
 @dataclass(frozen=True)
 class Layout:
-    """A packed frame without a check: a magic, a sequence number, then for each sensor its
-    millimetres and a status.
-
-    magic: bytes. sequence: struct format of the number. sensor: NumPy type of a sensor, with ``mm``
-    and ``status``.
+    """A packed frame without a checksum: a magic, a sequence number, then distance in millimetres
+    and status of each sensor.
     """
 
     magic: bytes
+    """First bytes of a frame."""
     sequence: struct.Struct
+    """Struct format of the sequence number."""
     sensor: np.dtype
+    """NumPy type of a sensor, with the fields ``mm`` and ``status``."""
 
     def length(self, count: int) -> int:
-        """Bytes of a frame of ``count`` sensors."""
+        """Return the bytes of a frame of ``count`` sensors."""
         return len(self.magic) + self.sequence.size + count * self.sensor.itemsize
 
 
@@ -52,9 +54,12 @@ ESP32 = Layout(b"\x5a\x5a", struct.Struct("<H"), np.dtype([("mm", "<u2"), ("stat
 
 
 class PackedDecoder:
-    """Frames of a ``Layout``. Having no check, one counts as intact only when the next one's magic
-    follows it at once, so each is handed on when the next begins; its time is still that of its own
-    last byte."""
+    """Decodes frames of a ``Layout``.
+
+    Without a checksum, a frame counts as intact only if the magic of the next one follows it at
+    once. So each frame is returned when the next one starts; its time is still the arrival of its
+    own last byte.
+    """
 
     def __init__(self, count: int, counts: Counts | None = None, layout: Layout = ESP32) -> None:
         self.counts, self._count, self._layout, self._length = (
@@ -67,7 +72,9 @@ class PackedDecoder:
         self._order = SequenceTracker(self.counts, 1 << 8 * layout.sequence.size)
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
-        """The frames that ``data``, which came at ``time`` s, completes. Raises nothing."""
+        """Return the frames that ``data``, which arrived at ``time`` s, completes. Raises
+        nothing.
+        """
         self._arrivals.add(data, time)
         buffer, magic, at, frames = self._arrivals.bytes, self._layout.magic, 0, list[Frame]()
         while len(buffer) - at >= self._length + len(magic):
@@ -103,22 +110,25 @@ class PackedDecoder:
 
 
 class LineDecoder:
-    """Lines of text: a number of millimetres for each sensor, parted by commas, semicolons, tabs or
+    """Decodes lines of text: millimetres of each sensor, separated by commas, semicolons, tabs or
     blanks.
 
-    nan, - or -1 stand where a sensor failed. Whatever stands before a last colon is passed over. A
-    line that has something else is skipped."""
+    nan, - or -1 mark a failed sensor. Text before the last colon is ignored. Lines with anything
+    else are skipped.
+    """
 
     def __init__(self, count: int, counts: Counts | None = None) -> None:
         self.counts, self._count = counts or Counts(), count
         self._arrivals, self._sequence, self._whole = Arrivals(), 0, False
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
-        """The frames that ``data``, which came at ``time`` s, completes. Raises nothing."""
+        """Return the frames that ``data``, which arrived at ``time`` s, completes. Raises
+        nothing.
+        """
         self._arrivals.add(data, time)
         buffer, at, frames = self._arrivals.bytes, 0, list[Frame]()
         while (end := buffer.find(b"\n", at)) >= 0:
-            if self._whole:  # the first line may have begun before we listened
+            if self._whole:  # the first line may be incomplete
                 frames += self._frame(bytes(buffer[at:end]), self._arrivals.time(end))
             self._whole, at = True, end + 1
         if len(buffer) - at > _LONGEST:
@@ -148,7 +158,9 @@ class LineDecoder:
 
 
 def _none(mm: np.ndarray, status: np.ndarray) -> np.ndarray:
-    """``status`` (n,), with no target where a valid sensor's ``mm`` say so."""
+    """Return ``status`` (n,), with no target where ``mm`` of a valid sensor is a code for no
+    target.
+    """
     return np.where(_NONE[mm] & (status == Status.VALID), np.uint8(Status.NO_TARGET), status)
 
 
@@ -160,10 +172,10 @@ DECODERS: dict[str, Callable[[int, Counts | None], FrameDecoder]] = {
 
 
 def decoder(name: str, count: int, counts: Counts | None = None) -> FrameDecoder:
-    """The decoder called ``name`` for a ring of ``count`` sensors, which goes on with ``counts``.
+    """Return the decoder ``name`` for a ring of ``count`` sensors, which continues ``counts``.
 
     Raises:
-        ValueError: if there is none of that name; it lists those there are.
+        ValueError: if no decoder has that name; the message lists all names.
     """
     if name not in DECODERS:
         raise ValueError(f"unknown decoder {name!r}; known: {', '.join(DECODERS)}")

@@ -1,6 +1,4 @@
-"""What happens to a ring's line, judged by its bytes as they come: the same while it runs and when
-it is replayed.
-"""
+"""Events of a ring's line, derived from its bytes; the same live and in a replay."""
 
 import json
 from collections import deque
@@ -15,44 +13,48 @@ from ..recording.records import Kind, Record
 from .decoders import decoder
 from .protocol import Counts, Frame
 
-# s without a frame: nothing is known of a ring any more. Rings send ten frames a second or more
+# s without a frame, after which a ring is silent. Rings send at least ten frames a second
 SILENT = 0.25
-LATE = 0.1  # s: frames that waited longer on their way are told of, and not handed on
+LATE = 0.1  # s; frames with a longer delay are reported and not passed on
 BAUD = 460800
-_WINDOW = 3.0  # s, in which so many bad frames
-_NOISY = 3  # are told of
+_WINDOW = 3.0  # s; a line with _NOISY bad frames in this time is reported
+_NOISY = 3  # bad frames
 
 
 class Happened(Enum):
-    """To a ring's line; the values are for people."""
+    """Events of a ring's line; the values are shown to the user."""
 
     GONE = "its port is gone"
-    BACK = "frames come"
-    SILENT = "nothing comes"
-    GARBLED = "bytes come, but no frame"
+    BACK = "frames arrive"
+    SILENT = "no data arrives"
+    GARBLED = "data arrives, but no valid frame"
     NOISY = "frames are lost, late or corrupt"
-    LATE = "frames waited on their way"
-    RESTARTED = "it began anew"
+    LATE = "frames arrived late"
+    RESTARTED = "it restarted"
 
 
 @dataclass(frozen=True)
 class Event:
-    """What happened to which ring, and when it was found, s of the host's monotonic clock."""
+    """An event of a ring's line."""
 
     ring: int
+    """Number of the ring."""
     what: Happened
+    """What happened."""
     time: float
+    """When it was detected, s of the host's monotonic clock."""
     detail: str = ""
+    """More about it, as text."""
 
     def record(self) -> Record:
-        """As it is kept."""
+        """Return the event as a record."""
         return Record(
             Kind.HAPPENED, self.ring, self.time, json.dumps([self.what.name, self.detail]).encode()
         )
 
     @staticmethod
     def of(record: Record) -> "Event":
-        """What was kept; ValueError if it is none."""
+        """Return the event in a record; raise ValueError if it holds none."""
         match json.loads(record.data):
             case [str(name), str(detail)] if name in Happened.__members__:
                 return Event(record.source, Happened[name], record.time, detail)
@@ -61,21 +63,22 @@ class Event:
 
 @dataclass(frozen=True)
 class Port:
-    """Where a ring is: the name of its serial port, how many sensors it has, its firmware's
-    decoder, its speed. patience: so many times ``SILENT`` and ``LATE`` are allowed; a simulated
-    ring on a busy machine needs more than 1."""
+    """Serial port of a ring."""
 
     name: str
+    """Name of the port."""
     count: int
+    """Number of sensors of the ring."""
     decoder: str = "place-rings"
+    """Decoder of its firmware."""
     baud: int = BAUD
+    """Speed, baud."""
     patience: float = 1.0
+    """Factor on ``SILENT`` and ``LATE``; a simulated ring on a busy machine needs more than 1."""
 
 
 class Line:
-    """The frames of ring ``number``, and what happens to its line from ``now`` s on. ``counts`` are
-    of all its time.
-    """
+    """Frames and events of ring ``number`` from ``now`` s on. ``counts`` cover the whole time."""
 
     def __init__(self, number: int, port: Port, now: float) -> None:
         self._number, self._port, self.counts = number, port, Counts()
@@ -85,16 +88,20 @@ class Line:
         self.opened(now)
 
     def opened(self, now: float) -> None:
-        """Its port was opened, now: the ring may have begun anew, and its clock with it."""
+        """Note that the port was opened at ``now`` s: the ring, and with it its clock, may have
+        restarted.
+        """
         self._decoder, self._lag = decoder(self._port.decoder, self._port.count, self.counts), Lag()
         self._heard, self._bytes, self._restarts = now, 0, self.counts.restarts
 
     def gone(self, now: float, why: str) -> Iterator[Event]:
-        """Its port cannot be read."""
+        """Note that the port cannot be read."""
         yield from self._turn(Happened.GONE, now, why)
 
     def take(self, data: bytes, now: float) -> Iterator[Frame | Event]:
-        """Frames and events by the bytes that came until ``now`` s, which may be none."""
+        """Yield the frames and events of the bytes that arrived until ``now`` s, which
+        may be none.
+        """
         self._bytes += len(data)
         for frame in self._decoder.feed(data, now) if data else ():
             yield from self._frame(frame)
@@ -117,7 +124,7 @@ class Line:
             yield frame
 
     def _judge(self, now: float) -> Iterator[Event]:
-        """Tells of a line that spoils frames, when it begins to."""
+        """Yield an event when the line begins to spoil frames."""
         c = self.counts
         bad = c.lost + c.late + c.corrupt
         self._spoiled.extend([now] * min(bad - self._bad, _NOISY))

@@ -1,4 +1,4 @@
-"""The rings' serial ports, each read in a thread of its own, and opened again when it was gone."""
+"""Serial ports of the rings, each read in its own thread and reopened after an interruption."""
 
 import threading
 import time
@@ -10,17 +10,16 @@ from ..recording.records import Kind, Record
 from .health import SILENT, Event, Line, Port
 from .protocol import Counts, Frame
 
-_TICK = 0.02  # s, that a read waits
-_RETRY = 0.05  # s, between attempts to open a port
+_TICK = 0.02  # s, timeout of a read
+_RETRY = 0.05  # s between attempts to open a port
 
 
 class RingReader:
-    """Reads ring ``number`` at ``port``: hands on its frames, what happens to it, and all its bytes
-    as they came.
+    """Reads ring ``number`` at ``port`` and passes on its frames, its events and all its bytes.
 
-    Found: a port that is gone within 20 ms, silence and bytes that make no frame within ``SILENT``
-    s of the last frame, and a port that is back within 50 ms of its appearance; plus what the
-    machine takes to wake a thread.
+    It detects a lost port within 20 ms, silence or bytes without a valid frame within ``SILENT`` s
+    of the last frame, and a port that is back within 50 ms of its appearance; plus the time that
+    the machine takes to wake a thread.
     """
 
     def __init__(
@@ -47,11 +46,11 @@ class RingReader:
 
     @property
     def counts(self) -> Counts:
-        """What came over the line."""
+        """Counts of the line."""
         return self._line.counts
 
     def latest(self) -> Frame | None:
-        """The newest frame, if it is fresh."""
+        """Return the newest frame if it is fresh, else None."""
         frame = self._last
         return (
             frame
@@ -60,15 +59,15 @@ class RingReader:
         )
 
     def end(self) -> None:
-        """Read no more, soon."""
+        """Ask the thread to stop reading."""
         self._ended.set()
 
     def join(self) -> None:
-        """Wait until it reads no more."""
+        """Wait until the thread has stopped."""
         self._thread.join()
 
     def _run(self) -> None:
-        import serial  # not before there is a ring to read
+        import serial  # only when there is a ring to read
 
         while not self._ended.is_set():
             try:
@@ -100,13 +99,13 @@ class RingReader:
 
 
 class Rings:
-    """All rings of a rig. sizes: sensors of each.
+    """All rings of a rig. ``sizes`` holds the number of sensors of each.
 
     Args:
         ports: of the rings, in the setup's order.
-        on_frame: is given a ring's number and each of its frames, from the ring's thread.
-        on_event: is given what happens to lines, from theirs.
-        record: is given all bytes as they come.
+        on_frame: receives a ring's number and each of its frames, in the ring's thread.
+        on_event: receives the events of the lines, in their threads.
+        record: receives all bytes as they arrive.
     """
 
     def __init__(
@@ -123,22 +122,22 @@ class Rings:
 
     @property
     def counts(self) -> list[Counts]:
-        """What came over each line."""
+        """Counts of each line."""
         return [reader.counts for reader in self._readers]
 
     def latest(self) -> list[Frame | None]:
-        """Each ring's newest frame; None where it is not fresh."""
+        """Return each ring's newest frame; None where it is not fresh."""
         return [reader.latest() for reader in self._readers]
 
     def wait(self, seconds: float) -> bool:
-        """Whether every ring is heard within so many seconds."""
+        """Wait for a frame of every ring; return whether all arrived within ``seconds``."""
         until = time.monotonic() + seconds
         while (deaf := None in self.latest()) and time.monotonic() < until:
             time.sleep(_TICK)
         return not deaf
 
     def close(self) -> None:
-        """Read no more."""
+        """Stop reading."""
         for reader in self._readers:
             reader.end()
         for reader in self._readers:

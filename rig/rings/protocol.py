@@ -1,4 +1,4 @@
-"""The frames that a ring sends: docs/rig.md as a table of bytes."""
+"""Frames of the ring protocol; docs/rig.md has the table of bytes."""
 
 import zlib
 from dataclasses import dataclass
@@ -14,17 +14,16 @@ MAGIC = b"\xa5\xc3"
 MOST_SENSORS = 64
 MOST_MM = 0xFFFF
 _HEADER, _CHECK, _SENSORS = ring_frame.HEADER, ring_frame.CHECK, ring_frame.SENSORS
-length = ring_frame.frame_length
 _TURN = 1 << 16  # of the sequence number
 _LATE = (
-    # frames: one that is older than the newest by no more came late, one that is older yet is of a
-    # ring that restarted
+    # frames; a frame at most this much older than the newest is late, an older one means that the
+    # ring restarted
     8
 )
 
 
 class Status(IntEnum):
-    """What a sensor says of its distance."""
+    """Status of a sensor's distance."""
 
     VALID = 0
     NO_TARGET = 1
@@ -32,8 +31,8 @@ class Status(IntEnum):
     FAILED = 3
 
 
-_DISTANT = (Status.VALID, Status.WEAK)  # those that have a distance
-# of any byte
+_DISTANT = (Status.VALID, Status.WEAK)  # with a distance
+# status for any byte
 _STATUS = np.array(
     [byte if byte in list(Status) else Status.FAILED for byte in range(256)], np.uint8
 )
@@ -42,51 +41,52 @@ _HAS = np.isin(_STATUS, _DISTANT)
 
 @dataclass(frozen=True)
 class Frame:
-    """What a ring measured at once.
-
-    time: s, of the host's monotonic clock, when its last byte came. clock: s, of the ring's own
-    clock; nan where its firmware sends none. sequence: counts the ring's frames. distance (n,): m,
-    in the order as wired, nan where there is none. status (n,): of ``Status``.
-    """
+    """One measurement of all sensors of a ring."""
 
     time: float
+    """Arrival of the last byte, s of the host's monotonic clock."""
     clock: float
+    """s of the ring's own clock; nan if its firmware sends none."""
     sequence: int
+    """Number of the frame."""
     distance: Float[np.ndarray, " n"]
+    """m, in the order as wired; nan where there is none."""
     status: Integer[np.ndarray, " n"]
+    """Values of ``Status``."""
 
 
 @dataclass
 class Counts:
-    """What came over a line.
-
-    frames: handed on. lost: gaps in the sequence. late: came after a newer one, or twice, and were
-    not handed on. corrupt: what began as a frame and was none. skipped: bytes that belong to none.
-    restarts: of the ring.
-    """
+    """Counts of a line."""
 
     frames: int = 0
+    """Frames passed on."""
     lost: int = 0
+    """Gaps in the sequence."""
     late: int = 0
+    """Frames that arrived after a newer one, or twice; not passed on."""
     corrupt: int = 0
+    """Byte sequences that began like a frame and were not one."""
     skipped: int = 0
+    """Bytes that belong to no frame."""
     restarts: int = 0
+    """Restarts of the ring."""
 
 
 class SequenceTracker:
-    """Keeps account of the sequence numbers that come, modulo ``turn``."""
+    """Evaluates the sequence numbers of frames, modulo ``turn``."""
 
     def __init__(self, counts: Counts, turn: int = _TURN) -> None:
         self._counts, self._turn, self._last, self._clock = counts, turn, -1, float("-inf")
 
     def take(self, sequence: int, clock: float) -> bool:
-        """Whether a frame of this number, at this time s of the ring's clock, is newer than all
-        before it.
+        """Whether a frame with this number, at this time in s of the ring's clock, is newer than
+        all before it.
         """
         ahead = (sequence - self._last) % self._turn if self._last >= 0 else 1
         if ahead == 0 or ahead >= self._turn - _LATE:
             self._counts.late += 1
-            self._counts.lost -= ahead != 0 and self._counts.lost > 0  # it was thought lost
+            self._counts.lost -= ahead != 0 and self._counts.lost > 0  # it had been counted as lost
             return False
         if clock < self._clock or ahead >= self._turn // 2:
             self._counts.restarts += 1
@@ -103,7 +103,8 @@ def encode(
     distance: Float[np.ndarray, " n"],
     status: Integer[np.ndarray, " n"],
 ) -> bytes:
-    """A frame; distances (n,) m are rounded to mm, and 0 where ``status`` says that there is none.
+    """Encode a frame; distances (n,) m are rounded to mm, and 0 where ``status`` says that there is
+    none.
 
     Raises:
         ValueError: if a number does not fit its field.
@@ -111,14 +112,14 @@ def encode(
     count = len(distance)
     if not 1 <= count <= MOST_SENSORS or len(status) != count:
         raise ValueError(
-            f"found {count} distances and {len(status)} statuses, allowed: as many of both, 1 to"
-            f" {MOST_SENSORS}"
+            f"a frame needs equal numbers of distances and statuses, 1 to {MOST_SENSORS}; got"
+            f" {count} and {len(status)}"
         )
     sensors = np.zeros(count, _SENSORS)
     there = np.isin(status, _DISTANT)
     mm = np.rint(1000 * np.where(there, distance, 0.0))
     if not np.all((mm >= 0) & (mm <= MOST_MM)) or not np.isin(status, list(Status)).all():
-        raise ValueError(f"allowed: distances of 0 to {MOST_MM} mm, statuses of 0 to {max(Status)}")
+        raise ValueError(f"distances must be 0 to {MOST_MM} mm, statuses 0 to {max(Status)}")
     sensors["mm"], sensors["status"] = mm, status
     head = _HEADER.pack(MAGIC, VERSION, count, 255 - count, sequence % _TURN, round(1e6 * clock))
     body = head + sensors.tobytes()
@@ -126,44 +127,48 @@ def encode(
 
 
 class Arrivals:
-    """Bytes not yet used, and when each of them came."""
+    """Bytes not yet used, with their arrival times."""
 
     def __init__(self) -> None:
         self.bytes, self._chunks = bytearray(), list[tuple[int, float]]()
 
     def add(self, data: bytes, time: float) -> None:
-        """More bytes, which came at ``time`` s."""
+        """Append bytes that arrived at ``time`` s."""
         if data:
             self.bytes += data
             self._chunks.append((len(self.bytes), time))
 
     def time(self, place: int) -> float:
-        """When the byte at ``place`` came, s."""
+        """Return when the byte at ``place`` arrived, s."""
         return next(time for end, time in self._chunks if place < end)
 
     def drop(self, count: int) -> None:
-        """Forget the first ``count`` bytes."""
+        """Discard the first ``count`` bytes."""
         if count:
             del self.bytes[:count]
             self._chunks = [(end - count, time) for end, time in self._chunks if end > count]
 
 
 class Decoder:
-    """Takes bytes as they come, wherever they start and whatever they are, and gives the intact
-    frames among them.
+    """Decodes the intact frames in a stream of arbitrary bytes.
 
-    A frame counts as intact when its magic, version, count (twice) and CRC-32 (ISO 3309, as
-    Ethernet and zlib have it) are right, and it has the sensors that the ring has. After anything
-    else the search goes on one byte further, so that no intact frame is lost to what stands before
-    it.
+    A frame is intact if its magic, version, count (twice) and CRC-32 (ISO 3309, as in Ethernet and
+    zlib) are right, and its count is that of the ring. After anything else the search continues one
+    byte further, so that preceding garbage never costs an intact frame.
     """
 
     def __init__(self, count: int, counts: Counts | None = None) -> None:
-        self.counts, self._count, self._length = counts or Counts(), count, length(count)
+        self.counts, self._count, self._length = (
+            counts or Counts(),
+            count,
+            ring_frame.frame_length(count),
+        )
         self._arrivals, self._order = Arrivals(), SequenceTracker(self.counts)
 
     def feed(self, data: bytes, time: float) -> list[Frame]:
-        """The frames that ``data``, which came at ``time`` s, completes. Raises nothing."""
+        """Return the frames that ``data``, which arrived at ``time`` s, completes. Raises
+        nothing.
+        """
         self._arrivals.add(data, time)
         buffer, at, frames = self._arrivals.bytes, 0, list[Frame]()
         while True:
@@ -213,6 +218,7 @@ class Decoder:
 
 
 def measured(mm: np.ndarray, status: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distances (n,) m, nan where there is none, and statuses (n,) from millimetres and bytes of
-    status as a ring sends them; a byte that is no ``Status`` is a failure."""
+    """Convert millimetres and status bytes of a ring to distances (n,) m, nan where there is none,
+    and statuses (n,). An unknown status byte counts as a failure.
+    """
     return np.where(_HAS[status], mm / 1000.0, np.nan), _STATUS[status]

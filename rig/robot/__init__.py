@@ -1,1 +1,1 @@
-"""The robot by RTDE: its state, vetted as it comes, and slow moves that anything wrong stops."""
+"""The robot over RTDE: validated states, and slow motions that stop on any fault."""

@@ -1,4 +1,4 @@
-"""The link to the robot: joint angles with their times, none of them stale, or a fault."""
+"""Link to the robot: joint angles with time stamps, never stale, or a fault."""
 
 import os
 import select
@@ -19,28 +19,30 @@ from .state import State
 from .vetting import STALE, Ended, LinkFaultError, Vetting, between
 
 RATE = 125.0  # states a second: every controller has it
-# s, for the first state to come: Python's start, and the client's exchange with the robot
+# s until the first state: start of Python, and the client's handshake with the robot
 START = 10.0
 _MEMORY = 30.0  # s, of states
 
 
 class Link:
-    """Joint angles of the robot at ``host``, received in a process of its own that is ended with
-    the link.
+    """Receives joint angles of the robot at ``host`` in a process of its own, which ends with the
+    link.
 
-    A fault is final: what comes after it is not looked at. It is found at most ``STALE`` s after
-    the last good state, times ``patience``, plus what the machine takes to wake a thread.
+    A fault is final: later data is ignored. A fault is detected at most ``STALE`` s, times
+    ``patience``, after the last valid state, plus the time that the machine takes to wake a thread.
 
     Args:
         host: name or address.
-        rate: states a second.
-        on_state: is given each state that is good, from the link's thread.
-        record: is given each record that came, good or not.
-        on_fault: is called once, from the link's thread.
-        start: s, by which the first state must have come.
-        through_stops: whether states are good though the robot's safety stopped it: to see whether
-            it stands still. patience: factor of all limits of time; 1 for a real robot. A simulated
-            one shares its machine, and needs more. command: that starts the process, for tests.
+        rate: states per second.
+        on_state: receives each valid state, in the link's thread.
+        record: receives each record, valid or not.
+        on_fault: called once on a fault, in the link's thread.
+        start: time limit for the first state, s.
+        patience: factor on all time limits; 1 for a real robot. A simulated one shares its machine
+            and needs more.
+        through_stops: accept states although the robot's safety functions stopped it, to see
+            whether it stands still.
+        command: starts the process; for tests.
     """
 
     def __init__(
@@ -73,24 +75,22 @@ class Link:
 
     @property
     def fault(self) -> LinkFaultError | None:
-        """Why it ended, if it did."""
+        """Why the link ended; None while it works."""
         return self._fault
 
     def latest(self) -> State:
-        """The newest state, which is fresh; LinkFaultError where there is none."""
+        """Return the newest state; raise LinkFaultError if no state is fresh."""
         with self._changed:
             if self._fault:
                 raise self._fault
             now = time.monotonic()
-            # two that agree with each other
+            # two consistent states
             if len(self._states) < 2 or now - self._states[-1].time > self._stale:
                 raise LinkFaultError(Ended.STALE)
             return self._states[-1]
 
     def wait(self, seconds: float = START + 1) -> State:
-        """The newest state, as soon as there is one; LinkFaultError if there is none within
-        ``seconds``.
-        """
+        """Wait for the first state; raise LinkFaultError if none arrives within ``seconds``."""
         with self._changed:
             self._changed.wait_for(lambda: self._fault or len(self._states) >= 2, seconds)
         return self.latest()
@@ -98,9 +98,11 @@ class Link:
     def joints(
         self, times: Float[np.ndarray, " n"], patience: float = STALE
     ) -> Float[np.ndarray, "n 6"]:
-        """Joint angles (n, 6) rad at ``times`` (n,) s of the host's monotonic clock, between states
-        around each; nan where there are none near enough. Waits for states after the last time, for
-        at most ``patience`` s."""
+        """Return joint angles (n, 6) rad at ``times`` (n,) s of the host's monotonic clock.
+
+        Angles are interpolated between the states around each time, and nan where no states are
+        near enough. The call waits up to ``patience`` s for states after the last time.
+        """
         times = np.asarray(times, float)
         with self._changed:
             first, last = (float(times.min()), float(times.max())) if len(times) else (0.0, 0.0)
@@ -134,13 +136,13 @@ class Link:
         self.close()
 
     def _watch(self) -> None:
-        """Take states until a fault, then end the process that may still run."""
+        """Receive states until a fault, then end the process in case it still runs."""
         try:
             self._receive()
         except LinkFaultError as fault:
             self._end(fault)
         except Exception as error:
-            # whatever it is, there are no states any more, and that must be known
+            # whatever the error is, states have ended, and that must be reported
             self._end(LinkFaultError(Ended.ABORTED, repr(error)))
 
     def _end(self, fault: LinkFaultError) -> None:

@@ -1,9 +1,9 @@
-"""The process in which ur-rtde receives the robot's state: what befalls the client befalls this
-process alone.
+"""Process in which ur-rtde receives the robot's state, so that a crash of the client cannot affect
+the check.
 
 Run: python -m place_rings.rig.robot.link_process HOST RATE [PATIENCE]
 
-Records come on stdout, until stdin ends.
+The process writes records to stdout until stdin ends.
 """
 
 import os
@@ -18,13 +18,12 @@ from ..recording.records import Kind, Record
 from .state import VARIABLES, State, complaint
 
 _POLL = 0.0005  # s
-# s: a constructor that hangs cannot be reached from Python, so the kernel ends it, should nobody
-# else
+# s: Python cannot interrupt a constructor that hangs, so the kernel ends it, if nothing else does
 _HOPELESS = 10
 
 
 def main() -> None:
-    """Forward each new state, once."""
+    """Forward each new state once."""
     host, rate, patience = (
         sys.argv[1],
         float(sys.argv[2]),
@@ -33,7 +32,7 @@ def main() -> None:
     out = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # the client prints
     signal.setitimer(signal.ITIMER_REAL, _HOPELESS * patience)
-    for ignored in (signal.SIGINT, signal.SIGHUP):  # the check's affair
+    for ignored in (signal.SIGINT, signal.SIGHUP):  # handled by the check
         signal.signal(ignored, signal.SIG_IGN)
     try:
         from rtde_receive import RTDEReceiveInterface
@@ -43,14 +42,14 @@ def main() -> None:
         last = float("nan")
         while client.isConnected():
             if select.select([sys.stdin], [], [], _POLL)[0]:
-                break  # nothing is ever said: the end
+                break  # stdin never carries data, so this is its end
             clock = client.getTimestamp()
             if clock == last:
                 continue
             q, speed = client.getActualQ(), client.getActualQd()
             runtime, safety = client.getRuntimeState(), client.getSafetyStatusBits()
             if client.getTimestamp() != clock:
-                continue  # of two packages
+                continue  # parts of two packages
             last, now = clock, time.monotonic()
             state = State(now, clock, np.array(q), np.array(speed), runtime, safety)
             os.write(out, Record(Kind.STATE, 0, now, state.pack()).pack())
@@ -58,7 +57,7 @@ def main() -> None:
             os.write(out, Record(Kind.CLOSED, 0, time.monotonic()).pack())
     except BrokenPipeError:
         pass
-    except Exception as error:  # of the client, whatever it raises
+    except Exception as error:  # the client may raise anything
         os.write(out, Record(Kind.NOTE, 0, time.monotonic(), complaint(error).encode()).pack())
     os._exit(0)  # the client's threads may hang
 

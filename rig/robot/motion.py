@@ -1,8 +1,8 @@
-"""Moving the robot, slowly, between poses: checked before, watched on the way, stopped by anything
-that is wrong.
+"""Move the robot slowly between poses. Each motion is checked before it starts, supervised on its
+way, and stopped on any fault.
 
-This is no safety function. It is ordinary software on an ordinary computer: whoever is near the
-robot is protected by the robot's own safety functions and by nothing here.
+This is not a safety function. It is ordinary software on an ordinary computer: the robot's own
+safety functions protect people near the robot, and nothing here does.
 """
 
 import math
@@ -30,18 +30,18 @@ from .motion_process import DECELERATION, SIGN
 from .state import JOINTS, pack_move
 from .vetting import LinkFaultError
 
-# rad/s and rad/s², whatever is asked for
+# rad/s and rad/s²; upper bounds on any request
 MOST_SPEED, MOST_ACCELERATION = math.radians(60), math.radians(120)
-_READY = 20.0  # s, for the controller to take the program
-_TOLD = 0.5  # s, for an answer: the process says at once that it moves
-_STILL = 0.3  # s, for the robot to be seen to stand still, beyond what its deceleration takes
-BOUND = 1.0  # s, after which stillness came late
+_READY = 20.0  # s until the controller accepts the program
+_TOLD = 0.5  # s until an answer: the process confirms a motion at once
+_STILL = 0.3  # s until the robot is seen to stand still, in addition to its deceleration
+BOUND = 1.0  # s; a standstill after this time is reported as late
 _LOOK = 0.01  # s
-_STEP = math.radians(2)  # of the way that is checked
+_STEP = math.radians(2)  # rad between checked poses of a path
 _THERE, _STANDS = 2e-3, 2e-3  # rad of every joint; rad/s
-_FIRM = 0.1  # s of the robot's clock, that it must be seen to stand
-_AGAIN = 3.0  # s, for a robot that was lost to answer again
-_PATIENCE = 2.0  # s, beyond what a motion takes by itself
+_FIRM = 0.1  # s of the robot's clock for which it must be seen to stand still
+_AGAIN = 3.0  # s until a lost robot answers again
+_PATIENCE = 2.0  # s, in addition to the duration of a motion
 _DASHBOARD = 29999
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 UNSEEN = "the robot was not seen to stand still: press its emergency stop"
@@ -49,12 +49,14 @@ UNSEEN = "the robot was not seen to stand still: press its emergency stop"
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """What a motion may be. joints (6, 2): lowest and highest angle of each joint, rad. speed,
-    acceleration: of the leading joint, rad/s and rad/s²."""
+    """Limits of a motion."""
 
     joints: Float[np.ndarray, "6 2"]
+    """Lowest and highest angle of each joint, rad."""
     speed: float = math.radians(15)
+    """Speed of the leading joint, rad/s."""
     acceleration: float = math.radians(30)
+    """Acceleration of the leading joint, rad/s²."""
 
     def __post_init__(self) -> None:
         for name, most in (("speed", MOST_SPEED), ("acceleration", MOST_ACCELERATION)):
@@ -65,7 +67,7 @@ class MotionLimits:
 
 
 class MoveRefusedError(Exception):
-    """The motion was not begun; the text says why."""
+    """The motion did not start; the text says why."""
 
 
 class MoveStoppedError(Exception):
@@ -73,18 +75,19 @@ class MoveStoppedError(Exception):
 
 
 class Mover:
-    """Moves the robot at ``host``, through a process of its own that is ended with this object.
+    """Moves the robot at ``host`` through a process of its own, which ends with this object.
 
     Args:
         host: name or address.
-        link: which tells where the robot is. No state, no motion.
+        link: reports where the robot is. Without a state there is no motion.
         limits: of all motions.
-        fault_at: what is wrong with joint angles (6,) rad on the way, such as links that come near
-            each other; None:
-            nothing. danger: what asks for a stop right now, such as a near reading; None: nothing.
-                Asked a hundred times a second. patience: factor of all limits of time; 1 for a real
-                robot. alarm: is told at once where the robot is not seen to stand still. command:
-                that starts the process, for tests.
+        fault_at: returns what is wrong at joint angles (6,) rad on the way, such as links that come
+            too close to each other; None if nothing is.
+        danger: returns the reason to stop right now, such as a near reading, or None; called a
+            hundred times a second.
+        patience: factor on all time limits; 1 for a real robot.
+        alarm: called at once if the robot is not seen to stand still.
+        command: starts the process; for tests.
 
     Raises:
         MoveRefusedError: if the robot cannot be controlled.
@@ -133,8 +136,8 @@ class Mover:
             raise
 
     def refusal(self, q: Float[np.ndarray, "*n"]) -> str | None:
-        """Why the robot may not go from where it is to joint angles ``q`` (6,) rad; None where it
-        may.
+        """Return why the robot may not move from where it is to joint angles ``q`` (6,) rad, or
+        None.
         """
         q = np.asarray(q, float)
         if q.shape != (JOINTS,):
@@ -156,13 +159,13 @@ class Mover:
         return self._danger()
 
     def move(self, q: Float[np.ndarray, " 6"]) -> None:
-        """Go to joint angles ``q`` (6,) rad, all joints at once, and stand still there.
+        """Move to joint angles ``q`` (6,) rad, all joints together, and stand still there.
 
-        Whatever ends this early, Ctrl-C too, stops the robot first.
+        Anything that ends the motion early, including Ctrl-C, stops the robot first.
 
         Raises:
-            MoveRefusedError: if the way is not allowed; nothing moves then.
-            MoveStoppedError: if the robot was stopped on the way.
+            MoveRefusedError: if the motion is not allowed; nothing moves.
+            MoveStoppedError: if the robot was stopped on its way.
         """
         if wrong := self.refusal(q):
             raise MoveRefusedError(wrong)
@@ -192,8 +195,8 @@ class Mover:
                 raise
 
     def _why(self, error: BaseException) -> str:
-        """Why the robot was stopped: what the link says goes before what its client complains
-        of.
+        """Return why the robot was stopped. A fault of the link takes precedence over a complaint
+        of its client.
         """
         fault = self._link.fault
         if isinstance(error, _NoAnswerError) and fault is not None:
@@ -203,7 +206,7 @@ class Mover:
     def _watch(
         self, q: Float[np.ndarray, " 6"], until: float, signals: list[Callable[[], object]]
     ) -> None:
-        """Wait until the robot stands at ``q`` (6,) rad; MoveStoppedError where it has to be
+        """Wait until the robot stands at ``q`` (6,) rad; raise MoveStoppedError if it must be
         stopped.
         """
         self._heard = turn = time.monotonic()
@@ -230,10 +233,11 @@ class Mover:
                 )
 
     def stop(self) -> bool:
-        """Stop the robot: whether it is seen to stand still.
+        """Stop the robot; return whether it was seen to stand still.
 
-        Told to, it decelerates; where it is not seen to, the process that moves it is ended, upon
-        which the robot's watchdog ends its program, and its dashboard is told to as well.
+        The robot first decelerates on command. If it is not seen to stand still, the process that
+        moves it is killed, so that the robot's watchdog ends its program, and the dashboard is told
+        to stop it as well.
         """
         with suppress(_NoAnswerError):
             self._tell(Kind.STOP)
@@ -253,9 +257,9 @@ class Mover:
         )
 
     def close(self) -> None:
-        """Stop, and end the process."""
+        """Stop the robot and end the process."""
         if self._process.poll() is None and self._process.stdin:
-            self._process.stdin.close()  # upon which it stops and ends
+            self._process.stdin.close()  # the process then stops the robot and ends
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(BOUND * self._patience)
         self._process.kill()
@@ -283,8 +287,8 @@ class Mover:
         return bool(np.abs(state.q - q).max() < _THERE and np.abs(state.speed).max() < _STANDS)
 
     def _stands(self, link: Link) -> bool:
-        """Whether the robot is seen to stand still in time: at one place, for ``_FIRM`` s, in
-        states that came after now.
+        """Whether the robot is seen to stand still in time: at one place for ``_FIRM`` s, in states
+        that arrive from now on.
         """
         begin, first = time.monotonic(), None
         until = begin + (self._limits.speed / DECELERATION + _STILL) * self._patience
@@ -303,7 +307,7 @@ class Mover:
         return False
 
     def _stands_by_another_link(self) -> bool:
-        """The same where the link ended: the robot may still answer a new one."""
+        """The same after the link has ended, through a new link: the robot may still answer."""
         with (
             suppress(LinkFaultError),
             Link(self._host, start=_AGAIN, patience=self._patience, through_stops=True) as link,
@@ -325,7 +329,7 @@ class Mover:
             ) from None
 
     def _expect(self, word: str, seconds: float) -> None:
-        """Wait until it says ``word``."""
+        """Wait until the process answers ``word``."""
         until = time.monotonic() + seconds
         while (left := until - time.monotonic()) > 0:
             if word in self._hear(left):
@@ -333,7 +337,9 @@ class Mover:
         raise _NoAnswerError("no answer in time")
 
     def _hear(self, seconds: float) -> list[str]:
-        """What it says, waited for at most so long; a complaint is raised."""
+        """Return the answers of the process, waiting at most ``seconds``; raise its complaint, if
+        any.
+        """
         pipe = self._process.stdout
         assert pipe is not None
         if not select.select([pipe], [], [], seconds)[0]:
@@ -353,7 +359,7 @@ class Mover:
 
 
 def _ended_by(status: int) -> str:
-    """How the client's process ended, by its exit status."""
+    """Describe how the client's process ended, by its exit status."""
     if status == -signal.SIGALRM:
         return "the client hung, and its process was ended"
     return f"the client's process ended by {signal.Signals(-status).name if status < 0 else status}"
@@ -361,11 +367,11 @@ def _ended_by(status: int) -> str:
 
 @contextmanager
 def _noted_signals() -> Iterator[list[Callable[[], object]]]:
-    """Ctrl-C, and other signals that would end a check, as a list of what they do, which grows
-    while a motion lasts.
+    """Collect Ctrl-C and other signals that would end a check; the list holds their handlers' calls
+    and grows during a motion.
 
-    Until then they do nothing: an exception might come between any two steps of stopping the robot.
-    One that comes at the very end of a motion is acted on after it.
+    The handlers run later, because an exception could otherwise interrupt any two steps of stopping
+    the robot. A signal at the very end of a motion is handled after it.
     """
     noted, before = list[Callable[[], object]](), dict[signal.Signals, Any]()
     if threading.current_thread() is threading.main_thread():
@@ -384,4 +390,4 @@ def _noted_signals() -> Iterator[list[Callable[[], object]]]:
 
 
 class _NoAnswerError(Exception):
-    """The process that moves the robot did not do what it was told to."""
+    """The process that moves the robot did not follow a command."""

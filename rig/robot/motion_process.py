@@ -1,16 +1,16 @@
-"""The process in which ur-rtde moves the robot: what befalls the client befalls this process alone.
+"""Process in which ur-rtde moves the robot, so that a crash of the client cannot affect the check.
 
-It never moves the robot by itself. Three limits see to that, each times the patience that is asked
-for:
+The process never moves the robot without a command. Three time limits ensure that it stops, each
+multiplied by the requested patience:
 
-- The robot ends its program where this process gives no sign of life for ``WATCHDOG`` s.
-- This process stops the robot where the check gives no sign of life for ``SIGN`` s during a motion.
-- The kernel ends this process where a call of the client takes longer than ``HANG`` s, and
-  ``LEAVE`` s
-  after the check is gone, whatever the controller answers.
+- The robot ends its program if this process gives no sign of life for ``WATCHDOG`` s.
+- This process stops the robot if the check gives no sign of life for ``SIGN`` s during a motion.
+- The kernel ends this process if a call of the client takes longer than ``HANG`` s, and ``LEAVE`` s
+after the check is gone, whatever the controller answers.
 
 Run: python -m place_rings.rig.robot.motion_process HOST [PATIENCE]
-Records come on stdin and go to stdout, until stdin ends.
+
+The process reads records from stdin and writes records to stdout, until stdin ends.
 """
 
 import os
@@ -23,22 +23,22 @@ from typing import Any
 from ..recording.records import Kind, Record, RecordReader
 from .state import complaint, unpack_move
 
-WATCHDOG = 0.2  # s without a sign of this process, upon which the robot ends its program
-SIGN = 0.2  # s without a sign of the check during a motion, upon which the robot is stopped
+WATCHDOG = 0.2  # s without a sign of life of this process, after which the robot ends its program
+SIGN = 0.2  # s without a sign of life of the check during a motion; then the robot is stopped
 HANG = 2.0  # s, of one call of the client
-LEAVE = 3.0  # s, for stopping the robot once the check is gone
-START = 15.0  # s, for the client's constructor, which cannot be reached from Python while it hangs
-_TICK = 0.02  # s, between two signs to the robot
+LEAVE = 3.0  # s for stopping the robot once the check is gone
+START = 15.0  # s for the client's constructor, which Python cannot interrupt while it hangs
+_TICK = 0.02  # s between two signs of life to the robot
 DECELERATION = 2.0  # rad/s²
 
 
 class MotionProcess:
-    """Moves and stops the robot as the check says.
+    """Moves and stops the robot on command of the check.
 
     Args:
         client: of ur-rtde, connected.
-        out: file descriptor that records go to.
-        patience: factor of all limits; 1 for a real robot.
+        out: file descriptor for records.
+        patience: factor on all time limits; 1 for a real robot.
     """
 
     def __init__(self, client: Any, out: int, patience: float) -> None:
@@ -47,7 +47,9 @@ class MotionProcess:
         self._heard = self._fed = time.monotonic()
 
     def serve(self) -> None:
-        """Do what comes on stdin, until it ends; RuntimeError where the robot ends it."""
+        """Execute commands from stdin until it ends; raise RuntimeError if the robot ends its
+        program.
+        """
         self._limit(HANG)
         if not self._client.setWatchdog(1 / (WATCHDOG * self._patience)):
             raise RuntimeError("the robot took no watchdog")
@@ -73,7 +75,7 @@ class MotionProcess:
         if record.kind == Kind.MOVE:
             q, speed, acceleration = unpack_move(record.data)
             self._moving = self._client.moveJ(list(q), speed, acceleration, True)
-            self._heard = time.monotonic()  # the call itself may have taken a while
+            self._heard = time.monotonic()  # the call itself may have taken long
             word = "moving" if self._moving else "the robot refused to move"
             self.tell(Kind.DONE if self._moving else Kind.NOTE, word)
         elif record.kind == Kind.STOP:
@@ -86,7 +88,7 @@ class MotionProcess:
             self.tell(Kind.DONE, "resting")
 
     def _watch(self) -> None:
-        """Stop the robot where nobody watches it any more; show that this process lives."""
+        """Stop the robot if the check no longer supervises it; send a sign of life."""
         if not self._moving:
             return
         silent = time.monotonic() - self._heard
@@ -101,14 +103,14 @@ class MotionProcess:
             self.tell(Kind.ALIVE)
 
     def _feed(self) -> None:
-        """Give the robot a sign of life."""
+        """Send the robot a sign of life."""
         if self._client.isConnected() and self._client.kickWatchdog():
             self._fed = time.monotonic()
             return
         raise RuntimeError(self._why_ended(time.monotonic() - self._fed))
 
     def _why_ended(self, since: float) -> str:
-        """Why the robot takes no sign of life, ``since`` s after the last one."""
+        """Return why the robot rejects a sign of life, ``since`` s after the last one."""
         limit = WATCHDOG * self._patience
         if not self._client.isConnected():
             return "the robot's side closed the connection"
@@ -123,13 +125,13 @@ class MotionProcess:
         )
 
     def _leave(self) -> None:
-        """The check is gone: stop the robot."""
+        """Stop the robot because the check is gone."""
         self._limit(LEAVE)
         self._client.stopJ(DECELERATION)
         self._client.stopScript()
 
     def _limit(self, seconds: float) -> None:
-        """Let the kernel end this process after so many s, unless another limit is set before."""
+        """Let the kernel end this process after ``seconds``, unless another limit is set first."""
         signal.setitimer(signal.ITIMER_REAL, seconds * self._patience)
 
 
@@ -138,7 +140,7 @@ def main() -> None:
     host, patience = sys.argv[1], float(sys.argv[2]) if len(sys.argv) > 2 else 1.0
     out = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # the client prints
-    # the check receives them too, and then says to stop
+    # the check receives them too, and then commands a stop
     for ignored in (signal.SIGINT, signal.SIGHUP):
         signal.signal(ignored, signal.SIG_IGN)
     signal.setitimer(signal.ITIMER_REAL, START * patience)
@@ -148,7 +150,7 @@ def main() -> None:
         MotionProcess(RTDEControlInterface(host), out, patience).serve()
     except BrokenPipeError:
         pass  # the check is gone; the watchdog stops the robot
-    except Exception as error:  # of the client, whatever it raises
+    except Exception as error:  # the client may raise anything
         os.write(out, Record(Kind.NOTE, 0, time.monotonic(), complaint(error).encode()).pack())
     os._exit(0)  # the client's threads may hang
 

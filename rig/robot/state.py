@@ -1,4 +1,4 @@
-"""What the robot says of itself, and whether it can be true."""
+"""State of the robot, and whether it is plausible."""
 
 import math
 import struct
@@ -7,38 +7,45 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-JOINTS = 6  # of every robot that ur-rtde knows
+JOINTS = 6  # of every robot that ur-rtde supports
 # a short package spoils the last
 VARIABLES = ("actual_q", "actual_qd", "runtime_state", "safety_status_bits", "timestamp")
 _LAYOUT = struct.Struct("<d6d6dII")
-# safety status bits; all higher ones are of stops, faults and violations
+# safety status bits; all higher bits mean stops, faults and violations
 NORMAL, REDUCED = 1 << 0, 1 << 1
-_TURNS = 2 * math.pi + 0.1  # rad, beyond which no joint of these robots turns
+_TURNS = 2 * math.pi + 0.1  # rad; no joint of these robots turns farther
 _MOST_SPEED = 2 * math.pi + 0.2  # rad/s: of the fastest joint (UR3e, third wrist)
-_MOST_ACCELERATION = 40.0  # rad/s², that the controller takes
-_LONGEST = 10.0  # s, between states: a clock that goes by more is no clock
-_SLACK = 0.002  # rad, of the encoders and of speeds that are filtered
+_MOST_ACCELERATION = 40.0  # rad/s², maximum that the controller accepts
+_LONGEST = 10.0  # s between states; a larger step of the clock is an error
+_SLACK = 0.002  # rad, for noise of the encoders and filtered speeds
 
 
 @dataclass(frozen=True)
 class State:
-    """time: s, of the host's monotonic clock, when it came. clock: s, of the robot's. q (6,): joint
-    angles, rad. speed (6,): rad/s. runtime, safety: as RTDE has them."""
+    """State of the robot."""
 
     time: float
+    """Arrival, s of the host's monotonic clock."""
     clock: float
+    """s of the robot's clock."""
     q: Float[np.ndarray, " 6"]
+    """Joint angles, rad."""
     speed: Float[np.ndarray, " 6"]
+    """Joint speeds, rad/s."""
     runtime: int = 1
+    """Runtime state, as in RTDE."""
     safety: int = NORMAL
+    """Safety status bits, as in RTDE."""
 
     def pack(self) -> bytes:
-        """All but the time."""
+        """Return everything but the arrival as bytes."""
         return _LAYOUT.pack(self.clock, *self.q, *self.speed, self.runtime, self.safety)
 
     @staticmethod
     def unpack(time: float, data: bytes) -> "State":
-        """A state that came at ``time`` s; ValueError if ``data`` is of another length."""
+        """Decode a state that arrived at ``time`` s; raise ValueError if ``data`` has another
+        length.
+        """
         if len(data) != _LAYOUT.size:
             raise ValueError(f"a state of {len(data)} bytes, allowed: {_LAYOUT.size}")
         clock, *values, runtime, safety = _LAYOUT.unpack(data)
@@ -48,7 +55,7 @@ class State:
 
 
 def implausible(state: State) -> str | None:
-    """Why a state by itself cannot be true."""
+    """Return why a single state is impossible, or None."""
     if not (
         math.isfinite(state.clock) and np.isfinite(state.q).all() and np.isfinite(state.speed).all()
     ):
@@ -61,8 +68,8 @@ def implausible(state: State) -> str | None:
 
 
 def impossible(before: State, state: State) -> str | None:
-    """Why a state cannot follow another: no joint goes farther than its speeds and the most
-    acceleration allow.
+    """Return why one state cannot follow another, or None: no joint moves farther than its speeds
+    and the maximum acceleration allow.
     """
     seconds = state.clock - before.clock
     if not 0 < seconds <= _LONGEST:
@@ -83,20 +90,20 @@ _MOVE = struct.Struct("<6d2d")
 
 
 def pack_move(q: Float[np.ndarray, " 6"], speed: float, acceleration: float) -> bytes:
-    """A motion to joint angles ``q`` (6,) rad, its leading joint with ``speed`` rad/s and
-    ``acceleration`` rad/s².
+    """Encode a motion to joint angles ``q`` (6,) rad, with ``speed`` rad/s and ``acceleration``
+    rad/s² of the leading joint.
     """
     return _MOVE.pack(*q, speed, acceleration)
 
 
 def unpack_move(data: bytes) -> tuple[tuple[float, ...], float, float]:
-    """Joint angles, speed and acceleration of a motion."""
+    """Return joint angles, speed and acceleration of a motion."""
     *q, speed, acceleration = _MOVE.unpack(data)
     return tuple(q), speed, acceleration
 
 
 def complaint(error: Exception) -> str:
-    """What the client raised, as one line; that it is not there, as what to do about it."""
+    """Return an error of the client as one line; if ur-rtde is missing, how to install it."""
     if isinstance(error, ImportError):
         from ...formats.extras import how_to_install  # loads pydantic
 

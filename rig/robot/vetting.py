@@ -1,6 +1,4 @@
-"""States taken one after another, from a robot or from a recording: a fault, or a state that may be
-used.
-"""
+"""Validate states one by one, from a robot or a recording."""
 
 import time
 from collections.abc import Sequence
@@ -13,12 +11,12 @@ from ..recording.clocks import Lag
 from ..recording.records import Kind, Record
 from .state import JOINTS, NORMAL, REDUCED, State, implausible, impossible
 
-STALE = 0.08  # s: older than that is no state at all
-GAP = 0.05  # s: between states farther apart nothing is interpolated
+STALE = 0.08  # s; older states are not used
+GAP = 0.05  # s; no interpolation between states farther apart
 
 
 class Ended(Enum):
-    """Why a link ended; the values are for people."""
+    """Why a link ended; the values are shown to the user."""
 
     REFUSED = "the robot cannot be reached"
     SILENT = "no state came in time after connecting"
@@ -31,8 +29,13 @@ class Ended(Enum):
 
 
 class LinkFaultError(Exception):
-    """The link ended, or has no state to give. why: of ``Ended``. time: s, of the host's monotonic
-    clock, when it was found."""
+    """The link ended, or has no fresh state.
+
+    Attributes:
+        why: the reason.
+        detail: more about it.
+        time: when it was detected, s of the host's monotonic clock.
+    """
 
     def __init__(self, why: Ended, detail: str = "", at: float | None = None) -> None:
         super().__init__(f"{why.value}: {detail}" if detail else why.value)
@@ -40,9 +43,14 @@ class LinkFaultError(Exception):
 
 
 class Vetting:
-    """Takes records in the order they came. last: the newest state that was good. count: of good
-    states. ``stale``: s, by which none may be late. ``through_stops``: whether a state is good
-    though the robot's safety stopped it."""
+    """Validates records in order of arrival.
+
+    ``last`` is the newest valid state, ``count`` the number of valid states.
+
+    Args:
+        stale: maximum delay of a state, s.
+        through_stops: accept states although the robot's safety functions stopped it.
+    """
 
     def __init__(self, stale: float = STALE, through_stops: bool = False) -> None:
         self._stale, self._through_stops = stale, through_stops
@@ -50,12 +58,12 @@ class Vetting:
         self.count, self._lag = 0, Lag()
 
     def take(self, record: Record) -> State:
-        """The state in a record.
+        """Return the state in a record.
 
         Raises:
-            LinkFaultError: if there is none, if it cannot be true by itself or after the one
-                before, if it came more than
-                ``stale`` s later than measured, or if the robot's safety stopped it.
+            LinkFaultError: if the record holds no state; if the state is impossible by itself or
+                after the previous one; if it arrived more than ``stale`` s later than measured; or
+                if the robot's safety functions stopped the robot.
         """
         if record.kind == Kind.NOTE:
             raise LinkFaultError(Ended.REFUSED, record.data.decode(errors="replace"))
@@ -72,7 +80,7 @@ class Vetting:
         delay = self._lag.delay(state.time, state.clock)
         if delay > self._stale:
             raise LinkFaultError(Ended.LATE, f"{1000 * delay:.0f} ms")
-        if delay < -self._stale and self.count > 1:  # else the first alone came late
+        if delay < -self._stale and self.count > 1:  # otherwise only the first was late
             raise LinkFaultError(Ended.GARBLED, f"the robot's clock jumped by {-delay:.4g} s")
         self.last, self.count = state, 1 if delay < -self._stale else self.count + 1
         return state
@@ -81,8 +89,9 @@ class Vetting:
 def between(
     states: Sequence[State], times: Float[np.ndarray, " n"], gap: float = GAP
 ) -> Float[np.ndarray, "n 6"]:
-    """Joint angles (n, 6) rad at ``times`` (n,) s, linear between the states around each; nan where
-    these are more than ``gap`` s apart, or there are none on both sides."""
+    """Interpolate joint angles (n, 6) rad linearly at ``times`` (n,) s; nan where the surrounding
+    states are more than ``gap`` s apart or missing on one side.
+    """
     found = np.full((len(times), JOINTS), np.nan)
     if len(states) < 2:
         return found

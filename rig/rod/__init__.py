@@ -1,1 +1,1 @@
-"""The coverage check: a test rod, where to put it, the printed plan, and what its trials say."""
+"""Coverage check: the test rod, its trial points, the printed plan, and the estimated coverage."""

@@ -1,12 +1,12 @@
-"""What the trials with the rod say of the coverage: seen or not, the share of the target, and
-whether that is as predicted.
+"""Estimate coverage from trials with the rod: which were seen, the share of the target, and whether
+it agrees with the prediction.
 
-The share is the sum of the strata's, by their weights. Its interval joins the strata's exact
+The share is the weighted sum of the strata's shares. Its interval combines the strata's exact
 intervals (Clopper and Pearson) by the variances recovered from their limits (MOVER; Zou and Donner
-2008, Statistics in Medicine 27): the squares of what each stratum's weighted limit is off are
-added. Wilson's, a tenth narrower, would not do: where nearly all trials of heavy strata succeed, 97
-% of 20 in each of three, the joined interval would hold the share 92 times in 100. A stratum of
-which nothing was tested may be anything.
+2008, Statistics in Medicine 27): the squared deviations of the weighted limits are added. Wilson's
+intervals, a tenth narrower, would not do: where nearly all trials of heavy strata succeed, 97 % of
+20 in each of three, the combined interval would contain the share 92 times in 100. A stratum
+without trials has the interval from 0 to 1.
 """
 
 import math
@@ -31,36 +31,43 @@ class Share:
     """A share in [0, 1] and its interval."""
 
     value: float
+    """Estimate."""
     low: float
+    """Lower end of the interval."""
     high: float
+    """Upper end of the interval."""
 
 
 @dataclass(frozen=True)
 class RodCheck:
-    """What came out.
-
-    told (T, K): which sensors, as wired, told of the rod. tested (T,): trials that were done.
-    share: of the target, measured; predicted: the same as planned. table (2, 2): trials by what was
-    predicted (seen, not seen) and by what was.
-    """
+    """Result of T trials with K sensors in a target."""
 
     plan: RodPlan
+    """The planned trials."""
     told: Bool[np.ndarray, "T K"]
+    """Which sensors, as wired, detected the rod."""
     tested: Bool[np.ndarray, " T"]
+    """Which trials were completed."""
     share: Share
+    """Measured share of the target."""
     confidence: float
+    """Confidence of the interval."""
 
     @property
     def seen(self) -> Bool[np.ndarray, " T"]:
-        """Was the rod told by any sensor?"""
+        """Which trials any sensor detected."""
         return _any(self.told)
 
     @property
     def predicted(self) -> float:
+        """Predicted share of the target."""
         return self.plan.zeta
 
     @property
     def table(self) -> Int[np.ndarray, "2 2"]:
+        """Number of trials by prediction (row: seen, not seen) and observation (column: seen, not
+        seen).
+        """
         cells: Any = [
             [self.plan.covered == p, self.seen == s] for p in (True, False) for s in (True, False)
         ]
@@ -68,11 +75,11 @@ class RodCheck:
 
     @property
     def agrees(self) -> bool:
-        """Does the interval hold what was predicted?"""
+        """Whether the interval contains the prediction."""
         return self.share.low <= self.predicted <= self.share.high
 
     def text(self) -> list[str]:
-        """The verdict in lines."""
+        """Describe the result, as lines."""
         (a, b), (c, d) = self.table
         s, p, rod = self.share, self.plan, self.plan.rod
         lines = [
@@ -105,21 +112,22 @@ def check_rod(
     trials: Sequence[Readings | None],
     confidence: float = CONFIDENCE,
 ) -> RodCheck:
-    """Judge the trials.
+    """Evaluate the trials.
 
     Args:
-        plan: what was to be tested.
-        setup: whose rings read.
-        before: at every pose of the plan, without the rod.
+        plan: the planned trials.
+        setup: the rings that were read.
+        before: readings at every pose of the plan, without the rod.
         trials: readings with the rod at each point, in the plan's order; None, or no reading at the
-            pose: not tested.
+            pose, means not tested.
+        confidence: of the interval.
 
     Raises:
-        ValueError: if there are more or fewer trials than planned, or readings of no sensor of the
-            setup.
+        ValueError: if the number of trials differs from the plan, or a reading is of a sensor that
+            the setup does not have.
     """
     if len(trials) != len(plan.stratum):
-        raise ValueError(f"found {len(trials)} trials, allowed: {len(plan.stratum)}, as planned")
+        raise ValueError(f"{len(trials)} trials, but {len(plan.stratum)} are planned")
     empty = at_stops(before, setup, plan.joints)
     told, tested = np.zeros((len(trials), setup.sensors), bool), np.zeros(len(trials), bool)
     for pose in range(len(plan.joints)):
@@ -145,7 +153,7 @@ def _any(told: Bool[np.ndarray, "T K"]) -> Bool[np.ndarray, " T"]:
 
 
 def nearer(plan: RodPlan, empty: Stops, pose: int, now: Stops) -> Bool[np.ndarray, " K"]:
-    """Which sensors tell of something that was not there before."""
+    """Return which sensors read an object that was not there before."""
     was, read = empty.distance[pose], now.distance[0]
     with np.errstate(invalid="ignore"):
         closer = read < was - plan.detection.margin(was)
@@ -158,7 +166,7 @@ def share(
     seen: Bool[np.ndarray, " T"],
     confidence: float = CONFIDENCE,
 ) -> Share:
-    """The share of the target that is seen, from T trials, each of a stratum."""
+    """Estimate the share of the target that is seen, from T trials, each of a stratum."""
     value, low, high, open_ = 0.0, 0.0, 0.0, 0.0
     for i, s in enumerate(strata):
         some = seen[stratum == i]

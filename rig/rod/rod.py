@@ -1,8 +1,8 @@
-"""A test rod: where it can stand, and whether the rings see it there.
+"""Test rod: where it can stand, and whether the rings see it there.
 
-The rod is a capsule upright in the base frame. A sensor tells of it where it returns the rod, and
-nearer than what it returns without the rod by more than readings scatter. A rod is seen though its
-middle lies beside every beam: what is predicted here is for the rod, not for a point.
+The rod is an upright capsule in the base frame. A sensor detects it if it reads the rod, and if
+that reading is closer than the reading without the rod by more than the noise. A rod can be seen
+although its centre is outside every beam: predictions here are for the rod, not for a point.
 """
 
 import math
@@ -23,35 +23,46 @@ from ..poses.clear import from_cell
 from ..sensing.expected import beams_at, expected, in_beams, only
 from ..sensing.noise import Noise
 
-CLEAR = 0.03  # m that a rod keeps from robot and cell
+CLEAR = 0.03  # m between a rod and robot or cell
 
 
 @dataclass(frozen=True)
 class Rod:
-    """radius: m. length: m, of the axis between the middles of the round ends."""
+    """A test rod."""
 
     radius: float = 0.035
+    """m."""
     length: float = 0.3
+    """Length of the axis between the centres of the round ends, m."""
 
     def at(self, points: Float[np.ndarray, "N 3"]) -> Capsules:
-        """The rod upright with its middle at each of N points, as the only capsule of N poses."""
+        """Return the upright rod with its centre at each of N points, as the only capsule of N
+        poses.
+        """
         half = np.array([0.0, 0.0, self.length / 2])
         return Capsules((points - half)[:, None], (points + half)[:, None], np.array([self.radius]))
 
 
 @dataclass(frozen=True)
 class Detection:
-    """When a sensor counts as seeing the rod: its median of ``frames`` readings is nearer than its
-    median of ``before`` readings without the rod by ``sure`` standard deviations of their
-    difference; or there was nothing before."""
+    """Rule by which a sensor detects the rod: its median with the rod is closer than its median
+    without the rod by ``sure`` standard deviations of their difference, or there was no target
+    before.
+    """
 
     noise: Noise = field(default_factory=Noise)
+    """Noise of the sensors."""
     frames: int = 10
+    """Readings with the rod."""
     before: int = 20
+    """Readings without the rod."""
     sure: float = 5.0
+    """Required difference, in standard deviations."""
 
     def margin(self, distance: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
-        """By how much nearer (...) m than ``distance`` (...) m, which was read before."""
+        """Return how much closer (...) m than the previous reading ``distance`` (...) m a reading
+        must be.
+        """
         return (
             self.sure
             * math.sqrt(math.pi / 2 * (1 / self.frames + 1 / self.before))
@@ -66,8 +77,8 @@ def placeable(
     rod: Rod,
     clear: float = CLEAR,
 ) -> Bool[np.ndarray, " N"]:
-    """Where the rod can stand at pose ``q`` (J,) rad: ``clear`` m off the robot and the
-    obstacles.
+    """Return where the rod can stand at pose ``q`` (J,) rad: ``clear`` m away from the robot and
+    the obstacles.
     """
     stands = rod.at(points)
     good = np.asarray((from_cell(scene, stands) >= clear).all(axis=1))
@@ -91,10 +102,10 @@ def seen(
     detection: Detection,
     alive: Bool[np.ndarray, " K"] | None = None,
 ) -> Bool[np.ndarray, " N"]:
-    """Is the rod told by any sensor, at each of N points, at pose ``q`` (J,) rad? ``alive``:
-    sensors that answer; None: all.
+    """Return whether any sensor detects the rod at each of N points at pose ``q`` (J,) rad.
 
-    The ball in the rod's middle settles most points; the others are asked for the whole rod.
+    ``alive`` selects the sensors that answer; None means all. The ball in the rod's centre settles
+    most points; the others are tested with the whole rod.
     """
     beams, before = beams_at(scene, setup, q[None]), expected(scene, setup, q[None]).distance[0]
     limit = np.where(

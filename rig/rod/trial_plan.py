@@ -1,10 +1,10 @@
-"""Where to put the test rod: points drawn in the target at each pose, as many where it should be
-seen as where not.
+"""Trial points of the test rod: random points in the target at each pose, half of them predicted
+seen and half unseen.
 
-The points are middles of the target's voxels at which the rod can stand. They fall into strata, by
-pose and by what is predicted; as many are drawn from each, so that both kinds of error are looked
-for alike. A stratum's weight is its share of the target, so that the share that is seen is known
-for the whole.
+The points are centres of the target's voxels at which the rod can stand. They form strata by pose
+and prediction, and the same number is drawn from each, so that both kinds of error are equally
+likely to be detected. A stratum's weight is its share of the target, from which the share for the
+whole target follows.
 """
 
 from collections.abc import Sequence
@@ -21,73 +21,79 @@ from .rod import Detection, Rod, placeable, seen
 
 TRIALS = 120
 VOXEL = 0.05  # m
-_LEAST = 2  # points of a stratum, if it has so many
+_LEAST = 2  # minimum of points drawn from a stratum, if it has as many
 
 
 @dataclass(frozen=True)
 class Stratum:
-    """All points of a pose for which one thing is predicted: their weight in the target over all
-    poses, and their number.
-    """
+    """All points of a pose with the same prediction."""
 
     pose: int
+    """Number of the pose."""
     covered: bool
+    """Whether the rod is predicted to be seen."""
     weight: float
+    """Share of the target over all poses."""
     points: int
+    """Number of points."""
 
 
 @dataclass(frozen=True)
 class RodPlan:
-    """What to test.
-
-    joints (P, J) rad: the scene's poses. strata; trials in the order to be done: stratum (T,) and
-    point (T, 3) m in the base frame. testable: share of the target in which the rod can stand; all
-    that is said of the target is said of that part.
-    """
+    """Plan of T trials at P poses."""
 
     target: Target
+    """The target."""
     rod: Rod
+    """The rod."""
     detection: Detection
+    """When a sensor detects the rod."""
     joints: Float[np.ndarray, "P J"]
+    """Poses of the scene, rad."""
     strata: tuple[Stratum, ...]
+    """Strata of the points."""
     stratum: Int[np.ndarray, " T"]
+    """Stratum of each trial, in the order of the trials."""
     point: Float[np.ndarray, "T 3"]
+    """Point of each trial in the base frame, m."""
     testable: float
+    """Share of the target in which the rod can stand; all results refer to this part."""
 
     @property
     def pose(self) -> Int[np.ndarray, " T"]:
-        """Of each trial."""
+        """Pose of each trial."""
         pose: np.ndarray = np.array([s.pose for s in self.strata], int)[self.stratum]
         return pose
 
     @property
     def covered(self) -> Bool[np.ndarray, " T"]:
-        """What is predicted of each trial."""
+        """Whether each trial is predicted to be seen."""
         covered: np.ndarray = np.array([s.covered for s in self.strata], bool)[self.stratum]
         return covered
 
     @property
     def zeta(self) -> float:
-        """The share of the target in which the rod should be seen."""
+        """Share of the target in which the rod is predicted to be seen."""
         return float(sum(s.weight for s in self.strata if s.covered))
 
 
 @dataclass(frozen=True)
 class Places:
-    """Points (N, 3) m at which the rod can stand, pose by pose, each pose of a weight, the weights
-    summing to 1.
-    """
+    """Points at which the rod can stand."""
 
     points: tuple[Float[np.ndarray, "_ 3"], ...]
+    """Points of each pose, m."""
     weights: Float[np.ndarray, " P"]
+    """Weight of each pose; the weights sum to 1."""
     testable: float
+    """Share of the target in which the rod can stand."""
 
 
 def places(scene: Scene, target: Target, rod: Rod, voxel: float = VOXEL) -> Places:
-    """Where in ``target`` the rod can stand, at each pose of ``scene``.
+    """Return where in ``target`` the rod can stand, at each pose of ``scene``.
 
     Raises:
-        ValueError: if there is no such place at a pose.
+        ValueError: if there is no such point at a pose.
     """
     found, share = [], []
     for i, pose in enumerate(scene.poses):
@@ -111,7 +117,7 @@ def rod_zeta(
     detection: Detection,
     alive: Bool[np.ndarray, " K"] | None = None,
 ) -> float:
-    """The share of the target in which the rod is seen: each of its voxels asked."""
+    """Return the share of the target in which the rod is seen, by testing each of its voxels."""
     each = [
         seen(scene, setup, pose.q, points, rod, detection, alive).mean()
         for pose, points in zip(scene.poses, where.points, strict=True)
@@ -134,18 +140,20 @@ def plan_rod(
 
     Args:
         scene: robot, poses, cell.
-        setup: as proposed, or as built; ``alive`` (K,): its sensors that answer.
+        setup: as proposed, or as built.
         target: in which points are drawn.
-        trials: how many, over all poses.
-        rod, detection: what is put there, and when it counts as seen.
+        trials: number of trials over all poses.
+        rod: the rod.
+        detection: when a sensor detects the rod.
         seed: of the draws.
-        where: the places, if they are known.
+        where: points at which the rod can stand, if known.
+        alive: (K,) which sensors answer.
 
     Raises:
         ValueError: for no trials, or a target without a place for the rod.
     """
     if trials < 1:
-        raise ValueError(f"found {trials} trials, allowed: 1 and more")
+        raise ValueError(f"trials must be at least 1, got {trials}")
     rod, detection = rod or Rod(), detection or Detection()
     where, rng = where or places(scene, target, rod), np.random.default_rng(seed)
     strata: list[Stratum] = []
@@ -181,8 +189,8 @@ def plan_rod(
 def _order(
     stratum: Int[np.ndarray, " T"], strata: Sequence[Stratum], rng: np.random.Generator
 ) -> Int[np.ndarray, " T"]:
-    """Pose by pose, within a pose at random: who puts the rod there cannot tell what is
-    predicted.
+    """Order the trials pose by pose, and randomly within a pose, so that the person who places the
+    rod cannot guess the prediction.
     """
     pose = np.array([strata[s].pose for s in stratum])
     return np.lexsort((rng.random(len(stratum)), pose))

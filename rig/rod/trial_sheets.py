@@ -1,7 +1,7 @@
-"""The printable page of a plan of trials: pose by pose where to put the rod, in two views, and a
-list to tick.
+"""Printable sheets of the trials: for each pose, the positions of the rod in two views, and a list
+to tick.
 
-What is predicted does not stand on it: who puts the rod there should not know.
+The sheets omit the predictions, so that the person who places the rod does not know them.
 """
 
 import io
@@ -32,7 +32,9 @@ _TURN = np.linspace(0, 2 * np.pi, 49)
 
 
 def rod_pages(scene: Scene, plan: RodPlan, first: int = 0) -> list[Figure]:
-    """A page or more for each pose of the plan, A4, its trials numbered from ``first`` on."""
+    """Return one or more A4 pages for each pose of the plan; trials are numbered from
+    ``first`` on.
+    """
     pages, most = [], _ROWS * _COLUMNS
     for pose in range(len(plan.joints)):
         trials = np.flatnonzero(plan.pose == pose)
@@ -44,8 +46,8 @@ def rod_pages(scene: Scene, plan: RodPlan, first: int = 0) -> list[Figure]:
 
 
 def write_rod_pages(path: Path, scene: Scene, plans: Sequence[RodPlan]) -> None:
-    """Write the pages of plans, their trials numbered one after another, as a PDF, at once;
-    UserError if that fails.
+    """Write the pages of all plans, with consecutive trial numbers, as one PDF; raise UserError if
+    that fails.
     """
     made, first = io.BytesIO(), 0
     with PdfPages(made, metadata={"Title": "Trials with a test rod", "CreationDate": None}) as file:
@@ -61,7 +63,7 @@ def _page(scene: Scene, plan: RodPlan, pose: int, trials: Any, first: int) -> Fi
     q = ", ".join(f"{a:.1f}" for a in np.degrees(plan.joints[pose]))
     size = (
         f"{2000 * rod.radius:.0f} mm thick, {1000 * (rod.length + 2 * rod.radius):.0f} mm long"
-        " over all"
+        " overall"
     )
     figure.text(
         0.07,
@@ -74,7 +76,7 @@ def _page(scene: Scene, plan: RodPlan, pose: int, trials: Any, first: int) -> Fi
     figure.text(
         0.07,
         0.928,
-        f"Joints {q}°. Rod upright, {size}.\nx, y, z: its middle, mm, in the robot's base frame;"
+        f"Joints {q}°. Rod upright, {size}.\nx, y, z: its centre, mm, in the robot's base frame;"
         " foot: its lower end, mm above the floor, or z where there is none.\nPut it up on a"
         " stand, step out of the sensors' reach, start the trial, tick it.",
         fontsize=8.5,
@@ -120,7 +122,7 @@ def _line(
 
 
 def _floor(scene: Scene) -> float:
-    """Height of the floor, m; 0 where the scene has none."""
+    """Return the height of the floor, m; 0 if the scene has none."""
     planes = [o.body for o in scene.obstacles if not len(o.body.edges)]
     level = [float(b.offset[0]) for b in planes if np.allclose(np.asarray(b.normal)[0], [0, 0, 1])]
     return max(level, default=0.0)
@@ -129,7 +131,7 @@ def _floor(scene: Scene) -> float:
 def _view(
     ax: Axes, scene: Scene, plan: RodPlan, pose: int, trials: Any, axes: tuple[int, int], first: int
 ) -> None:
-    """Robot, cell and numbered points along two axes of the base frame."""
+    """Draw robot, cell and numbered points along two axes of the base frame."""
     which = list(axes)
     points = plan.point[trials][:, which]
     low, high = points.min(axis=0) - 0.15, points.max(axis=0) + 0.15
@@ -175,8 +177,8 @@ def _corners(body: Polyhedron) -> Float[np.ndarray, "E 3"]:
 
 
 def _outline(points: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "M 2"]:
-    """The corners of the convex hull of points of the plane, in order; the points where they lie on
-    a line.
+    """Return the corners of the convex hull of points in the plane, in order; the points themselves
+    if they are collinear.
     """
     try:
         corners: np.ndarray = points[ConvexHull(points).vertices]

@@ -1,1 +1,1 @@
-"""What sensors tell: readings, how they err, and what is expected of mounted rings."""
+"""Readings of sensors, their noise, and the readings expected of mounted rings."""

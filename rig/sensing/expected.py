@@ -1,9 +1,8 @@
-"""What sensors of a mounted setup return: the nearest thing in each beam, of robot, cell and a test
-rod.
+"""Expected readings of a mounted setup: the nearest body of robot, cell and test rod in each beam.
 
-A single-zone sensor answers with the nearest point anywhere in its beam. Whatever lies on the way
-to that point is in the beam too, and nearer: so nothing can hide it, and the distance is the least
-over all things, one by one.
+A single-zone sensor returns the nearest point anywhere in its beam. Whatever lies between sensor
+and that point is in the beam too, and nearer, so nothing can occlude it. The distance is therefore
+the minimum over all bodies, taken one by one.
 """
 
 from typing import Any, NamedTuple
@@ -26,30 +25,31 @@ from ...coverage.solids.sensor_beams import BeamShapes, Optics
 from ...objectives.scene import Scene
 from .fan import nearest_in_square, ray_to_capsule, ray_to_polyhedron
 
-NOTHING, ROBOT, CELL, ROD = -1, 0, 1, 2  # what a sensor returns
-_FEW, _MANY = 1 << 9, 1 << 12  # pairs of beam and capsule worked on at once: two compilations
-_PIECES = 4  # of a capsule, each in a ball, to tell what is not in a beam
+NOTHING, ROBOT, CELL, ROD = -1, 0, 1, 2  # what a sensor reads
+_FEW, _MANY = 1 << 9, 1 << 12  # pairs of beam and capsule per batch: two compilations
+_PIECES = 4  # of a capsule, each in a ball, to exclude capsules outside a beam
 _NEAR = 1e-6  # m
 
 
 class Expected(NamedTuple):
-    """What K sensors return at T joint vectors, ring by ring: distance (T, K) m, infinite where
-    there is nothing in the beam; what (T, K): ``ROBOT``, ``CELL``, ``ROD`` or ``NOTHING``."""
+    """Expected readings of K sensors at T joint vectors, ring by ring."""
 
     distance: Float[np.ndarray, "T K"]
+    """m; infinite where the beam is empty."""
     what: Int[np.ndarray, "T K"]
+    """``ROBOT``, ``CELL``, ``ROD`` or ``NOTHING``."""
 
 
 def expected(
     scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None
 ) -> Expected:
-    """What every sensor of ``setup`` returns at every joint vector, without noise.
+    """Return the noise-free reading of every sensor of ``setup`` at every joint vector.
 
     Args:
-        scene: its robot's bodies (none: the robot returns nothing) and its obstacles.
+        scene: with the robot's bodies (without bodies, the robot is invisible) and the obstacles.
         setup: rings as they are mounted; positions may lie beyond a link's ends.
         joints: (T, J) rad.
-        rod: capsules that stand there besides, start and end (T, M, 3) m, radius (M,) m.
+        rod: additional capsules, start and end (T, M, 3) m, radius (M,) m.
     """
     poses, which = np.unique(joints, axis=0, return_inverse=True)
     beams, of = beams_at(scene, setup, poses), np.repeat(np.arange(len(poses)), setup.sensors)
@@ -71,7 +71,7 @@ def expected(
 
 
 def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> Optics:
-    """The beams of all sensors at all joint vectors, T times K of them, in the base frame."""
+    """Return the T times K beams of all sensors at all joint vectors, in the base frame."""
     here, v = ring_arrays(scene.robot, setup.rings, square=True), ring_values(setup)
     frames = forward(scene.robot.chain, np.asarray(joints, float))
     apex, axis, up = (
@@ -84,13 +84,13 @@ def beams_at(scene: Scene, setup: Setup, joints: Float[np.ndarray, "T J"]) -> Op
 
 
 def only(beams: Optics, some: Any) -> Optics:
-    """The beams of a mask or of indices."""
+    """Select beams by a mask or by indices."""
     return Optics(**{key: value[some] for key, value in vars(beams).items()})
 
 
 def to_cell(beams: Optics, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarray, " R"]:
-    """Distance (R,) m of the nearest of convex bodies in each of R beams; infinite where there is
-    none, 0 within one.
+    """Return the distance (R,) m of the nearest of several convex bodies in each of R beams;
+    infinite if none is in it, 0 inside one.
     """
     each = [to_body(beams, body) for body in bodies]
     nearest: np.ndarray = np.min(each, axis=0, initial=np.inf) + np.zeros(len(beams))
@@ -98,7 +98,7 @@ def to_cell(beams: Optics, bodies: tuple[Polyhedron, ...]) -> Float[np.ndarray, 
 
 
 def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
-    """The same for one body."""
+    """Return the same for one body."""
     found = np.full(len(beams), np.inf)
     near: np.ndarray = np.arange(len(beams))
     if len(body.edges):
@@ -124,8 +124,10 @@ def to_body(beams: Optics, body: Polyhedron) -> Float[np.ndarray, " R"]:
 def to_capsules(
     beams: Optics, of: Int[np.ndarray, " R"], capsules: Capsules, within: Float[np.ndarray, " R"]
 ) -> Float[np.ndarray, " R"]:
-    """Distance (R,) m of the nearest of capsules, start and end (T, M, 3) m, of which beam r is
-    among those of ``of[r]``; one that is not nearer than ``within`` (R,) m may be left out."""
+    """Return the distance (R,) m of the nearest capsule in each beam. Beam r is tested against the
+    capsules of ``of[r]``, with start and end (T, M, 3) m; capsules not closer than ``within`` (R,)
+    m may be omitted.
+    """
     found = np.full(len(beams), np.inf)
     start, end, radius = (np.asarray(a) for a in capsules.arrays())
     reach = np.linalg.norm(end - start, axis=2) / (2 * _PIECES) + radius + _NEAR
@@ -154,7 +156,7 @@ def in_beams(
     end: Float[np.ndarray, "R 3"],
     radius: Float[np.ndarray, " R"],
 ) -> Float[np.ndarray, " R"]:
-    """Distance (R,) m of capsule r in beam r; infinite where it is not in it."""
+    """Return the distance (R,) m of capsule r in beam r; infinite if the beam misses it."""
     square, found = beams.is_square(), np.full(len(beams), np.inf)
     if not square.all():
         r = ~square
@@ -179,7 +181,7 @@ def _capsules(rows: Any, fixed: Any) -> Any:
 
 
 def _off(beams: Optics, points: Any) -> Any:
-    """How far points (3,) or (R, 3) lie from the beams, m, or less: no more than their distance."""
+    """Return a lower bound (m) on the distance of points (3,) or (R, 3) from the beams."""
     around = beams.around()
     points = np.array(np.broadcast_to(points, around.apex.shape))
     return cone(

@@ -1,10 +1,9 @@
-"""What a square beam returns: the nearest thing met by a fan of rays, drawn closer and closer about
-the nearest ray.
+"""Reading of a square beam: the nearest body hit by a fan of rays, refined around the nearest ray.
 
-The beam of a multi-zone sensor is a pyramid, and no closed form of ours has the nearest point of a
-capsule in it. A fan of 33 by 33 rays, its border included, finds everything wider than the gap
-between two rays (2.4 cm at 1 m in a beam of 45 degrees); finer fans about the nearest of them then
-settle the distance to a fraction of a millimetre.
+The beam of a multi-zone sensor is a pyramid, and we have no closed form for the nearest point of a
+capsule in it. A fan of 33 by 33 rays, border included, detects everything wider than the gap
+between two rays (2.4 cm at 1 m in a beam of 45 degrees). Finer fans around the nearest ray then
+determine the distance to a fraction of a millimetre.
 """
 
 from typing import Any
@@ -16,14 +15,14 @@ from ...coverage.arrays import dot
 from ...coverage.solids.polyhedra import Polyhedron
 from ...coverage.solids.pyramids import Pyramids
 
-RAYS, FINER = 33, 9  # a side, of the first fan and of those about its nearest ray
+RAYS, FINER = 33, 9  # rays per side, of the first fan and of the finer ones
 _ROUNDS = 4
 _AT_ONCE = 1 << 8  # beams
 
 
 def ray_to_capsule(origin: Any, direction: Any, start: Any, end: Any, radius: Any) -> Any:
-    """How far (...) along unit rays (..., 3) capsules begin, m: 0 inside, infinite where they are
-    missed; all broadcast.
+    """Return the distance (...) m along unit rays (..., 3) at which capsules begin: 0 inside,
+    infinite if missed. All arguments broadcast.
     """
     found = np.full(np.broadcast_shapes(direction.shape, start.shape)[:-1], np.inf)
     axis = end - start
@@ -49,7 +48,7 @@ def ray_to_capsule(origin: Any, direction: Any, start: Any, end: Any, radius: An
 
 
 def ray_to_polyhedron(origin: Any, direction: Any, body: Polyhedron) -> Any:
-    """The same (...) for a convex polyhedron."""
+    """Return the same (...) for a convex polyhedron."""
     enter, leave = np.zeros(direction.shape[:-1]), np.full(direction.shape[:-1], np.inf)
     for normal, offset in zip(body.normal, body.offset, strict=True):
         height, slope = dot(origin, normal) - offset, dot(direction, normal)
@@ -62,12 +61,12 @@ def ray_to_polyhedron(origin: Any, direction: Any, body: Polyhedron) -> Any:
 
 
 def nearest_in_square(beams: Pyramids, hit: Any) -> Float[np.ndarray, " R"]:
-    """Distance (R,) m of what each of R square beams meets first, infinite where nothing.
+    """Return the distance (R,) m of the first hit in each of R square beams, infinite without one.
 
     Args:
         beams: R of them.
-        hit: of rows (B,), origins (B, 1, 3) and unit directions (B, N, 3): how far (B, N) m the
-            thing is.
+        hit: maps rows (B,), origins (B, 1, 3) and unit directions (B, N, 3) to distances (B, N) m
+            of the body.
     """
     found = np.full(len(beams), np.inf)
     for first in range(0, len(beams), _AT_ONCE):

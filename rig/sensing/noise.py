@@ -1,10 +1,9 @@
-"""How a Time-of-Flight sensor errs about the true distance: noise, whole millimetres, readings that
-are lost.
+"""Noise model of a Time-of-Flight sensor: scatter, rounding to whole millimetres, lost readings.
 
-A ranging error of 20 mm in the dark is told of the VL53L1X: the sum of an offset, which stays, and
-of the scatter from reading to reading (user's manual of the STEBCN2V1). The defaults take 5 mm of
-scatter near by and 1 % of the distance far off; the offset is a matter of each ring (see
-``World``). They are assumptions: a self check measures the real scatter.
+The VL53L1X is specified with a ranging error of 20 mm in the dark: the sum of a constant offset and
+of the scatter from reading to reading (user's manual of the STEBCN2V1). The defaults are 5 mm of
+scatter at short distance and 1 % of a long distance; the offset belongs to each ring (see
+``World``). These are assumptions: a self check measures the actual scatter.
 """
 
 from dataclasses import dataclass
@@ -17,17 +16,20 @@ from .readings import NO_TARGET, VALID
 
 @dataclass(frozen=True)
 class Noise:
-    """sigma: m, standard deviation near by. share: of the distance, added in quadrature. quantum:
-    m, step of what is told. lost: share of readings that are lost, and tell of no target.
+    """Noise of a sensor's readings.
 
     Raises:
-        ValueError: if one is negative or ``lost`` is 1 or more.
+        ValueError: if a value is negative or ``lost`` is 1 or more.
     """
 
     sigma: float = 0.005
+    """Standard deviation at short distance, m."""
     share: float = 0.01
+    """Standard deviation as a share of the distance, added in quadrature."""
     quantum: float = 0.001
+    """Resolution of a reading, m."""
     lost: float = 0.02
+    """Share of readings that are lost and report no target."""
 
     def __post_init__(self) -> None:
         for key, value in vars(self).items():
@@ -38,16 +40,16 @@ class Noise:
                 )
 
     def at(self, distance: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
-        """Standard deviation (...) m of a reading at a distance (...) m, rounding to a quantum
-        counted in.
+        """Return the standard deviation (...) m of a reading at a distance (...) m, including
+        rounding.
         """
         return np.sqrt(self.sigma**2 + (self.share * distance) ** 2 + self.quantum**2 / 12)
 
     def measured(
         self, rng: np.random.Generator, distance: Float[np.ndarray, "*n"]
     ) -> tuple[Float[np.ndarray, "*n"], Int[np.ndarray, "*n"]]:
-        """A reading (...) m and its status (...) for each true distance, nan and no target where
-        that is infinite.
+        """Return a random reading (...) m and its status (...) for each true distance; nan and no
+        target where that is infinite.
         """
         seen = np.isfinite(distance) & (rng.random(distance.shape) >= self.lost)
         exact = np.where(seen, distance, 0.0)

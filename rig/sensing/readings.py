@@ -1,6 +1,4 @@
-"""Readings: what rings measured, when, and where the robot was then; and their medians over the
-stops of a robot.
-"""
+"""Readings of rings with times and joint angles, and their medians over the robot's stops."""
 
 from dataclasses import dataclass
 
@@ -10,14 +8,12 @@ from jaxtyping import Float, Int
 from ...coverage.rings.ring import Setup
 
 VALID, NO_TARGET, WEAK, FAILED = range(4)  # status of a reading
-WITHIN = np.radians(0.5)  # of a stop in every joint: the robot is there
+WITHIN = np.radians(0.5)  # rad in every joint; closer than this, the robot is at a stop
 
 
 @dataclass(frozen=True)
 class Readings:
-    """Distances in the order measured: time of the host (s), the robot's joint vector then, who
-    measured, what.
-    """
+    """Readings in the order measured, with the host's time and the robot's joint angles."""
 
     time: np.ndarray  # (n,) s
     joints: np.ndarray  # (n, j) rad
@@ -30,25 +26,26 @@ class Readings:
         return len(self.time)
 
     def only(self, some: np.ndarray) -> "Readings":
-        """The readings of a mask or of indices."""
+        """Select readings by a mask or by indices."""
         return Readings(*(getattr(self, key)[some] for key in _KEYS))
 
     def wire(self, setup: Setup) -> Int[np.ndarray, " n"]:
-        """Number of each reading's sensor among all of ``setup``, ring by ring, as wired.
+        """Return the number of each reading's sensor among all of ``setup``, ring by ring, as
+        wired.
 
         Raises:
-            ValueError: if a ring or a sensor is not of the setup.
+            ValueError: if the setup has no such ring or sensor.
         """
         count = np.array([r.count for r in setup.rings])
         if len(self) and (self.ring.min() < 0 or self.ring.max() >= len(count)):
             raise ValueError(
-                f"found a reading of ring {self.ring.max()}, allowed: rings 0 to {len(count) - 1}"
+                f"a reading is of ring {self.ring.max()}; the setup has rings 0 to {len(count) - 1}"
             )
         wrong = np.flatnonzero((self.sensor < 0) | (self.sensor >= count[self.ring]))
         if len(wrong):
             ring, sensor = int(self.ring[wrong[0]]), int(self.sensor[wrong[0]])
             raise ValueError(
-                f"ring {ring}: found a reading of sensor {sensor}, allowed: 0 to {count[ring] - 1}"
+                f"ring {ring}: a reading is of sensor {sensor}; the ring has 0 to {count[ring] - 1}"
             )
         number: np.ndarray = np.cumsum([0, *count])[self.ring] + self.sensor
         return number
@@ -58,45 +55,46 @@ _KEYS = tuple(Readings.__dataclass_fields__)
 
 
 def joined(parts: list[Readings]) -> Readings:
-    """Readings one after another."""
+    """Concatenate readings."""
     return Readings(*(np.concatenate([getattr(p, key) for p in parts]) for key in _KEYS))
 
 
 @dataclass(frozen=True)
 class Stops:
-    """What K sensors, as wired, read while the robot stood at each of P stops.
-
-    joints (P, J) rad: mean of what was told there. distance (P, K) m: median of the valid readings,
-    nan where fewer than half were valid. valid, total (P, K): readings. failed (P, K): those
-    without an answer. spread (P, K) m: 1.4826 times the median distance from the median, nan where
-    fewer than two were valid.
-    """
+    """Readings of K sensors, as wired, while the robot stood at each of P stops."""
 
     joints: Float[np.ndarray, "P J"]
+    """Mean of the reported joint angles, rad."""
     distance: Float[np.ndarray, "P K"]
+    """Median of the valid readings, m; nan if fewer than half were valid."""
     valid: Int[np.ndarray, "P K"]
+    """Number of valid readings."""
     total: Int[np.ndarray, "P K"]
+    """Number of readings."""
     failed: Int[np.ndarray, "P K"]
+    """Number of failures."""
     spread: Float[np.ndarray, "P K"]
+    """1.4826 times the median absolute deviation, m; nan for fewer than two valid readings."""
 
 
 def at_stops(
     readings: Readings, setup: Setup, joints: Float[np.ndarray, "P J"], within: float = WITHIN
 ) -> Stops:
-    """The readings of each stop, put together; those taken on the way between stops are left out.
+    """Group readings by stop; readings taken between stops are omitted.
 
     Args:
         readings: of the rings of ``setup``.
-        joints: (P, J) rad, where the robot was to stop.
-        within: rad, by which every joint may be off.
+        setup: the rings.
+        joints: (P, J) rad, planned stops.
+        within: tolerance of every joint, rad.
 
     Raises:
-        ValueError: if a reading is of no sensor of the setup, or the robot has another number of
-            joints.
+        ValueError: if a reading is of a sensor that the setup does not have, or the robot has
+            another number of joints.
     """
     if readings.joints.shape[1] != joints.shape[1]:
         raise ValueError(
-            f"found readings of {readings.joints.shape[1]} joints, allowed: {joints.shape[1]}"
+            f"the readings have {readings.joints.shape[1]} joints, the stops {joints.shape[1]}"
         )
     wire, shape = readings.wire(setup), (len(joints), setup.sensors)
     off = np.stack([np.abs(readings.joints - q).max(axis=1) for q in joints])
@@ -132,7 +130,7 @@ def at_stops(
 
 
 def _medians(group: np.ndarray, value: np.ndarray, groups: int) -> Float[np.ndarray, " G"]:
-    """The median of the values of each group, nan where there is none."""
+    """Return the median of the values of each group, nan for an empty group."""
     ordered = value[np.lexsort((value, group))]
     size = np.bincount(group, minlength=groups)
     first = np.cumsum(size) - size

@@ -1,1 +1,1 @@
-"""Robot and rings heard at once: gathered, recorded, and watched for what asks for a stop."""
+"""Listen to robot and rings together: collect, record, and watch for stop conditions."""

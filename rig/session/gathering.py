@@ -1,6 +1,4 @@
-"""What a rig told, gathered while it runs or from a recording: the same pieces make the same
-readings.
-"""
+"""Data of a rig, collected live or from a recording: the same input gives the same readings."""
 
 import json
 import threading
@@ -20,27 +18,34 @@ from ..rings.protocol import Counts, Frame
 from ..robot.state import State
 from ..robot.vetting import GAP, STALE, LinkFaultError, Vetting, between
 
-_LONGEST = 0.05  # s between what a ring's clock says and its arrival: beyond, the arrival is taken
+_LONGEST = 0.05  # s; if clock and arrival of a frame differ by more, the arrival is used
 
 
 @dataclass
 class Gathered:
-    """states: of the robot, all good. frames: (ring, frame) of each ring in its order. events: of
-    rings' lines. fault: of the link, with what it was. said: what was kept beside, as a check wrote
-    it. counts: of each ring's line, at the end. patience: factor of how far states may be apart
-    between which joints are interpolated, and of delays that are believed; 1 for a real rig."""
+    """The data that a rig has sent, and the events of its lines."""
 
     states: list[State] = field(default_factory=list)
+    """Valid states of the robot."""
     frames: list[tuple[int, Frame]] = field(default_factory=list)
+    """Pairs (ring, frame), in order of arrival for each ring."""
     events: list[Event] = field(default_factory=list)
+    """Events of the rings' lines."""
     fault: LinkFaultError | None = None
+    """The fault that ended the robot's link; None while the link works."""
     said: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
+    """Notes of the check: (time in s, content)."""
     counts: list[Counts] = field(default_factory=list)
+    """Counts of each ring's line, set when the session closes."""
     patience: float = 1.0
+    """Factor on the largest gap between states for interpolation, and on the largest accepted
+    delay; 1 for a real rig.
+    """
     lock: threading.Lock = field(default_factory=threading.Lock)
+    """Guards all lists."""
 
     def take(self, piece: Frame | Event | State, ring: int = 0) -> None:
-        """One more; from any thread."""
+        """Add one item; safe to call from any thread."""
         with self.lock:
             if isinstance(piece, State):
                 self.states.append(piece)
@@ -50,7 +55,7 @@ class Gathered:
                 self.events.append(piece)
 
     def clocks(self, rings: int) -> list[Alignment | None]:
-        """Each ring's clock against the host's; None where it sends none, or too few."""
+        """Align each ring's clock with the host's; None if it sends no clock or too few frames."""
         alignments = list[Alignment | None]()
         for ring in range(rings):
             frames = [f for at, f in self.frames if at == ring and not np.isnan(f.clock)]
@@ -60,7 +65,7 @@ class Gathered:
         return alignments
 
     def clock(self) -> Alignment | None:
-        """The robot's clock against the host's."""
+        """Align the robot's clock with the host's."""
         return align(
             np.array([s.time for s in self.states]), np.array([s.clock for s in self.states])
         )
@@ -68,14 +73,16 @@ class Gathered:
     def rows(
         self, rings: int, since: float = -np.inf, until: float = np.inf
     ) -> tuple[np.ndarray, ...]:
-        """Readings of frames that came from ``since`` to ``until`` s: time (n,) s, joints (n, 6)
-        rad, ring (n,), sensor (n,), distance (n,) m, status (n,).
+        """Return the readings of frames that arrived from ``since`` to ``until`` s.
 
-        A frame's time is that of its ring's clock on the host's, or of its arrival where the ring
-        sends none. Frames around which the robot was not heard of twice in time are left out.
+        A frame's time is its ring's clock converted to the host's clock, or its arrival if the ring
+        sends no clock. Frames without a robot state shortly before and after them are omitted.
+
+        Returns:
+            time (n,) s, joints (n, 6) rad, ring (n,), sensor (n,), distance (n,) m, status (n,).
         """
         some = [(ring, frame) for ring, frame in self.frames if since <= frame.time < until]
-        some.sort(key=lambda pair: (pair[1].time, pair[0]))  # threads took turns by chance
+        some.sort(key=lambda pair: (pair[1].time, pair[0]))  # the order of threads is random
         times = _times(some, self.clocks(rings), _LONGEST * self.patience)
         joints = between(self.states, times, GAP * self.patience)
         sure = np.isfinite(joints).all(axis=1)
@@ -102,8 +109,11 @@ class Gathered:
 def _times(
     some: Sequence[tuple[int, Frame]], clocks: Sequence[Alignment | None], longest: float
 ) -> Float[np.ndarray, " n"]:
-    """When the frames of rings were measured, s of the host's monotonic clock; their arrivals where
-    these are ``longest`` s and more beyond what the rings' clocks say."""
+    """Return when the rings' frames were measured, s of the host's monotonic clock.
+
+    If a ring's clock and a frame's arrival differ by more than ``longest`` s plus four times the
+    jitter, the arrival is used.
+    """
     ring = np.array([number for number, _ in some], int)
     arrival, clock = np.array([(f.time, f.clock) for _, f in some], float).reshape(-1, 2).T
     times = arrival.copy()
@@ -111,18 +121,22 @@ def _times(
         if alignment:
             here = (ring == number) & np.isfinite(clock)
             host = alignment.host(clock[here])
-            # else the ring had restarted
+            # otherwise the ring had restarted
             sure = np.abs(host - arrival[here]) <= longest + 4 * alignment.jitter
             times[here] = np.where(sure, host, arrival[here])
     return times
 
 
 def replay(recorded: RecordingReader, ports: Sequence[Port], stale: float = STALE) -> Gathered:
-    """What was gathered when it was recorded: all bytes and states go the same way again, with the
-    link's ``stale`` s.
+    """Collect the data of a recording: all bytes and states pass through the same code again.
 
-    Events are those that were found then, as what nobody sent leaves no bytes. A record that cannot
-    be read is passed over.
+    Events come from the recording, because silence leaves no bytes to replay. Unreadable records
+    are skipped.
+
+    Args:
+        recorded: the recording.
+        ports: of the rings, in the setup's order.
+        stale: maximum age of a robot's state, s.
     """
     gathered, vetting, lines = Gathered(patience=stale / STALE), Vetting(stale), dict[int, Line]()
     for record in recorded.records():

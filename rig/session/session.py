@@ -1,4 +1,4 @@
-"""A robot and its rings, listened to at once, gathered and recorded."""
+"""One session with a robot and its rings: receive, collect and record."""
 
 import json
 import time
@@ -18,16 +18,18 @@ from .gathering import Gathered
 
 
 class Session:
-    """Listens from its making to its end. gathered: what came. link, rings: to look at while it
-    runs.
+    """Receives data from construction to ``close``.
+
+    ``gathered`` holds the data received so far; ``link`` and ``rings`` give live access.
 
     Args:
-        host: of the robot.
+        host: name or address of the robot.
         ports: of its rings, in the setup's order.
-        recording: keeps everything; closed with the session.
-        on_event: is given what happens to a ring's line, from that line's thread.
-        rate, start: of the link.
-        patience: factor of all limits of time; 1 for a real rig.
+        recording: stores everything; the session closes it.
+        on_event: receives each event of a ring's line, in that line's thread.
+        rate: states per second of the link.
+        start: time limit for the first state, s.
+        patience: factor on all time limits; 1 for a real rig.
     """
 
     def __init__(
@@ -75,19 +77,19 @@ class Session:
         self.close()
 
     def close(self) -> None:
-        """End; what was gathered stays."""
+        """Stop receiving; the collected data stays."""
         self._stack.close()
         self.gathered.counts = self.rings.counts
 
     @property
     def trouble(self) -> str:
-        """Why this cannot go on, as a line; empty while it can."""
+        """Why the session cannot continue, as one line; empty while it can."""
         if self.link.fault:
             return str(self.link.fault)
         return self._recording.failure if self._recording else ""
 
     def say(self, what: str, **more: Any) -> None:
-        """Keep what the check does, or was told, beside what comes."""
+        """Record a note about an action of the check or an answer of the person at the rig."""
         now, text = time.monotonic(), json.dumps({"what": what, **more})
         with self.gathered.lock:
             self.gathered.said.append((now, json.loads(text)))

@@ -1,9 +1,7 @@
-"""Stop conditions: what asks for a stop while the robot moves, asked about a hundred times a
-second.
+"""Stop conditions, evaluated about a hundred times a second while the robot moves.
 
-A fault of the robot's link or of the recording; a silent ring; a ring whose sensors fail; a ring
-whose
-distances no longer change; a reading that is too near.
+The robot stops on a fault of its link or of the recording, on a ring that is silent, on a ring
+whose sensors fail, on a ring whose distances no longer change, and on a reading that is too near.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,30 +14,29 @@ from ..rings.protocol import Frame, Status
 from ..robot.vetting import LinkFaultError
 from .session import Session
 
-MOVING = 0.01  # rad/s of the fastest joint, beyond which the robot moves
+MOVING = 0.01  # rad/s; the robot moves if its fastest joint is faster
 Near = Callable[[Float[np.ndarray, " J"]], Sequence[Float[np.ndarray, " n"]]]
 
 
 @dataclass(frozen=True)
 class StopRules:
-    """When a ring that answers is as good as none."""
+    """When a ring that still sends frames counts as unusable."""
 
     failed_share: float = 0.25
-    """Share of a ring's sensors that may report failure, or be frozen."""
+    """Share of a ring's sensors that may report failure or be frozen."""
     frozen_frames: int = 6
-    """Consecutive frames, while the robot moves, after which a distance that is still the same is
-    frozen.
+    """Consecutive frames without a change, while the robot moves, after which a distance is frozen.
     """
 
     def too_many(self, failed: int, count: int) -> bool:
-        """Whether so many failed sensors of a ring of ``count`` stop the robot: all of them, or
-        more than
-        one and more than the share that may."""
+        """Whether ``failed`` of ``count`` sensors stop the robot: all of them, or more than one and
+        more than ``failed_share``.
+        """
         return failed == count or (failed > 1 and failed > self.failed_share * count)
 
 
 class RingWatch:
-    """Whether one ring still shows what is around the robot."""
+    """Checks that one ring still observes the surroundings of the robot."""
 
     def __init__(self, rules: StopRules) -> None:
         self._rules, self._last, self._unchanged = rules, None, np.zeros(0, int)
@@ -47,11 +44,11 @@ class RingWatch:
     _last: Frame | None
 
     def fault(self, frame: Frame | None, near: Float[np.ndarray, " n"], moving: bool) -> str | None:
-        """What asks for a stop; None: nothing.
+        """Return the reason to stop, or None.
 
         Args:
-            frame: the ring's newest; None where there is no fresh one.
-            near: m, the least that each sensor may read.
+            frame: the ring's newest frame; None if no frame is fresh.
+            near: (n,) m, stop below these distances.
             moving: whether the robot moves now.
         """
         if frame is None:
@@ -77,8 +74,9 @@ class RingWatch:
         return None
 
     def _follow(self, frame: Frame, moving: bool) -> None:
-        """Count for how many frames each distance (n,) is the same. A sensor that measures none, or
-        0 as one that is covered, has none to change."""
+        """Count for how many frames each distance (n,) has not changed. A sensor without a
+        distance, or with 0 because it is covered, does not count as frozen.
+        """
         before, self._last = self._last, frame
         if not moving or before is None:
             self._unchanged = np.zeros(len(frame.distance), int)
@@ -88,12 +86,12 @@ class RingWatch:
 
 
 class StopConditions:
-    """All stop conditions of a session, as ``Mover`` wants them.
+    """All stop conditions of a session, callable by ``Mover``.
 
     Args:
         session: robot and rings.
-        near: of joint angles (J,) rad: for each ring the least that its sensors (n,) may read, m.
-        rules: for rings that answer.
+        near: maps joint angles (J,) rad to the near stops (n,) m of each ring's sensors.
+        rules: for rings that send frames.
     """
 
     def __init__(self, session: Session, near: Near, rules: StopRules) -> None:
@@ -101,7 +99,7 @@ class StopConditions:
         self._watches = [RingWatch(rules) for _ in session.rings.counts]
 
     def __call__(self) -> str | None:
-        """What asks for a stop right now, as a line; None: nothing."""
+        """Return the reason to stop right now, as one line, or None."""
         if self._session.trouble:
             return self._session.trouble
         try:

@@ -1,3 +1,3 @@
-"""A robot and its rings in a process of their own, spoken to by the very clients that a real rig
-is.
+"""A simulated robot and its rings in a process of their own; the clients of a real rig connect to
+it.
 """

@@ -1,8 +1,8 @@
-"""A simulated rig in the plainest world.
+"""Simulated rig in the simplest environment.
 
 Run: python -m place_rings.rig.simulated FOLDER [ADDRESS RINGS SENSORS RATE SEED ENCODING]
 
-Messages come as JSON on stdin.
+The process reads messages as JSON from stdin.
 """
 
 import sys
@@ -17,7 +17,7 @@ _HOME = np.radians([0.0, -45.0, 60.0, -105.0, -90.0, 0.0])
 
 
 def main() -> None:
-    """Serve what the command line says."""
+    """Serve a rig with the settings of the command line."""
     given = dict(
         zip(
             ("folder", "address", "rings", "sensors", "rate", "seed", "encoding"),

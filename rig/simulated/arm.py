@@ -1,6 +1,4 @@
-"""The simulated arm: it goes to joint angles with the speed and acceleration asked for, stops, and
-stands still.
-"""
+"""Simulated arm: it moves to joint angles with the requested speed and acceleration, and stops."""
 
 from dataclasses import dataclass, field
 
@@ -15,20 +13,24 @@ from ruckig import (
     Synchronization,
 )
 
-JOINTS = 6  # of every robot that the client knows
-_JERK = 200.0  # rad/s³, which no command states
-MOST_SPEED = 3.15  # rad/s, as the real controller's
+JOINTS = 6  # of every robot that the client supports
+_JERK = 200.0  # rad/s³; no command specifies it
+MOST_SPEED = 3.15  # rad/s, as in the real controller
 MOST_ACCELERATION = 40.0  # rad/s²
 
 
 @dataclass
 class Arm:
-    """Joint angles q (6,) rad and speeds (6,) rad/s, ``step`` s apart."""
+    """Simulated arm."""
 
     q: Float[np.ndarray, " 6"]
+    """Joint angles, rad."""
     step: float
+    """Time step, s."""
     speed: Float[np.ndarray, " 6"] = field(default_factory=lambda: np.zeros(JOINTS))
+    """Joint speeds, rad/s."""
     moving: bool = False
+    """Whether the arm moves."""
 
     def __post_init__(self) -> None:
         self._motion = Ruckig(JOINTS, self.step)
@@ -38,15 +40,15 @@ class Arm:
         self._now.synchronization = Synchronization.Phase
 
     def move(self, q: Float[np.ndarray, " 6"], speed: float, acceleration: float) -> None:
-        """Set out for ``q`` (6,) rad: all joints arrive together, the leading one at ``speed``
-        rad/s.
+        """Start a motion to ``q`` (6,) rad: all joints arrive together, the leading one with
+        ``speed`` rad/s.
         """
         self._now.control_interface = ControlInterface.Position
         self._now.target_position, self._now.target_velocity = list(q), [0.0] * JOINTS
         self._set(speed, acceleration)
 
     def stop(self, deceleration: float) -> None:
-        """Set out to stand still, by ``deceleration`` rad/s² of the leading joint."""
+        """Start to decelerate by ``deceleration`` rad/s² of the leading joint."""
         self._now.control_interface = ControlInterface.Velocity
         self._now.target_velocity = [0.0] * JOINTS
         self._set(MOST_SPEED, deceleration)
@@ -59,7 +61,7 @@ class Arm:
         self.moving = True
 
     def tick(self) -> None:
-        """One step on."""
+        """Advance by one time step."""
         if not self.moving:
             return
         result = self._motion.update(self._now, self._next)

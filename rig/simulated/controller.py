@@ -1,4 +1,4 @@
-"""The simulated robot's controller: RTDE, dashboard and script ports on loopback, as ur-rtde's
+"""Simulated controller of the robot: RTDE, dashboard and script ports on loopback, as ur-rtde's
 clients use them.
 """
 
@@ -16,17 +16,17 @@ from . import rtde
 from .arm import Arm
 
 RTDE_PORT, DASHBOARD_PORT, SCRIPT_PORT = 30004, 29999, 30003
-PERIOD = 0.008  # s, of the arm and of the fastest stream
+PERIOD = 0.008  # s, time step of the arm and period of the fastest stream
 _MOVE, _STOP, _WATCHDOG, _STOP_SCRIPT = 1, 34, 35, 255
 _READY, _DONE = 1, 2
-_NORMAL = 1  # safety status bits, as of the others
+_NORMAL = 1  # safety status bits
 SAFETY_STOPS = {
     "protective": 1 | 1 << 2,
     "safeguard": 1 | 1 << 4,
     "emergency": 1 << 6 | 1 << 7 | 1 << 10,
 }
 _RUNNING = 0b1011  # robot status bits: power on, program running, power button
-_SAFE_DECELERATION = 8.0  # rad/s², of a stop that no program asked for
+_SAFE_DECELERATION = 8.0  # rad/s², of a stop that no program requested
 _ANSWERS = {
     "polyscopeversion": "URSoftware 5.11.0.108249 (simulated)",
     "get serial number": "20200000001",
@@ -40,7 +40,7 @@ Server = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Coroutine[Any, A
 
 
 class Client:
-    """Someone connected to the RTDE port."""
+    """A client connected to the RTDE port."""
 
     def __init__(self, writer: asyncio.StreamWriter) -> None:
         self.writer, self.period, self.due, self.started = writer, PERIOD, 0.0, False
@@ -49,13 +49,18 @@ class Client:
 
 
 class Controller:
-    """Serves an arm at an address of loopback.
+    """Serves an arm at a loopback address.
 
-    clock_rate and clock_start: of the robot's own clock, which begins there and goes so much faster
-    than the host's. Each of ``spoil`` changes the bytes of a package of data before they are sent;
-    ``mute`` keeps it from answering, ``frozen`` from sending, ``deaf`` from hearing anything;
-    ``stubborn`` lets it move on, whatever should stop it, and
-    ``unwilling`` whatever its program should do.
+    Attributes for fault injection: each function in ``spoil`` changes the bytes of a data package
+    before they are sent; ``mute`` suppresses answers, ``frozen`` suppresses sending, ``deaf``
+    ignores all input; ``stubborn`` moves on whatever should stop it, ``unwilling`` whatever its
+    program should do.
+
+    Args:
+        arm: the arm to move.
+        address: of loopback.
+        clock_start: start of the robot's own clock, s.
+        clock_rate: its rate relative to the host's clock.
     """
 
     def __init__(
@@ -66,7 +71,7 @@ class Controller:
         self.spoil: Callable[[bytes], bytes] | None = None
         self.safety = _NORMAL
         self._start, self._clock = time.monotonic(), (clock_start, clock_rate)
-        self._now = self._start  # the time of the arm's last step, though it may be late
+        self._now = self._start  # nominal time of the arm's last step, which may run late
         self._clients: set[Client] = set()
         self._servers: list[asyncio.Server] = []
         self._writers: set[asyncio.StreamWriter] = set()
@@ -85,7 +90,7 @@ class Controller:
             self._servers.append(await asyncio.start_server(self._kept(serve), self.address, port))
 
     def close(self) -> None:
-        """Stop listening, and drop everyone."""
+        """Stop listening, and close all connections."""
         for server in self._servers:
             server.close()
         for writer in self._writers:
@@ -105,7 +110,7 @@ class Controller:
         return served
 
     async def run(self) -> None:
-        """Step the arm and send its state, for ever."""
+        """Step the arm and send its state, forever."""
         due = time.monotonic()
         while True:
             due = max(due + PERIOD, time.monotonic() - 10 * PERIOD)
@@ -117,7 +122,7 @@ class Controller:
                 self._send_state(client, due)
 
     async def heal(self) -> None:
-        """Be as it was at first, whatever was done to it."""
+        """Remove all injected faults."""
         self.close()
         self.mute = self.frozen = self.deaf = self.stubborn = self.unwilling = False
         self.spoil, self.safety = None, _NORMAL
@@ -125,7 +130,7 @@ class Controller:
         await self.open()
 
     def stop(self, safety: str = "") -> None:
-        """End the program; a stop by ``safety``, of ``SAFETY_STOPS``, is seen in the safety
+        """End the program; a stop by ``safety``, one of ``SAFETY_STOPS``, appears in the safety
         status.
         """
         self._playing = self._waiting = False
@@ -134,7 +139,7 @@ class Controller:
         self.safety = SAFETY_STOPS.get(safety, self.safety)
 
     def drop(self) -> None:
-        """Lose the cable: nothing is sent, nothing is heard, nothing is closed."""
+        """Simulate a lost cable: nothing is sent, received or closed."""
         self.frozen = self.deaf = self.mute = True
 
     def _stop_arm(self, deceleration: float) -> None:
@@ -142,12 +147,12 @@ class Controller:
             self.arm.stop(deceleration)
 
     def send_all(self, data: bytes) -> None:
-        """Raw bytes to all who get the stream."""
+        """Send raw bytes to all clients of the stream."""
         for client in self._clients:
             client.writer.write(data)
 
     def values(self) -> dict[str, Any]:
-        """The robot's variables."""
+        """Return the robot's variables."""
         start, rate = self._clock
         return {
             "timestamp": start + rate * (self._now - self._start),
@@ -210,7 +215,7 @@ class Controller:
         return None
 
     def _command(self) -> None:
-        """What the program that was uploaded does with the command in its registers."""
+        """Execute the command in the registers, as the uploaded program does."""
         if not self._playing:
             return
         if self._watchdog and time.monotonic() - self._fed > self._watchdog:
@@ -230,7 +235,7 @@ class Controller:
             self._registers["output_int_register_0"] = 0 if self._waiting else _DONE
 
     def _execute(self, command: int) -> bool:
-        """Whether the client is to wait until the arm stands still."""
+        """Execute a command; return whether the client must wait until the arm stands still."""
         doubles = [float(self._registers.get(f"input_double_register_{i}", 0.0)) for i in range(8)]
         asynchronous = bool(self._registers.get("input_int_register_1", 0))
         match command:

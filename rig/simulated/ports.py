@@ -1,6 +1,4 @@
-"""Simulated rings at pseudo-terminals, which a serial port's user cannot tell from hardware but for
-its speed.
-"""
+"""Simulated rings on pseudo-terminals, which behave like serial ports except for their speed."""
 
 import os
 import pty
@@ -44,12 +42,13 @@ ENCODERS: dict[str, Callable[[int, float, np.ndarray, np.ndarray], bytes]] = {
 
 
 class SimulatedRing:
-    """A ring's electronics at ``path``, a link to a pseudo-terminal, there while it is plugged in.
+    """Electronics of a ring at ``path``, a link to a pseudo-terminal that exists while the ring is
+    plugged in.
 
-    silent: it sends nothing. corrupt: share of bytes that arrive changed. disorder: share of frames
-    that are held back until after the next one. garble: it speaks as another firmware. failed,
-    frozen: shares of its sensors that report failure, and that send their last distance again and
-    again. near: m, that its first sensor reads.
+    Attributes for fault injection: ``silent`` sends nothing; ``corrupt`` is the share of changed
+    bytes; ``disorder`` the share of frames that are held back until after the next one; ``garble``
+    sends the frames of another firmware; ``failed`` and ``frozen`` are the shares of sensors that
+    report failure or repeat their last distance; ``near`` is the distance of the first sensor, m.
     """
 
     def __init__(self, path: Path, encoding: str, rng: np.random.Generator) -> None:
@@ -60,7 +59,7 @@ class SimulatedRing:
         self.cure()
 
     def cure(self) -> None:
-        """Be as it was at first, whatever was done to it."""
+        """Remove all injected faults."""
         self.silent, self.garble, self.corrupt, self.disorder = False, False, 0.0, 0.0
         self.failed, self.frozen, self.near = 0.0, 0.0, float("nan")
         if not self._ends:
@@ -78,7 +77,7 @@ class SimulatedRing:
         there.rename(self.path)
 
     def unplug(self) -> None:
-        """Vanish."""
+        """Disappear."""
         self.path.unlink(missing_ok=True)
         for end in self._ends:
             os.close(end)
@@ -87,7 +86,7 @@ class SimulatedRing:
     def send(
         self, clock: float, distance: Float[np.ndarray, " n"], status: Int[np.ndarray, " n"]
     ) -> None:
-        """A frame, with what ails the ring; dropped where nobody reads."""
+        """Send a frame with the injected faults; it is dropped if nobody reads."""
         sequence, self.sent = self.sent, self.sent + 1
         distance, status = self._measured(distance, status)
         if self.silent or not self._ends:
@@ -114,7 +113,7 @@ class SimulatedRing:
     def _measured(
         self, distance: Float[np.ndarray, " n"], status: Int[np.ndarray, " n"]
     ) -> tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]:
-        """What a frame holds, with what ails the sensors: the first of them."""
+        """Apply the injected faults of the sensors, beginning with the first sensor."""
         number = np.arange(len(distance))
         if self._last is not None:
             kept = number < round(self.frozen * len(distance))

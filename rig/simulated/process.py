@@ -1,4 +1,4 @@
-"""Starts a simulated rig in a process of its own, and tells it what to do."""
+"""Start a simulated rig in a process of its own, and send it commands."""
 
 import json
 import os
@@ -13,12 +13,12 @@ from typing import Any, Self
 
 from .run_folder import RunFolder
 
-_START = 120.0  # s, of Python and its packages, and of what these compile, on a busy machine
+_START = 120.0  # s to start Python and compile, on a busy machine
 _ANSWER = 20.0  # s
 
 
 class SimulationError(Exception):
-    """The simulated rig did not do what it was told."""
+    """The simulated rig did not follow a command."""
 
 
 def command(
@@ -28,18 +28,19 @@ def command(
     seed: int = 0,
     encoding: str = "place-rings",
 ) -> list[str]:
-    """The command, but for folder and address, of a simulated rig in the plainest world."""
+    """Return the command, before and after folder and address, of a simulated rig in the simplest
+    environment.
+    """
     return [str(rings), str(sensors), str(rate), str(seed), encoding]
 
 
 class SimulatedRig:
-    """A simulated rig's process, which ends with this object or with the process that holds it.
+    """Process of a simulated rig, which ends with this object or with the process that holds it.
 
     Args:
         words: of the command that serves it, before and after folder and address.
-        address: of loopback, where the robot listens on its fixed ports, which rigs side by side
-            cannot share; one drawn
-            from all there are, if none is given.
+        address: of loopback, where the robot listens on its fixed ports, which parallel rigs cannot
+            share; by default a random one.
     """
 
     def __init__(
@@ -66,24 +67,24 @@ class SimulatedRig:
             raise
 
     def ring(self, number: int) -> str:
-        """The port of a ring."""
+        """Return the port of a ring."""
         return str(self.folder / f"ring{number}")
 
     def do(self, do: str, **more: Any) -> dict[str, Any]:
-        """Let it do something; its answer, with the ``time`` s of the host's monotonic clock at
-        which that was done.
+        """Send a command; return its answer, with the ``time`` in s of the host's monotonic clock
+        at which it was executed.
         """
         assert self._process.stdin is not None
         self._process.stdin.write(json.dumps({"do": do, **more}).encode() + b"\n")
         return self._answer(_ANSWER)
 
     def kill(self) -> None:
-        """End it at once, as by ``kill -9``."""
+        """Kill the process at once, as by ``kill -9``."""
         self._process.kill()
         self._process.wait()
 
     def close(self) -> None:
-        """End it, and remove its folder."""
+        """End the process and remove its folder."""
         if self._process.stdin:
             self._process.stdin.close()
         try:
@@ -115,7 +116,7 @@ class SimulatedRig:
             if not data:
                 self._errors.seek(0)
                 raise SimulationError(
-                    f"the simulated rig said nothing: {self._errors.read()[-2000:]}"
+                    f"the simulated rig did not answer: {self._errors.read()[-2000:]}"
                 )
             self._left += data
         line, _, self._left = self._left.partition(b"\n")

@@ -1,4 +1,4 @@
-"""The packages of Universal Robots' Real-Time Data Exchange, version 2, as its server has them
+"""Packages of Universal Robots' Real-Time Data Exchange, version 2, on the server's side
 (big-endian).
 """
 
@@ -6,7 +6,7 @@ import re
 import struct
 from collections.abc import Mapping, Sequence
 
-HEAD = struct.Struct(">HB")  # size with this head, kind
+HEAD = struct.Struct(">HB")  # size including this header, kind
 VERSION, CONTROLLER, TEXT, OUTPUTS, INPUTS, START, PAUSE, DATA = b"VvMOISPU"
 _CODES = {
     "DOUBLE": "d",
@@ -46,19 +46,17 @@ _TYPES = (
 
 
 def package(kind: int, data: bytes) -> bytes:
-    """A package with its head."""
+    """Return a package with its header."""
     return HEAD.pack(HEAD.size + len(data), kind) + data
 
 
 def kind_of(name: str) -> str:
-    """The type of a variable, by the protocol's tables; NOT_FOUND where it has none of that
-    name.
-    """
+    """Return the type of a variable by the protocol's tables; NOT_FOUND for an unknown name."""
     return next((kind for names, kind in _TYPES if re.fullmatch(names, name)), "NOT_FOUND")
 
 
 class Recipe:
-    """Names of variables that go together in a package of data."""
+    """Names of the variables in a data package."""
 
     def __init__(self, number: int, names: Sequence[str]) -> None:
         self.number, self.names, self.types = (
@@ -70,11 +68,11 @@ class Recipe:
 
     @property
     def answer(self) -> bytes:
-        """What is said to who asks for it."""
+        """Return the answer to a request for the recipe."""
         return bytes([self.number]) + ",".join(self.types).encode()
 
     def pack(self, values: Mapping[str, float | int | Sequence[float]]) -> bytes:
-        """A package's data; a variable without a value is 0."""
+        """Encode a package's data; variables without a value are 0."""
         flat: list[float | int] = []
         for name, kind in zip(self.names, self.types, strict=True):
             code = _CODES[kind]
@@ -83,7 +81,7 @@ class Recipe:
         return self._layout.pack(self.number, *flat)
 
     def unpack(self, data: bytes) -> dict[str, float | int]:
-        """The values of a package of inputs, whose types are single numbers."""
+        """Decode a package of inputs, whose types are single numbers."""
         if len(data) != self._layout.size:
             return {}
         return dict(zip(self.names, self._layout.unpack(data)[1:], strict=True))

@@ -1,5 +1,5 @@
-"""Temporary folders of runs, held by a lock; those of runs that were killed are removed at the next
-start.
+"""Temporary folders of runs, held by a lock; folders of killed runs are removed at the
+next start.
 """
 
 import fcntl
@@ -15,10 +15,10 @@ _NEW, _LOCK, _SIGNED = ".new-", "lock", b"a run of place-rings\n"
 
 
 class RunFolder:
-    """A new temporary folder, held until ``close`` or the end of this process, whatever ends it.
+    """A new temporary folder, held until ``close`` or the end of this process, however it ends.
 
-    The lock is the operating system's (flock): it goes with the process, and no number of a process
-    has to be believed.
+    The lock is the operating system's (flock): it ends with the process, so no process number must
+    be trusted.
     """
 
     def __init__(self) -> None:
@@ -27,19 +27,17 @@ class RunFolder:
         self._lock = os.open(new / _LOCK, os.O_CREAT | os.O_RDWR | os.O_CLOEXEC, 0o600)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
         os.write(self._lock, _SIGNED)
-        # held before anyone looks for it
+        # locked before another process can look for it
         self.path = new.rename(new.with_name(new.name.removeprefix(_NEW)))
 
     def close(self) -> None:
-        """Remove it."""
+        """Remove the folder."""
         shutil.rmtree(self.path, ignore_errors=True)
         os.close(self._lock)
 
 
 def sweep() -> list[Path]:
-    """Remove the folders of this user whose run has ended without removing them; they are
-    returned.
-    """
+    """Remove this user's folders whose run has ended without removing them; return them."""
     removed = []
     for folder in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         with suppress(OSError):
@@ -51,7 +49,7 @@ def sweep() -> list[Path]:
 
 
 def _dead(folder: Path) -> bool:
-    """Whether nobody holds a folder; one without a lock that we signed is not ours."""
+    """Whether no process holds a folder; a folder without our signed lock is not ours."""
     try:
         lock = os.open(folder / _LOCK, os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""The simulated rig's process: controller, rings, and the hand that disturbs them."""
+"""Process of the simulated rig: controller, rings, and injected faults."""
 
 import asyncio
 import inspect
@@ -25,21 +25,28 @@ _CLOCK_RATE = 1 - 40e-6  # of the rings' clocks
 
 @dataclass(frozen=True)
 class Rig:
-    """What is simulated. folder: where the rings' ports appear, ring0, ring1, … rate: frames a
-    second. encodings: of each ring's firmware; one for all where there is but one."""
+    """Settings of a simulated rig."""
 
     world: Environment
+    """Environment that the rings see."""
     q: Float[np.ndarray, " 6"]
+    """Initial joint angles, rad."""
     folder: Path
+    """Folder of the rings' ports, ring0, ring1, …"""
     address: str = "127.0.0.1"
+    """Loopback address of the controller."""
     rate: float = 15.0
+    """Frames per second."""
     encodings: tuple[str, ...] = ("place-rings",)
+    """Encoding of each ring's firmware; a single one applies to all."""
     seed: int = 0
+    """Seed of noise and faults."""
 
 
 class Simulation:
-    """A rig that runs. Messages are objects with ``do`` and what belongs to it; each is answered
-    with the time it was done."""
+    """A running rig. Messages are objects with ``do`` and its arguments; each is answered with the
+    time of its execution.
+    """
 
     def __init__(self, rig: Rig) -> None:
         self._rig, rng = rig, np.random.default_rng(rig.seed)
@@ -69,8 +76,8 @@ class Simulation:
             task.result()
 
     async def _measure(self) -> None:
-        """Send frames. What is seen on the move is as old as seeing takes; where the arm stands, it
-        is seen from there.
+        """Send frames. While the arm moves, readings are as old as their computation takes;
+        while it stands, they belong to its pose.
         """
         loop, due, at, known, seen = (
             asyncio.get_running_loop(),
@@ -152,7 +159,7 @@ class Simulation:
         return deeds[message["do"]]()
 
     async def _tell(self, message: dict[str, Any]) -> None:
-        """What was told is seen from the next frame on, once this is answered."""
+        """Apply a message; readings change from the next frame after the answer on."""
         self._rig.world.tell(message)
         self._told = True
         self._seen.clear()
@@ -160,8 +167,8 @@ class Simulation:
 
 
 def serve(rig: Rig) -> None:
-    """Run a rig until stdin ends. Ctrl-C and a terminal that hangs up end the process that started
-    it first.
+    """Run a rig until stdin ends. Ctrl-C and a terminal that hangs up are left to the process that
+    started it.
     """
     for ignored in (signal.SIGINT, signal.SIGHUP):
         signal.signal(ignored, signal.SIG_IGN)

@@ -1,4 +1,4 @@
-"""Ways to spoil the packages of data that a robot sends."""
+"""Fault injection into the robot's data packages."""
 
 import struct
 from collections import deque
@@ -9,7 +9,7 @@ import numpy as np
 from .rtde import HEAD
 
 Spoiler = Callable[[np.random.Generator], Callable[[bytes], bytes]]
-_FIRST = HEAD.size + 1  # of the joints' bytes: the toolkit's recipe begins with them
+_FIRST = HEAD.size + 1  # first byte of the joints, with which the toolkit's recipe begins
 
 
 def _resized(data: bytes) -> bytes:
@@ -17,12 +17,12 @@ def _resized(data: bytes) -> bytes:
 
 
 def _short(rng: np.random.Generator) -> Callable[[bytes], bytes]:
-    """Packages that lack a part of their end, and say so in their head."""
+    """Truncate packages, with a matching length in their header."""
     return lambda data: _resized(data[: int(rng.integers(HEAD.size + 1, len(data)))])
 
 
 def _once_short(rng: np.random.Generator) -> Callable[[bytes], bytes]:
-    """One such package."""
+    """Truncate one package."""
     left = [1]
     return lambda data: (
         _resized(data[: int(rng.integers(HEAD.size + 1, len(data)))])
@@ -37,12 +37,12 @@ def _with_joint(data: bytes, joint: int, value: float) -> bytes:
 
 
 def _garbage(rng: np.random.Generator) -> Callable[[bytes], bytes]:
-    """Random bytes for joints."""
+    """Replace joints by random bytes."""
     return lambda data: data[:_FIRST] + rng.bytes(48) + data[_FIRST + 48 :]
 
 
 def _jump(rng: np.random.Generator) -> Callable[[bytes], bytes]:
-    """A joint that is elsewhere at once, by 2 to 60 degrees."""
+    """Let a joint jump by 2 to 60 degrees."""
     joint, by = int(rng.integers(6)), float(np.radians(rng.uniform(2, 60)) * rng.choice([-1, 1]))
     return lambda data: _with_joint(
         data, joint, struct.unpack_from(">d", data, _FIRST + 8 * joint)[0] + by
@@ -50,13 +50,13 @@ def _jump(rng: np.random.Generator) -> Callable[[bytes], bytes]:
 
 
 def _nan(rng: np.random.Generator) -> Callable[[bytes], bytes]:
-    """A joint that is no number."""
+    """Replace a joint by nan."""
     joint = int(rng.integers(6))
     return lambda data: _with_joint(data, joint, float("nan"))
 
 
 def _frozen_clock(rng: np.random.Generator) -> Callable[[bytes], bytes]:
-    """The same package for ever."""
+    """Repeat the same package forever."""
     kept = list[bytes]()
 
     def spoil(data: bytes) -> bytes:
@@ -67,9 +67,7 @@ def _frozen_clock(rng: np.random.Generator) -> Callable[[bytes], bytes]:
 
 
 def _late(rng: np.random.Generator) -> Callable[[bytes], bytes]:
-    """Packages that fall further and further behind: of three that are due one is sent, the
-    oldest.
-    """
+    """Delay packages more and more: of three due packages, one is sent, the oldest."""
     queue: deque[bytes] = deque()
     turn = [0]
 

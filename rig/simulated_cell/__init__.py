@@ -1,3 +1,1 @@
-"""A simulated rig in the cell of a proposal, with errors of mounting and faults that a seed
-draws.
-"""
+"""A simulated rig in the cell of a proposal, with mounting errors and faults drawn by a seed."""

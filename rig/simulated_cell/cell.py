@@ -1,9 +1,9 @@
-"""A simulated rig in the cell of a proposal: the robot's true geometry, rings with errors of
-mounting, a test rod.
+"""Simulated rig in the cell of a proposal: the robot's true geometry, rings with mounting errors, a
+test rod.
 
 Run: python -m place_rings.rig.simulated_cell.cell FOLDER ADDRESS PROPOSAL SEED [RATE]
 
-Messages come as JSON on stdin.
+The process reads messages as JSON from stdin.
 """
 
 import sys
@@ -31,11 +31,15 @@ from .world import World
 
 RATE = 25.0  # frames a second
 FILE = "world.toml"
-_HAND, _AWAY, _DEEP = 0.04, 0.14, 0.01  # m: a hand's radius, its middle from a sensor, its depth
+_HAND, _AWAY, _DEEP = (
+    0.04,
+    0.14,
+    0.01,
+)  # m: a hand's radius, distance of its centre from a sensor, its depth
 
 
 class SimulatedCell:
-    """What rings of a ``World`` see, of the robot, the cell and, where there is one, a rod or a
+    """Environment of the rings of a ``World``: the robot, the cell and, if present, a rod or a
     hand.
     """
 
@@ -47,22 +51,25 @@ class SimulatedCell:
     _hand: int | None
 
     def see(self, q: Float[np.ndarray, " 6"]) -> Float[np.ndarray, " K"]:
-        """True distances, m, as wired: infinite without a target, nan of the dead."""
+        """Return the true distances, m, as wired: infinite without a target, nan for dead
+        sensors.
+        """
         joints = np.asarray(q, float)[None]
         rod = self._rod if self._hand is None else self._before(joints, self._hand)
         distance: np.ndarray = self._world.distances(joints, rod)[0]
         return distance
 
     def measure(self, seen: Float[np.ndarray, " K"], rng: np.random.Generator) -> list[Measured]:
-        """The same through noise."""
+        """Add noise."""
         distance, status = self._world.told(rng, seen)
         ends = np.cumsum(self.counts)[:-1]
         return list(zip(np.split(distance, ends), np.split(status, ends), strict=True))
 
     def tell(self, message: dict[str, Any]) -> None:
-        """A rod with its middle at ``rod``, three m in the base frame, of ``radius`` and ``length``
-        m; None: taken away. Or a hand before the seat ``hand``: its ring and its number there; None
-        likewise."""
+        """Place or remove a rod or a hand. ``rod`` is the rod's centre, three m in the base frame,
+        with ``radius`` and ``length`` in m; ``hand`` is the ring and the seat it is in front of.
+        None removes it.
+        """
         if "hand" in message:
             at = message["hand"]
             self._hand = None if at is None else int(np.cumsum([0, *self.counts])[at[0]] + at[1])
@@ -72,7 +79,7 @@ class SimulatedCell:
         self._rod = None if at is None else rod.at(np.array([at], float))
 
     def _before(self, joints: Float[np.ndarray, "1 6"], seat: int) -> Capsules:
-        """A hand, as a ball, before a seat."""
+        """Return a hand, as a ball, in front of a seat."""
         beams = beams_at(self._world.scene, self._world.mounted, joints)
         apex, axis = np.asarray(beams.apex[seat]), np.asarray(beams.axis[seat])
         near, far = (apex + d * axis for d in (_AWAY, _AWAY + _DEEP))
@@ -80,7 +87,7 @@ class SimulatedCell:
 
 
 def with_cell(scene: Scene) -> Scene:
-    """``scene`` with a floor, a table and a wall, where it has no obstacles of its own."""
+    """Return ``scene`` with a floor, a table and a wall if it has no obstacles."""
     if scene.obstacles:
         return scene
     return replace(scene, obstacles=obstacles_of([ObstacleModel(**keys) for keys in _CELL]))
@@ -99,8 +106,8 @@ _CELL: tuple[dict[str, Any], ...] = (
 
 
 def simulated_rig(scene: Scene, setup: Setup, seed: int, folder: Path) -> SimulatedRig:
-    """A simulated rig of ``setup`` in ``scene``, with what the seed injects; its world's file is
-    left in ``folder``.
+    """Start a simulated rig of ``setup`` in ``scene`` with the faults of ``seed``; leave the file
+    of its world in ``folder``.
     """
     file = folder / FILE
     write_text(
@@ -111,8 +118,8 @@ def simulated_rig(scene: Scene, setup: Setup, seed: int, folder: Path) -> Simula
 
 
 def main() -> None:
-    """Serve what the command line says. All is compiled before anyone can connect: that would hold
-    up the controller.
+    """Serve a rig with the settings of the command line. Everything is compiled before a client can
+    connect, because compilation would delay the controller.
     """
     folder, address, file, seed = sys.argv[1:5]
     setup, scene, _ = read_proposal(Path(file))

@@ -1,6 +1,4 @@
-"""What was done to a simulated rig: errors of mounting and faults, drawn by a seed, which a check
-must find.
-"""
+"""Mounting errors and faults of a simulated rig, drawn by a seed, which a check must detect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,28 +12,35 @@ from ..mount.fit import RingFit
 from ..mount.model import LIMITS, free, moved
 from .world import DEAD, World
 
-# sensors of a ring in which an exchange, or an order in reverse, can be told from a turn
+# minimum of sensors of a ring, to distinguish a swap or a reversed order from a rotation
 _FEWEST = 4
 
 
 @dataclass(frozen=True)
 class Injected:
-    """Errors (R, 4) by ``NAMES``. reversed_ring: wired in reverse or, where ``flipped``, mounted
-    the other way round. pair: two wires that are swapped, of ``swapped_in``. dead: a sensor that
-    never answers, counted over all rings as wired. A ring that is None: none is large enough. seat
-    (K,): as ``World`` has it."""
+    """Errors and faults of a simulated rig with R rings and K sensors. A fault is None if no ring
+    is large enough for it.
+    """
 
     setup: Setup
+    """The rings as proposed."""
     errors: Float[np.ndarray, "R 4"]
+    """Errors of each ring by ``NAMES``."""
     reversed_ring: int | None
+    """Ring that is reversed."""
     flipped: bool
+    """Whether that ring is mounted the other way round, instead of wired in reverse."""
     swapped_in: int | None
+    """Ring with two swapped wires."""
     pair: tuple[int, ...]
+    """The swapped wires."""
     dead: int
+    """Sensor that never answers, counted over all rings as wired."""
     seat: Int[np.ndarray, " K"]
+    """As in ``World``."""
 
     def world(self, scene: Scene) -> World:
-        """The rig with all that."""
+        """Return the rig with all errors and faults."""
         rings = list(self.setup.rings)
         if self.flipped and self.reversed_ring is not None:
             rings[self.reversed_ring] = replace(
@@ -46,13 +51,13 @@ class Injected:
 
     @property
     def alive(self) -> Bool[np.ndarray, " K"]:
-        """Which seats' sensors answer."""
+        """Whether the sensor of each seat answers."""
         alive = np.ones(len(self.seat), bool)
         alive[np.setdiff1d(np.arange(len(self.seat)), self.seat)] = False
         return alive
 
     def found(self, fits: Sequence[RingFit]) -> dict[str, bool]:
-        """Which faults were found, and that no others were."""
+        """Return for each fault whether the check found it, and no other one of its kind."""
         ring_of, first = (
             self.setup.ring_of_sensor,
             np.cumsum([0, *(r.count for r in self.setup.rings)]),
@@ -72,7 +77,7 @@ class Injected:
 
 
 def injected(scene: Scene, setup: Setup, seed: int) -> Injected:
-    """Errors and faults: each ring off by up to ``LIMITS``, one reversed, two sensors of one
+    """Draw errors and faults: each ring off by up to ``LIMITS``, one reversed, two sensors of one
     swapped, one sensor dead.
     """
     rng, count = np.random.default_rng((seed, 7)), [r.count for r in setup.rings]

@@ -1,5 +1,5 @@
-"""A rig that is not there: what mounted rings would tell of a cell, through noise, with faults of
-wiring and of sensors.
+"""A simulated rig: readings of mounted rings in a cell, with noise and with faults of wiring and
+sensors.
 """
 
 from dataclasses import dataclass, field
@@ -19,25 +19,28 @@ DEAD = -1  # the seat of a sensor that never answers
 
 @dataclass(frozen=True)
 class World:
-    """A scene with rings as they are truly mounted.
-
-    seat (K,): which sensor of ``mounted``, counted over all rings, stands behind each place in the
-    frames; ``DEAD``: none answers there. None: each its own. offset (R,) m: what each ring's
-    sensors tell too much. noise: of each reading. rate: frames a second.
-    """
+    """A scene with rings as they are actually mounted."""
 
     scene: Scene
+    """Robot and cell."""
     mounted: Setup
+    """The rings as mounted."""
     seat: Int[np.ndarray, " K"] | None = None
+    """Sensor of ``mounted``, counted over all rings, at each place in the frames; ``DEAD`` if none
+    answers there. None: each at its own place.
+    """
     offset: Float[np.ndarray, " R"] | None = None
+    """What each ring's sensors read too much, m."""
     noise: Noise = field(default_factory=Noise)
+    """Noise of each reading."""
     rate: float = 20.0
+    """Frames per second."""
 
     def distances(
         self, joints: Float[np.ndarray, "T J"], rod: Capsules | None = None
     ) -> Float[np.ndarray, "T K"]:
-        """What each place in the frames would tell without noise, m: infinite without a target, nan
-        of the dead.
+        """Return the noise-free distance of each place in the frames, m: infinite without a target,
+        nan for dead sensors.
         """
         ring, found = (
             self.mounted.ring_of_sensor,
@@ -52,7 +55,7 @@ class World:
     def told(
         self, rng: np.random.Generator, true: Float[np.ndarray, "*n"]
     ) -> tuple[Float[np.ndarray, "*n"], Int[np.ndarray, "*n"]]:
-        """Readings (...) m of what places tell without noise, and their status."""
+        """Return readings (...) m with noise, and their status."""
         distance, status = self.noise.measured(rng, np.where(np.isnan(true), np.inf, true))
         return distance, np.where(np.isnan(true), FAILED, status)
 
@@ -64,8 +67,9 @@ class World:
         rod: Capsules | None = None,
         start: float = 0.0,
     ) -> Readings:
-        """``frames`` frames of all rings at each of T stops, one stop after another, from ``start``
-        s on; ``rod`` as for ``expected``."""
+        """Return ``frames`` frames of all rings at each of T stops, one stop after another, from
+        ``start`` s on; ``rod`` as in ``expected``.
+        """
         ring, count = self.mounted.ring_of_sensor, len(joints) * frames
         place = np.concatenate([np.arange(r.count) for r in self.mounted.rings])
         true = np.repeat(self.distances(joints, rod), frames, axis=0)

@@ -1,10 +1,10 @@
 // A ring of VL53L1X sensors on an ESP32 or RP2040 that speaks the place-rings ring protocol over its serial port.
 //
-// Wiring: all sensors on one I2C bus, each one's XSHUT on a pin of its own. Sensor 0 stands where the ring's phase says, the
-// others follow right-handed about the link from its proximal to its distal end (`place-rings check` finds the order anyway).
-// Libraries: Wire, and Pololu's VL53L1X. Board: any of the ESP32 or RP2040 cores.
+// Wiring: all sensors on one I2C bus, each XSHUT on its own pin. Sensor 0 sits at the ring's phase; the others follow
+// right-handed about the link's axis, which points from its proximal to its distal end. `place-rings check` detects any other order.
+// Libraries: Wire, and Pololu's VL53L1X. Board: any ESP32 or RP2040 core.
 //
-// A sensor that does not start, or does not answer in time, is sent as FAILED, and is started anew now and then.
+// A sensor that does not start, or does not answer in time, is reported as FAILED and restarted from time to time.
 
 #include <VL53L1X.h>
 #include <Wire.h>
@@ -15,9 +15,9 @@ const uint8_t XSHUT[] = {4, 5, 6, 7, 8, 9, 10, 11};  // pins, in the order of th
 const uint8_t COUNT = sizeof(XSHUT);
 const uint8_t FIRST_ADDRESS = 0x2A;
 const uint32_t BAUD = 460800;
-const uint32_t BUDGET_US = 45000;   // of a measurement
-const uint16_t PERIOD_MS = 50;      // of the ring's frames: 20 a second
-const uint32_t ANSWER_MS = 200;     // after which a sensor has failed
+const uint32_t BUDGET_US = 45000;   // us for one measurement
+const uint16_t PERIOD_MS = 50;      // between frames: 20 a second
+const uint32_t ANSWER_MS = 200;     // without an answer, after which a sensor has failed
 const uint32_t RETRY_MS = 5000;     // between attempts to start one that failed
 
 VL53L1X sensors[COUNT];
@@ -29,7 +29,7 @@ uint16_t sequence = 0;
 uint64_t clock_us = 0;
 uint32_t last_us = 0, due_ms = 0;
 
-// Starts one sensor at an address of its own, while those not yet started are held in shutdown.
+// Start one sensor at its own address, while the sensors not yet started are held in shutdown.
 bool start(uint8_t i) {
   tried[i] = millis();
   pinMode(XSHUT[i], OUTPUT);
@@ -41,7 +41,7 @@ bool start(uint8_t i) {
   sensors[i].setTimeout(50);
   if (!sensors[i].init()) {
     pinMode(XSHUT[i], OUTPUT);
-    digitalWrite(XSHUT[i], LOW);  // off the bus: it would answer at the address that all start with
+    digitalWrite(XSHUT[i], LOW);  // off the bus: it would answer at the default address
     return false;
   }
   sensors[i].setAddress(FIRST_ADDRESS + i);
@@ -52,8 +52,8 @@ bool start(uint8_t i) {
   return true;
 }
 
-// A measurement that is out of bounds, or too weak to be told from none, sees no target. One whose spread is too large, or
-// that lies below what can be measured, sees one, but not well.
+// Map the sensor's status: out of bounds or too weak means no target; a large spread or a distance below the minimum means a
+// weak reading.
 uint8_t status_of(VL53L1X::RangeStatus status) {
   switch (status) {
     case VL53L1X::RangeValid:
@@ -99,7 +99,7 @@ void loop() {
     }
   }
   const uint32_t now_us = micros();
-  clock_us += uint32_t(now_us - last_us);  // micros() turns over every 71 minutes
+  clock_us += uint32_t(now_us - last_us);  // micros() wraps every 71 minutes
   last_us = now_us;
   if (int32_t(millis() - due_ms) >= 0) {
     due_ms += PERIOD_MS;

@@ -1,4 +1,4 @@
-// Frames of the place-rings ring protocol, version 1 (docs/rig.md). No Arduino in it: it compiles on any host.
+// Frames of the place-rings ring protocol, version 1 (docs/rig.md). It has no Arduino code and compiles on any host.
 #pragma once
 
 #include <stddef.h>
@@ -32,7 +32,7 @@ inline uint8_t* put(uint8_t* at, uint64_t value, int bytes) {
   return at;
 }
 
-// Writes a frame of `count` readings to `frame`, which has room for `length(count)` bytes; returns that length.
+// Write a frame of `count` readings to `frame`, which must have room for `length(count)` bytes; return that length.
 inline size_t encode(uint8_t* frame, uint16_t sequence, uint64_t micros, const Reading* readings, uint8_t count) {
   uint8_t* at = frame;
   *at++ = 0xA5;
